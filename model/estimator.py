@@ -85,6 +85,9 @@ class Estimator:
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
     nis_freedom: int = 0
+    #: States that are elements of a covariance, with their row and column by name; empty: those
+    #: that are named as ``p01`` or ``p_xy``.
+    covariance_elements: Mapping[str, tuple[str, str]] = {}
     #: Where its class begins, "file.py, line 12".
     _line: str = ""
     #: What the bits of an output ``status`` say, by number, for the texts about a core.
@@ -135,6 +138,22 @@ class Estimator:
         -------
         (tuple of str, (n, k, k)) or None
             Names of the outputs, and the covariance in their units.
+        """
+        return None
+
+    def textbook(
+        self, inputs: FloatArray, params: Mapping[str, float] | None = None
+    ) -> Mapping[str, FloatArray] | None:
+        """Outputs of the same equations in another form, in float64; None: there is none.
+
+        Parameters
+        ----------
+        inputs : (n, n_inputs)
+            In their units, from a reset on.
+
+        Returns
+        -------
+        mapping of str to (n,)
         """
         return None
 

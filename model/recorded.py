@@ -31,6 +31,7 @@ Leaves = Mapping[tuple[str, str], FloatArray]
 _COMPUTE: dict[str, Callable[..., Any]] = {
     "const": lambda number: number,
     "named": lambda x, name: x,
+    "same": lambda x, tag: x,
     "bounded": lambda x, low, high, reason: x,
     "add": operator.add,
     "sub": operator.sub,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
-from boresight.sim.processes import dispatch
+from boresight.sim.processes import dispatch, processes
 
 __all__ = ["BATCH", "Journal", "complete"]
 
@@ -27,7 +27,7 @@ def complete(
     journal: Journal,
     *,
     say: Callable[[str], None],
-    jobs: int = 1,
+    jobs: int | None = 1,
     executor: Executor | None = None,
 ) -> list[dict[str, Any]]:
     """Run every case that the journal does not hold; the rows of all, in their order.
@@ -48,10 +48,10 @@ def complete(
     left = [case for number, case in cases.items() if number not in journal.done]
     if len(left) < len(cases):
         say(f"{len(cases) - len(left)} of {len(cases)} runs are done already")
-    size = BATCH if executor is not None or jobs > 1 else 1
+    size = BATCH if executor is not None or processes(jobs) > 1 else 1
     batches = [left[k : k + size] for k in range(0, len(left), size)]
     tasks = [(k, work, (campaign, batch)) for k, batch in enumerate(batches)]
-    for _, rows in dispatch(min(jobs, max(1, len(tasks))), tasks, executor):
+    for _, rows in dispatch(jobs, tasks, executor):
         journal.add(rows)
         say(f"{sum(number in journal.done for number in cases)} of {len(cases)} runs")
     return [journal.done[number] for number in cases]

@@ -8,6 +8,7 @@ has to empty before the work can be ended.
 from __future__ import annotations
 
 import multiprocessing
+import os
 import pickle
 import signal
 import threading
@@ -22,7 +23,7 @@ from typing import Any, TypeVar
 
 from boresight.model.tools.failure import ToolFailed
 
-__all__ = ["dispatch"]
+__all__ = ["dispatch", "processes"]
 
 Label = TypeVar("Label")
 Result = TypeVar("Result")
@@ -77,17 +78,24 @@ class _Worker:
         self.process.join()
 
 
+def processes(jobs: int | None) -> int:
+    """That many, or one for each processor."""
+    return jobs or os.cpu_count() or 1
+
+
 def dispatch(
-    jobs: int,
+    jobs: int | None,
     tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]],
     executor: Executor | None = None,
 ) -> Iterator[tuple[Label, Result]]:
     """Run tasks (label, function, arguments) and yield their results as they come.
 
-    With one job they run in this process, in order. Other processes begin anew (`spawn`): a script
-    that asks for more than one needs ``if __name__ == "__main__"``, and functions, arguments and
-    results are such as can be pickled. Whatever ends the work also ends the processes. An executor,
-    as of a Dask cluster, runs them instead if there is one; after an error it begins no more tasks.
+    ``jobs`` is the number of processes, by default one for each processor. One job or one task
+    needs no other process: they run in this one, in order. Other processes begin anew (`spawn`):
+    a script that asks for more than one needs ``if __name__ == "__main__"``, and functions,
+    arguments and results are such as can be pickled. Whatever ends the work also ends the
+    processes. An executor, as of a Dask cluster, runs them instead if there is one; after an error
+    it begins no more tasks.
 
     Raises
     ------
@@ -97,7 +105,8 @@ def dispatch(
     if executor is not None:
         yield from _submit(executor, tasks)
         return
-    if jobs == 1:
+    jobs = min(processes(jobs), len(tasks))
+    if jobs <= 1:
         for label, work, arguments in tasks:
             yield label, work(*arguments)
         return
@@ -106,7 +115,7 @@ def dispatch(
     workers: list[_Worker] = []
     try:
         with _uninterrupted():
-            for _ in range(min(jobs, len(tasks))):
+            for _ in range(jobs):
                 workers.append(_Worker.start())
         for worker, (label, work, arguments) in zip(workers, left, strict=False):
             worker.put(work, arguments)

@@ -1,7 +1,5 @@
 """Shared by all tests: the same cases in every run; no simulated bench waits for ever."""
 
-from __future__ import annotations
-
 import gc
 import signal
 import sys

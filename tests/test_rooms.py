@@ -1,7 +1,5 @@
 """The shape of the tree: no circles among modules or rooms, tests for every room."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import TypeAlias
 
+import numpy as np
+
+from boresight.model.estimator import Estimator
+from boresight.sim.accuracy.benchmark import Result
+from boresight.sim.accuracy.figures import ANGLES
+from boresight.sim.accuracy.peers import PEERS
+from boresight.sim.accuracy.trials import Trial
+from boresight.sim.accuracy.tuning import means
 from boresight.sim.answer import Answer
-from boresight.sim.compare.difference import ATTITUDE
+from boresight.sim.compare.difference import ATTITUDE, Difference
 
 __all__ = ["AccuracyLog", "AccuracyNear", "AccuracyResult", "AccuracyRow", "AccuracyTrial"]
 
 #: Root mean square errors by output, of an attitude by angle in degrees; None: no number.
 Figures: TypeAlias = Mapping[str, float | None]
+
+SOURCE = (
+    "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
+    "benchmark (doi 10.3390/data6070072), over the samples that count; means over the trials with "
+    "truth; fixed point is the emitted C, whose words are the core's"
+)
 
 
 @dataclass(frozen=True)
@@ -29,6 +44,18 @@ class AccuracyLog:
     reference: str
     folder: str
 
+    @classmethod
+    def of(cls, trial: Trial) -> AccuracyLog:
+        """The log of a trial."""
+        timed = {"t", "dt"} & set(trial.record.columns)
+        return cls(
+            trial=trial.name,
+            samples=len(trial.record),
+            rate_hz=round(1.0 / float(np.median(trial.record.steps())), 3) if timed else None,
+            reference=trial.reference,
+            folder=trial.folder,
+        )
+
 
 @dataclass(frozen=True)
 class AccuracyNear:
@@ -40,6 +67,18 @@ class AccuracyNear:
     tolerance: float | None
     good: bool
 
+    @classmethod
+    def of(cls, several: Sequence[Difference]) -> AccuracyNear:
+        """The differences of one output over all logs."""
+        first, apart = several[0], [_apart(d) for d in several]
+        return cls(
+            output=first.output,
+            unit=first.unit,
+            apart=_number(sum(apart) if first.unit == "words" else max(apart)),
+            tolerance=first.tolerance,
+            good=all(d.good for d in several),
+        )
+
 
 @dataclass(frozen=True)
 class AccuracyTrial:
@@ -49,6 +88,12 @@ class AccuracyTrial:
     error: Figures
     vs_float: Figures
     saturated_updates: int | None
+
+    @classmethod
+    def of(cls, result: Result) -> AccuracyTrial:
+        """A result as plain numbers."""
+        near = {d.output: _number(_apart(d)) for d in result.near}
+        return cls(result.trial, _plain(result.errors), near, result.saturated)
 
 
 @dataclass(frozen=True)
@@ -88,6 +133,29 @@ class AccuracyRow:
     seconds: float
     trials: tuple[AccuracyTrial, ...] = field(repr=False)
 
+    @classmethod
+    def of(cls, results: Sequence[Result], summary: str, folders: Mapping[str, str]) -> AccuracyRow:
+        """One estimator at one level; ``folders`` of the trials with truth, which means are of."""
+        first, units = results[0], {n: u for r in results for n, u in r.units.items()}
+        saturated = [r.saturated for r in results if r.saturated is not None]
+        named: dict[str, list[str]] = {}
+        for trial, folder in folders.items():
+            named.setdefault(folder, []).append(trial)
+        return cls(
+            estimator=first.estimator,
+            level=first.level,
+            kind="peer" if first.level == "package" else "ours",
+            summary=summary,
+            attitude=ANGLES[0] in units,
+            units=units,
+            mean=_mean(results, folders),
+            mean_by_folder={folder: _mean(results, names) for folder, names in named.items()},
+            vs_float=tuple(map(AccuracyNear.of, zip(*(r.near for r in results), strict=True))),
+            saturated_updates=sum(saturated) if saturated else None,
+            seconds=round(sum(r.seconds for r in results), 3),
+            trials=tuple(map(AccuracyTrial.of, results)),
+        )
+
 
 @dataclass(frozen=True)
 class AccuracyResult(Answer):
@@ -118,6 +186,32 @@ class AccuracyResult(Answer):
     parameters: Mapping[str, Mapping[str, float]]
     estimators: tuple[AccuracyRow, ...]
 
+    @classmethod
+    def of(
+        cls,
+        estimators: Sequence[Estimator],
+        trials: Sequence[Trial],
+        results: Sequence[Result],
+        left_out: Sequence[str],
+        params: Mapping[str, Mapping[str, float]],
+        word: int,
+    ) -> AccuracyResult:
+        """Tables of a benchmark's results."""
+        folders = {t.name: t.folder for t in trials if t.reference == "truth"}
+        summaries = {name: peer.summary for name, peer in PEERS.items()}
+        summaries |= {e.name: e.summary for e in estimators}
+        groups = groupby(results, key=lambda r: (r.estimator, r.level))
+        rows = tuple(AccuracyRow.of([*of], summaries[name], folders) for (name, _), of in groups)
+        return cls(
+            source=SOURCE,
+            word=word,
+            good=all(d.good for row in rows for d in row.vs_float),
+            logs=tuple(map(AccuracyLog.of, trials)),
+            left_out=tuple(left_out),
+            parameters={name: dict(values) for name, values in params.items()},
+            estimators=rows,
+        )
+
     def __str__(self) -> str:
         """Attitude filters side by side, ours in fixed point with float beside; others each."""
         floating = {r.estimator: r for r in self.estimators if r.level == "float"}
@@ -131,6 +225,25 @@ class AccuracyResult(Answer):
         if self.left_out:
             lines += ["", "left out, no reference: " + ", ".join(self.left_out)]
         return "\n".join(lines).strip("\n")
+
+
+def _number(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
+
+
+def _plain(figures: Mapping[str, float]) -> dict[str, float | None]:
+    return {n: _number(v) for n, v in figures.items()}
+
+
+def _mean(results: Sequence[Result], trials: Collection[str]) -> dict[str, float | None] | None:
+    """Plain mean over some trials; None if there is none."""
+    found = means([r.errors for r in results if r.trial in trials])
+    return _plain(found) if found else None
+
+
+def _apart(d: Difference) -> float:
+    """Largest difference; of words how many differ."""
+    return float(round(d.rms**2 * d.samples)) if d.unit == "words" else d.largest
 
 
 def _deg(value: float | None, width: int = 7, digits: int = 2) -> str:

@@ -42,6 +42,7 @@ from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, sv
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import content_of, record_of
 from boresight.sim.records.record import Column, Record
+from boresight.sim.worlds.loop import drive
 from boresight.terminal import tell
 
 __all__ = ["LEVELS", "RunAttitude", "RunResult", "run"]
@@ -229,8 +230,8 @@ def run(
     record = record_of(log).head(steps)
     given = feed(estimator, record)
     with make_level(on, build) as level:
-        made = level.run(given.inputs)
-    outputs = made.outputs
+        (loop,) = drive(given, level)
+    outputs = loop.outputs
     result = RunResult(
         estimator=estimator.name,
         on=on,
@@ -241,7 +242,7 @@ def run(
         truth=tuple(differences(estimator.outputs, outputs, given.truth, judged=False)),
         warnings=tuple(given.warnings),
         clamped=given.clamped,
-        fault=made.fault,
+        fault=loop.run.fault,
         attitude=_attitude(given, outputs),
     )
     if target is not None:

@@ -189,6 +189,6 @@ class Expressions:
 
 def _plain(e: Expression) -> Expression:
     """An expression without its name and range."""
-    while e.kind in ("named", "bounded"):
+    while e.kind in ("named", "same", "bounded"):
         e = e.args[0]
     return e

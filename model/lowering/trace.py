@@ -194,6 +194,8 @@ class Tracer:
 
     def __init__(self, name: str) -> None:
         self.name = name
+        #: Where what is recorded belongs, if not to the line of an author that is at work.
+        self.place = ""
         self.expressions: list[Expression] = []
         self._known: dict[Any, Any] = {}
 
@@ -227,7 +229,7 @@ class Tracer:
             repeatable(arg.tracer is self)
         key = (kind, *(a.number for a in args), *data)
         if key not in self._known:
-            line = author_line() if args else ""
+            line = (self.place or author_line()) if args else ""
             self._known[key] = made(self, len(self.expressions), kind, args, data, line)
             self.expressions.append(self._known[key])
         expression: _E = self._known[key]

@@ -7,69 +7,46 @@ script that calls `benchmark` with more than one needs ``if __name__ == "__main_
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import attitude_errors, errors
+from boresight.sim.accuracy.figures import ANGLES, attitude_errors, errors, units_of
 from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.trials import Trial
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.processes import dispatch
-from boresight.sim.records.feed import Feed, feed, fitted
+from boresight.sim.records.feed import Feed
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Record
+from boresight.sim.worlds.loop import drive
 
-__all__ = ["Result", "Trial", "benchmark"]
+__all__ = ["Result", "benchmark"]
 
 Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A record with a truth.
-
-    ``reference``: "truth"; "comparison" (another device's estimate, in the log); or the name of
-    the peer whose estimate stands for it. Only truth enters means. ``folder``: where the log is
-    from. ``feeds``: what estimators read of it, by name.
-    """
-
-    record: Record
-    reference: str = "truth"
-    folder: str = ""
-    feeds: Mapping[str, Feed] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """Name of the record."""
-        return self.record.name
-
-    def fed(self, estimator: Estimator) -> Feed:
-        """What an estimator reads of it."""
-        return self.feeds.get(estimator.name) or feed(estimator, self.record)
 
 
 @dataclass(frozen=True)
 class Result:
     """One estimator, at one level, on one record.
 
-    ``level``: "fixed", "float", or "package" for a peer. ``errors``: `sim.accuracy.figures`, empty
-    where the record has no truth of its outputs. ``seconds``: of its own run, by the clock on the
-    wall, whatever runs beside it. ``saturated`` counts updates in which an
-    operation saturated; ``near`` compares every sample of fixed point with float64; both belong to
-    fixed point.
+    ``level``: "fixed", "float", or "package" for a peer. ``errors``, with their ``units``:
+    `sim.accuracy.figures`, empty where the record has no truth of its outputs. ``seconds``: of its
+    own run, by the clock on the wall, whatever runs beside it. ``saturated`` counts updates in
+    which an operation saturated; ``near`` compares every sample of fixed point with float64; both
+    belong to fixed point.
     """
 
     estimator: str
     level: str
     trial: str
     errors: Mapping[str, float]
+    units: Mapping[str, str]
     seconds: float
     saturated: int | None = None
     near: tuple[Difference, ...] = ()
@@ -84,10 +61,10 @@ def _ours(
     jobs: int | None,
 ) -> list[Result]:
     """One of our estimators on all records, made anew for each rate that it needs to know."""
-    made: dict[tuple[float, ...], tuple[Estimator, list[Trial]]] = {}
+    made: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed]]]] = {}
     for t in trials:
-        one = fitted(estimator, t.record)
-        made.setdefault(tuple(one.rates_hz.values()), (one, []))[1].append(t)
+        one, given = t.fed(estimator)
+        made.setdefault(tuple(one.rates_hz.values()), (one, []))[1].append((t.name, given))
     out: list[Result] = []
     for one, those in made.values():
         out += _at_one_rate(one, those, params, word, with_float, jobs)
@@ -96,30 +73,28 @@ def _ours(
 
 def _at_one_rate(
     estimator: Estimator,
-    trials: Sequence[Trial],
+    named: Sequence[tuple[str, Feed]],
     params: Mapping[str, float] | None,
     word: int,
     with_float: bool,
     jobs: int | None,
 ) -> list[Result]:
-    """One of our estimators on records that one build of it takes."""
-    feeds = [t.fed(estimator) for t in trials]
-    runs = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
+    """One of our estimators on records, by name, that one build of it takes."""
+    feeds = [given for _, given in named]
+    loops = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
     level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
     fixed, floating = [], []
-    for trial, given, (run, wall_s) in zip(trials, feeds, runs, strict=True):
+    for (trial, given), loop in zip(named, loops, strict=True):
         near: tuple[Difference, ...] = ()
+        units = units_of(estimator, given)
         if level is not None:
-            level.reset()
-            start = time.perf_counter()
-            found = level.run(given.inputs).outputs
-            seconds = time.perf_counter() - start
-            near = tuple(differences(estimator.outputs, run.outputs, found))
-            error = errors(estimator, given, found)
-            floating.append(Result(estimator.name, "float", trial.name, error, seconds))
-        error = errors(estimator, given, run.outputs)
-        saturated = run.n_saturated
-        fixed.append(Result(estimator.name, "fixed", trial.name, error, wall_s, saturated, near))
+            (real,) = drive(given, level)
+            near = tuple(differences(estimator.outputs, loop.outputs, real.outputs))
+            error = errors(estimator, given, real.outputs)
+            floating.append(Result(estimator.name, "float", trial, error, units, real.seconds))
+        judged = errors(estimator, given, loop.outputs), units, loop.seconds
+        saturated = loop.run.n_saturated
+        fixed.append(Result(estimator.name, "fixed", trial, *judged, saturated, near))
     return fixed + floating
 
 
@@ -145,7 +120,8 @@ def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list
         q = run_peer(peer(name), trial.record, dips.get(trial.folder))
         seconds = time.perf_counter() - start
         error = attitude_errors(q, log.attitude, log.counts)
-        out.append(Result(name, "package", trial.name, error, seconds))
+        units = dict.fromkeys(ANGLES, "deg")
+        out.append(Result(name, "package", trial.name, error, units, seconds))
     return out
 
 
@@ -208,9 +184,8 @@ def benchmark(
     done: list[str] = []
     for e in estimators:
         take(e.name, _ours(e, trials, (params or {}).get(e.name), word, with_float, jobs))
-    if tasks:
-        for label, results in dispatch(jobs or os.cpu_count() or 1, tasks):
-            take(label, results)
+    for label, results in dispatch(jobs, tasks):
+        take(label, results)
     rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
     place = {t.name: k for k, t in enumerate(trials)}
     return sorted(out, key=lambda r: (rank[r.estimator], r.level == "float", place[r.trial]))

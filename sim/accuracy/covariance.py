@@ -1,9 +1,10 @@
 """A filter's covariance put to the test: millions of updates of the C, positiveness, drift.
 
-A covariance is what the states are named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the
-upper or the lower half. The stimulus is hostile on purpose (`sim.accuracy.manoeuvres`), for one
-initial covariance after the other. Watched are the diagonal after every update, the eigenvalues at
-intervals, the saturation flag, and the difference to float64 on the same input.
+A covariance is what the estimator says (`Estimator.covariance_elements`) or what its states are
+named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the upper or the lower half. The
+stimulus is hostile on purpose (`sim.accuracy.manoeuvres`), for one initial covariance after the
+other. Watched are the diagonal after every update, the eigenvalues at intervals, the saturation
+flag, and the difference to float64 on the same input.
 """
 
 from __future__ import annotations
@@ -59,11 +60,10 @@ def covariance_of(estimator: Estimator) -> Covariance:
     InputError
         There is none.
     """
-    found = [
-        (m.group(1), m.group(2), k)
-        for k, s in enumerate(estimator.states)
-        if (m := _ELEMENT.fullmatch(s.name))
-    ]
+    known = dict(estimator.covariance_elements) or {
+        s.name: (m[1], m[2]) for s in estimator.states if (m := _ELEMENT.fullmatch(s.name))
+    }
+    found = [(*known[s.name], k) for k, s in enumerate(estimator.states) if s.name in known]
     axes = [i for i, j, _ in found if i == j]
     if not axes:
         raise InputError.at(

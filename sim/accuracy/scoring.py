@@ -7,8 +7,6 @@ so that they run side by side.
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
@@ -19,8 +17,9 @@ from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import errors, units_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.levels.level import Run
+from boresight.sim.processes import processes
 from boresight.sim.records.feed import Feed
+from boresight.sim.worlds.loop import Loop, drive
 
 __all__ = ["Scorer"]
 
@@ -53,7 +52,7 @@ class Scorer:
     ) -> None:
         self.estimator, self.feeds, self.told = estimator, tuple(feeds), told
         build = Build(estimator, word=word)
-        self.jobs = max(1, min(jobs or os.cpu_count() or 1, len(self.feeds)))
+        self.jobs = max(1, min(processes(jobs), len(self.feeds)))
         self._levels: SimpleQueue[Emitted] = SimpleQueue()
         for _ in range(self.jobs):
             self._levels.put(Emitted(build))
@@ -62,19 +61,17 @@ class Scorer:
         self,
         which: Sequence[int],
         params: Mapping[str, float] | None,
-        work: Callable[[int, Run, float], _T],
+        work: Callable[[int, Loop], _T],
     ) -> list[_T]:
-        """``work`` on the run of every record in ``which`` and its seconds, in that order."""
+        """``work`` on the run of every record in ``which``, in that order."""
         self.estimator.param_values(params)
 
         def one(index: int) -> _T:
-            level, given = self._levels.get(), self.feeds[index]
+            level = self._levels.get()
             try:
                 level.set_params(params)
-                level.reset()
-                start = time.perf_counter()
-                run = level.run(given.inputs)
-                return work(index, run, time.perf_counter() - start)
+                (loop,) = drive(self.feeds[index], level)
+                return work(index, loop)
             finally:
                 self._levels.put(level)
 
@@ -83,9 +80,9 @@ class Scorer:
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(one, which))
 
-    def runs(self, params: Mapping[str, float] | None = None) -> list[tuple[Run, float]]:
-        """Run every record with these parameters (defaults for those not named); with seconds."""
-        return self._each(range(len(self.feeds)), params, lambda _, *timed: timed)
+    def runs(self, params: Mapping[str, float] | None = None) -> list[Loop]:
+        """Run every record with these parameters (defaults for those not named)."""
+        return self._each(range(len(self.feeds)), params, lambda _, loop: loop)
 
     def scores(
         self, params: Mapping[str, float] | None = None, which: Sequence[int] | None = None
@@ -98,7 +95,7 @@ class Scorer:
             Unknown or illegal parameter; a record without truth.
         """
 
-        def score(index: int, run: Run, _: float) -> dict[str, float]:
+        def score(index: int, loop: Loop) -> dict[str, float]:
             given = self.feeds[index]
             if not units_of(self.estimator, given):
                 raise InputError.at(
@@ -107,7 +104,7 @@ class Scorer:
                     found="none",
                     fix="leave this log out",
                 )
-            found = errors(self.estimator, given, run.outputs)
+            found = errors(self.estimator, given, loop.outputs)
             if self.told is None:
                 return found
             name, figure = self.told[index]

@@ -123,12 +123,13 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
         for value, link in program.linked.items():
             columns[value] = words[f"{link.program}.{link.output}"]
         if len(rows):
-            run = interpret(program, np.column_stack([columns[v] for v in program.inputs])[rows])
-            clamped[rows] |= run.saturated
+            inputs = np.column_stack([columns[v] for v in program.inputs])[rows]
+            out, saturated, _, _ = interpret(program, inputs)
+            clamped[rows] |= saturated
         for k, name in enumerate(program.output_names):
             words[f"{program.name}.{name}"] = column = np.zeros(n, dtype=np.int64)
             if len(rows):
-                column[rows] = run.outputs[:, k]
+                column[rows] = out[:, k]
             outputs[mine, k] = column[mine]
         for k, value in enumerate(program.streamed):
             records[mine, k] = columns[value][mine]
@@ -168,7 +169,7 @@ def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
     restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
     frac = inertial.format(inertial.inputs[0]).frac
     raw = np.column_stack([samples.counts << frac, stamps, restart])
-    calibrated = interpret(inertial, raw).outputs
+    calibrated = interpret(inertial, raw)[0]
     field_words = np.zeros((n, len(FIELD)), dtype=np.int64)
     for kind, program in ((COUNTS, field_program), (HEADING, compass)):
         rows = np.flatnonzero(samples.line == kind)

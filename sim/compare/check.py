@@ -14,6 +14,7 @@ from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import CheckResult, LevelResult, compare
 from boresight.sim.compare.soundness import check_sound
+from boresight.sim.compare.textbook import beside_textbook
 from boresight.sim.compare.verdict import judge
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -138,8 +139,9 @@ class Check:
             if Interpreted.name in self.levels or wanted.fault:
                 levels.insert(0, compare(judges[k], wanted, wanted, seconds))
             accuracy = judge(self.build, k, one.inputs, wanted, reference, one.clamped)
+            book = beside_textbook(self.build, k, one.inputs, reference)
             results.append(
-                CheckResult(self.build, k, one, tuple(levels), accuracy, wanted, reference)
+                CheckResult(self.build, k, one, tuple(levels), accuracy, wanted, reference, book)
             )
         return results
 

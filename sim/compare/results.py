@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.sim.answer import Answer, JsonObject, plain
+from boresight.sim.compare.difference import Difference
+from boresight.sim.compare.textbook import textbook_line
 from boresight.sim.compare.verdict import Accuracy
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
@@ -139,6 +141,8 @@ class CheckResult(Answer):
     accuracy : Accuracy
     fixed, floating : Run
         The interpreter's, with which every level was compared, and float64's.
+    textbook : tuple of Difference
+        Float64 beside `Estimator.textbook`, where there is one.
     """
 
     build: Build = field(repr=False)
@@ -148,6 +152,7 @@ class CheckResult(Answer):
     accuracy: Accuracy
     fixed: Run = field(repr=False)
     floating: Run = field(repr=False)
+    textbook: tuple[Difference, ...] = ()
 
     @property
     def estimator(self) -> str:
@@ -158,7 +163,13 @@ class CheckResult(Answer):
     def failures(self) -> list[str]:
         """What is wrong, one line each; empty if `good`."""
         levels = [f"{x.level} in {x.simulator}: {x.failure}" for x in self.levels if x.failure]
-        return [*levels, *self.accuracy.faults()] + ([] if self.levels else ["no level was run"])
+        book = [] if self._near_textbook else [textbook_line(self.textbook)]
+        none = [] if self.levels else ["no level was run"]
+        return [*levels, *self.accuracy.faults(), *book, *none]
+
+    @property
+    def _near_textbook(self) -> bool:
+        return all(d.good for d in self.textbook)
 
     @property
     def exact(self) -> bool:
@@ -168,7 +179,7 @@ class CheckResult(Answer):
     @property
     def good(self) -> bool:
         """Every level is exact, and fixed point is as near to float64 as its author accepts."""
-        return self.exact and self.accuracy.good
+        return self.exact and self.accuracy.good and self._near_textbook
 
     def lines(self) -> list[str]:
         """Everything, for people."""
@@ -177,6 +188,7 @@ class CheckResult(Answer):
             f"W = {self.build.word}",
             *(f"  {level.line()}" for level in self.levels),
             *(f"  {text}" for text in self.accuracy.lines()),
+            *([f"  {textbook_line(self.textbook)}"] if self.textbook else []),
             *(f"  warning: {text}" for text in self.given.warnings),
         ]
 
@@ -199,6 +211,7 @@ class CheckResult(Answer):
             "good": self.good,
             "exact": self.exact,
             "accuracy": plain(self.accuracy),
+            "textbook": [d.to_json() for d in self.textbook],
             "warnings": list(self.given.warnings),
             "verification": plain(
                 [

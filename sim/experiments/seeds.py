@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -85,7 +84,7 @@ def run_cases(
         for first in range(seed, seed + runs, at_once)
     ]
     parts: dict[tuple[str, int], Runs] = {}
-    for label, part in dispatch(jobs or os.cpu_count() or 1, tasks):
+    for label, part in dispatch(jobs, tasks):
         parts[label] = part
         say(f"{len(parts)} of {len(tasks)}: {label[0]}, from seed {label[1]} on")
     return {

@@ -21,9 +21,6 @@ __all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Records from which on segments side by side are faster than one update after the other.
-_LONG = 16
-
 
 def words_of(program: Program, records: FloatArray) -> IntArray:
     """Input words (..., n_inputs) of records in their units; beyond the word they clamp."""
@@ -41,34 +38,19 @@ class Interpreted(Level):
 
     def reset(self) -> None:
         """Set the states to their start words."""
-        self._machine, self._fresh = Interpreter(self.program), True
+        self._machine: Interpreter | None = None
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        words, program, fault = words_of(self.program, records), self.program, ""
-        states, self.shown = self.shown, None
-        fresh, self._fresh = self._fresh, False
-        if fresh and len(words) >= _LONG:
-            found = interpret(program, words, states=states)
-            for k, (state, _) in enumerate(program.states):
-                self._machine.values[state] = found.states[-1:, k]
-            if found.broken_at is not None:
-                fault = f"states differ from C after step {found.broken_at}"
-            return run_of_words(
-                program, found.outputs, found.saturated, states=found.states, fault=fault
-            )
-        rows = []
-        for row in words:
-            out, saturated = self._machine.update(row[:, None])
-            after = [self._machine.values[state][0] for state, _ in program.states]
-            rows.append((out[:, 0], bool(saturated[0]), after))
-        outputs, flags, seen = zip(*rows, strict=True)
-        return run_of_words(
-            program,
-            np.stack(outputs),
-            np.array(flags),
-            states=np.array(seen, dtype=np.int64).reshape(len(words), -1),
+        program, lent, self.shown = self.program, self.shown, None
+        out, saturated, states, broken = interpret(
+            program, words_of(program, records), states=lent, machine=self._machine
         )
+        self._machine = self._machine or Interpreter(program)
+        for k, (state, _) in enumerate(program.states):
+            self._machine.values[state] = states[-1:, k]
+        fault = "" if broken is None else f"states differ from C after step {broken}"
+        return run_of_words(program, out, saturated, states=states, fault=fault)
 
 
 class Emitted(Level):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -57,13 +58,27 @@ class Run:
         """Updates in which an operation was clamped, of all runs; 0 in floating point."""
         return 0 if self.saturated is None else int(self.saturated.sum())
 
+    def outputs_alone(self, names: Collection[str]) -> Run:
+        """Some outputs and the updates that saturated, without words and states."""
+        kept = {n: values for n, values in self.outputs.items() if n in names}
+        return Run(kept, saturated=self.saturated, fault=self.fault)
+
     @classmethod
     def stacked(cls, runs: Sequence[Run]) -> Run:
         """Runs of one level side by side, as one of arrays (n, runs, ...)."""
+        return cls._of_parts(runs, partial(np.stack, axis=1))
+
+    @classmethod
+    def joined(cls, runs: Sequence[Run]) -> Run:
+        """Runs of one level of which each goes on where the last one ended, as one."""
+        return cls._of_parts(runs, np.concatenate)
+
+    @classmethod
+    def _of_parts(cls, runs: Sequence[Run], join: Callable[[list[Any]], Any]) -> Run:
         parts = {f.name: [getattr(run, f.name) for run in runs] for f in fields(cls)}
-        outputs = {n: np.stack([x[n] for x in parts["outputs"]], axis=1) for n in runs[0].outputs}
+        outputs = {n: join([x[n] for x in parts["outputs"]]) for n in runs[0].outputs}
         arrays = {
-            name: None if values[0] is None else np.stack(values, axis=1)
+            name: None if values[0] is None else join(values)
             for name, values in parts.items()
             if name not in ("outputs", "fault")
         }
@@ -82,9 +97,9 @@ class Seen:
 class Level(ABC):
     """An estimator in one form, with states of its own.
 
-    ``step`` and ``run`` go on where the last one stopped, but for ``run`` of a level that replays
-    records from a reset on (`sim.levels.rtl`); ``reset`` starts anew. A level holds resources until
-    ``close``. A new form is one more module of this package: `sim.levels.registry`.
+    ``run``, ``advance`` and ``step`` go on where the last one stopped, but for ``run`` of a level
+    that replays records from a reset on (`sim.levels.rtl`); ``reset`` starts anew. A level holds
+    resources until ``close``. A new form is one more module of this package: `sim.levels.registry`.
 
     Parameters
     ----------
@@ -144,9 +159,13 @@ class Level(ABC):
         self.reset()
         return self.run(records)
 
+    def advance(self, records: FloatArray) -> Run:
+        """`run` from where the last update ended, on every level."""
+        return self.run(records)
+
     def step(self, record: FloatArray) -> Run:
-        """One update of inputs (n_inputs,) in their units: a run of n = 1."""
-        return self.run(record[None])
+        """One update of inputs (n_inputs,) in their units: `advance` with n = 1."""
+        return self.advance(record[None])
 
     @classmethod
     def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
@@ -202,9 +221,9 @@ class Batch(Level):
         """Updates of every run: inputs (n, runs, n_inputs)."""
         return Run.stacked([x.run(records[:, k]) for k, x in enumerate(self.levels)])
 
-    def step(self, record: FloatArray) -> Run:
-        """One update of every run: inputs (runs, n_inputs)."""
-        return Run.stacked([x.step(record[k]) for k, x in enumerate(self.levels)])
+    def advance(self, records: FloatArray) -> Run:
+        """`run` from where the last update of each ended."""
+        return Run.stacked([x.advance(records[:, k]) for k, x in enumerate(self.levels)])
 
     def close(self) -> None:
         """Give back what the levels hold."""

@@ -31,8 +31,8 @@ class Simulated(Level):
     """The core's Verilog, with random start values.
 
     ``run`` replays records from the core's reset on, in Verilator (`sim.rtl.harness`) or Icarus
-    (`sim.rtl.cosim`); ``step`` feeds a core in Verilator, started by the first step after `reset`.
-    What cannot be built or run raises ToolMissing or SimulationFailed then.
+    (`sim.rtl.cosim`); ``advance`` feeds a core in Verilator, which the first one after `reset`
+    starts. What cannot be built or run raises ToolMissing or SimulationFailed then.
     """
 
     name, tools = "rtl", SIMULATORS
@@ -109,21 +109,20 @@ class Simulated(Level):
             fault="output cycles differ from the schedule" if late else "",
         )
 
-    def step(self, record: FloatArray) -> Run:
-        """One update.
+    def advance(self, records: FloatArray) -> Run:
+        """Updates of a core that goes on running.
 
         Raises
         ------
         SimulationFailed
-            The update did not end, gave another number of words, or took other cycles than the
+            An update did not end, gave another number of words, or took other cycles than the
             schedule says; or the process has ended.
         """
         if self._process is None:
             self._process = self.compiled.power_on()
-        batch = self.compiled.batch(words_of(self.program, record[None, :]))
-        replayed = self._process.replay(batch)
-        took, wanted = int(replayed.interval_cycles[0]), self.schedule.interval
-        if took != wanted:
+        replayed = self._process.replay(self.compiled.batch(words_of(self.program, records)))
+        wanted = self.schedule.interval
+        for took in replayed.interval_cycles[replayed.interval_cycles != wanted][:1]:
             raise SimulationFailed(
                 f"rtl: the update took {took} cycles, the schedule says {wanted}"
             )

@@ -80,9 +80,8 @@ class Campaign:
 def made(campaign: Campaign) -> tuple[World, Estimator, Level]:
     """World, estimator and level of a campaign; made once in each process."""
     world = load(campaign.world, World, "world", {}, WORLD_GROUP)
-    build = Build(
-        estimator_of(campaign.estimator), word=campaign.word, params=[dict(campaign.params)]
-    )
+    estimator = estimator_of(campaign.estimator)
+    build = Build(estimator, word=campaign.word, params=[dict(campaign.params)])
     return world, build.estimators[0], make_level(campaign.level, build)
 
 

@@ -113,20 +113,18 @@ class InputReader:
         inputs, new = self.take({name: values[:, None] for name, values in columns.items()}, n)
         return inputs[:, 0], new[:, 0]
 
-    def number(self, name: str, value: object) -> FloatArray:
-        """Values (runs,) of another column of the next row, NaN where there is none.
+    def number(self, name: str, value: object, n: int = 1) -> FloatArray:
+        """Values (n, runs) of another column of the next rows, NaN where there is none.
 
         Raises
         ------
         InputError
             It is no number, or infinite.
         """
-        numbers = np.empty((1, self.runs))
-        numbers[:] = self._numbers(name, value, numbers.shape)
+        numbers = self._numbers(name, value, (n, self.runs)).copy()
         if np.isinf(numbers).any():
             self._refuse_infinite(name, numbers)
-        values: FloatArray = numbers[0]
-        return values
+        return numbers
 
     def _numbers(self, name: str, value: object, shape: tuple[int, int]) -> FloatArray:
         """A column as numbers that can be broadcast to a shape."""

@@ -3,7 +3,7 @@
 ====== ============================================================================================
 module what it holds
 ====== ============================================================================================
-world  plant models, batched plants, playbacks and chunked sources
-loop   a plant model drives a level record by record; where two loops differ first
+world  plant models, batched plants, records in pieces without feedback
+loop   a plant model or a log drives a level; where two loops differ first
 ====== ============================================================================================
 """

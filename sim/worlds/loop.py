@@ -1,10 +1,10 @@
-"""Closed loops: a plant model drives a level record by record; where two loops differ first."""
+"""A source drives a level: closed loops, records in pieces, logs; where two loops differ first."""
 
 from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,19 +14,19 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.levels.level import Level, Run
+from boresight.sim.records.feed import Feed
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Record, index_place
 from boresight.sim.worlds.world import World
 
-__all__ = ["Loop", "Parting", "close_loop", "parting"]
+__all__ = ["Loop", "Parting", "close_loop", "drive", "parting"]
 
 FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """What happened between a world and a level.
+    """What happened between a source and a level, in a whole run or a part of it.
 
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
 
@@ -36,15 +36,15 @@ class Loop:
     inputs : float64 (n, n_inputs)
         Records that the level saw, in the inputs' units.
     new : bool (n, n_inputs)
-        Where the world gave a new sample.
+        Where the source gave a new sample.
     run : Run
         Outputs, words, saturated updates and states of the level.
     truth : dict of str to float64 (n,)
-        True values that the world gave, by output name; NaN where it gave none.
+        True values that the source gave, by output name; NaN where it gave none.
     clamped : dict of str to int
-        Samples beyond the range of inputs that are declared to be clamped.
-    records_per_s : float
-        Of the whole loop.
+        Samples up to here beyond the range of inputs that are declared to be clamped.
+    seconds : float
+        That it took.
     """
 
     level: str
@@ -53,12 +53,33 @@ class Loop:
     run: Run
     truth: dict[str, FloatArray]
     clamped: dict[str, int]
-    records_per_s: float
+    seconds: float
 
     @property
     def outputs(self) -> dict[str, FloatArray]:
         """Outputs of the level (n,), in their units."""
         return self.run.outputs
+
+    @property
+    def records_per_s(self) -> float:
+        """Records in a second of computing."""
+        return len(self.inputs) / self.seconds
+
+    @classmethod
+    def joined(cls, parts: Sequence[Loop]) -> Loop:
+        """Parts of which each goes on where the last one ended, as one."""
+        run, last = Run.joined([part.run for part in parts]), parts[-1]
+        inputs = np.concatenate([part.inputs for part in parts])
+        new = np.concatenate([part.new for part in parts])
+        truth = {
+            name: np.concatenate(
+                [part.truth.get(name, np.full(part.inputs.shape[:-1], np.nan)) for part in parts]
+            )
+            for name in run.outputs
+            if any(name in part.truth for part in parts)
+        }
+        seconds = sum(part.seconds for part in parts)
+        return cls(last.level, inputs, new, run, truth, last.clamped, seconds)
 
     def record(self, estimator: Estimator, name: str) -> Record:
         """What the level saw as a record, with truths: any level can be run on it again.
@@ -106,25 +127,29 @@ class Parting:
         )
 
 
-def close_loop(
-    world: World,
+def drive(
+    source: World | Feed,
     level: Level,
     *,
     steps: int | None = None,
     keep: Collection[str] | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> Loop:
-    """Run a world on a level until the world ends, or for ``steps`` records.
+) -> Iterator[Loop]:
+    """Run a level from a reset on over what a source gives, and yield what happens part by part.
+
+    A part is a record of a world that gets the outputs, one of the `World.pieces` of a world that
+    ignores them, or the whole of a log.
 
     Parameters
     ----------
-    world : World
+    source : World or Feed
+        Plant model, or a log as the estimator reads it.
     level : Level
         With as many runs side by side as the world (`sim.levels.registry.make_level`).
+    steps : int, optional
+        Most records of a world; by default until it ends.
     keep : names of outputs, optional
-        Outputs and true values that are kept, without words and states; by default everything.
-    progress : callable, optional
-        Called with the number of records after each 1000.
+        Outputs and true values of a world that are kept, without words and states; by default
+        everything.
 
     Raises
     ------
@@ -132,6 +157,18 @@ def close_loop(
         The world raises, gives no record at all, or one that the estimator cannot take; it has
         another number of runs than the level.
     """
+    if isinstance(source, World):
+        yield from _world(source, level, steps, keep)
+        return
+    start = time.perf_counter()
+    run, seconds = level.run_anew(source.inputs), time.perf_counter() - start
+    yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped, seconds)
+
+
+def _world(
+    world: World, level: Level, steps: int | None, keep: Collection[str] | None
+) -> Iterator[Loop]:
+    """`drive` with a world."""
     estimator, runs = level.build.estimators[level.number], world.runs
     if level.runs != runs and (level.runs, runs) != (None, 1):
         raise InputError.at(
@@ -147,37 +184,43 @@ def close_loop(
     reader = InputReader(
         estimator, place, runs=runs or 1, fix="correct the record that the world returns"
     )
-    history = _History([o.name for o in estimator.outputs if keep is None or o.name in keep], keep)
+    axis = 0 if level.runs is None else slice(None)
+    names = [o.name for o in estimator.outputs if keep is None or o.name in keep]
     _guarded(world, world.start)
+    pieces = _guarded(world, world.pieces)
     level.reset()
     outputs: dict[str, Any] | None = None
-    start = time.perf_counter()
     while steps is None or reader.rows < steps:
-        record = _guarded(world, world.record, outputs)
-        if record is None:
+        start = time.perf_counter()
+        if pieces is None:
+            given, n = _guarded(world, world.record, outputs), 1
+        else:
+            given = _guarded(world, next, pieces, None)
+        if given is None:
             break
-        if not isinstance(record, Mapping):
+        if not isinstance(given, Mapping):
             raise InputError.at(
                 f"world {world.name}, step {reader.rows}",
                 wanted="a record: values by input name, or None at the end",
-                found=type(record).__name__,
+                found=type(given).__name__,
                 fix="return a dictionary",
             )
+        if pieces is not None:
+            given, n = _rows(world, reader.rows, given, steps)
         truth = {
-            n: reader.number(n + TRUTH, record[n + TRUTH])
-            for n in history.names
-            if n + TRUTH in record
+            name: reader.number(name + TRUTH, given[name + TRUTH], n)[:, axis]
+            for name in names
+            if name + TRUTH in given
         }
-        row, new = (table[0] for table in reader.take(record))
-        run = level.step(row[0] if level.runs is None else row)
+        inputs, new = reader.take(given, n)
+        run = level.advance(inputs[:, axis])
         if runs is None:
-            outputs = {name: float(value[0]) for name, value in run.outputs.items()}
+            outputs = {name: float(value[-1]) for name, value in run.outputs.items()}
         else:
-            outputs = {name: value.reshape(runs) for name, value in run.outputs.items()}
-        history.add(row, new, run, truth)
-        if progress is not None and reader.rows % 1000 == 0:
-            progress(reader.rows)
-    seconds = time.perf_counter() - start
+            outputs = {name: value[-1].reshape(runs) for name, value in run.outputs.items()}
+        run = run if keep is None else run.outputs_alone(keep)
+        seen, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
+        yield Loop(level.name, *seen, run, truth, reader.clamped, seconds)
     if not reader.rows:
         raise InputError.at(
             f"world {world.name}",
@@ -185,54 +228,49 @@ def close_loop(
             found="none",
             fix="let record() return None only at the end",
         )
-    return history.loop(level, reader.clamped, reader.rows / seconds)
 
 
-class _History:
-    """Records, outputs and true values of a loop, row by row.
+def close_loop(
+    world: World,
+    level: Level,
+    *,
+    steps: int | None = None,
+    keep: Collection[str] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Loop:
+    """Run a world on a level until the world ends: all that `drive` yields, as one.
 
     Parameters
     ----------
-    names : sequence of str
-        Outputs that are kept.
-    keep : collection of str or None
-        None: words and states are kept too.
+    world, level, steps, keep
+        See `drive`.
+    progress : callable, optional
+        Called with the number of records after each 1000.
     """
+    parts, rows = list[Loop](), 0
+    for part in drive(world, level, steps=steps, keep=keep):
+        parts.append(part)
+        before, rows = rows, rows + len(part.inputs)
+        if progress is not None and rows // 1000 > before // 1000:
+            progress(rows)
+    return Loop.joined(parts)
 
-    def __init__(self, names: Sequence[str], keep: Collection[str] | None) -> None:
-        self.names, self.keep = names, keep
-        self.rows: list[tuple[FloatArray, BoolArray]] = []
-        self.runs: list[tuple[Any, ...]] = []
-        self.truths: list[dict[str, FloatArray]] = []
 
-    def add(self, row: FloatArray, new: BoolArray, run: Run, truth: dict[str, FloatArray]) -> None:
-        """Add one record (runs, n_inputs), and what the level and the world gave."""
-        whole = (run.words, run.states) if self.keep is None else (None, None)
-        self.rows.append((row, new))
-        self.runs.append(([run.outputs[n] for n in self.names], run.saturated, *whole))
-        self.truths.append(truth)
-
-    def loop(self, level: Level, clamped: dict[str, int], records_per_s: float) -> Loop:
-        """Everything as arrays."""
-        runs = self.rows[0][0].shape[:1]
-        at = 0 if level.runs is None else slice(None)
-        inputs, new = (np.stack(part)[:, at] for part in zip(*self.rows, strict=True))
-        outputs, *rest = zip(*self.runs, strict=True)
-        table = np.array(outputs)[:, :, 0]
-        saturated, words, states = (
-            None if part[0] is None else np.concatenate(part) for part in rest
+def _rows(
+    world: World, done: int, piece: Mapping[str, Any], steps: int | None
+) -> tuple[dict[str, Any], int]:
+    """Columns of a piece as (n, 1) or (n, runs), at most so many that ``steps`` are done; n."""
+    lengths = {len(np.atleast_1d(column)) for column in piece.values()}
+    if len(lengths) != 1 or not min(lengths):
+        raise InputError.at(
+            f"world {world.name}, step {done}",
+            wanted="columns of one length",
+            found=" and ".join(map(str, sorted(lengths))) or "none",
+            fix="give every column a value for each record",
         )
-        gap = np.full(runs, np.nan)
-        known = [n for n in self.names if any(n in truth for truth in self.truths)]
-        return Loop(
-            level.name,
-            inputs,
-            new,
-            Run({n: table[:, k] for k, n in enumerate(self.names)}, words, saturated, states),
-            {n: np.array([t.get(n, gap) for t in self.truths])[:, at] for n in known},
-            clamped,
-            records_per_s,
-        )
+    n = lengths.pop() if steps is None else min(lengths.pop(), steps - done)
+    columns = {name: np.atleast_1d(column)[:n] for name, column in piece.items()}
+    return {name: c[:, None] if c.ndim == 1 else c for name, c in columns.items()}, n
 
 
 def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:
@@ -258,7 +296,7 @@ def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:
     return Parting(step, f"output {name}", levels, pair, True)
 
 
-def _guarded(world: World, call: Callable[..., object], *args: object) -> object:
+def _guarded(world: World, call: Callable[..., Any], *args: object) -> Any:
     """Call a world's method; what it raises becomes one line."""
     try:
         return call(*args)

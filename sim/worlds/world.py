@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,14 +10,15 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 
-__all__ = ["Played", "Streamed", "World"]
+__all__ = ["World"]
 
 
 class World:
     """Base class of plant models.
 
-    A world gives records to an estimator and gets its outputs. It is deterministic: after `start`
-    the same outputs give the same records, bit by bit, so that levels can be compared.
+    A world gives records to an estimator and gets its outputs: it has `record`, or `pieces` if it
+    ignores the outputs. It is deterministic: after `start` the same outputs give the same records,
+    bit by bit, so that levels can be compared.
 
     Attributes
     ----------
@@ -56,6 +57,17 @@ class World:
         """
         raise NotImplementedError
 
+    def pieces(self) -> Iterator[Mapping[str, npt.NDArray[np.float64]]] | None:
+        """All records of a world without feedback, from the start on, in pieces of any length.
+
+        Returns
+        -------
+        iterator of mapping of str to float64 (n,), or None
+            Columns by name, as in `record`; of a batched plant (n, runs), or (n,) of all runs.
+            None: the world is asked for each `record`.
+        """
+        return None
+
     def draw(self, seed: int) -> None:
         """Take another draw of what is random, noise and errors: each ``seed`` its own.
 
@@ -74,39 +86,3 @@ class World:
     def bound(self) -> Mapping[str, npt.NDArray[np.float64]]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
-
-
-class Played(World):
-    """A playback: existing records, one after the other, whatever the outputs are."""
-
-    def __init__(self, records: Sequence[Mapping[str, float]]) -> None:
-        self.records = records
-
-    def start(self) -> None:
-        """Begin anew."""
-        self._left = iter(self.records)
-
-    def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-        """The next record; see `World`."""
-        return next(self._left, None)
-
-
-class Streamed(World):
-    """A chunked source: millions of records in pieces, as arrays, whatever the outputs are."""
-
-    def pieces(self) -> Iterator[Mapping[str, npt.NDArray[np.float64]]]:
-        """All records from the start on: columns (n,) by name, as in `World.record`."""
-        raise NotImplementedError
-
-    def start(self) -> None:
-        """Begin anew."""
-        self._rows = self._each()
-
-    def _each(self) -> Iterator[Mapping[str, float]]:
-        for piece in self.pieces():
-            for row in np.stack([*piece.values()], axis=1).tolist():
-                yield dict(zip(piece, row, strict=True))
-
-    def record(self, outputs: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-        """The next record; see `World`."""
-        return next(self._rows, None)

@@ -3,37 +3,62 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.accuracy.endurance import Endurance, endurance
+from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.attitude.zyx import wrapped
+from boresight.sim.compare.difference import differences
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import drive
 from boresight.systems.array.cases import Case
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.printed import statistics
 from boresight.systems.array.world import ANGLES, DT, ERECTED, TurningArray
 
-__all__ = ["EVERY", "Told", "errors_of", "figures_of", "run_array"]
+__all__ = ["EVERY", "Turned", "errors_of", "figures_of", "run_array", "turned"]
 
 FloatArray = npt.NDArray[np.float64]
 ARCSEC = 180.0 * 3600.0  #: in a half turn.
 EVERY = 96  #: samples between two that are judged: many phases of a turn and of a second.
 _HOUR = round(3600.0 / DT) // EVERY
 _LOOKED_AT = 1013  #: updates between two covariances: every phase of a second.
+_COUNTED = ("saturated", "used", "refused", "records")
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """What a run gave; ``error`` (n, 3) of pitch, roll, heading [arcsec], each `EVERY` samples."""
+class Turned:
+    """What stays of a run of hours.
 
+    Attributes
+    ----------
+    outputs : dict of str to float64 (n,)
+        Of the last of each `EVERY` records that turn, in the outputs' units.
+    error : float64 (n, 3)
+        Of pitch, roll, heading there [arcsec].
+    square, most : dict of str to float
+        By angle that was compared: mean square, and most, of its difference from float64 [ht].
+    least_eigenvalue : float
+        Of the covariances that were looked at [LSB]; infinite if none was.
+    saturated, used, refused, records : int
+        Updates in which an operation was clamped; in which the index was used, refused; in all.
+    """
+
+    outputs: Mapping[str, FloatArray]
     error: FloatArray
-    long: Endurance
+    square: Mapping[str, float]
+    most: Mapping[str, float]
+    least_eigenvalue: float
+    saturated: int
+    used: int
+    refused: int
+    records: int
 
     @property
     def hourly(self) -> FloatArray:
@@ -42,49 +67,77 @@ class Told:
         return found if len(found) else self.error[-1:]
 
 
-def errors_of(world: TurningArray, long: Endurance) -> FloatArray:
-    """Told less true pitch, roll, heading (n, 3) [arcsec] of a run that kept each `EVERY` sample.
+def turned(
+    world: TurningArray, build: Build, *, compared: bool = False, watched: bool = False
+) -> Turned:
+    """Run hours on the integer C, with float64 beside it if ``compared``.
 
-    The record after the restart is sample 0; kept are the last of each `EVERY` that turn.
+    ``watched``: eigenvalues of the covariance are looked at.
     """
+    estimator, level = build.estimators[0], make_level("c", build)
+    real = make_level("float", build) if compared else None
+    covariance = covariance_of(estimator) if watched else None
+    square, most = dict.fromkeys(ANGLES * compared, 0.0), dict.fromkeys(ANGLES * compared, 0.0)
+    counts: Counter[str] = Counter()
+    least, kept = math.inf, []
+    for part in drive(world, level):
+        run, n = part.run, len(part.inputs)
+        if covariance is not None and run.states is not None:
+            rows = sorted({*range(_LOOKED_AT - 1, n, _LOOKED_AT), n - 1})
+            p = covariance.of_words(level.program, run.states[rows])
+            least = min(least, float(np.linalg.eigvalsh(p).min()))
+        if real is not None:
+            beside = real.run(part.inputs).outputs
+            for d in differences(estimator.outputs, run.outputs, {k: beside[k] for k in ANGLES}):
+                square[d.output] += d.rms**2 * d.samples
+                most[d.output] = max(most[d.output], d.largest)
+        if "status" in run.outputs:
+            status = np.rint(run.outputs["status"]).astype(np.int64)
+            counts["refused"] += int(np.count_nonzero(status >> 3 & 1))
+            counts["used"] += int(np.count_nonzero(status >> 6 & 1))
+        counts["saturated"] += run.n_saturated
+        # The record after the restart is sample 0; kept are the last of each `EVERY` that turn.
+        left = ERECTED + EVERY - counts["records"]
+        rows_kept = slice(left if left >= 0 else left % EVERY, None, EVERY)
+        kept.append({name: values[rows_kept].copy() for name, values in run.outputs.items()})
+        counts["records"] += n
+    outputs = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
+    square = {name: total / counts["records"] for name, total in square.items()}
+    error = errors_of(world, outputs)
+    return Turned(outputs, error, square, most, least, **{n: counts[n] for n in _COUNTED})
+
+
+def errors_of(world: TurningArray, outputs: Mapping[str, FloatArray]) -> FloatArray:
+    """Told less true pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
     truth = world.truth(ERECTED, world.samples, EVERY) / math.pi
-    told = np.stack([long.outputs[n] for n in ANGLES], axis=1)
+    told = np.stack([outputs[n] for n in ANGLES], axis=1)
     return ARCSEC * wrapped(told - truth, 2.0)
 
 
 def run_array(case: Case, seeds: range) -> Runs:
     """Figures of a case; see `figures_of`."""
     build = Build(ArrayAttitude(**case.options))
-    told = []
-    for seed in seeds:
-        world = TurningArray(case.deg_s, seed, hours=case.hours, **case.world)
-        long = endurance(
-            build,
-            world.pieces(truth=False),
-            first=ERECTED + EVERY,
-            every=EVERY,
-            compared=ANGLES if case.compared else (),
-            watched=_LOOKED_AT,
-        )
-        told.append(Told(errors_of(world, long), long))
-    return figures_of(told)
+    worlds = (
+        TurningArray(case.deg_s, seed, hours=case.hours, truths=False, **case.world)
+        for seed in seeds
+    )
+    return figures_of([turned(w, build, compared=case.compared, watched=True) for w in worlds])
 
 
-def figures_of(told: Sequence[Told]) -> Runs:
-    """Figures of each run while it turns, in arcsec; kept of each: `Told`."""
+def figures_of(runs: Sequence[Turned]) -> Runs:
+    """Figures of each run while it turns, in arcsec; kept of each: `Turned`."""
     figures: dict[str, list[float]] = defaultdict(list)
-    for one in told:
-        hourly, long = statistics(one.hourly), one.long
+    for one in runs:
+        hourly = statistics(one.hourly)
         for k, axis in enumerate(ANGLES):
             figures[f"{axis}_rms"].append(math.sqrt(np.mean(one.error[:, k] ** 2)))
             figures[f"{axis}_max"].append(np.abs(one.error[:, k]).max())
             figures[f"{axis}_sigma"].append(hourly["sigma"][k])
-        figures["fixed_float_rms"].append(ARCSEC * math.sqrt(max(long.square.values(), default=0)))
-        figures["fixed_float_max"].append(ARCSEC * max(long.most.values(), default=0.0))
-        figures["eigenvalue_min"].append(long.least_eigenvalue)
-        figures["saturated_sum"].append(long.saturated)
-        for name, bit in (("used", 6), ("refused", 3)):
-            figures[f"{name}_sum"].append(int(long.counts["status"][bit]))
-        figures["scale_up_ppm"].append(1e6 * long.outputs["scale_up"][-1])
+        figures["fixed_float_rms"].append(ARCSEC * math.sqrt(max(one.square.values(), default=0)))
+        figures["fixed_float_max"].append(ARCSEC * max(one.most.values(), default=0.0))
+        figures["eigenvalue_min"].append(one.least_eigenvalue)
+        for name in ("saturated", "used", "refused"):
+            figures[f"{name}_sum"].append(getattr(one, name))
+        figures["scale_up_ppm"].append(1e6 * one.outputs["scale_up"][-1])
     arrays = {n: np.array(v, dtype=np.float64) for n, v in figures.items()}
-    return Runs(arrays, {}, list(told), {f"{axis}_sigma": "rms" for axis in ANGLES})
+    return Runs(arrays, {}, list(runs), {f"{axis}_sigma": "rms" for axis in ANGLES})

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.accuracy.endurance import endurance
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.systems.array.estimator import ArrayAttitude
-from boresight.systems.array.runs import EVERY, errors_of
-from boresight.systems.array.world import ERECTED, TurningArray
+from boresight.systems.array.runs import turned
+from boresight.systems.array.world import TurningArray
 
 __all__ = ["FORTY", "WORDS", "Plain", "run_width"]
 
@@ -36,12 +35,11 @@ def run_width(width: tuple[int, float, float], seeds: range) -> Runs:
     ``width``: bits of words, and of the counts of a perfect unit; its rate [deg/s]; hours.
     """
     word, deg_s, hours = width
-    world = TurningArray(deg_s, hours=hours, errors=0.0, plus=True, index="none", counts_bits=word)
+    exact: dict[str, Any] = {"errors": 0.0, "plus": True, "index": "none", "truths": False}
+    world = TurningArray(deg_s, hours=hours, counts_bits=word, **exact)
     figures = {}
     for name, form in (("carried", ArrayAttitude), ("plain", Plain)):
-        build = Build(form(aided=False), word=word)
-        pieces = world.pieces(truth=False)
-        long = endurance(build, pieces, first=ERECTED + EVERY, every=EVERY)
-        square = np.mean(errors_of(world, long) ** 2, axis=0)
+        run = turned(world, Build(form(aided=False), word=word))
+        square = np.mean(run.error**2, axis=0)
         figures[f"{name}_rms"] = np.array([np.sqrt(square.max())])
     return Runs(figures)

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from boresight import World
 from boresight.model.errors import require
 from boresight.sim.attitude.rotation import (
     euler_to_matrix,
@@ -19,7 +20,6 @@ from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.worlds.inertial import sensors
 from boresight.sim.worlds.inertial.turning import Turn, Turning, drawn, earth_rate, normal_gravity
 from boresight.sim.worlds.inertial.turntable import Mark, pulses
-from boresight.sim.worlds.world import Streamed
 
 __all__ = ["ALIGNED", "ANGLES", "DT", "ERECTED", "START_DEG", "TurningArray"]
 
@@ -35,7 +35,7 @@ ERRORS = np.array([[0.003 * sensors.PER_HOUR, 1e-5, 20e-6], [20.0 * sensors.MICR
 _PIECE = 20_000  #: records made at once.
 
 
-class TurningArray(Streamed):
+class TurningArray(World):
     """An array on its turntable, ``TurningArray(36.0, seed=3, hours=0.1)``.
 
     Parameters
@@ -62,6 +62,8 @@ class TurningArray(Streamed):
         Increments are counts of 2^-7 rad and 2^-2 m/s over 2^(counts_bits - 1).
     mark_deg, index, missed, doubled, wrong
         See `Mark`.
+    truths : bool
+        Whether the records hold true angles, which take most of the time of making them.
 
     Raises
     ------
@@ -87,6 +89,7 @@ class TurningArray(Streamed):
         missed: float = 0.0,
         doubled: float = 0.0,
         wrong: float = 0.0,
+        truths: bool = True,
     ) -> None:
         for good, where, wanted, found in (
             (0.0 < deg_s <= 44.0, "deg_s", "above 0, to 44", deg_s),
@@ -98,6 +101,7 @@ class TurningArray(Streamed):
         ):
             require(good, f"turning_array, {where}", wanted, found)
         self.deg_s, self.errors, self.plus, self.nods_arcsec = deg_s, errors, plus, nods_arcsec
+        self.truths = truths
         self.mark = Mark(mark_deg, index, missed, doubled, wrong)
         full = (2.0**-7, 2.0**-2)
         self.noise = [
@@ -138,15 +142,15 @@ class TurningArray(Streamed):
         """Pitch, roll, heading (n, 3) [rad] at the ends of samples; see `Turning.matrix`."""
         return matrix_to_euler(self.motion.matrix(first, last, every))
 
-    def pieces(self, truth: bool = True) -> Iterator[Mapping[str, FloatArray]]:
-        """See `Streamed`: first the record that restarts, then one of each sample."""
+    def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
+        """See `World`: first the record that restarts, then one of each sample."""
         triads = [
             sensors.Triad(*errors, noise, (self.seed, 2016, k), DT)
             for k, (errors, noise) in enumerate(zip(self.constant, self.noise, strict=True))
         ]
         restart = np.array([[*np.zeros(6), math.radians(self.mark.at_deg), 0.0, -1.0]])
         start = matrix_to_euler(self.motion.starts[0])[None]
-        yield _columns(restart, start if truth else None)
+        yield _columns(restart, start if self.truths else None)
         for first in range(0, self.samples, _PIECE):
             last = min(first + _PIECE, self.samples)
             table = np.full((last - first, 9), np.nan)
@@ -157,7 +161,7 @@ class TurningArray(Streamed):
             at = self.pulses.sample[own] + ERECTED - first
             table[at, 6], table[at, 7] = self.pulses.azimuth[own], self.pulses.share[own]
             table[:, 8] = np.searchsorted((ALIGNED, ERECTED), np.arange(first, last), side="right")
-            yield _columns(table, self.truth(first, last) if truth else None)
+            yield _columns(table, self.truth(first, last) if self.truths else None)
 
 
 def _columns(table: FloatArray, truth: FloatArray | None) -> dict[str, FloatArray]:

@@ -8,7 +8,7 @@ where the next beams go.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,6 @@ from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.forms import run_forms
-from boresight.sim.worlds.world import Played
 from boresight.systems.mls.deck import RATE_HZ, deck, records
 from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.linear_array import Array, direction, lobe
@@ -46,7 +45,7 @@ def angle_of(to: npt.ArrayLike, fro: npt.ArrayLike) -> FloatArray:
     return np.asarray((at_zero - (np.asarray(fro) - np.asarray(to))) * SCAN_DEG_S / 2.0)
 
 
-class OnDeck(Played):
+class OnDeck(World):
     """Sensors on a deck: ``OnDeck("sea_5", seed=3)``, a motion of `mls_deck.MOTIONS`."""
 
     name = "on_deck"
@@ -59,7 +58,11 @@ class OnDeck(Played):
         names += [f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz")]
         angles = wrapped(what.euler / math.pi, 2.0)
         rows = np.concatenate([records(what, seed), angles, what.q], axis=1)
-        super().__init__([dict(zip(names, row, strict=True)) for row in rows.tolist()])
+        self.columns = dict(zip(names, rows.T, strict=True))
+
+    def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
+        """All records; see `World`."""
+        yield self.columns
 
 
 class Landing(World):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
@@ -53,7 +54,8 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
     reference = make_level("float", build).run(loop.inputs)
     names = [f"{b}_bias" for b in BIASES]
     found = np.stack([loop.outputs[n] for n in names], axis=1)
-    apart = (found[-1] - [reference.outputs[n][-1] for n in names]) / world.bias
+    declared = [o for o in build.estimators[0].outputs if o.name in names]
+    apart = [d.apart[-1] for d in differences(declared, loop.outputs, reference.outputs)]
     corrected = np.stack(
         [[loop.outputs[f"{a}{i}_corrected"] for a in AXES] for i in "12"]
     ).transpose(2, 0, 1)
@@ -63,7 +65,7 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
         world.reported.transpose(1, 0, 2) - world.place[:, None],
         corrected - world.place[:, None],
         loop.run.n_saturated,
-        float(np.abs(apart).max()),
+        float((apart / np.abs(world.bias)).max()),
     )
 
 

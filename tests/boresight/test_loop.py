@@ -123,9 +123,9 @@ def test_integer_levels_that_part_are_a_failure(monkeypatch: pytest.MonkeyPatch)
 
         count, closed = 0, False
 
-        def step(self, record: Any) -> Any:
+        def advance(self, records: Any) -> Any:
             self.count += 1
-            run = super().step(record)
+            run = super().advance(records)
             wrong = {**run.outputs, "u": run.outputs["u"] + 2.0**-20}
             return replace(run, outputs=wrong) if self.count == 9 else run
 

@@ -1,8 +1,20 @@
-"""`firmware.body`: names, and the statements of small operations."""
+"""Statements, helper functions, names and frame of the emitted C."""
+
+import ctypes
+import random
+import re
+import subprocess
+from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from boresight.firmware.body import Body
+from boresight.firmware.build import find_compiler
+from boresight.firmware.helpers import definitions, helpers
+from boresight.firmware.layout import banner, block, head, join
+from boresight.firmware.names import identifier, literal, unique
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (
     Kind,
@@ -15,6 +27,8 @@ from boresight.model.words.program import (
     Value,
     When,
 )
+
+# -- `firmware.body`: names, and the statements of small operations -------------------------------
 
 
 def value(name: str, kind: Kind, initial: int = 0) -> Value:
@@ -111,3 +125,158 @@ def test_name(name: str, prefix: str | None, wanted: str) -> None:
 def test_bad_prefix() -> None:
     with pytest.raises(ValueError, match=r"^prefix must be a C identifier, not '2 be'$"):
         Body(program(Op(3, ())), prefix="2 be")
+
+
+# --------------------------------------------------------------------------------------------------
+# `firmware.helpers`: only what is called, each before its callers, each against plain Python
+
+ALL = (
+    "mul_shift",
+    "shift_less",
+    "negate_where",
+    "sign_mask",
+    "sign_mask_quarter",
+    "sign_count",
+    "segment_index",
+    "segment_index_quarter",
+    "fraction",
+    "clip",
+    "saturate",
+    "wrap",
+)
+
+
+def defined(text: str) -> list[str]:
+    return re.findall(r"^static inline \w+ (\w+)\(", text, flags=re.M)
+
+
+def test_only_what_is_called() -> None:
+    assert helpers("") == ""
+    assert defined(helpers("x = fraction(y);")) == ["fraction"]
+    assert defined(helpers("wrap(acc)")) == ["shift_right", "to_signed", "wrap"]
+
+
+def test_definition_precedes_use() -> None:
+    text = helpers(" ".join(f"{name}()" for name in ALL))
+    names = defined(text)
+    assert set(ALL) < set(names)
+    for name in names:
+        first = re.search(rf"\b{name}\(", text)
+        assert first is not None
+        line = text[: first.end()].splitlines()[-1]
+        assert line.startswith("static inline"), name
+
+
+@pytest.mark.parametrize("flags", [(), ("-U__GNUC__",)], ids=["gnu", "portable"])
+@pytest.mark.parametrize("word", [18, 32])
+def test_against_python(word: int, flags: tuple[str, ...], tmp_path: Path) -> None:
+    arith = Arithmetic(word)
+    calls = "mul_shift() sign_count() wrap() segment_index_quarter() fraction()"
+    exports = [
+        "uint64_t x_mul(int32_t a, int32_t b, uint32_t s) { return mul_shift(a, b, s); }",
+        "uint32_t x_count(int32_t a) { return sign_count(a); }",
+        "int32_t x_wrap(uint64_t a) { return wrap(a); }",
+        "uint32_t x_index(int32_t a) { return segment_index_quarter(a); }",
+        "int32_t x_fraction(int32_t a) { return fraction(a); }",
+    ]
+    text = "\n".join(["#include <stdint.h>", definitions(arith), helpers(calls), *exports, ""])
+    (tmp_path / "x.c").write_text(text)
+    subprocess.run(
+        [find_compiler(), "-std=c99", "-O1", *flags, "-shared", "-fPIC", "x.c", "-o", "x.so"],
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+    )
+    c = ctypes.CDLL(str(tmp_path / "x.so"))
+    c.x_mul.argtypes = [ctypes.c_int32, ctypes.c_int32, ctypes.c_uint32]
+    c.x_mul.restype, c.x_count.restype = ctypes.c_uint64, ctypes.c_uint32
+    c.x_wrap.argtypes, c.x_index.restype = [ctypes.c_uint64], ctypes.c_uint32
+    rng = random.Random(word)
+    words = [0, 1, -1, 2, -2, arith.min_int, arith.max_int, 2 ** (word - 2), -(2 ** (word - 2))]
+    words += [rng.randint(arith.min_int, arith.max_int) >> rng.randrange(word) for _ in range(200)]
+    for a in words:
+        count = sum((a if a >= 0 else ~a) < 2 ** (word - 1 - n) for n in range(1, word))
+        assert c.x_count(a) == min(count, arith.norm_max)
+        assert c.x_index(a) == (a + 2 ** (word - 2)) // 2**arith.fraction_bits % 128
+        assert c.x_fraction(a) == a % 2**arith.fraction_bits
+        for s in (0, 1, 13, 31):
+            b = rng.choice(words)
+            assert c.x_mul(a, b, s) == (a * b // 2**s) % 2**64
+            q = a * b * 2 ** rng.randrange(2) // 2**arith.guard
+            assert c.x_wrap((q * 2**arith.guard) % 2**64) == (
+                (q + 2 ** (word - 1)) % 2**word - 2 ** (word - 1)
+            )
+
+
+# -- `firmware.names`: legal and distinct, whatever the names of the values are -------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("gx", "gx"),
+        ("q.w", "q_w"),
+        ("2nd", "n2nd"),
+        ("int", "int_"),
+        ("bool", "bool_"),
+        ("_Bool", "Bool"),
+        ("INT32_MAX", "INT32_MAX_"),
+        ("uint8_t", "uint8_t_"),
+        ("", "unnamed"),
+        ("Δψ", "unnamed"),
+        ("µ_t", "t"),
+        ("gyr[0]", "gyr_0_"),
+    ],
+)
+def test_identifier(name: str, wanted: str) -> None:
+    assert identifier(name) == wanted
+    assert identifier(wanted) == wanted
+
+
+@given(st.text())
+def test_identifier_is_legal(name: str) -> None:
+    assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", identifier(name))
+
+
+def test_unique_counts() -> None:
+    assert unique(["q.w", "q_w", "Q_W", "q_w_2"]) == ["q_w", "q_w_2", "Q_W", "q_w_2_2"]
+    assert unique(["gx", "GX"], taken=["Gx"], fold=True) == ["gx_2", "GX_3"]
+
+
+@given(st.lists(st.text(alphabet="ab_.2", max_size=4)), st.booleans())
+def test_unique_is_unique(names: list[str], fold: bool) -> None:
+    got = [x.upper() if fold else x for x in unique(names, taken=["a"], fold=fold)]
+    assert len({*got, "A" if fold else "a"}) == len(names) + 1
+
+
+def test_literal() -> None:
+    assert [literal(w) for w in (0, -1, 2**31 - 1, -(2**31))] == [
+        "0",
+        "-1",
+        "2147483647",
+        "INT32_MIN",
+    ]
+
+
+# -- `firmware.layout`: the frame of a file -------------------------------------------------------
+
+
+def test_block_indents_but_leaves_blank_lines_empty() -> None:
+    assert block("void f(void)", ["a;", "", "b;"]) == "void f(void) {\n    a;\n\n    b;\n}"
+
+
+def test_join_drops_empty_parts() -> None:
+    assert join("a", "", "b") == "a\n\nb\n"
+
+
+def test_banner_is_eighty_columns() -> None:
+    rule, title = banner("Functions").split("\n")
+    assert (len(rule), title) == (80, "// Functions")
+
+
+def test_head() -> None:
+    text = head("odd.c", "What it is.", "Made from x,", "and y.")
+    assert text.startswith(
+        "/**\n * @file odd.c\n * @brief What it is.\n *\n * Made from x,\n * and "
+    )
+    assert text.count("*/") == 1

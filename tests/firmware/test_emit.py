@@ -1,11 +1,9 @@
-"""`firmware.emit`: same text for the same program, no warning, no undefined behaviour.
-
-``BORESIGHT_UPDATE=1 pytest tests/firmware/test_emit.py`` rewrites the golden files.
-"""
+"""The emitted C: same text for the same program, no warning, no undefined behaviour."""
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,8 +13,10 @@ import numpy as np
 import pytest
 
 from boresight.firmware.body import Body
-from boresight.firmware.build import find_compiler
+from boresight.firmware.build import CModel, find_compiler
 from boresight.firmware.emit import emit_c
+from boresight.firmware.host import host_source
+from boresight.firmware.many import ManyCModels
 from boresight.firmware.observe import observe_source
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
@@ -32,6 +32,9 @@ from boresight.model.words.program import (
     When,
 )
 from tests.support.random_program import random_inputs, random_program
+
+# -- `firmware.emit`: same text for the same program, no warning, no undefined behaviour ----------
+# ``BORESIGHT_UPDATE=1 pytest tests/firmware/test_emit.py`` rewrites the golden files.
 
 GOLDEN = Path(__file__).parent / "golden"
 STRICT = (
@@ -123,8 +126,12 @@ def golden_program() -> Program:
 
 @pytest.mark.parametrize("name", ["golden.h", "golden.c", "golden_host.c", "golden_observe.c"])
 def test_golden(name: str) -> None:
-    text = all_files(golden_program())[name]
-    path = GOLDEN / name
+    files = all_files(golden_program())
+    text, path = files[name], GOLDEN / name
+    if name == "golden_observe.c":  # its definitions and helpers are those of golden.c
+        both = (t[t.index("// Definitions") :] for t in (text, files["golden.c"]))
+        shared, _, _ = os.path.commonprefix([*both]).rpartition("\n\n")
+        text = text.replace(shared, "// as in golden.c", 1)
     if os.environ.get("BORESIGHT_UPDATE"):
         path.write_text(text, encoding="utf-8")
     assert text == path.read_text(encoding="utf-8"), (
@@ -255,3 +262,62 @@ def test_no_undefined_behaviour(
     outputs, saturated = Interpreter(program).run(np.array(rows)[:, :, None])
     np.testing.assert_array_equal(got["outputs"], outputs[:, :, 0])
     np.testing.assert_array_equal(got["saturated"] != 0, saturated[:, 0])
+
+
+# -- `firmware.many`: each run gives the words of a model of its own ------------------------------
+
+
+@pytest.mark.parametrize("seed, word", [(3, 32), (4, 18)])
+def test_each_is_a_model_of_its_own(seed: int, word: int, cache: Path) -> None:
+    program, runs, steps = random_program(seed, word=word), 3, 20
+    words = np.array(random_inputs(program, seed, steps * runs), dtype=np.int32)
+    words = words.reshape(steps, runs, -1)
+    many = ManyCModels(program, runs, cache=cache)
+    for _ in range(2):  # and again after a reset
+        found = [many.update(row) for row in words]
+        for k in range(runs):
+            outputs, saturated = CModel(program, cache=cache).update(words[:, k])
+            assert (np.array([out[k] for out, _ in found]) == outputs).all()
+            assert [bool(flags[k]) for _, flags in found] == saturated.tolist()
+        assert (found[0][0] != found[-1][0]).any()
+        many.reset()
+
+
+def test_words_are_checked(cache: Path) -> None:
+    program = random_program(3)
+    many = ManyCModels(program, 2, cache=cache)
+    n = len(program.inputs)
+    for bad in (np.zeros((1, n), np.int32), np.zeros((2, n)), np.zeros((2, n + 1), np.int32)):
+        with pytest.raises(ValueError, match=rf"^inputs must be int32 \(2, {n}\)"):
+            many.update(bad)
+
+
+# -- `firmware.host`: what the host's file declares (`test_build` runs it) ------------------------
+
+
+def test_entry_points(odd_names: Program) -> None:
+    text = host_source(Body(odd_names, prefix="odd"))
+    assert text.index('#include "odd.c"') < text.index("size_t odd_size(void);")
+    for name in ("odd_size", "odd_set_param", "odd_run", "odd_each"):
+        found = re.findall(rf"^(?:void|size_t) {name}\(", text, re.MULTILINE)
+        assert len(found) == 2, "a declaration and a definition"
+
+
+# -- `firmware.observe`: what an observed update tells (`test_build` runs it) ---------------------
+
+
+def test_entry_point(odd_names: Program) -> None:
+    text = observe_source(Body(odd_names, prefix="odd"))
+    assert '#include "odd.h"' in text and '.c"' not in text
+    found = re.findall(r"^void odd_observe\(", text, re.MULTILINE)
+    assert len(found) == 2, "a declaration and a definition"
+
+
+def test_every_word_is_given(odd_names: Program) -> None:
+    text = observe_source(Body(odd_names))
+    assert all(f"words[{n}] = " in text for n in range(len(odd_names.values)))
+
+
+def test_saturations_are_counted_one_by_one(odd_names: Program) -> None:
+    text = observe_source(Body(odd_names))
+    assert all(f"saturations[{op.dest}] += saturated" in text for op in odd_names.ops)

@@ -10,11 +10,11 @@ from collections.abc import Callable
 import pytest
 from amaranth.hdl import ClockDomain, Module
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 from boresight.gateware.verilog import to_verilog
 from boresight.model.tools.folders import yosys_environment
-from tests.support.clock import PERIOD_S, pause
+from tests.support.bench import run_bench
+from tests.support.clock import pause
 
 #: Simulation models of the primitives in use, out of the synthesis tool's library.
 PRIMITIVES = ("DSP48A1", *(f"LUT{n}" for n in range(2, 7)))
@@ -49,12 +49,7 @@ def simulate() -> Callable:
         top = Module()
         top.domains.sync = ClockDomain()  # also for what has no register
         top.submodules.dut = dut
-        sim = Simulator(top)
-        sim.add_clock(PERIOD_S)
-        for other in background:
-            sim.add_testbench(other, background=True)
-        sim.add_testbench(bench)
-        sim.run()
+        run_bench(top, bench, background=background)
 
     return run
 

@@ -1,7 +1,5 @@
 """Several programs in one core: what they share, what they must not, each runs as if alone."""
 
-from __future__ import annotations
-
 import dataclasses
 import random
 

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import Core, build_core
@@ -15,6 +14,7 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.tools.typed import Malformed
+from tests.support.bench import put, read, run_bench, write
 
 
 class Awkward(Estimator):
@@ -91,62 +91,42 @@ def test_the_core_answers_at_these_addresses(word: int) -> None:
     for register, given in zip(found.parameters, words, strict=True):
         model.set_param(register.name, given)
 
-    async def read(ctx, name: str) -> int:
-        ctx.set(dut.bus.addr, found.find(name).address)
-        await ctx.tick()
-        return ctx.get(dut.bus.r_data)
-
-    async def write(ctx, address: int, word: int) -> None:
-        ctx.set(dut.bus.addr, address)
-        ctx.set(dut.bus.w_data, word & found.mask)
-        ctx.set(dut.bus.w_stb, 1)
-        await ctx.tick().until(dut.bus.w_ack)
-        ctx.set(dut.bus.w_stb, 0)
-
-    async def put(ctx, word: int, last: int) -> None:
-        ctx.set(dut.i.payload, {"data": word & found.mask, "last": last})
-        ctx.set(dut.i.valid, 1)
-        await ctx.tick().until(dut.i.ready)
-        ctx.set(dut.i.valid, 0)
-
     status = FIXED[0]  # the program's "status" is another register
     bits = {field.name: 1 << field.bit for field in status.fields}
     one = int(core.program.format(core.program.inputs[0]).quantise(1.0))
 
     async def bench(ctx):
         async def flags():
-            ctx.set(dut.bus.addr, status.address)
-            await ctx.tick()
-            return ctx.get(dut.bus.r_data)
+            return await read(ctx, dut.bus, status.address)
+
+        async def named(name: str) -> int:
+            return await read(ctx, dut.bus, found.find(name).address)
 
         ctx.set(dut.o.ready, 1)
         await ctx.tick().repeat(5)
-        assert (await read(ctx, "build_low"), await read(ctx, "build_high")) == found.build
-        assert await read(ctx, "updates") == 0
+        assert (await named("build_low"), await named("build_high")) == found.build
+        assert await named("updates") == 0
         assert await flags() == bits["idle"]
         assert [r.name for r in found.parameters] == ["status", "STATUS", "in_u", "int"]
         for register, given in zip(found.parameters, words, strict=True):
-            await write(ctx, register.address, given)
-        await put(ctx, one, last=1)
+            await write(ctx, dut.bus, register.address, given)
+        await put(ctx, dut.i, {"data": one, "last": 1})
         (output,) = await ctx.tick().sample(dut.o.payload.data).until(dut.o.valid)
         assert output == model.update([[one]])[0][0, 0] & found.mask
         await ctx.tick().repeat(20)
-        assert await read(ctx, "updates") == 1
+        assert await named("updates") == 1
         assert await flags() == bits["idle"] | bits["parity"]
-        await put(ctx, one, last=0)
-        await put(ctx, one, last=1)
+        await put(ctx, dut.i, {"data": one, "last": 0})
+        await put(ctx, dut.i, {"data": one, "last": 1})
         await ctx.tick().repeat(5)
         assert await flags() & bits["framing"]
         for field in status.fields:
             if field.clear:
-                await write(ctx, status.address, 1 << field.bit)
+                await write(ctx, dut.bus, status.address, 1 << field.bit)
                 assert not await flags() & 1 << field.bit
-        assert await read(ctx, "updates") == 1
+        assert await named("updates") == 1
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 def test_json(complementary: Core) -> None:

@@ -1,7 +1,5 @@
 """A schedule is searched for once, and anew when anything that decides it changes."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path

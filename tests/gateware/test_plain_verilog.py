@@ -1,7 +1,5 @@
 """`core_sim.v` as a user takes it: a bench in plain Verilog, every language mode, any start."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 from dataclasses import dataclass, field

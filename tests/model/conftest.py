@@ -1,7 +1,5 @@
 """Shared by the tests of `model`."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.support.traced import Traced

@@ -1,7 +1,5 @@
 """A small core with made-up synthesis results, and runs over a bundled log, for the report."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Answers: fields as plain data, and as tables for a notebook."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

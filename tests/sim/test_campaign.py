@@ -1,7 +1,5 @@
 """The journal: what was added is there, half a line is not, another's file is left alone."""
 
-from __future__ import annotations
-
 import pytest
 
 from boresight.model.errors import InputError

@@ -1,7 +1,5 @@
 """What an identity depends on: the sources of things, with what they import, and versions."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`sim.pages`: numbers and units for people; templates escape and miss nothing in silence."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import jinja2

@@ -1,7 +1,5 @@
 """Inline SVG: the same text for the same data, nothing from outside, no mark of the tool."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

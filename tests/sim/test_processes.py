@@ -10,7 +10,7 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.tools.failure import ToolFailed
-from boresight.sim.processes import dispatch
+from boresight.sim.processes import dispatch, processes
 
 TASKS = [(k, math.factorial, (k,)) for k in (5, 3, 8)]
 pytestmark = pytest.mark.pythons
@@ -46,6 +46,8 @@ def test_in_processes() -> None:
     elsewhere = dict(dispatch(2, [("a", os.getpid, ()), ("b", os.getpid, ())]))
     assert os.getpid() not in elsewhere.values()
     assert list(dispatch(2, [])) == []
+    assert list(dispatch(2, [("one", os.getpid, ())])) == [("one", os.getpid())]
+    assert (processes(3), processes(None)) == (3, os.cpu_count())
     assert dict(dispatch(2, [(k, len, (LARGE,)) for k in range(3)])) == dict.fromkeys(
         range(3), 10**7
     )

@@ -1,4 +1,4 @@
-"""`boresight check` names what is wrong: the value, its line, and a cure."""
+"""Mistakes in estimators and inputs: one line with the place and a cure, exit code 2."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 from boresight.cli import main
+from tests.support.strangers import program
+
+# -- `boresight check` names what is wrong: the value, its line, and a cure -----------------------
 
 pytestmark = pytest.mark.pythons
 
@@ -107,3 +110,191 @@ def test_a_state_within_its_range_is_not(tmp_path, capsys) -> None:
     log = _log(tmp_path / "log.csv", {"rate": np.full(500, 9.0)})
     assert main(["check", f"{BAD}:Integrator", str(log), "--levels", "fixed,c"]) == 0
     assert "BEYOND" not in capsys.readouterr().out
+
+
+# -- what strangers get wrong: one line with the place, exit code 2, nothing left behind ----------
+
+HEAD = "from boresight import Estimator, Input, Output, Param, State, World, ops\n"
+GOOD = """
+class Lag(Estimator):
+    inputs = (Input("x", -10.0, 10.0, "m"),)
+    states = (State("y", -10.0, 10.0, "m"),)
+    outputs = (Output("y", "m", tolerance=1e-6),)
+    def step(self, x, u, p):
+        y = x.y + 0.25 * (u.x - x.y)
+        return {"y": y}, {"y": y}
+"""
+WORLD = """
+class Plant(World):
+    def start(self):
+        self.k = 0
+    def record(self, outputs):
+        self.k += 1
+        RECORD
+"""
+RECORDS = {
+    "raises": 'return {"x": 1.0 / (3 - self.k)}',
+    "list": "return [1.0]",
+    "lacks": 'return {"z": 1.0}',
+    "beyond": 'return {"x": 4.0 * self.k}',
+    "text": 'return {"x": "one"}',
+    "nan": 'return {"x": float("nan")}',
+    "infinite": 'return {"x": float("inf")}',
+    "empty": "return None",
+    "truth": 'return {"x": 1.0, "y_true": "high"}',
+    "later": 'return {"x": 1.0} if self.k < 3 else {}',
+}
+FILES = {
+    "good.py": HEAD + GOOD,
+    "two.py": HEAD + GOOD + GOOD.replace("Lag", "Lead"),
+    "none.py": HEAD,
+    "syntax.py": HEAD + "class Lag(Estimator)\n    pass\n",
+    "raises.py": HEAD + "scale = {}['gain']\n" + GOOD,
+    "module.py": "import nosuchmodule\n" + HEAD + GOOD,
+    "exits.py": "raise SystemExit(0)\n",
+    "step.py": HEAD + GOOD.replace("u.x - x.y", "u.z - x.y"),
+    "branch.py": HEAD + GOOD.replace("        return", "        if y > 0: y = -y\n        return"),
+    "forgets.py": HEAD + GOOD.replace('return {"y": y}, ', "return {}, "),
+    "silent.py": HEAD + GOOD.replace(', {"y": y}', ", {}"),
+    "nothing.py": HEAD + GOOD.replace('return {"y": y}, {"y": y}', "pass"),
+    "list.py": HEAD + GOOD.replace('return {"y": y}, {"y": y}', "return [y], [y]"),
+    "value.py": HEAD + GOOD.replace('return {"y": y}', 'return {"y": "high"}'),
+    "condition.py": HEAD + GOOD.replace(', {"y": y}', ', {"y": y > 0.0}'),
+    "numpy.py": "import math\n" + HEAD + GOOD.replace("0.25 *", "math.sin(x.y) *"),
+    "backwards.py": HEAD + GOOD.replace('"x", -10.0, 10.0', '"x", 10.0, -10.0'),
+    "initial.py": HEAD + GOOD.replace('"y", -10.0, 10.0, "m"', '"y", -10.0, 10.0, "m", 11.0'),
+    "default.py": HEAD
+    + GOOD.replace("    states", '    params = (Param("k", 2, 0, 1),)\n    states'),
+    "twice.py": HEAD + GOOD.replace('10.0, "m"),)\n    outputs', '10.0, "m"),) * 2\n    outputs'),
+    "tolerance.py": HEAD + GOOD.replace("tolerance=1e-6", "tolerance=-1.0"),
+    "unit.py": HEAD + GOOD.replace('10.0, "m"),)\n    states', '10.0, "furlings"),)\n    states'),
+    "tuple.py": HEAD + GOOD.replace('10.0, "m"),)\n    states', '10.0, "m"))\n    states'),
+    "string.py": HEAD + GOOD.replace('"x", -10.0', '"x", "low"'),
+    "needs.py": HEAD + GOOD.replace("    inputs", "    def __init__(self, n): pass\n    inputs"),
+    "log.csv": "x\n" + "1\n2\n3\n",
+    "unknown.csv": "x[furlongs/fortnite]\n1\n2\n",
+    "dimension.csv": "t[s],x[m/s]\n0,1\n1,2\n",
+    "other.csv": "t,z\n0,1\n1,2\n",
+    "gap.csv": "t,x\n0,1\n1,\n2,3\n",
+    "nan.csv": "t,x\n0,1\n1,nan\n2,3\n",
+    "far.csv": "t,x[km]\n0,0.001\n1,0.002\n2,0.03\n",
+    "bracket.csv": "x[m\n1\n",
+    **{f"world_{n}.py": HEAD + WORLD.replace("RECORD", r) for n, r in RECORDS.items()},
+}
+
+
+@pytest.fixture
+def refused(tmp_path, capsys, monkeypatch):
+    """A function that runs a command line in a folder of files, and gives its one line."""
+    monkeypatch.chdir(tmp_path)
+    for name, content in FILES.items():
+        (tmp_path / name).write_text(content)
+    (tmp_path / "folder.py").mkdir()
+
+    def things() -> set[Path]:
+        return {p for p in tmp_path.rglob("*") if "__pycache__" not in p.parts}
+
+    before = things()
+
+    def run(line: str) -> str:
+        try:
+            code = main([*line.split(), "-q"])
+        except SystemExit as stop:
+            code = stop.code
+        said = capsys.readouterr()
+        error = said.err.splitlines()
+        assert code == 2, said
+        assert said.out == "" and len(error) == 1 and error[0].startswith("error: "), said
+        assert things() == before
+        return error[0]
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("run nosuch.py log.csv", "nosuch.py: wanted a Python file with an estimator, found no"),
+        ("run folder.py log.csv", "folder.py: wanted a Python file with an estimator, found is a"),
+        ("compile nosuch.py:Lag -o x", "nosuch.py: wanted a Python file with an estimator"),
+        ("run syntax.py log.csv", "syntax.py, line 2: wanted a file that imports, found SyntaxEr"),
+        ("run raises.py log.csv", "raises.py, line 2: wanted a file that imports, found KeyError"),
+        ("run module.py log.csv", "module.py, line 1: wanted a file that imports, found ModuleN"),
+        ("run exits.py log.csv", "exits.py, line 1: wanted a file that imports, found SystemExit"),
+        ("run none.py log.csv", "none.py: wanted one class derived from boresight.Estimator, fou"),
+        ("run two.py log.csv", "found Lag, Lead; name one: two.py:Lag"),
+        ("run two.py:Lug log.csv", "two.py: wanted a class Lug derived from boresight.Estimator"),
+        ("run two.py:ops log.csv", "found ops, which is no Estimator; name one: two.py:Lag"),
+        ("run good.py:Lag(n=2) log.csv", "good.py:Lag(n=2): wanted arguments that Lag takes, fou"),
+        ("run good.py:Lag(n=f()) log.csv", "wanted file.py:Class or file.py:Class(NAME=VALUE)"),
+        ("run needs.py log.csv", "needs.py: wanted arguments that Lag takes, found TypeError"),
+        ("run needs.py:Lag(n) log.csv", "wanted file.py:Class or file.py:Class(NAME=VALUE)"),
+        ("run step.py log.csv", "step.py, line 8: wanted one of the declared inputs: x"),
+        ("run step.py log.csv --on numpy", "step.py, line 8: wanted one of the declared inputs: x"),
+        ("run step.py log.csv --on float", "step.py, line 8: wanted one of the declared inputs: x"),
+        ("run value.py log.csv --on float", "step of lag, state y: wanted a number, found a str"),
+        (
+            "run branch.py log.csv --on float",
+            "branch.py, line 9: wanted operations that can be rec",
+        ),
+        ("run numpy.py log.csv --on float", "numpy.py, line 9: wanted operations that can be rec"),
+        ("check step.py log.csv", "step.py, line 8: wanted one of the declared inputs: x"),
+        ("compile step.py -o x", "step.py, line 8: wanted one of the declared inputs: x"),
+        ("compile branch.py -o x", "branch.py, line 9: wanted operations that can be rec"),
+        ("compile forgets.py -o x", "step of lag, state y: wanted each declared state once: y, f"),
+        ("run forgets.py log.csv --on numpy", "step of lag, state y: wanted each declared state"),
+        ("run silent.py log.csv", "step of lag, output y: wanted each declared output once: y, f"),
+        ("run nothing.py log.csv", "step of lag: wanted two dictionaries: next states, outputs, "),
+        (
+            "run list.py log.csv",
+            "step of lag: wanted two dictionaries: next states, outputs, found list and list",
+        ),
+        ("run value.py log.csv", "step of lag, state y: wanted a number, found a str"),
+        ("run condition.py log.csv", "output y: wanted a number, found a condition; of a conditi"),
+        ("run numpy.py log.csv", "numpy.py, line 9: wanted operations that can be rec"),
+        ("run backwards.py log.csv", "input x: wanted a finite range with low < high, found [10,"),
+        ("run initial.py log.csv", "state y: wanted initial value in [-10, 10], found 11"),
+        ("run default.py log.csv", "parameter k: wanted default in [0, 1], found 2"),
+        ("run twice.py log.csv", "estimator lag: wanted each state once, found y twice"),
+        ("run tolerance.py log.csv", "output y: wanted a tolerance of 0 or more, found -1.0"),
+        ("run tuple.py log.csv", "estimator lag, inputs: wanted a tuple of Input, found one Input"),
+        ("run string.py log.csv", "string.py, line 4, input x: wanted a name, then num"),
+        ("run good.py unknown.csv", "column x: wanted a unit that converts to m, found furlongs/"),
+        ("run good.py dimension.csv", "column x: wanted a unit that converts to m, found m/s"),
+        ("run unit.py dimension.csv", "furlings"),
+        ("run good.py other.csv", "other.csv: wanted a column x [m], an input of lag, found"),
+        ("run good.py gap.csv", "gap.csv, line 3, column x: wanted a number, found no value"),
+        ("run good.py nan.csv", "nan.csv, line 3, column x: wanted a finite number, or nothing"),
+        ("run good.py far.csv", "far.csv, line 4, column x: wanted -10 to 10 m, the declared ra"),
+        ("check good.py far.csv", "far.csv, line 4, column x: wanted -10 to 10 m, the declared r"),
+        ("run good.py bracket.csv", "wanted column names like gx or gx[deg/s], found 'x[m'"),
+        ("simulate world_raises.py good.py", "world plant, world_raises.py, line 8: wanted a re"),
+        ("simulate world_list.py good.py", "world plant, step 0: wanted a record: values by inp"),
+        ("simulate world_lacks.py good.py", "world plant, step 0, x: wanted a value for every i"),
+        (
+            "simulate world_beyond.py good.py",
+            "world plant, step 2, x: wanted -10 to 10 m, the declared range, found 12",
+        ),
+        ("simulate world_text.py good.py", "world plant, step 0, x: wanted a number, found str"),
+        ("simulate world_nan.py good.py", "world plant, step 0, x: wanted a number, found no va"),
+        (
+            "simulate world_infinite.py good.py",
+            "world plant, step 0, x: wanted a finite number, fou",
+        ),
+        ("simulate world_empty.py good.py", "world plant: wanted at least one record, found none"),
+        ("simulate world_truth.py good.py", "world plant, step 0, y_true: wanted a number, foun"),
+        ("simulate world_later.py good.py", "world plant, step 2, x: wanted a value for every in"),
+        ("simulate world_later.py good.py -o x", "world plant, step 2, x: wanted a value for ev"),
+        ("simulate good.py good.py", "good.py: wanted one class derived from boresight.World"),
+        ("simulate world_list.py", "simulate: wanted a world and an estimator, found a world al"),
+        ("simulate world_list.py good.py --on tin", "on: wanted one of numpy, float, fixed, c, r"),
+    ],
+)
+def test_mistakes(line: str, message: str, refused) -> None:
+    assert message in refused(line)
+
+
+def test_a_wrong_unit_of_a_program_names_row_and_column(refused, tmp_path) -> None:
+    (tmp_path / "log.csv").write_text("dt,z[km]\n0.01,0.05\n0.01,0.2\n")
+    line = refused(f"check {program('kalman.py')} log.csv")
+    assert "log.csv, line 3, column z: wanted -100 to 100 m, the declared range, found 200" in line

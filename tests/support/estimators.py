@@ -1,10 +1,25 @@
-"""Every estimator that a verb finds by name: the toolkit's and those of `systems/`."""
+"""Every estimator that a verb finds by name, the toolkit's and those of `systems/`; a small one."""
 
 from __future__ import annotations
 
-from boresight.model.estimator import Estimator
+from typing import Any
+
+from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import ESTIMATOR_GROUP, offered
 
 ALL, _UNUSABLE = offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
 assert not _UNUSABLE
+
+
+class Leaky(Estimator):
+    """A low pass whose state starts at 1; ``sum`` saturates beyond 4."""
+
+    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
+    params = (Param("rate", 0.5, 0.0, 1.0),)
+    states = (State("y", -2.0, 2.0, "m", 1.0),)
+    outputs = (Output("y", "m"), Output("sum", "m"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = x.y + p.rate * (u.u - x.y)
+        return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}

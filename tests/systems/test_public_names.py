@@ -1,7 +1,5 @@
 """A system imports its own folder, and what the documentation offers to users: nothing else."""
 
-from __future__ import annotations
-
 import re
 from importlib import import_module
 from pathlib import Path

@@ -9,213 +9,28 @@ boresight accuracy mekf,vqf_online folder --protocol full  # cut, biased, blinde
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Any
-
-import numpy as np
 
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
 from boresight.options import Arguments, Jobs, Option, Outcome, Params, Verb, Word, outcome
-from boresight.results.accuracy import (
-    AccuracyLog,
-    AccuracyNear,
-    AccuracyResult,
-    AccuracyRow,
-    AccuracyTrial,
-)
-from boresight.sim.accuracy.benchmark import Result, Trial, benchmark
+from boresight.results.accuracy import AccuracyResult
+from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
-from boresight.sim.accuracy.figures import ANGLES, units_of
-from boresight.sim.accuracy.peers import PEERS, require_peers, run_peer
-from boresight.sim.accuracy.tuning import means
-from boresight.sim.compare.difference import Difference
-from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.records.feed import feed, fitted
-from boresight.sim.records.files import log_files, read_logs
-from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Record
+from boresight.sim.accuracy.peers import PEERS, require_peers
+from boresight.sim.accuracy.trials import STAND_IN, read_trials
+from boresight.sim.records.files import log_files
 from boresight.verbs.figures.protocol import accuracy_protocol
 
-__all__ = ["accuracy", "read_trials"]
+__all__ = ["accuracy"]
 
-SOURCE = (
-    "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
-    "benchmark (doi 10.3390/data6070072), over the samples that count; means over the trials with "
-    "truth; fixed point is the emitted C, whose words are the core's"
-)
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
-#: Peer whose estimate stands in where a log has no reference.
-STAND_IN = "vqf_offline"
-
-
-def read_trials(
-    logs: Sequence[Any],
-    estimators: Sequence[Estimator],
-    *,
-    comparisons: Collection[str] = (),
-    peers: bool = False,
-) -> tuple[list[Trial], list[str]]:
-    """Trials of logs and folders (the bundled logs by default), and names of those left out.
-
-    Parameters
-    ----------
-    logs : paths, or data in memory (`Record.of`).
-    comparisons : names of logs whose reference is another device's estimate, not truth.
-    peers : bool
-        Whether published filters run: then logs without reference are measured against `STAND_IN`;
-        without them they are left out.
-
-    Raises
-    ------
-    InputError
-        A bad log, two logs of one name, a name among ``comparisons`` that no log has.
-    """
-    trials: dict[str, Trial] = {}
-    left_out: list[str] = []
-    for record, path in read_logs(logs or [bundled(name) for name in bundled_names()]):
-        if record.name in trials or record.name in left_out:
-            raise InputError.at(
-                record.where,
-                wanted="logs of different names",
-                found=record.name,
-                fix="name each log once, or rename one",
-            )
-        other = (path is not None and is_comparison(path)) or record.name in comparisons
-        trial = _trial(record, estimators, "comparison" if other else "truth", path, peers)
-        if trial is None:
-            left_out.append(record.name)
-        else:
-            trials[record.name] = trial
-    for name in comparisons:
-        if name not in trials or trials[name].reference != "comparison":
-            raise InputError.at(
-                "--comparison",
-                wanted="names of logs with a reference",
-                found=repr(name),
-                fix="write the file's name without its suffix",
-            )
-    return sorted(trials.values(), key=lambda t: t.name), sorted(left_out)
-
-
-def _trial(
-    record: Record, estimators: Sequence[Estimator], reference: str, path: Path | None, peers: bool
-) -> Trial | None:
-    """A record as a trial; None where it has no truth and nothing stands in."""
-    folder = "" if path is None else path.absolute().parent.name
-    feeds = {e.name: feed(fitted(e, record), record) for e in estimators}
-    if any(units_of(e, feeds[e.name]) for e in estimators):
-        return Trial(record, reference, folder, feeds)
-    if not peers:
-        return None
-    log = NineAxis.of(record)
-    if log.q is not None and (np.isfinite(log.q).all(axis=1) & log.counts).any():
-        return Trial(record, reference, folder, feeds)
-    if not log.mag_new.any():
-        return None
-    record = replace(log, q=run_peer(PEERS[STAND_IN], record)).record()
-    return Trial(record, STAND_IN, folder, {e.name: feed(e, record) for e in estimators})
-
-
-def _number(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
-
-
-def _plain(figures: Mapping[str, float]) -> dict[str, float | None]:
-    return {n: _number(v) for n, v in figures.items()}
-
-
-def _mean(results: Sequence[Result], trials: Collection[str]) -> dict[str, float | None] | None:
-    """Plain mean over some trials; None if there is none."""
-    found = means([r.errors for r in results if r.trial in trials])
-    return _plain(found) if found else None
-
-
-def _apart(d: Difference) -> float:
-    """Largest difference; of words how many differ."""
-    return float(round(d.rms**2 * d.samples)) if d.unit == "words" else d.largest
-
-
-def _near(results: Sequence[Result]) -> tuple[AccuracyNear, ...]:
-    """Fixed point against float64 over all records, output by output."""
-    rows = []
-    for several in zip(*(r.near for r in results), strict=True):
-        found = [_apart(d) for d in several]
-        rows.append(
-            AccuracyNear(
-                output=several[0].output,
-                unit=several[0].unit,
-                apart=_number(sum(found) if several[0].unit == "words" else max(found)),
-                tolerance=several[0].tolerance,
-                good=all(d.good for d in several),
-            )
-        )
-    return tuple(rows)
-
-
-def _rows(
-    estimators: Sequence[Estimator], results: Sequence[Result], trials: Sequence[Trial]
-) -> tuple[AccuracyRow, ...]:
-    """A row for each estimator and level."""
-    held: dict[tuple[str, str], list[Result]] = {}
-    for r in results:
-        held.setdefault((r.estimator, r.level), []).append(r)
-    known: dict[str, Estimator] = {e.name: e for e in estimators}
-    return tuple(_row(known.get(n, n), level, found, trials) for (n, level), found in held.items())
-
-
-def _row(
-    estimator: Estimator | str, level: str, results: Sequence[Result], trials: Sequence[Trial]
-) -> AccuracyRow:
-    """One estimator at one level: means, worst cases, and every trial."""
-    folders: dict[str, list[str]] = {}
-    for t in trials:
-        if t.reference == "truth":
-            folders.setdefault(t.folder, []).append(t.name)
-    saturated = [r.saturated for r in results if r.saturated is not None]
-    units = dict.fromkeys(ANGLES, "deg")
-    if not isinstance(estimator, str):
-        units = {n: u for t in trials for n, u in units_of(estimator, t.fed(estimator)).items()}
-    return AccuracyRow(
-        estimator=estimator if isinstance(estimator, str) else estimator.name,
-        level=level,
-        kind="peer" if level == "package" else "ours",
-        summary=PEERS[estimator].summary if isinstance(estimator, str) else estimator.summary,
-        attitude=ANGLES[0] in units,
-        units=units,
-        mean=_mean(results, [t for held in folders.values() for t in held]),
-        mean_by_folder={folder: _mean(results, held) for folder, held in folders.items()},
-        vs_float=_near(results),
-        saturated_updates=sum(saturated) if saturated else None,
-        seconds=round(sum(r.seconds for r in results), 3),
-        trials=tuple(
-            AccuracyTrial(
-                r.trial,
-                _plain(r.errors),
-                {d.output: _number(_apart(d)) for d in r.near},
-                r.saturated,
-            )
-            for r in results
-        ),
-    )
-
-
-def _log_row(trial: Trial) -> AccuracyLog:
-    timed = {"t", "dt"} & set(trial.record.columns)
-    return AccuracyLog(
-        trial=trial.name,
-        samples=len(trial.record),
-        rate_hz=round(1.0 / float(np.median(trial.record.steps())), 3) if timed else None,
-        reference=trial.reference,
-        folder=trial.folder,
-    )
 
 
 def accuracy(
@@ -287,16 +102,7 @@ def accuracy(
             say("no log named: the bundled ones")
         numbers: dict[str, Any] = {"params": params, "word": word, "with_float": floating}
         results = benchmark(ours, peers, trials, **numbers, jobs=jobs, progress=progress)
-        rows = _rows(ours, results, trials)
-        return AccuracyResult(
-            source=SOURCE,
-            word=word,
-            good=all(d.good for row in rows for d in row.vs_float),
-            logs=tuple(_log_row(t) for t in trials),
-            left_out=tuple(left_out),
-            parameters={name: dict(values) for name, values in (params or {}).items()},
-            estimators=rows,
-        )
+        return AccuracyResult.of(ours, trials, results, left_out, params or {}, word)
 
     if output is None:
         return work()

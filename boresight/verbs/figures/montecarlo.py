@@ -6,7 +6,6 @@ boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world an
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
@@ -229,7 +228,7 @@ def montecarlo(
     identity = campaign.identity()
     journal = Journal(folder / f"{name}.runs", identity)
     seeds = {number: number for number in range(seed, seed + runs)}
-    own = (jobs or os.cpu_count() or 1) if campaign.texts else 1
+    own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
     with _others(campaign, scheduler, executor) as dealer:
         found = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -115,7 +114,7 @@ def accuracy_protocol(
         numbered(campaign),
         journal,
         say=progress or (lambda text: None),
-        jobs=jobs or os.cpu_count() or 1,
+        jobs=jobs,
     )
     data = {
         "protocol": protocol,

@@ -54,7 +54,7 @@ class Ma2014(Experiment):
 
     def run(self, *, seed: int, runs: int, say: Say) -> Result:
         """See `Experiment`: the targets of the paper are reported, those of ours are binding."""
-        details = measure(seed, runs, say)
+        details = measure(seed, runs, say, self.jobs)
         first = make_log(E2, CASES["C"], details["shown_seed"])
         judged = (*targets(details), *_equalities(first, say))
         return Result(
@@ -65,10 +65,10 @@ class Ma2014(Experiment):
         )
 
 
-def measure(seed: int, runs: int, say: Say) -> dict[str, Any]:
+def measure(seed: int, runs: int, say: Say, jobs: int | None = None) -> dict[str, Any]:
     """All that the page shows, as plain data; see `docs/systems/ma2014.md`."""
     seeds = [seed + k for k in range(runs)]
-    rows, errors = stacked(seeds, say)
+    rows, errors = stacked(seeds, say, jobs)
     heading = errors["C/complementary"][:, :, 2].std(axis=0)
     shown = int(np.argsort(heading)[(runs - 1) // 2])  # the run in the middle
     first = make_log(E2, CASES["C"], seeds[shown])

@@ -28,8 +28,7 @@ __all__ = [
     "count_mismatches",
     "gains_per_s",
     "kalman_parameters",
-    "run_fixed",
-    "run_float",
+    "run_method",
     "score",
     "truth_deg",
 ]
@@ -119,16 +118,36 @@ def kalman_parameters(name: str) -> dict[str, float]:
     return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params if p.name in known}
 
 
+def run_method(
+    method: Method,
+    logs: Sequence[Record],
+    levels: Sequence[str] = ("float", "c"),
+    params: dict[str, float] | None = None,
+) -> list[tuple[FloatArray, int]]:
+    """Angles [deg] of every log (steps, runs, 3) on each level, and the saturated updates.
+
+    A method without an estimator has float64 alone. Parameters are the paper's, or others.
+    """
+    if method.estimator is None:
+        return [(_reference(method, logs), 0)]
+    return [
+        (_angles(runs), sum(run.n_saturated for run in runs))
+        for runs in _runs(method, logs, levels, params)
+    ]
+
+
 def _runs(
-    method: Method, logs: Sequence[Record], level: str, params: dict[str, float] | None = None
-) -> list[Run]:
-    """Runs of a level over every log, with the paper's settings (or others)."""
+    method: Method,
+    logs: Sequence[Record],
+    levels: Sequence[str],
+    params: dict[str, float] | None = None,
+) -> list[list[Run]]:
+    """Runs of each level over every log."""
     assert method.estimator is not None
     estimator = ESTIMATORS[method.estimator]()
     records = [feed(estimator, log).inputs for log in logs]
     params = _params(method) if params is None else params
-    (runs,) = run_forms(estimator, records, params=params, levels=(level,))
-    return runs
+    return run_forms(estimator, records, params=params, levels=levels)
 
 
 def _angles(runs: Sequence[Run]) -> FloatArray:
@@ -139,10 +158,8 @@ def _angles(runs: Sequence[Run]) -> FloatArray:
     )
 
 
-def run_float(method: Method, logs: Sequence[Record]) -> FloatArray:
-    """Angles [deg] of every log, float64, estimators compiled from C: (steps, runs, 3)."""
-    if method.estimator is not None:
-        return _angles(_runs(method, logs, "float"))
+def _reference(method: Method, logs: Sequence[Record]) -> FloatArray:
+    """Angles [deg] of a method that is no estimator of ours: (steps, runs, 3)."""
     views = [NineAxis.of(log) for log in logs]
     acc, mag, gyr = (
         np.stack([getattr(v, k) for v in views], axis=1) for k in ("acc", "mag", "gyr")
@@ -153,17 +170,9 @@ def run_float(method: Method, logs: Sequence[Record]) -> FloatArray:
     return np.degrees(measured)
 
 
-def run_fixed(
-    method: Method, logs: Sequence[Record], *, params: dict[str, float] | None = None
-) -> tuple[FloatArray, int]:
-    """Angles [deg] of every log in fixed point (C), and the number of saturated updates."""
-    runs = _runs(method, logs, "c", params)
-    return _angles(runs), sum(run.n_saturated for run in runs)
-
-
 def count_mismatches(method: Method, log: Record) -> tuple[int, int]:
     """Updates in which C and the integer interpreter differ, and updates compared."""
-    (wanted,), (run,) = (_runs(method, [log], level) for level in ("fixed", "c"))
+    (wanted,), (run,) = _runs(method, [log], ("fixed", "c"))
     assert run.words is not None and run.saturated is not None
     wrong = (run.words != wanted.words).any(axis=1) | (run.saturated != wanted.saturated)
     return int(wrong.sum()) + bool(wanted.fault), len(wrong)

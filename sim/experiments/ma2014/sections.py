@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,9 @@ from boresight.sim.experiments.calibration import (
 )
 from boresight.sim.experiments.ma2014.methods import (
     METHODS,
+    Method,
     gains_per_s,
-    run_fixed,
-    run_float,
+    run_method,
     score,
     truth_deg,
 )
@@ -35,6 +36,7 @@ from boresight.sim.experiments.ma2014.world import (
     noise_free_log,
 )
 from boresight.sim.experiments.spectrum import line_amplitude, share, spectrum
+from boresight.sim.processes import dispatch
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.triad import misalignment
 
@@ -90,45 +92,68 @@ def _row(error: FloatArray) -> dict[str, Any]:
     }
 
 
-def stacked(seeds: Sequence[int], say: Say) -> tuple[dict[str, Any], dict[str, FloatArray]]:
-    """Section 3.2 in every case: rows of Table 3, and the errors of case C (steps, runs, 3)."""
-    logs: list[Record] = []
-    parts: dict[str, slice] = {}
-    for name, case in CASES.items():
-        used = seeds if name in JUDGED else seeds[:SIDE_RUNS]
-        parts[name] = slice(len(logs), len(logs) + len(used))
-        logs += [make_log(E2, case, seed) for seed in used]
-    say(f"section 3.2: {len(CASES)} cases, {len(logs)} runs of {E2.seconds:g} s")
+def stacked(
+    seeds: Sequence[int], say: Say, jobs: int | None = None
+) -> tuple[dict[str, Any], dict[str, FloatArray]]:
+    """Section 3.2 in every case: rows of Table 3, and the errors of case C (steps, runs, 3).
+
+    Methods are distributed over processes.
+    """
+    count = sum(map(len, _seeds(seeds).values()))
+    say(f"section 3.2: {len(CASES)} cases, {count} runs of {E2.seconds:g} s")
     rows: dict[str, dict[str, Any]] = {case: {} for case in CASES}
     errors: dict[str, FloatArray] = {}
-    for method in METHODS:
+    done = {}
+    for method, found in dispatch(jobs, [(m, _of_method, (m, tuple(seeds))) for m in METHODS]):
         say(f"  {method.title}")
-        real = score(run_float(method, logs), logs)
-        fixed, saturated = None, 0
-        if method.estimator is not None:
-            angles, saturated = run_fixed(method, logs)
-            fixed = score(angles, logs)
-        for name, part in parts.items():
-            row = {
-                "title": method.title,
-                "estimator": method.estimator,
-                "paper_row": method.row,
-                "float": _row(real[:, part]),
-                "fixed": None,
+        done[method] = found
+    for method in METHODS:
+        own, judged = done[method]
+        errors |= {f"{case}/{method.key}": error for case, error in judged.items()}
+        for case, row in own.items():
+            rows[case][method.key] = row
+    return rows, errors
+
+
+def _seeds(seeds: Sequence[int]) -> dict[str, Sequence[int]]:
+    """The seeds of each case."""
+    return {name: seeds if name in JUDGED else seeds[:SIDE_RUNS] for name in CASES}
+
+
+@lru_cache(maxsize=1)
+def _logs(seeds: tuple[int, ...]) -> list[Record]:
+    """The logs of all cases."""
+    return [make_log(E2, CASES[name], k) for name, own in _seeds(seeds).items() for k in own]
+
+
+def _of_method(
+    method: Method, seeds: tuple[int, ...]
+) -> tuple[dict[str, dict[str, Any]], dict[str, FloatArray]]:
+    """Rows of one method by case, and errors (steps, runs, 3) of the cases that are judged."""
+    logs, rows, errors, end = _logs(seeds), dict[str, Any](), dict[str, FloatArray](), 0
+    forms = run_method(method, logs)
+    real, *fixed = (score(angles, logs) for angles, _ in forms)
+    for name, own in _seeds(seeds).items():
+        part, end = slice(end, end + len(own)), end + len(own)
+        row = {
+            "title": method.title,
+            "estimator": method.estimator,
+            "paper_row": method.row,
+            "float": _row(real[:, part]),
+            "fixed": None,
+        }
+        for scored in fixed:
+            difference = np.abs(_wrapped(scored[:, part] - real[:, part]))
+            row["fixed"] = _row(scored[:, part])
+            row["fixed_vs_float"] = {
+                "max": plain(difference.max(axis=(0, 1)), 9),
+                "sd": plain(difference.std(axis=0).max(axis=0), 9),
             }
-            if fixed is not None:
-                difference = np.abs(_wrapped(fixed[:, part] - real[:, part]))
-                row["fixed"] = _row(fixed[:, part])
-                row["fixed_vs_float"] = {
-                    "max": plain(difference.max(axis=(0, 1)), 9),
-                    "sd": plain(difference.std(axis=0).max(axis=0), 9),
-                }
-            rows[name][method.key] = row
-            if name in JUDGED:
-                best = real if fixed is None else fixed
-                row["sd_runs"] = plain(best[:, part].std(axis=0))
-                errors[f"{name}/{method.key}"] = best[:, part]
-        rows["C"][method.key]["saturated_updates"] = saturated
+        if name in JUDGED:
+            errors[name] = (fixed or [real])[0][:, part]
+            row["sd_runs"] = plain(errors[name].std(axis=0))
+        rows[name] = row
+    rows["C"]["saturated_updates"] = sum(saturated for _, saturated in forms)
     return rows, errors
 
 
@@ -145,7 +170,7 @@ def heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
     for method in METHODS:
         if method.key.endswith("_as_printed"):
             continue
-        angles = run_float(method, logs) if method.estimator is None else run_fixed(method, logs)[0]
+        ((angles, _),) = run_method(method, logs, ("c",))
         # whole periods: the last sample is the first of the next one
         error = score(angles, logs)[: round(E1.seconds * LOOP_HZ), :, 2]
         s = spectrum(error, LOOP_HZ)
@@ -191,7 +216,7 @@ def kinematics(say: Say) -> list[dict[str, Any]]:
         params = gains_per_s(kp, ki, 1.0 if per_second else rate)
         row: dict[str, Any] = {"what": text, "rate_hz": rate, "filter": any(kp)}
         for key in ("complementary", "complementary_as_printed"):
-            angles, _ = run_fixed(methods[key], [log], params=params)
+            ((angles, _),) = run_method(methods[key], [log], ("c",), params)
             error = score(angles, [log])[:, 0]
             row[key] = {
                 "sd": plain(error.std(axis=0), 6),

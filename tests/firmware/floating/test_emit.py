@@ -1,4 +1,4 @@
-"""The float C: strict compilers accept it, and it is as a person would write it."""
+"""The float C and its expressions."""
 
 from __future__ import annotations
 
@@ -6,11 +6,20 @@ import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from boresight.firmware.floating.emit import emit_float_c
-from boresight.model.estimators import estimator
+from boresight.firmware.floating.precision import SINGLE
+from boresight.firmware.floating.text import Expressions, float_helpers, operation_counts
+from boresight.model import ops
+from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.lowering.trace import Trace, Tracer
 from tests.support.estimators import ALL
+
+# -- the float C: strict compilers accept it, and it is as a person would write it ----------------
 
 STRICT = (
     "-std=c99",
@@ -63,3 +72,154 @@ def test_interface_is_that_of_the_integer_c() -> None:
 
 def test_same_estimator_same_text() -> None:
     assert emit_float_c(estimator("ekf_bias")) == emit_float_c(estimator("ekf_bias"))
+
+
+# -- float expressions as C text: constants to the last bit, brackets where they matter -----------
+
+
+def leaves(*names: str) -> list:
+    tracer = Tracer("test")
+    return [tracer.leaf("input", name, -1.0, 1.0) for name in names]
+
+
+def written(outputs: dict, states: tuple = ()) -> list[str]:
+    """All statements that compute outputs and states."""
+    expressions = Expressions(Trace(next(iter(outputs.values())).tracer, (), outputs, (), states))
+    return [*expressions.statements(), *expressions.results()]
+
+
+def text_of(make) -> str:
+    """The expression that the value ``make(x, y, z)`` becomes, and variables for flips."""
+    *variables, result = written({"out": make(*leaves(*"xyz"))})
+    known = dict(re.fullmatch(r"const \w+ (\w+) = (.*);", line).groups() for line in variables)
+    text = result.removeprefix("out->out = ").removesuffix(";")
+    return known.get(text, text).replace("in->", "").replace("_i", "")
+
+
+@given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
+def test_literal_is_the_number(number: float) -> None:
+    text = SINGLE.literal(number)
+    assert text.endswith("f")
+    assert "." in text or "e" in text
+    assert np.float32(text[:-1]) == np.float32(number)
+
+
+def test_literals() -> None:
+    assert SINGLE.literal(1.0) == "1.0f"
+    assert SINGLE.literal(-0.5) == "-0.5f"
+    assert SINGLE.literal(1e-300) == "1.1754944e-38f"
+    assert SINGLE.literal(0.0) == "0.0f"
+    with pytest.raises(ValueError, match="^number must be finite in a float, not 1e"):
+        SINGLE.literal(1e39)
+
+
+@pytest.mark.parametrize(
+    ("make", "wanted"),
+    [
+        (lambda x, y, z: x + y - z, "x + y - z"),
+        (lambda x, y, z: x - (y + z), "x - (y + z)"),
+        (lambda x, y, z: x - (y - z), "x - (y - z)"),
+        (lambda x, y, z: x + (y + z), "x + (y + z)"),
+        (lambda x, y, z: x * y + z, "x * y + z"),
+        (lambda x, y, z: x * (y + z), "x * (y + z)"),
+        (lambda x, y, z: x / (y * z), "x / (y * z)"),
+        (lambda x, y, z: x / y * z, "x / y * z"),
+        (lambda x, y, z: -(x + y), "-(x + y)"),
+        (lambda x, y, z: ops.where(x < y, y, z), "x < y ? y : z"),
+        (lambda x, y, z: ops.where(x < y, y, z) * x, "(x < y ? y : z) * x"),
+        (
+            lambda x, y, z: ops.where(~(x < y), y, ops.where(y < z, x, z)),
+            "!(x < y) ? y : (y < z ? x : z)",
+        ),
+        (
+            lambda x, y, z: ops.where((x < y) | (y < z) & (z < x), x, z),
+            "x < y || (y < z && z < x) ? x : z",
+        ),
+        (
+            lambda x, y, z: ops.where(((x < y) | (y < z)) & (z < x), x, z),
+            "(x < y || y < z) && z < x ? x : z",
+        ),
+        (lambda x, y, z: ops.clip(x, -1.0, 2.0), "clamp(x, -1.0f, 2.0f)"),
+        (lambda x, y, z: ops.absolute(x - y), "fabsf(x - y)"),
+        (lambda x, y, z: ops.sqrt(x), "sqrtf(x)"),
+        (lambda x, y, z: ops.rsqrt(x), "1.0f / sqrtf(larger(x, 1.1754944e-38f))"),
+        (lambda x, y, z: ops.wrap_ht(x), "wrap_half_turns(x)"),
+        (lambda x, y, z: x + -y, "x - y"),
+        (lambda x, y, z: x - -y * z, "x + y * z"),
+        (lambda x, y, z: x - 0.5 * -y, "x + y * 0.5f"),
+        (lambda x, y, z: y * z + -0.25, "y * z - 0.25f"),
+        (lambda x, y, z: x - (-y + z), "x - (-y + z)"),
+        (lambda x, y, z: ops.flip(y < 0.0, x), "y < 0.0f ? -x : x"),
+        (lambda x, y, z: ops.flip(y < z, -0.5), "y < z ? -(-0.5f) : (-0.5f)"),
+        (lambda x, y, z: ops.saturated(x, 2.0), "clamp(x, -2.0f, 2.0f)"),
+        (lambda x, y, z: ops.maximum(x, y) - ops.minimum(y, z), "larger(x, y) - smaller(y, z)"),
+        (lambda x, y, z: ops.named("n", ops.bounded(x, -1, 1, "")) * 2, "x * 2.0f"),
+        (lambda x, y, z: ops.sincos_ht(x - y)[0], "sinf(3.1415927f * (x - y))"),
+        (lambda x, y, z: ops.sincos_ht(x * y)[1] * z, "cosf(3.1415927f * (x * y)) * z"),
+        (lambda x, y, z: ops.atan2_ht(y, x), "wrap_half_turns(0.31830987f * arc_tangent(y, x))"),
+        (lambda x, y, z: ops.asin_ht(x), "0.31830987f * asinf(clamp(x, 0.0f, 1.0f))"),
+    ],
+)
+def test_brackets(make, wanted: str) -> None:
+    assert text_of(make) == wanted
+
+
+def test_used_twice_gets_a_variable() -> None:
+    (x,) = leaves("x")
+    double = x + ops.bounded(x, -1.0, 1.0, "")
+    state = x.tracer.leaf("state", "s", 0.0, 1.0)
+    assert written(
+        {"o": double, "same": ops.named("n", double)}, ((state, 0.0, double * double),)
+    ) == [
+        "const float x_i = in->x;",
+        "const float o = x_i + x_i;",
+        "out->o = o;",
+        "out->same = o;",
+        "self->state.s = o * o;",
+    ]
+
+
+def test_a_state_that_stays_is_not_written() -> None:
+    (x,) = leaves("x")
+    state = x.tracer.leaf("state", "s", 0.0, 1.0)
+    assert written({"o": state}, ((state, 0.0, state),))[1:] == [
+        "out->o = s_s;",
+        "self->state.s = s_s;",
+    ]
+    assert written({"o": x}, ((state, 0.0, state),)) == ["out->o = in->x;"]
+
+
+@pytest.mark.parametrize("name", ["in", "self", "clamp", "sin", "sinf", "x_i"])
+def test_variables_hide_nothing(name: str) -> None:
+    (x,) = leaves("x")
+    lines = written({name: x + x, "y": (x + x) * x})
+    assert lines[1] == "const float t1 = x_i + x_i;"
+
+
+def test_truth_values_are_bool() -> None:
+    x, y = leaves("x", "y")
+    known = x < y
+    lines = written({"a": ops.where(known, x, 1.0), "b": ops.where(known, y, 2.0)})
+    assert f"const bool c{known.number} = x_i < y_i;" in lines
+
+
+def test_helpers_that_are_called() -> None:
+    assert float_helpers("clamp(1)").count("static inline") == 1
+    assert "floorf" in float_helpers("x = wrap_half_turns(x)")
+    assert float_helpers("unclamp(1)") == ""
+
+
+def test_functions_stay_functions() -> None:
+    counts = operation_counts(ESTIMATORS["complementary"]().trace())
+    assert (counts["sin"], counts["cos"], counts["atan2"]) == (3, 3, 1)
+    assert not {"const", "leaf", "named", "bounded"} & counts.keys()
+
+
+def test_what_is_long_gets_a_variable() -> None:
+    """Used once each: a chain is cut where it would grow beyond what is read at a glance."""
+    x, y, z = leaves(*"xyz")
+    chain = x
+    for k in range(40):
+        chain = chain * y + (z if k % 2 else x)
+    lines = written({"out": chain})
+    assert max(map(len, lines)) < 140 and 3 < len(lines) < 20

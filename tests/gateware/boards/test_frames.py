@@ -1,10 +1,15 @@
-"""Frames in software: known bytes, round trips, damage."""
+"""Frames: in software, from bodies, and to the core's streams and bus."""
 
 import random
 
 import pytest
 
+from boresight.gateware.boards.dispatch import Dispatcher
+from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode, word_bytes
+from tests.support.bench import pulse, run_bench
+
+# -- frames in software: known bytes, round trips, damage -----------------------------------------
 
 
 @pytest.mark.parametrize("word, size", [(18, 3), (24, 3), (25, 4), (32, 4)])
@@ -75,3 +80,193 @@ def test_every_changed_bit_is_found() -> None:
             changed = bytearray(good)
             changed[place] ^= 1 << bit
             assert list(Decoder(word=24).feed(bytes(changed))) == []
+
+
+# -- bodies to frames, and raw text between them --------------------------------------------------
+
+
+def run(bodies: list[tuple[bytes, bool]], *, stalls: float, gaps: float) -> bytes:
+    dut, out, rng = Framer(), bytearray(), random.Random(1)
+
+    async def put(ctx):
+        for body, raw in bodies:
+            for k, byte in enumerate(body):
+                while rng.random() < gaps:
+                    await ctx.tick()
+                ctx.set(dut.i.payload, {"data": byte, "last": k == len(body) - 1, "raw": raw})
+                ctx.set(dut.i.valid, 1)
+                await ctx.tick().until(dut.i.ready)
+                ctx.set(dut.i.valid, 0)
+        await ctx.tick().repeat(50)
+
+    async def take(ctx):
+        while True:
+            ready = rng.random() >= stalls
+            ctx.set(dut.o.ready, ready)
+            _, _, valid, byte = await ctx.tick().sample(dut.o.valid, dut.o.payload)
+            if valid and ready:
+                out.append(byte)
+
+    run_bench(dut, put, background=[take])
+    return bytes(out)
+
+
+@pytest.mark.parametrize("stalls, gaps", [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
+def test_frames_and_text(stalls: float, gaps: float) -> None:
+    rng = random.Random(2)
+    bodies, wanted = [], b""
+    for _ in range(40):
+        if rng.random() < 0.3:
+            text = bytes(rng.choices([END, ESC, 65, 66], k=rng.randrange(1, 20)))
+            bodies.append((text, True))
+            wanted += text
+        else:
+            words = [
+                int.from_bytes(bytes(rng.choices([END, ESC, 0, rng.getrandbits(8)], k=4)), "little")
+                for _ in range(rng.randrange(5))
+            ]
+            kind = rng.choice(list(Kind))
+            frame = encode(kind, words, word=32)
+            bodies.append((bytes([kind]) + b"".join(w.to_bytes(4, "little") for w in words), False))
+            wanted += frame
+    assert run(bodies, stalls=stalls, gaps=gaps) == wanted
+
+
+def test_check_bytes_are_escaped() -> None:
+    for byte in range(2**16):
+        body = bytes([Kind.READ, byte & 0xFF, byte >> 8])
+        check = CRC.compute(body).to_bytes(2, "little")
+        if check[0] in (END, ESC) or check[1] in (END, ESC):
+            break
+    escaped = check.replace(b"\xdb", b"\xdb\xdd").replace(b"\xc0", b"\xdb\xdc")
+    assert run([(body, False)], stalls=0.0, gaps=0.0)[-len(escaped) - 1 : -1] == escaped
+
+
+# -- frames to the core's streams and bus, with a core that takes its time ------------------------
+
+
+def dispatch_run(
+    dut: Dispatcher, frames: list[tuple[Kind, list[int]]], *, stalls: float, answer_after: int = 0
+) -> list[tuple]:
+    """Events seen by a core: records, writes, and the answers with what they say."""
+    rng = random.Random(1)
+    events: list[tuple] = []
+
+    async def unpacker(ctx):
+        for kind, words in frames:
+            ctx.set(dut.pending, 1)
+            ctx.set(dut.kind, kind)
+            while True:
+                _, _, read, index, done = await ctx.tick().sample(dut.read, dut.index, dut.done)
+                if read:
+                    ctx.set(dut.word_data, words[index])
+                if done:
+                    break
+            ctx.set(dut.pending, 0)
+
+    async def core(ctx):
+        record = []
+        while True:
+            ready = rng.random() >= stalls
+            ctx.set(dut.o.ready, ready)
+            _, _, valid, data, last = await ctx.tick().sample(
+                dut.o.valid, dut.o.payload.data, dut.o.payload.last
+            )
+            if valid and ready:
+                record.append(data)
+                if last:
+                    events.append(("record", record))
+                    record = []
+                    ctx.set(dut.o.ready, 0)
+                    await ctx.tick().repeat(answer_after + 1)
+                    events.append(("answered",))
+                    await pulse(ctx, dut.answered)
+
+    async def bus(ctx):
+        while True:
+            ack = rng.random() >= stalls
+            ctx.set(dut.bus.w_ack, ctx.get(dut.bus.w_stb & dut.request) and ack)
+            _, _, stb, ack, addr, data = await ctx.tick().sample(
+                dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
+            )
+            ctx.set(dut.bus.r_data, addr ^ 0x155)
+            ctx.set(dut.grant, ctx.get(dut.request))  # as an arbiter: only who asks
+            if stb and ack:
+                events.append(("write", addr, data))
+                ctx.set(dut.bus.w_ack, 0)
+
+    async def replies(ctx):
+        while True:
+            ready = rng.random() >= stalls
+            ctx.set(dut.o_reply.ready, ready)
+            _, _, valid, kind, data = await ctx.tick().sample(
+                dut.o_reply.valid, dut.o_reply.payload.kind, dut.o_reply.payload.data
+            )
+            if valid and ready:
+                events.append(("reply", Kind(kind), data))
+
+    run_bench(dut, unpacker, background=[core, bus, replies])
+    return events
+
+
+@pytest.mark.parametrize("stalls", [0.0, 0.7])
+def test_in_order(stalls: float) -> None:
+    dut = Dispatcher(word=32, inputs=3, depth=4)
+    events = dispatch_run(
+        dut,
+        [
+            (Kind.RECORD, [1, 2, 3]),
+            (Kind.READ, [513]),
+            (Kind.WRITE, [7, 99]),
+            (Kind.WRITE, [0xFFFF_FC08, 98]),
+            (Kind.RECORD, [4, 5, 6]),
+            (Kind.READ, [1]),
+        ],
+        stalls=stalls,
+        answer_after=40,
+    )
+    assert events == [
+        ("record", [1, 2, 3]),
+        ("answered",),
+        ("reply", Kind.READ, 513 ^ 0x155),
+        ("write", 7, 99),
+        ("reply", Kind.WRITE, 7),
+        ("write", 8, 98),
+        ("reply", Kind.WRITE, 8),  # bits above the address: ignored
+        ("record", [4, 5, 6]),
+        ("answered",),
+        ("reply", Kind.READ, 1 ^ 0x155),
+    ]
+
+
+@pytest.mark.parametrize("inputs", [1, 2, 5])
+def test_an_access_waits_for_the_record_before_it(inputs: int) -> None:
+    """Also behind a record that is over with its first word."""
+    dut = Dispatcher(word=18, inputs=inputs, depth=8)
+    records = [[5 + k for k in range(inputs)], [50 + k for k in range(inputs)]]
+    events = dispatch_run(
+        dut,
+        [
+            (Kind.RECORD, records[0]),
+            (Kind.READ, [3]),
+            (Kind.RECORD, records[1]),
+            (Kind.WRITE, [7, 9]),
+        ],
+        stalls=0.0,
+        answer_after=40,
+    )
+    assert events == [
+        ("record", records[0]),
+        ("answered",),
+        ("reply", Kind.READ, 3 ^ 0x155),
+        ("record", records[1]),
+        ("answered",),
+        ("write", 7, 9),
+        ("reply", Kind.WRITE, 7),
+    ]
+
+
+def test_records_of_one_word_follow_each_other() -> None:
+    dut = Dispatcher(word=18, inputs=1, depth=2)
+    events = dispatch_run(dut, [(Kind.RECORD, [5]), (Kind.RECORD, [6])], stalls=0.0)
+    assert [e for e in events if e[0] == "record"] == [("record", [5]), ("record", [6])]

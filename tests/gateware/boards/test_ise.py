@@ -1,4 +1,4 @@
-"""ISE projects: complete, the same every time, with the boards' pins; the Verilog elaborates."""
+"""ISE projects of the boards."""
 
 import os
 import re
@@ -10,13 +10,17 @@ from pathlib import Path
 import pytest
 
 from boresight.core_files import write_system
-from boresight.gateware.boards.board import BOARDS
+from boresight.gateware.boards.board import BOARDS, Board, Line
+from boresight.gateware.boards.clock import VCO_HZ, Pll, pll_for
 from boresight.gateware.boards.ise import pins, write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import yosys_environment
+
+# --------------------------------------------------------------------------------------------------
+# ISE projects: complete, the same every time, with the boards' pins; the Verilog elaborates
 
 FILES = [
     "README.txt",
@@ -313,3 +317,73 @@ def test_complete_system(board: str, tmp_path) -> None:
     text = (tmp_path / "README.txt").read_text()
     assert all(len(line) <= 100 for line in text.splitlines()) and "{" not in text
     assert "complementary" in text and "boresight monitor" in text
+
+
+# -- where lines meet the boards; the projects above compare the pins ---------------------------
+
+IN = Line("rx", "host_rx", "from the host", input=True, pull_up=True)
+OUT = Line("tx", "host_tx", "to the host")
+LED = Line("alive", "led1", "it lives")
+
+
+@pytest.mark.parametrize("board", BOARDS.values(), ids=BOARDS)
+def test_resources(board: Board) -> None:
+    platform = board.make([IN, OUT, LED])
+    found = {}
+    for line in (IN, OUT):
+        (pins,) = platform.lookup(line.name).ios
+        found[line.name] = (pins.dir, platform.lookup(line.name).attrs)
+        mapping = platform.connectors[board.connector].mapping
+        assert pins.map_names(platform._conn_pins, pins) == [mapping[board.positions[line.place]]]
+    assert found["rx"] == ("i", {"IOSTANDARD": "LVCMOS33", "PULLUP": "TRUE"})
+    assert found["tx"] == ("o", {"IOSTANDARD": "LVCMOS33", "SLEW": "SLOW", "DRIVE": "8"})
+    assert ("alive", 0) not in platform.resources
+    assert platform.lookup("led", 1)  # the board's own, or on its connector
+    assert platform.lookup(platform.default_clk).clock.frequency == board.oscillator_hz
+
+
+@pytest.mark.parametrize("board", BOARDS.values(), ids=BOARDS)
+def test_every_line_has_a_position_of_its_own(board: Board) -> None:
+    used = [*board.positions.values(), *board.leds]
+    assert len(set(used)) == len(used)
+    assert board.positions.keys() == BOARDS["mimas"].positions.keys()
+
+
+def test_places_for_people() -> None:
+    mimas, sk = BOARDS["mimas"], BOARDS["sk-xc6slx9"]
+    assert [board.positions["adis_cs_n"] for board in (mimas, sk)] == ["5", "8"]
+    assert (mimas.header, sk.header) == ("p_1", "x_7")
+    assert [mimas.where(line) for line in (IN, LED)] == ["p_1 position 3", "on the board"]
+    assert [sk.where(line) for line in (OUT, LED)] == ["x_7 position 5", "x_7 position 7"]
+
+
+# -- factors of the PLL ---------------------------------------------------------------------------
+
+
+def test_own_oscillator_needs_none() -> None:
+    assert pll_for(oscillator_hz=50_000_000, clock_hz=50_000_000) is None
+
+
+@pytest.mark.parametrize("oscillator", [50_000_000, 100_000_000])
+@pytest.mark.parametrize("clock", [25_000_000, 75_000_000, 120_000_000, 150_000_000])
+def test_factors(oscillator: int, clock: int) -> None:
+    pll = pll_for(oscillator_hz=oscillator, clock_hz=clock)
+    assert pll is not None
+    assert oscillator * pll.multiply == clock * pll.divide
+    assert VCO_HZ[0] <= oscillator * pll.multiply <= VCO_HZ[1]
+    assert 1 <= pll.multiply <= 64 and 1 <= pll.divide <= 128
+
+
+def test_fastest_inner_oscillator() -> None:
+    assert pll_for(oscillator_hz=50_000_000, clock_hz=100_000_000) == Pll(50_000_000, 18, 9)
+
+
+@pytest.mark.parametrize("clock", [0, -1, 123_456_789, 400_000_000, 2_000_000, 1e8, None])
+def test_impossible_clocks(clock) -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^clock_hz: wanted a whole number up to 375000000 Hz "
+        r"that is 50000000 Hz \* m / d .*, found .*; choose 50000000 or, for "
+        r"example, 100000000$",
+    ):
+        pll_for(oscillator_hz=50_000_000, clock_hz=clock)

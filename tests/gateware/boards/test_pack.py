@@ -5,11 +5,11 @@ import random
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Decoder, Kind, encode
 from boresight.gateware.boards.pack import Packer
+from tests.support.bench import put, run_bench
 
 
 def run(
@@ -28,25 +28,19 @@ def run(
     mask = (1 << word) - 1
     done = set()
 
-    async def put(ctx, port, payloads, pause=0):
+    async def put_all(ctx, port, payloads, pause=0):
         for payload in payloads:
             for _ in range(rng.randrange(pause + 1)):
                 await ctx.tick()
             while rng.random() < stalls:
                 await ctx.tick()
-            ctx.set(port.payload, payload)
-            ctx.set(port.valid, 1)
-            while True:
-                _, _, ready = await ctx.tick().sample(port.ready)
-                if ready:
-                    break
-            ctx.set(port.valid, 0)
+            await put(ctx, port, payload)
 
     async def put_records(ctx):
         if not records:
             done.add("records")
             return
-        await put(
+        await put_all(
             ctx,
             dut.i,
             [
@@ -59,7 +53,7 @@ def run(
         done.add("records")
 
     async def put_replies(ctx):
-        await put(ctx, dut.i_reply, [{"data": w & mask, "kind": k} for k, w in replies])
+        await put_all(ctx, dut.i_reply, [{"data": w & mask, "kind": k} for k, w in replies])
         done.add("replies")
 
     async def sink(ctx):
@@ -72,12 +66,7 @@ def run(
                 out.append(byte)
             idle = 0 if valid else idle + 1
 
-    sim = Simulator(top)
-    sim.add_clock(1e-8)
-    sim.add_testbench(put_records)
-    sim.add_testbench(put_replies)
-    sim.add_testbench(sink)
-    sim.run()
+    run_bench(top, put_records, put_replies, sink)
     return bytes(out)
 
 

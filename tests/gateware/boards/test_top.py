@@ -5,7 +5,6 @@ import random
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.firmware.build import CModel
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
@@ -13,7 +12,8 @@ from boresight.gateware.boards.top import Top
 from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimator import input_words
-from tests.support.clock import PERIOD_S, pause
+from tests.support.bench import run_bench
+from tests.support.clock import pause
 
 DIVISOR = 8
 STATUS, UPDATES, BUILD = 512, 513, 514
@@ -32,11 +32,7 @@ class Line:
         self._frames: list[tuple[Kind, list[int]]] = []
 
     def run(self, test) -> None:
-        sim = Simulator(self.dut)
-        sim.add_clock(PERIOD_S)
-        sim.add_testbench(self._listen(self.dut.tx, DIVISOR, self._received), background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(self.dut, test, background=[self._listen(self.dut.tx, DIVISOR, self._received)])
         assert self._decoder.dropped == 0
 
     async def send(self, ctx, data: bytes, **options) -> None:

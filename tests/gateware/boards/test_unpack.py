@@ -6,6 +6,7 @@ import pytest
 
 from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
 from boresight.gateware.boards.unpack import Unpacker
+from tests.support.bench import pulse
 
 COUNTS = {Kind.WRITE: 2, Kind.READ: 1}
 
@@ -19,16 +20,12 @@ def unpacker(word: int, inputs: int) -> Unpacker:
 async def feed(ctx, dut, data: bytes) -> None:
     for byte in data:
         ctx.set(dut.data, byte)
-        ctx.set(dut.valid, 1)
-        await ctx.tick()
-        ctx.set(dut.valid, 0)
+        await pulse(ctx, dut.valid)
         await ctx.tick()
 
 
 async def fault(ctx, dut) -> None:
-    ctx.set(dut.error, 1)
-    await ctx.tick()
-    ctx.set(dut.error, 0)
+    await pulse(ctx, dut.error)
 
 
 async def fetch(ctx, dut, count: int) -> list[int]:
@@ -40,9 +37,7 @@ async def fetch(ctx, dut, count: int) -> list[int]:
         await ctx.tick()
         words.append(ctx.get(dut.word_data))
     ctx.set(dut.read, 0)
-    ctx.set(dut.done, 1)
-    await ctx.tick()
-    ctx.set(dut.done, 0)
+    await pulse(ctx, dut.done)
     return words
 
 
@@ -248,9 +243,7 @@ def test_dropped_frames_are_told(data: bytes, count: int, simulate) -> None:
         seen = 0
         for byte in data:
             ctx.set(dut.data, byte)
-            ctx.set(dut.valid, 1)
-            await ctx.tick()
-            ctx.set(dut.valid, 0)
+            await pulse(ctx, dut.valid)
             seen += ctx.get(dut.dropped)
             await ctx.tick()
             assert not ctx.get(dut.dropped)

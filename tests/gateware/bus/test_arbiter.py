@@ -6,9 +6,9 @@ from collections.abc import Callable
 import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.lib.memory import Memory
-from amaranth.sim import Simulator
 
 from boresight.gateware.bus.arbiter import BusArbiter
+from tests.support.bench import run_bench
 
 
 @pytest.mark.parametrize("count", [2, 3])
@@ -82,13 +82,7 @@ def test_many_transfers(count: int, busy: float) -> None:
         await ctx.tick().repeat(60 * count * 40 if busy < 1 else 60 * count * 8)
         assert sorted(finished) == list(range(count))
 
-    sim = Simulator(top)
-    sim.add_clock(1e-8)
-    for k in range(count):
-        sim.add_testbench(initiator(k), background=True)
-    sim.add_testbench(target, background=True)
-    sim.add_testbench(wait)
-    sim.run()
+    run_bench(top, wait, background=[*map(initiator, range(count)), target])
     assert seen == made and all(made)
 
 

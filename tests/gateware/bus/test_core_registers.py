@@ -4,6 +4,7 @@ import pytest
 
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import CONFIGS
+from tests.support.bench import pulse
 
 PROGRAM = 516
 
@@ -26,9 +27,7 @@ def test_an_event_beats_its_clearing(event: str, bit: int, simulate) -> None:
         ctx.set(dut.bus.w_stb, 0)
         await ctx.tick()
         assert ctx.get(dut.bus.r_data) == 1 << bit
-        ctx.set(dut.bus.w_stb, 1)
-        await ctx.tick()
-        ctx.set(dut.bus.w_stb, 0)
+        await pulse(ctx, dut.bus.w_stb)
         await ctx.tick()
         assert ctx.get(dut.bus.r_data) == 0
 
@@ -43,9 +42,7 @@ def test_saturated_update_tells_of_the_last_update(simulate) -> None:
             ctx.set(getattr(dut, event), 1)
             await ctx.tick()
             ctx.set(getattr(dut, event), 0)
-        ctx.set(dut.commit, 1)
-        await ctx.tick()
-        ctx.set(dut.commit, 0)
+        await pulse(ctx, dut.commit)
         return ctx.get(dut.saturated_update)
 
     async def bench(ctx):
@@ -137,9 +134,7 @@ def test_flags_are_cleared_at_their_address_only(simulate) -> None:
     dut = make(programs=2)
 
     async def bench(ctx):
-        ctx.set(dut.saturated, 1)
-        await ctx.tick()
-        ctx.set(dut.saturated, 0)
+        await pulse(ctx, dut.saturated)
         ctx.set(dut.bus.addr, PROGRAM)
         ctx.set(dut.bus.w_data, 1)
         ctx.set(dut.bus.w_stb, 1)
@@ -190,9 +185,7 @@ def test_a_port_chooses_the_program(simulate) -> None:
         ctx.set(dut.choice, 2)
         await ctx.tick()
         assert not ctx.get(dut.chosen) and ctx.get(dut.request) and ctx.get(dut.switch)
-        ctx.set(dut.grant, 1)
-        await ctx.tick()
-        ctx.set(dut.grant, 0)
+        await pulse(ctx, dut.grant)
         assert ctx.get(dut.program) == 2 and not ctx.get(dut.chosen)
         await ctx.tick()
         assert ctx.get(dut.chosen) and not ctx.get(dut.request) and not ctx.get(dut.switch)

@@ -1,11 +1,18 @@
-"""Registers: what is written is read, what is not there does nothing."""
+"""The register bus: registers, signature, counters, inputs."""
 
 import random
 
 import pytest
+from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr
+from boresight.gateware.bus.feed_registers import FeedRegisters
+from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.model import Access, Register
+from tests.support.bench import pulse, run_bench
+
+# -- registers: what is written is read, what is not there does nothing ---------------------------
 
 RO, WO, RW = Access.READ_ONLY, Access.WRITE_ONLY, Access.READ_WRITE
 REGISTERS = (
@@ -131,3 +138,171 @@ def test_orders_last_one_cycle(simulate) -> None:
 def test_declaration_is_checked(registers, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Csr(registers)
+
+
+# -- the register bus: who drives what, and how wide it is ----------------------------------------
+
+
+@pytest.mark.parametrize(("word", "address"), [(18, 10), (32, 12)])
+def test_members_as_the_initiator_sees_them(word: int, address: int) -> None:
+    members = BusSignature(word=word, address=address).members
+    assert {name: (member.flow, member.shape) for name, member in members.items()} == {
+        "addr": (Out, address),
+        "w_data": (Out, word),
+        "w_stb": (Out, 1),
+        "w_ack": (In, 1),
+        "r_data": (In, word),
+    }
+
+
+def test_a_core_has_ten_bits_of_address() -> None:
+    assert BusSignature(word=32).members["addr"].shape == 10
+
+
+# -- every event is counted once, whatever the others do ------------------------------------------
+
+
+async def counters_read(ctx, dut: EventCounters, index: int) -> int:
+    ctx.set(dut.index, index)
+    await ctx.tick()
+    return ctx.get(dut.value)
+
+
+@pytest.mark.parametrize("count", [1, 5, 32])
+def test_events_as_close_as_allowed(count: int, simulate) -> None:
+    dut = EventCounters(count=count, bits=16)
+    rng = random.Random(count)
+    assert len(dut.index) == (count - 1).bit_length() + 1
+    assert dut.interval == 4 * max(1, 1 << (count - 1).bit_length())
+
+    async def bench(ctx):
+        last, wanted = [-dut.interval] * count, [0] * count
+        for cycle in range(60 * dut.interval):
+            events = 0
+            for k in range(count):
+                if cycle - last[k] >= dut.interval and rng.random() < 0.3:
+                    events |= 1 << k
+                    last[k], wanted[k] = cycle, wanted[k] + 1
+            ctx.set(dut.events, events)
+            await ctx.tick()
+        ctx.set(dut.events, 0)
+        await ctx.tick().repeat(dut.interval + 4)
+        assert [await counters_read(ctx, dut, k) for k in range(count)] == wanted
+        assert min(wanted) > 30
+        assert [await counters_read(ctx, dut, k) for k in range(count, 1 << len(dut.index))] == [
+            0
+        ] * ((1 << len(dut.index)) - count)
+
+    simulate(dut, bench)
+
+
+def test_every_phase_of_the_turn(simulate) -> None:
+    dut = EventCounters(count=4)
+
+    async def bench(ctx):
+        for phase in range(dut.interval):
+            await ctx.tick().repeat(3 * dut.interval + 1)
+            ctx.set(dut.events, 0b1010)
+            await ctx.tick()
+            ctx.set(dut.events, 0)
+            await ctx.tick().repeat(dut.interval + 4)
+            assert [await counters_read(ctx, dut, k) for k in range(4)] == [
+                0,
+                phase + 1,
+                0,
+                phase + 1,
+            ]
+
+    simulate(dut, bench)
+
+
+def test_clear_and_wrap(simulate) -> None:
+    dut = EventCounters(count=3, bits=4)
+
+    async def count(ctx, events: int, times: int) -> None:
+        for _ in range(times):
+            ctx.set(dut.events, events)
+            await ctx.tick()
+            ctx.set(dut.events, 0)
+            await ctx.tick().repeat(dut.interval + 3)
+
+    async def bench(ctx):
+        await count(ctx, 0b111, 18)
+        assert [await counters_read(ctx, dut, k) for k in range(3)] == [2, 2, 2]
+        for wait in range(dut.interval):
+            await pulse(ctx, dut.clear)
+            await ctx.tick().repeat(dut.interval + 4)
+            assert [await counters_read(ctx, dut, k) for k in range(3)] == [0, 0, 0]
+            await count(ctx, 0b101, 3)
+            assert [await counters_read(ctx, dut, k) for k in range(3)] == [3, 0, 3]
+            await ctx.tick().repeat(wait + 1)
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"count": 0}, r"^count must be an integer from 1 to 256, not 0$"),
+        ({"count": 3, "bits": 36}, r"^bits must be an integer from 1 to 35, not 36$"),
+    ],
+)
+def test_parameters_are_checked(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        EventCounters(**options)
+
+
+# -- input registers: a set goes as a whole, whatever is written meanwhile ------------------------
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 32])
+def test_sets_are_whole(count: int) -> None:
+    dut = FeedRegisters(word=32, init=range(100, 100 + count))
+    rng = random.Random(count)
+    live = [-1] * count  # what the conductor has
+    sets: list[list[int]] = []
+    wanted = list(range(100, 100 + count))
+
+    async def conductor(ctx):
+        while True:
+            ctx.set(dut.free, rng.random() < 0.3)
+            ctx.set(dut.ready, rng.random() < 0.7)
+            _, _, valid, ready, index, data, done = await ctx.tick().sample(
+                dut.valid, dut.ready, dut.index, dut.data, dut.done
+            )
+            if valid and ready:
+                live[index] = data
+            assert not done or (valid and ready and index == count - 1)
+            if done:
+                sets.append(list(live))
+
+    async def host(ctx):
+        for turn in range(12):
+            for _ in range(rng.randrange(3) + (turn > 0)):
+                k, word = rng.randrange(count), rng.getrandbits(32)
+                ctx.set(dut.w_index, k)
+                ctx.set(dut.w_data, word)
+                ctx.set(dut.w_en, 1)
+                busy = 1
+                while busy:  # the bus waits
+                    _, _, busy = await ctx.tick().sample(dut.busy)
+                ctx.set(dut.w_en, 0)
+                wanted[k] = word
+            await pulse(ctx, dut.take)
+            expected = list(wanted)
+            if rng.random() < 0.5:
+                continue  # writes at once, and has to wait
+            while ctx.get(dut.busy):
+                await ctx.tick()
+            assert sets[-1] == expected
+        while ctx.get(dut.busy):
+            await ctx.tick()
+        assert sets[-1] == wanted and len(sets) == 12
+
+    run_bench(dut, host, background=[conductor])
+
+
+@pytest.mark.parametrize("count", [0, 33])
+def test_count_is_checked(count: int) -> None:
+    with pytest.raises(ValueError, match=rf"^init must have 1 to 32 words, not {count}$"):
+        FeedRegisters(word=32, init=[0] * count)

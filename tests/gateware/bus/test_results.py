@@ -4,17 +4,15 @@ import random
 import re
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.bus.results import Results
 from boresight.gateware.verilog import to_verilog
+from tests.support.bench import pulse, run_bench
 
 
 async def write(ctx, dut, number: int, words: int = 64, at=None) -> None:
     """One update: word k of update n is 1000 n + k."""
-    ctx.set(dut.begin, 1)
-    await ctx.tick()
-    ctx.set(dut.begin, 0)
+    await pulse(ctx, dut.begin)
     ctx.set(dut.w_en, 1)
     for k in range(words):
         ctx.set(dut.w_index, k)
@@ -32,9 +30,7 @@ async def read(ctx, port, index: int) -> int:
 
 
 async def take(ctx, port) -> None:
-    ctx.set(port.take, 1)
-    await ctx.tick()
-    ctx.set(port.take, 0)
+    await pulse(ctx, port.take)
 
 
 def test_newest_after_complete_and_not_before(simulate) -> None:
@@ -68,9 +64,7 @@ def test_taking_in_the_cycle_of_complete_gives_the_one_before(simulate) -> None:
 
     async def bench(ctx):
         await write(ctx, dut, 1)
-        ctx.set(dut.begin, 1)
-        await ctx.tick()
-        ctx.set(dut.begin, 0)
+        await pulse(ctx, dut.begin)
         ctx.set(dut.w_en, 1)
         ctx.set(dut.w_data, 2000)
         ctx.set(dut.complete, 1)
@@ -105,9 +99,7 @@ def test_no_reader_ever_sees_two_updates(readers: int, seed: int) -> None:
         for number in range(1, 120):
             await write(ctx, dut, number, rng.choice((1, 2, 8, 64)))
             if rng.random() < 0.2:  # begun and given up
-                ctx.set(dut.begin, 1)
-                await ctx.tick()
-                ctx.set(dut.begin, 0)
+                await pulse(ctx, dut.begin)
                 ctx.set(dut.w_en, 1)
                 ctx.set(dut.w_index, 0)
                 ctx.set(dut.w_data, 7)
@@ -132,12 +124,7 @@ def test_no_reader_ever_sees_two_updates(readers: int, seed: int) -> None:
 
         return run
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(writer)
-    for k in range(readers):
-        sim.add_testbench(reader(k))
-    sim.run()
+    run_bench(dut, writer, *map(reader, range(readers)))
     for numbers in seen:
         assert numbers == sorted(numbers)
         assert len(set(numbers)) > 5

@@ -4,9 +4,9 @@ import random
 
 import pytest
 from amaranth.hdl import Module, Signal
-from amaranth.sim import Simulator
 
 from boresight.gateware.bus.wishbone import WishboneSlave
+from tests.support.bench import run_bench
 
 
 class Bench:
@@ -39,11 +39,7 @@ class Bench:
                     self.memory[addr] = data
                     self.writes.append((addr, data))
 
-        sim = Simulator(top)
-        sim.add_clock(1e-8)
-        sim.add_testbench(target, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(top, test, background=[target])
 
     async def transfer(
         self, ctx, address: int, word: int | None = None, limit: int = 100

@@ -4,12 +4,12 @@ import random
 from dataclasses import dataclass, field
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.fixed import saturate, table_index, wrap
+from tests.support.bench import pulse, put, read, run_bench, write
 
 WORD = 32
 MASK = (1 << WORD) - 1
@@ -139,11 +139,7 @@ class Bench:
 
     def run(self, test) -> "Bench":
         """Run ``test(ctx)`` beside the sink of the output stream."""
-        sim = Simulator(self.dut)
-        sim.add_clock(1e-8)
-        sim.add_testbench(self._sink, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(self.dut, test, background=[self._sink])
         return self
 
     async def _sink(self, ctx):
@@ -170,17 +166,9 @@ class Bench:
         for number, value in enumerate(words):
             while self.rng.random() < self.gaps:
                 await ctx.tick()
-            ctx.set(i.valid, 1)
-            ctx.set(i.payload.data, value & MASK)
-            ctx.set(i.payload.last, last is not None and number == last % len(words))
-            for _ in range(limit):
-                _, _, ready = await ctx.tick().sample(i.ready)
-                if ready:
-                    break
-            else:
-                pytest.fail("the input is stuck")
+            marked = last is not None and number == last % len(words)
+            await put(ctx, i, {"data": value & MASK, "last": marked}, limit)
             self.input_cycles.append(self.cycle - 1)
-            ctx.set(i.valid, 0)
 
     async def drain(self, ctx, count: int, limit: int = 300) -> None:
         """Wait until ``count`` output words have come, and a program's length more."""
@@ -193,22 +181,11 @@ class Bench:
 
     async def write(self, ctx, address: int, value: int, limit: int = 200) -> int:
         """Bus write; cycles that it took."""
-        bus = self.dut.bus
-        ctx.set(bus.addr, address)
-        ctx.set(bus.w_data, value & MASK)
-        ctx.set(bus.w_stb, 1)
-        for cycles in range(1, limit):
-            _, _, ack = await ctx.tick().sample(bus.w_ack)
-            if ack:
-                ctx.set(bus.w_stb, 0)
-                return cycles
-        pytest.fail("the bus is stuck")
+        return await write(ctx, self.dut.bus, address, value, limit)
 
     async def read(self, ctx, address: int) -> int:
         """Bus read."""
-        ctx.set(self.dut.bus.addr, address)
-        await ctx.tick()
-        return ctx.get(self.dut.bus.r_data)
+        return await read(ctx, self.dut.bus, address)
 
 
 def random_records(seed: int, count: int) -> list[tuple[int, int]]:
@@ -355,9 +332,7 @@ def test_reset_in_mid_update_keeps_the_states(config: str) -> None:
                 if ready:  # the words alternate between not last and last
                     ctx.set(engine.i.payload.last, ~ctx.get(engine.i.payload.last))
             ctx.set(engine.i.valid, 0)
-            ctx.set(reset, 1)
-            await ctx.tick()
-            ctx.set(reset, 0)
+            await pulse(ctx, reset)
             ended = after > 14  # the second update ended before the reset
             assert await bench.read(ctx, STATUS) >> 3 == before ^ ended, after
             parities.add(before)
@@ -366,11 +341,7 @@ def test_reset_in_mid_update_keeps_the_states(config: str) -> None:
             await updates(ctx, 1 << 16, 7 + after)
         assert parities == {0, 1}
 
-    sim = Simulator(ResetInserter(reset)(engine))
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench._sink, background=True)
-    sim.add_testbench(test)
-    sim.run()
+    run_bench(ResetInserter(reset)(engine), test, background=[bench._sink])
 
 
 @ANY_CONFIG

@@ -1,19 +1,17 @@
 """The engine with several programs: random turns, stalls, torn records, writes, word for word."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np
 import pytest
 from amaranth.hdl import ResetInserter, Signal
-from amaranth.sim import Simulator
 
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.interpreter import Interpreter
+from tests.support.bench import pulse, put, read, run_bench, write
 from tests.support.random_program import random_inputs, random_programs
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
@@ -37,11 +35,7 @@ class Bench:
         self.reset = Signal()
 
     def run(self, test) -> None:
-        sim = Simulator(ResetInserter(self.reset)(self.dut))
-        sim.add_clock(1e-8)
-        sim.add_testbench(self._sink, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(ResetInserter(self.reset)(self.dut), test, background=[self._sink])
         assert self.got == self.wanted
         assert len(self.wanted) > 12
 
@@ -56,38 +50,16 @@ class Bench:
                 self.got.append((word, last))
 
     async def put(self, ctx, words: list[int], last: int) -> None:
-        i = self.dut.i
         for k, word in enumerate(words):
             while self.rng.random() < self.pauses:
                 await ctx.tick()
-            ctx.set(i.valid, 1)
-            ctx.set(i.payload.data, word & MASK)
-            ctx.set(i.payload.last, k == last)
-            ready = 0
-            for _ in range(2000):
-                _, _, ready = await ctx.tick().sample(i.ready)
-                if ready:
-                    break
-            assert ready, "the input is stuck"
-            ctx.set(i.valid, 0)
+            await put(ctx, self.dut.i, {"data": word & MASK, "last": k == last})
 
     async def write(self, ctx, address: int, word: int) -> None:
-        bus = self.dut.bus
-        ctx.set(bus.addr, address)
-        ctx.set(bus.w_data, word & MASK)
-        ctx.set(bus.w_stb, 1)
-        ack = 0
-        for _ in range(2000):
-            _, _, ack = await ctx.tick().sample(bus.w_ack)
-            if ack:
-                break
-        assert ack, "the bus is stuck"
-        ctx.set(bus.w_stb, 0)
+        await write(ctx, self.dut.bus, address, word)
 
     async def read(self, ctx, address: int) -> int:
-        ctx.set(self.dut.bus.addr, address)
-        await ctx.tick()
-        return ctx.get(self.dut.bus.r_data)
+        return await read(ctx, self.dut.bus, address)
 
     async def record(self, ctx, number: int) -> None:
         """One whole record of the program that runs."""
@@ -201,9 +173,7 @@ def test_reset_goes_back_to_program_0_and_keeps_all_states(config: str, after: i
         await bench.settle(ctx)
         await bench.write(ctx, PROGRAM, 1)
         await ctx.tick().repeat(after)
-        ctx.set(bench.reset, 1)
-        await ctx.tick()
-        ctx.set(bench.reset, 0)
+        await pulse(ctx, bench.reset)
         assert await bench.read(ctx, PROGRAM) == 0
         await bench.record(ctx, 0)
         for number in (2, 1):

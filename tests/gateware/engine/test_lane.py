@@ -1,13 +1,18 @@
-"""The lane, field by field at random, against the integer semantics of `model.words.fixed`."""
+"""The lane, and its parts by themselves."""
 
 import random
 from dataclasses import dataclass, field
 
 import pytest
 from amaranth.hdl import Fragment
-from amaranth.sim import Simulator
 
+import boresight.gateware.engine.lane as lane
+import boresight.gateware.engine.sequencer as sequencer
+from boresight.gateware.engine.bitwise import Bitwise, choose, multiplex
 from boresight.gateware.engine.lane import FIELDS, Lane
+from boresight.gateware.engine.leading import LeadingSignCount
+from boresight.gateware.engine.multiplier import Multiplier
+from boresight.gateware.engine.shifter import Shifter
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.layout import lane_fields
 from boresight.model.words.fixed import (
@@ -18,6 +23,9 @@ from boresight.model.words.fixed import (
     table_index,
     wrap,
 )
+from tests.support.bench import run_bench
+
+# -- the lane, field by field at random, against the integer semantics of `model.words.fixed` -----
 
 
 def signed(value: int, bits: int) -> int:
@@ -125,10 +133,7 @@ def test_random_slots(word: int, stalls: float) -> None:
                 assert got == expected[done], (done, slots[done])
             await ctx.tick()
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 @pytest.mark.parametrize("sources", [1, 2])
@@ -156,10 +161,7 @@ def test_outside_words_replace_any_result(sources: int) -> None:
                 assert not ctx.get(dut.saturated)
             await ctx.tick()
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 def test_sources_is_checked() -> None:
@@ -175,3 +177,202 @@ def test_the_shifter_has_the_bits_of_a_product_and_no_more(word: int) -> None:
     shifter = m.submodules.shifter
     Fragment.get(m, None)
     assert (shifter.width_in, shifter.width_out) == (2 * word, machine.arithmetic.acc_width)
+
+
+# -- the multiplier against Python's product ------------------------------------------------------
+
+
+def corners(word: int) -> list[int]:
+    """Words at the edges of the format and of the slices' 17-bit cut."""
+    half = 1 << (word - 1)
+    near = {0, 1, half - 1, 1 << 16, (1 << 17) - 1, 1 << 17, (1 << 17) + 1}
+    return sorted(v for x in near for v in {x, -x, ~x} if -half <= v < half) + [-half]
+
+
+@pytest.mark.parametrize("word", [18, 19, 24, 31, 32])
+@pytest.mark.parametrize("stalls", [0.0, 0.3])
+def test_product(word: int, stalls: float) -> None:
+    rng = random.Random(word)
+    edge = corners(word)
+    half = 1 << (word - 1)
+    pairs = [(a, b) for a in edge for b in edge]
+    pairs += [(rng.randrange(-half, half), rng.randrange(-half, half)) for _ in range(600)]
+    dut = Multiplier(word=word)
+
+    async def bench(ctx):
+        waiting = []
+        for a, b in pairs + [(0, 0)] * dut.latency:
+            ctx.set(dut.a, a)
+            ctx.set(dut.b, b)
+            ctx.set(dut.en, 0)
+            while rng.random() < stalls:
+                await ctx.tick()
+            ctx.set(dut.en, 1)
+            if len(waiting) == dut.latency:
+                want_a, want_b = waiting.pop(0)
+                assert ctx.get(dut.p) == want_a * want_b, (want_a, want_b)
+            waiting.append((a, b))
+            await ctx.tick()
+
+    run_bench(dut, bench)
+
+
+@pytest.mark.parametrize("word, slices", [(18, 1), (19, 4), (32, 4)])
+def test_slices(word: int, slices: int) -> None:
+    assert Multiplier(word=word).slices == slices
+
+
+@pytest.mark.parametrize("word", [17, 33, "32"])
+def test_word_is_checked(word) -> None:
+    with pytest.raises(ValueError, match=rf"^word must be an integer from 18 to 32, not {word!r}$"):
+        Multiplier(word=word)
+
+
+# -- the shifter against Python's shift -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("width_in, width_out", [(64, 60), (48, 50), (36, 42)])
+def test_every_amount(width_in: int, width_out: int, simulate) -> None:
+    rng = random.Random(width_in)
+    dut = Shifter(width_in=width_in, width_out=width_out)
+    half = 1 << (width_in - 1)
+
+    async def bench(ctx):
+        for amount in range(32):
+            for invert in (0, 1):
+                for value in (-half, half - 1, rng.randrange(-half, half)):
+                    ctx.set(dut.i, value)
+                    ctx.set(dut.amount, amount)
+                    ctx.set(dut.invert, invert)
+                    want = (value >> amount) ^ -invert
+                    mask = (1 << width_out) - 1
+                    assert ctx.get(dut.o) & mask == want & mask
+
+    simulate(dut, bench)
+
+
+def test_primitives_equal_behaviour(proves_equal) -> None:
+    assert proves_equal(*(Shifter(width_in=40, width_out=36) for _ in range(2)))
+
+
+def test_widths_are_checked() -> None:
+    with pytest.raises(ValueError, match=r"^width_in must be an integer of at least 2, not 1$"):
+        Shifter(width_in=1, width_out=4)
+    with pytest.raises(ValueError, match=r"^width_out must be an integer of at least 2, not '4'$"):
+        Shifter(width_in=8, width_out="4")
+
+
+# -- the leading-sign count against `model.words.fixed` -------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arithmetic",
+    [
+        Arithmetic(word=18),
+        Arithmetic(word=21, guard=5),
+        Arithmetic(word=24),
+        Arithmetic(word=27),
+        Arithmetic(word=32),
+        Arithmetic(word=32, guard=9),
+    ],
+    ids=str,
+)
+def test_count(arithmetic: Arithmetic, simulate) -> None:
+    word = arithmetic.word
+    rng = random.Random(word)
+    values = [
+        v
+        for n in range(word)
+        for x in (1 << n, (1 << n) - 1)
+        for v in (x, ~x)
+        if arithmetic.min_int <= v <= arithmetic.max_int
+    ]
+    values += [
+        rng.randrange(arithmetic.min_int, arithmetic.max_int) >> rng.randrange(word)
+        for _ in range(100)
+    ]
+    dut = LeadingSignCount(arithmetic=arithmetic)
+
+    async def bench(ctx):
+        ctx.set(dut.en, 1)
+        for value in values:
+            ctx.set(dut.i, value & ((1 << word) - 1))
+            ctx.set(dut.capture, 1)
+            await ctx.tick()
+            # Neither a word that is not captured nor a stalled one counts.
+            ctx.set(dut.i, rng.getrandbits(word))
+            ctx.set(dut.capture, 0)
+            await ctx.tick()
+            assert ctx.get(dut.count) == leading_sign_count(value, arithmetic), value
+            ctx.set(dut.capture, 1)
+            ctx.set(dut.en, 0)
+            await ctx.tick().repeat(2)
+            ctx.set(dut.en, 1)
+            ctx.set(dut.capture, 0)
+            await ctx.tick().repeat(2)
+            assert ctx.get(dut.count) == leading_sign_count(value, arithmetic), value
+
+    simulate(dut, bench)
+
+
+# -- bit-wise tables: primitive and function agree for every function of the core -----------------
+
+FUNCTIONS = [
+    (choose, 3),
+    (multiplex, 6),
+    (lane._differs, 6),
+    (lane._differs, 3),
+    (lane._line0, 3),
+    (lane._line1, 3),
+    (lane._result_low, 5),
+    (lane._result_low, 6),
+    (lane._result_sign, 5),
+    (lane._result_sign, 6),
+    (sequencer._blocked, 4),
+    (sequencer._enabled, 5),
+    (sequencer._misframed, 5),
+    (sequencer._written, 6),
+    (sequencer._written_only, 6),
+    (sequencer._completed, 6),
+]
+
+
+@pytest.mark.parametrize(
+    "function, inputs", FUNCTIONS, ids=[f"{f.__name__.strip('_')}{n}" for f, n in FUNCTIONS]
+)
+def test_behaviour_equals_table(function, inputs, simulate) -> None:
+    dut = Bitwise(function=function, inputs=inputs, width=1 << inputs)
+
+    async def bench(ctx):
+        # Bit n of the words is row n of the table.
+        for k in range(inputs):
+            ctx.set(dut.i[k], sum((n >> k & 1) << n for n in range(1 << inputs)))
+        assert ctx.get(dut.o) == dut.table
+
+    simulate(dut, bench)
+
+
+def test_primitive_equals_behaviour(proves_equal) -> None:
+    def make(function=multiplex):
+        return Bitwise(function=function, inputs=6, width=3)
+
+    assert proves_equal(make(), make())
+    assert not proves_equal(make(), make(lane._result_low))
+
+
+def test_multiplex() -> None:
+    words = (0b0011, 0b0101, 0b1001, 0b1110)
+    for select, word in enumerate(words):
+        assert multiplex(*words, -(select & 1), -(select >> 1)) == word
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({"inputs": 7}, r"^inputs must be an integer from 2 to 6, not 7$"),
+        ({"inputs": 3, "width": 0}, r"^width must be a positive integer, not 0$"),
+    ],
+)
+def test_parameters_are_checked(arguments, message) -> None:
+    with pytest.raises(ValueError, match=message):
+        Bitwise(function=choose, **arguments)

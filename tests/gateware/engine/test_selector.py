@@ -4,7 +4,6 @@ import random
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.engine.engine import Engine
@@ -12,6 +11,7 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
+from tests.support.bench import put_record, read, run_bench, write
 from tests.support.random_program import random_inputs, random_programs
 
 MASK = (1 << 32) - 1
@@ -44,16 +44,7 @@ def test_turns_beside_writes(config: str, seed: int) -> None:
                 await ctx.tick()
             idle[0] = False
             address, word = writes.pop()
-            ctx.set(dut.bus.addr, address)
-            ctx.set(dut.bus.w_data, word & MASK)
-            ctx.set(dut.bus.w_stb, 1)
-            done = 0
-            for _ in range(400):
-                _, _, done = await ctx.tick().sample(dut.bus.w_ack)
-                if done:
-                    break
-            assert done, "the bus is stuck"
-            ctx.set(dut.bus.w_stb, 0)
+            await write(ctx, dut.bus, address, word, limit=400)
             # What stands on the bus without a write is none, wherever it points.
             ctx.set(dut.bus.w_data, noise.getrandbits(32))
             ctx.set(dut.bus.addr, noise.choice((address, noise.randrange(512))))
@@ -86,32 +77,15 @@ def test_turns_beside_writes(config: str, seed: int) -> None:
             assert ctx.get(dut.chosen), "the program is not changed"
             program = core.parts[number].program
             words = random_inputs(program, rng.getrandbits(20), 1)[0]
-            for k, word in enumerate(words):
-                ctx.set(dut.i.valid, 1)
-                ctx.set(dut.i.payload.data, word & MASK)
-                ctx.set(dut.i.payload.last, k == len(words) - 1)
-                ready = 0
-                for _ in range(400):
-                    _, _, ready = await ctx.tick().sample(dut.i.ready)
-                    if ready:
-                        break
-                assert ready, "the input is stuck"
-            ctx.set(dut.i.valid, 0)
+            await put_record(ctx, dut.i, words, limit=400)
             out, _ = models[number].update(np.array(words)[:, None])
             wanted.extend(int(w) & MASK for w in out[:, 0])
             if rng.random() < 0.5:  # else the change is asked for while the program still runs
                 await ctx.tick().repeat(60)
         await ctx.tick().repeat(300)
-        ctx.set(dut.bus.addr, PROGRAM)
-        await ctx.tick()
-        assert ctx.get(dut.bus.r_data) == ctx.get(dut.choice)
+        assert await read(ctx, dut.bus, PROGRAM) == ctx.get(dut.choice)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(sink, background=True)
-    sim.add_testbench(host, background=True)
-    sim.add_testbench(test)
-    sim.run()
+    run_bench(dut, test, background=[sink, host])
     assert got == wanted
     assert len(wanted) >= 60
     assert any(part.program.of_kind(Kind.PARAM) for part in core.parts)

@@ -1,7 +1,5 @@
 """Emulator equals interpreter, cycle counts equal the schedule's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

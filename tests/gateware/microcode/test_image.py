@@ -1,12 +1,22 @@
-"""What an image must be to fit its machine."""
+"""Microwords: assembly, images, layout, listing."""
 
+import dataclasses
 from dataclasses import replace
 
 import pytest
 
-from boresight.gateware.machine import CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
+from boresight.gateware.microcode.assemble import assemble, decode, encode
 from boresight.gateware.microcode.image import Image, rom_pieces
-from boresight.gateware.microcode.layout import microword_layout
+from boresight.gateware.microcode.layout import lane_fields, microword_layout
+from boresight.gateware.microcode.listing import listing
+from boresight.gateware.schedule.allocate import allocate
+from boresight.gateware.schedule.search import ScheduleError, schedule
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Negate, Op, Program, Term, Value
+from tests.support.random_program import random_program
+
+# -- what an image must be to fit its machine -----------------------------------------------------
 
 MACHINE = CONFIGS["small"]
 LAYOUT = microword_layout(MACHINE)
@@ -123,3 +133,141 @@ def test_join() -> None:
         Image.join([other, replace(GOOD, tables=[8] * 1536)], digest=0)
     with pytest.raises(ValueError, match=r"^registers of the programs must be common$"):
         Image.join([other, replace(GOOD, registers=[1] * 512)], digest=0)
+
+
+# -- microwords: skew, fields, errors -------------------------------------------------------------
+
+MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONFIGS)
+
+
+@MACHINES
+def test_decode_inverts_encode(machine: Machine) -> None:
+    fields = {
+        f.name: (1 << f.width) - 1 if k % 3 else k % (1 << f.width)
+        for k, f in enumerate(machine.fields())
+    }
+    assert decode(machine, encode(machine, fields)) == fields
+
+
+@MACHINES
+def test_fields_stand_in_the_word_of_their_stage(machine: Machine) -> None:
+    for seed in range(8):
+        p = random_program(seed)
+        s = schedule(p, machine, restarts=0)
+        a = allocate(s)
+        where = a.addresses()
+        image = assemble(s, a)
+        words = [decode(machine, w) for w in image.rom]
+        assert len(words) == s.length and image.lengths == (s.length,)
+        for slot in s.slots:
+            k = slot.lane
+            assert words[slot.cycle][f"a_addr{k}"] == where[slot.a]
+            assert words[slot.cycle + 1][f"cap_flag{k}"] == slot.cap_flag
+            if slot.emit is not None:
+                assert words[slot.cycle + 1]["emit"] == 1
+                assert words[slot.cycle + 1]["emit_last"] == (slot.emit == len(p.outputs) - 1)
+            if slot.op is None:
+                continue
+            op = s.program.ops[slot.op]
+            assert words[slot.cycle + 5][f"first{k}"] == slot.first
+            assert words[slot.cycle + 6][f"we{k}"] == slot.last
+            if slot.last:
+                assert words[slot.cycle + 6][f"dest{k}"] == where[op.dest] % machine.bank_depth
+            if slot.term is not None:
+                assert words[slot.cycle + 3][f"shift{k}"] == op.terms[slot.term].shift
+        assert [c for c, w in enumerate(words) if w["get"]] == list(s.gets)
+        assert [c for c, w in enumerate(words) if w["get_last"]] == [s.gets[-1]]
+        assert [c for c, w in enumerate(words) if w["home"]] == [s.length - 1]
+
+
+@MACHINES
+def test_digest_is_the_programs(machine: Machine) -> None:
+    p = random_program(1)
+    s = schedule(p, machine, restarts=0)
+    assert f"{assemble(s, allocate(s)).digest:064x}" == p.digest
+
+
+def test_errors() -> None:
+    machine = CONFIGS["small"]
+    with pytest.raises(ValueError, match=r"^field shift0 must be 0 to 31, not 32$"):
+        encode(machine, {"shift0": 32})
+    with pytest.raises(ValueError, match=r"^fields must be those of the machine, not \['x'\]$"):
+        encode(machine, {"x": 0})
+    with pytest.raises(ValueError, match=r"^word must have \d+ bits, not more$"):
+        decode(machine, 1 << machine.word_bits)
+    s = schedule(random_program(1), machine, restarts=0)
+    a = allocate(s)
+    with pytest.raises(ScheduleError, match=r"falls behind the program's \d+ words$"):
+        assemble(dataclasses.replace(s, length=s.length - 1), a)
+    long = dataclasses.replace(s.program, table_memory=(0,) * 2048)
+    with pytest.raises(ScheduleError, match=r"table memory must be 1536 words or fewer, not 2048"):
+        assemble(dataclasses.replace(s, program=long), a)
+
+
+# -- the microword as a layout: the machine's fields, bit by bit ----------------------------------
+
+
+@pytest.mark.parametrize("config", sorted(CONFIGS))
+def test_layout_is_that_of_the_machine(config: str) -> None:
+    machine = CONFIGS[config]
+    layout = microword_layout(machine)
+    assert layout.size == machine.word_bits
+    offset = 0
+    for f in machine.fields():
+        assert (layout[f.name].offset, layout[f.name].width) == (offset, f.width)
+        offset += f.width
+
+
+def test_fields_of_a_lane() -> None:
+    machine = CONFIGS["fast"]
+    fields = lane_fields(machine)
+    assert {f"{name}0" for name in fields} | {f"{name}1" for name in fields} == {
+        f.name for f in machine.fields() if f.name[-1] in "01"
+    }
+    assert {**fields, "dest": 0} == {**lane_fields(CONFIGS["small"]), "dest": 0}
+    assert fields["shift"].stage == 3 and fields["dest"].width == 8
+    assert "get" not in fields
+
+
+# -- the listing shows what the bits say ----------------------------------------------------------
+
+
+def test_text() -> None:
+    values = (
+        Value("x", Kind.INPUT, 31, -1, 1, "test"),
+        Value("gain", Kind.PARAM, 31, -1, 1, "test"),
+        Value("y", Kind.OP, 31, -1, 1, "test"),
+    )
+    p = Program(
+        "text",
+        Arithmetic(),
+        values,
+        (Op(2, (Term(0, 1, 23, negate=Negate.IF),), flag=0),),
+        (0,),
+        (2,),
+        ("y",),
+        (),
+        (),
+    )
+    s = schedule(p, CONFIGS["small"])
+    a = allocate(s)
+    lines = listing(assemble(s, a).rom, s, a).splitlines()
+    assert lines[:3] == [
+        "cycle  lane 0                      | written, streams",
+        "    0                              | get x (last)",
+        "    1  [-if x * gain >> 23 ?flag ] |",
+    ]
+    assert lines[8].split("|")[1] == " y = sat0"
+    assert lines[9].split("|")[0].split() == ["8", "emit", "y"]
+    assert lines[10].split("|")[1] == " out (last), home"
+    assert len(lines) == s.length + 1
+
+
+@pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+def test_every_register_has_a_name(machine: Machine) -> None:
+    for seed in range(6):
+        s = schedule(random_program(seed), machine, restarts=0)
+        a = allocate(s)
+        text = listing(assemble(s, a).rom, s, a)
+        assert " r" not in text
+        assert text.count("[") - text.count("table") == len(s.program.ops)

@@ -1,11 +1,24 @@
-"""Slots of one op: captures, order, swaps."""
+"""Slots: order, captures, copies, what a schedule reports; the search's normal deviates."""
 
-from __future__ import annotations
+import dataclasses
+import random
+import statistics
 
+import numpy as np
 import pytest
 
+from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.arrange import _topological, arrangements, needs, reads
-from boresight.model.words.program import Negate, Op, Scale, Term, When
+from boresight.gateware.schedule.captures import Key, gifts, give, keys
+from boresight.gateware.schedule.copies import copy_shift, with_copies
+from boresight.gateware.schedule.deviates import Deviates
+from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
+from tests.support.random_program import random_inputs, random_program
+
+# -- slots of one op: captures, order, swaps ------------------------------------------------------
 
 FULL = (True, True, True)
 NOTHING = (False, False, False)
@@ -102,3 +115,169 @@ def test_edges_come_after_those_into_their_tails() -> None:
     for k, (tail, _) in enumerate(ordered):
         assert all(head != tail for _, head in ordered[k:])
     assert _topological(3, [(0, 1), (1, 2), (2, 0)]) is None
+
+
+# -- captures that ride on other ops' slots -------------------------------------------------------
+
+SQUARE = Op(3, (Term(0, 0, 23),))
+TABLE = Op(4, (Term(1, None, 23, 0), Term(0, None, 23, 1)), index=0, table=0)
+COSINE = Op(5, (Term(0, None, 23, 1),), index=0, index_quarter=True, table=0)
+CHOICE = Op(6, (Term(1, 2, 23, when=When.IF),), flag=0)
+
+
+def program(*ops: Op) -> Program:
+    values = tuple(
+        Value(f"x{k}", Kind.PARAM if k < 3 else Kind.OP, 31, -1, 1, "test")
+        for k in range(3 + len(ops))
+    )
+    return Program("p", Arithmetic(), values, ops, (), (), (), (), ())
+
+
+def always(kind: int, key: Key) -> bool:
+    return True
+
+
+def test_keys() -> None:
+    assert keys(SQUARE) == (None, None, None)
+    assert keys(COSINE) == ((0, True), None, None)
+    assert keys(CHOICE) == (None, (0, False), None)
+
+
+def test_square_gives_index_and_flag() -> None:
+    offers = gifts(program(SQUARE, TABLE, CHOICE))
+    held: list[Key | None] = [None, None, None]
+    (slot,) = give([Slot(0, 0, 0, 0, op=0, term=0)], SQUARE, offers[0], held, always)
+    assert (slot.cap_index, slot.cap_flag, slot.quarter) == (True, True, False)
+    assert held == [(0, False), (0, False), None]
+
+
+def test_quarters_do_not_mix() -> None:
+    offers = gifts(program(SQUARE, COSINE, CHOICE))
+    held: list[Key | None] = [None, None, None]
+    (slot,) = give([Slot(0, 0, 0, 0, op=0, term=0)], SQUARE, offers[0], held, always)
+    assert (slot.cap_index, slot.cap_flag, slot.quarter) == (True, False, True)
+
+
+def test_table_op_gives_the_next_index_with_its_last_slot() -> None:
+    offers = gifts(program(TABLE, COSINE))
+    one, slope = Slot(0, 0, 1, op=0, term=0), Slot(0, 0, 0, op=0, term=1)
+    held: list[Key | None] = [(0, False), None, None]
+    out = give([one, slope], TABLE, offers[0], held, always)
+    assert [s.cap_index for s in out] == [False, True]
+    assert held[0] == (0, True)
+    held = [(0, False), None, None]
+    out = give([slope, one], TABLE, offers[0], held, always)
+    assert [s.cap_index for s in out] == [False, False]
+
+
+def test_only_what_is_wished() -> None:
+    offers = gifts(program(SQUARE, TABLE, CHOICE))
+    held: list[Key | None] = [None, None, None]
+    (slot,) = give(
+        [Slot(0, 0, 0, 0, op=0, term=0)], SQUARE, offers[0], held, lambda kind, key: kind == 1
+    )
+    assert (slot.cap_index, slot.cap_flag) == (False, True)
+
+
+# -- copies change nothing but where the next states come from ------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_equals_the_source(seed: int) -> None:
+    p = random_program(seed, n_states=6)
+    low = with_copies(p)
+    assert len({after for _, after in low.states}) == len(low.states)
+    assert all(low.values[after].kind is Kind.OP for _, after in low.states)
+    assert len({v.name for v in low.values}) == len(low.values)
+    source, copied = Interpreter(p), Interpreter(low)
+    for words in random_inputs(p, seed, 8):
+        column = np.array(words)[:, None]
+        for a, b in zip(source.update(column), copied.update(column), strict=True):
+            assert (a == b).all()
+
+
+def test_nothing_to_copy() -> None:
+    p = random_program(0, n_states=0)
+    assert with_copies(p) == p
+
+
+def test_copy_shift() -> None:
+    arith = Arithmetic()
+    assert copy_shift(1 << 8, arith) == 0
+    assert copy_shift(1 << 30, arith) == 22
+    for word in (0, 1, 1 << 7, 3 << 8, -(1 << 31), 1 << 31):
+        assert copy_shift(word, arith) is None
+
+
+# -- what a schedule says of itself, counted by hand, and as JSON ---------------------------------
+
+FAST = CONFIGS["fast"]
+PROGRAM = Program(
+    "two",
+    Arithmetic(),
+    (
+        Value("x", Kind.INPUT, 31, -1, 1, "test"),
+        Value("one", Kind.CONST, 30, 1, 1, "test", initial=1 << 30),
+        Value("y", Kind.OP, 31, -1, 1, "test"),
+    ),
+    (Op(2, (Term(0, 1, 22), Term(0, 0, 22))),),
+    (0,),
+    (2, 0),
+    ("y", "x"),
+    (),
+    (),
+)
+PLAN = Schedule(
+    program=PROGRAM,
+    source="digest",
+    machine=FAST,
+    slots=(
+        Slot(1, 1, 0, 1, op=0, term=0, first=True),
+        Slot(2, 0, 0, emit=1),
+        Slot(2, 1, 0, 0, op=0, term=1, last=True),
+        Slot(9, 1, 2, emit=0),
+    ),
+    gets=(0,),
+    length=12,
+    urgent=1,
+)
+
+
+def test_times() -> None:
+    """The word of a slot that emits leaves a cycle after its operands are read; both counted."""
+    assert PLAN.latencies == (11, 4)
+    assert PLAN.latency == 11 and dataclasses.replace(PLAN, urgent=2).latency == 4
+    assert dataclasses.replace(PLAN, urgent=0).latency == 0
+    assert PLAN.interval == 12
+    assert PLAN.ends == {0: PLAN.slots[2]}
+    assert PLAN.write_cycle(0) == 2 + 6
+    assert PLAN.lane_use == (1 / 12, 3 / 12)
+
+
+def test_json() -> None:
+    text = PLAN.to_json()
+    assert Schedule.from_json(text, FAST) == PLAN
+    assert dataclasses.replace(PLAN).to_json() == text
+    with pytest.raises(ScheduleError, match=r"^machine must be 'fast', not 'small'$"):
+        Schedule.from_json(text, CONFIGS["small"])
+
+
+# -- normal deviates: those of the standard library, but for their last bits ----------------------
+
+
+def test_the_same_as_the_librarys() -> None:
+    ours, theirs = random.Random(7), random.Random(7)
+    deviates = Deviates(ours)
+    for k in range(2000):
+        if k % 3 == 0:  # uniform numbers in between belong to the same sequence
+            assert ours.random() == theirs.random()
+        size = (2.0, 5.0, 12.0)[k % 3]
+        assert deviates.draw(size) == pytest.approx(theirs.gauss(0.0, size), rel=1e-12, abs=1e-13)
+
+
+def test_they_are_normal() -> None:
+    deviates = Deviates(random.Random(1))
+    drawn = [deviates.draw(3.0) for _ in range(20_000)]
+    assert abs(statistics.fmean(drawn)) < 0.1
+    assert abs(statistics.stdev(drawn) - 3.0) < 0.06
+    assert abs(sum(x < 3.0 for x in drawn) / 20_000 - 0.8413) < 0.01

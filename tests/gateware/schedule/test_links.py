@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 from amaranth.hdl import ResetInserter, Signal
-from amaranth.sim import Simulator
 
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.engine.engine import Engine
@@ -16,6 +15,7 @@ from boresight.gateware.schedule.links import Window, open_states, tied, window_
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.linking import linked_estimators
+from tests.support.bench import pulse, run_bench
 from tests.support.linked import Inner, Middle, Models, Outer, linked_core
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
@@ -214,9 +214,7 @@ def test_hardware_in_turns_with_faults_and_resets(config: str) -> None:
             await ctx.tick()
             spent += 1
         if cycles:
-            ctx.set(reset, 1)
-            await ctx.tick()
-            ctx.set(reset, 0)
+            await pulse(ctx, reset)
             await ctx.tick().repeat(8)
 
     async def drain(ctx, count: int) -> None:
@@ -249,7 +247,4 @@ def test_hardware_in_turns_with_faults_and_resets(config: str) -> None:
             got.clear()
             await ctx.tick().repeat(core.parts[number].schedule.length)
 
-    sim = Simulator(ResetInserter(reset)(engine))
-    sim.add_clock(1e-8)
-    sim.add_testbench(test)
-    sim.run()
+    run_bench(ResetInserter(reset)(engine), test)

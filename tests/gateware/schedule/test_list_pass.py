@@ -1,19 +1,26 @@
-"""One pass: order, limits, styles."""
+"""One pass of list scheduling: the problem, its order, limits and state."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.list_pass import list_pass
-from boresight.gateware.schedule.priorities import paths
-from boresight.gateware.schedule.problem import ListProblem, Style
+from boresight.gateware.schedule.priorities import paths, slots_after
+from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
+from boresight.gateware.schedule.slots import ScheduleError, Slot
+from boresight.gateware.schedule.state import NOTHING, ListState
+from boresight.gateware.schedule.state_rooms import state_rooms
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Op, Program, Term, Value, When
+from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value, When
 from tests.support.random_program import random_program
+
+# -- one pass: order, limits, styles --------------------------------------------------------------
 
 
 def problem(seed: int, machine: Machine, urgent: int = 2) -> ListProblem:
@@ -222,3 +229,282 @@ def test_results_push_inputs_back_only_where_they_may(hold: bool, terms: int) ->
     first, _ = carried([[by(X)] * terms], {0: 1.0}, Style(hold=hold), inputs=12, outputs=1)
     last_get = 11
     assert first == [1 if hold else last_get + 1 - CONFIGS["small"].STAGE_WRITE - (terms - 1)]
+
+
+# -- the graph that list scheduling works on, and how a pass's groups become slots ----------------
+
+#: Values: x, p, the state s, then one for each op.
+OPS = (
+    Op(3, (Term(0, 1, 22),)),
+    Op(4, (Term(3, 3, 22), Term(2, 1, 22))),
+    Op(5, (Term(1, 1, 22, when=When.IF),), flag=3),
+)
+PROGRAM = Program(
+    "graph",
+    Arithmetic(),
+    (
+        Value("x", Kind.INPUT, 31, -1, 1, "test"),
+        Value("p", Kind.PARAM, 31, -1, 1, "test", initial=1),
+        Value("s", Kind.STATE, 31, -1, 1, "test"),
+        *(Value(f"y{op.dest}", Kind.OP, 31, -1, 1, "test") for op in OPS),
+    ),
+    OPS,
+    (0,),
+    (4, 3, 0),
+    ("a", "b", "c"),
+    ((2, 5),),
+    (),
+)
+
+
+@pytest.fixture(params=CONFIGS.values(), ids=CONFIGS)
+def problem_problem(request: pytest.FixtureRequest) -> ListProblem:
+    return ListProblem(PROGRAM, request.param, far=paths(PROGRAM, request.param, 1), urgent=1)
+
+
+def test_ops_then_emits_each_after_what_it_reads(problem_problem: ListProblem) -> None:
+    """A flag is read as an operand is; emits keep the order of the stream, whatever they show."""
+    assert (problem_problem.n_ops, problem_problem.nodes) == (3, 6)
+    assert problem_problem.producers == [[], [0], [0], [1], [0, 3], [4]]
+    assert problem_problem.consumers == [[1, 2, 4], [3], [], [4], [5], []]
+    assert problem_problem.waits == [len(before) for before in problem_problem.producers]
+    assert problem_problem.makes_state == [False, False, True]
+
+
+def test_room_for_states(problem_problem: ListProblem) -> None:
+    machine = problem_problem.machine
+    assert problem_problem.state_room == (128 // machine.lanes,) * machine.lanes
+    far = paths(PROGRAM, machine, 1)
+    assert ListProblem(PROGRAM, machine, far=far, urgent=1, state_room=[5]).state_room == (5,)
+
+
+def test_who_could_capture_for_whom(problem_problem: ListProblem) -> None:
+    """Op 1 reads the value that is op 2's flag: it could capture its sign."""
+    assert problem_problem.keys == [
+        (None, None, None),
+        (None, None, None),
+        (None, (3, False), None),
+    ]
+    assert problem_problem.givers == {(1, (3, False)): [1]}
+
+
+def test_ways_to_lay_out_a_node_are_found_once(problem_problem: ListProblem) -> None:
+    need = problem_problem.needs[2]
+    found = problem_problem.arranged(2, need)
+    assert found and problem_problem.arranged(2, need) is found
+    assert problem_problem.arranged(2, (False, False, False)) != found
+    (emit,) = problem_problem.arranged(5, (False, False, False))
+    assert emit.slots == (Slot(0, 0, 0, emit=2),) and emit.before == ()
+
+
+def test_groups_as_slots(problem_problem: ListProblem) -> None:
+    two = (Slot(0, 0, 3, 3, op=1, term=0), Slot(0, 0, 2, 1, op=1, term=1))
+    one = (Slot(0, 0, 0, 1, op=0, term=0),)
+    emit = (Slot(0, 0, 4, emit=0),)
+    attempt = Attempt((0, 0, 0, 0), ((1, 1, 10, two), (3, 0, 20, emit), (0, 0, 11, one)), (0,), 30)
+    found = [
+        (s.cycle, s.lane, s.op, s.term, s.emit, s.first, s.last)
+        for s in problem_problem.slots(attempt)
+    ]
+    assert found == [
+        (10, 1, 1, 0, None, True, False),
+        (11, 0, 0, 0, None, True, True),
+        (11, 1, 1, 1, None, False, True),
+        (20, 0, None, None, 0, False, False),
+    ]
+
+
+# -- longest paths and lower bounds of small programs ---------------------------------------------
+
+
+def chain(*ops: Op, outputs: tuple[int, ...]) -> Program:
+    kinds = [Kind.INPUT, Kind.PARAM] + [Kind.OP] * len(ops)
+    values = tuple(Value(f"x{k}", kind, 31, -1, 1, "test") for k, kind in enumerate(kinds))
+    return Program(
+        "chain",
+        Arithmetic(),
+        values,
+        ops,
+        (0,),
+        outputs,
+        tuple(f"o{k}" for k in range(len(outputs))),
+        (),
+        (),
+    )
+
+
+def test_chain() -> None:
+    """Input in cycle 0, ops end in 1, 8, 16 (two slots wait for the second), emit 23, counted."""
+    p = chain(
+        Op(2, (Term(0, 1, 23),)),
+        Op(3, (Term(2, 1, 23),)),
+        Op(4, (Term(3, 1, 23), Term(3, 3, 23), Term(1, 1, 23))),
+        outputs=(4,),
+    )
+    far = paths(p, CONFIGS["fast"], 1)
+    assert far.urgent == (22, 15, 7, 0)
+    assert far.slots == (1, 1, 3, 1)
+    assert far.latency_bound == 1 + 22 + 2
+    assert far.length_bound == 25
+
+
+def test_not_urgent() -> None:
+    p = chain(Op(2, (Term(0, 1, 23),)), Op(3, (Term(0, 1, 23),)), outputs=(2, 3))
+    far = paths(p, CONFIGS["fast"], 1)
+    assert far.urgent == (7, None, 0, None)
+    assert far.total == (10, 9, 3, 2)
+
+
+def test_slots_after() -> None:
+    table = Op(9, (Term(0, None, 23, 0), Term(1, None, 23, 1)), index=1, table=0)
+    assert [slots_after(table, v) for v in (0, 1)] == [1, 3]
+    choice = Op(
+        9, (Term(0, 1, 23, when=When.IF), Term(1, 1, 23, when=When.UNLESS), Term(2, 2, 23)), flag=3
+    )
+    assert [slots_after(choice, v) for v in (0, 1, 2, 3)] == [1, 2, 1, 3]
+    scaled = Op(9, (Term(0, 1, 23, scale=Scale.FULL),), norm=0)
+    assert [slots_after(scaled, v) for v in (0, 1)] == [1, 1]
+
+
+# --------------------------------------------------------------------------------------------------
+# what follows from what a pass has placed: gets out of the way, earliest starts, the score
+
+
+def state_of(program: Program) -> ListState:
+    machine = CONFIGS["small"]
+    work = ListProblem(program, machine, far=paths(program, machine, 1), urgent=1)
+    return ListState(work, [0.0] * work.nodes, hold=True, limit=None)
+
+
+def by_hand(ops: tuple[Op, ...], inputs: int) -> Program:
+    """Inputs are values 0, 1, ...; a parameter comes behind them, then the results."""
+    values = (
+        *(Value(f"x{k}", Kind.INPUT, 31, -1, 1, "test") for k in range(inputs)),
+        Value("p", Kind.PARAM, 31, -1, 1, "test", initial=1),
+        *(Value(f"y{k}", Kind.OP, 31, -1, 1, "test") for k in range(len(ops))),
+    )
+    outputs, taken = tuple(op.dest for op in ops), tuple(range(inputs))
+    names = tuple(f"y{k}" for k in range(len(ops)))
+    return Program("by hand", Arithmetic(), values, ops, taken, outputs, names, (), ())
+
+
+@pytest.mark.parametrize(
+    "writes, cycle, gets",
+    [
+        ({2}, 2, [0, 1, 3, 4, 5]),
+        ({0}, 0, [1, 2, 3, 4, 5]),
+        ({4}, 4, [0, 1, 2, 3, 5]),
+        ({2, 3, 5}, 2, [0, 1, 4, 6, 7]),
+        ({1, 3, 4, 5}, 1, [0, 2, 6, 7, 8]),
+        ({9}, 9, [0, 1, 2, 3, 4]),
+    ],
+)
+def test_gets_leave_their_cycles_to_writes(writes: set[int], cycle: int, gets: list[int]) -> None:
+    """Each as little as can be, in their order; their values are there a cycle later."""
+    state = state_of(by_hand((Op(6, (Term(0, 5, 31),)),), inputs=5))
+    state.writes0 = writes
+    state.fit(0, NOTHING)
+    state.delay(cycle)
+    assert state.gets == gets
+    assert [state.ready[v] for v in range(5)] == [g + 1 for g in gets]
+    assert state.fit(0, NOTHING)[0][0] == gets[0] + 1
+
+
+@pytest.mark.parametrize("hold", [True, False])
+def test_a_result_in_the_way_of_an_input(hold: bool) -> None:
+    state = state_of(by_hand((Op(6, (Term(0, 5, 31),)),), inputs=5))
+    assert state.may_write(3)  # no input is placed yet
+    state.gets, state.horizon, state.hold = [0, 1, 3, 4, 5], 3, hold
+    assert state.may_write(2) and state.may_write(6)  # between them, behind them
+    assert not state.may_write(1) and not state.may_write(3)  # read already: they stay
+    assert state.may_write(4) == hold
+
+
+def test_a_node_awakes_when_its_captures_could_begin() -> None:
+    """One that may take a slot of its own to capture, that much before its terms could start."""
+    plain, conditional = Term(1, 3, 31), Term(1, 3, 31, when=When.IF)
+    ops = (Op(4, (plain,)), Op(5, (conditional,), flag=0), Op(6, (plain, conditional), flag=1))
+    state = state_of(by_hand(ops, inputs=3))
+    assert sorted(state.asleep, key=lambda entry: entry[1]) == [(2, 0), (1, 1), (1, 2)]
+
+
+@pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
+@pytest.mark.parametrize("urgent", [1, 2, 4])
+def test_the_score_is_what_the_slots_say(machine: Machine, urgent: int) -> None:
+    """Latency, length, slots, sum of the words' cycles."""
+    for seed in range(10):
+        program = with_copies(random_program(seed, n_ops=30, n_outputs=4))
+        far = paths(program, machine, urgent)
+        work = ListProblem(program, machine, far=far, urgent=urgent)
+        attempt = list_pass(work, [float(-k) for k in range(work.nodes)], Style())
+        assert attempt is not None
+        slots = work.slots(attempt)
+        out = machine.STAGE_READ + 1
+        words = [s.cycle + out for k in range(4) for s in slots if s.emit == k]
+        written = [s.cycle + machine.STAGE_WRITE + 1 for s in slots if s.last]
+        length = max(3, words[-1], *written, *(g + 1 for g in attempt.gets))
+        assert len(words) == 4 and words == sorted(words)
+        assert attempt.score == (words[urgent - 1], length, len(slots), sum(words))
+        assert attempt.length == length
+
+
+def test_the_program_lasts_until_its_last_word_is_taken() -> None:
+    """Also if its results have left before: in a cycle that a write keeps free of gets."""
+    ops = (Op(31, (Term(0, 30, 31),)), Op(32, (Term(8, 30, 31),)))
+    program = dataclasses.replace(by_hand(ops, inputs=30), outputs=(31,), output_names=("y0",))
+    attempt = list_pass(state_of(program).p, [0.0, 0.0, 0.0], Style())
+    assert attempt is not None
+    latency, length, slots, _ = attempt.score
+    assert latency < 20 and slots == 3
+    assert attempt.gets[-1] == 31 and length == attempt.length == 32
+
+
+# -- shares of the state registers ----------------------------------------------------------------
+
+STATE_ROOMS_PROGRAM = random_program(1, n_ops=1, n_states=1)
+
+
+def programs(*counts: int):
+    return [replace(STATE_ROOMS_PROGRAM, states=STATE_ROOMS_PROGRAM.states * n) for n in counts]
+
+
+@pytest.mark.parametrize("config", sorted(CONFIGS))
+@pytest.mark.parametrize(
+    "counts",
+    [
+        (1,),
+        (128,),
+        (127,),
+        (0, 0),
+        (1, 1, 1),
+        (16, 20, 45, 47),
+        (16, 15, 39, 44),
+        (1, 126, 1),
+        (64, 63),
+        (3, 0, 5, 7, 9),
+    ],
+)
+def test_everybody_finds_room(config: str, counts: tuple[int, ...]) -> None:
+    machine = CONFIGS[config]
+    rooms = state_rooms(programs(*counts), machine)
+    assert len(rooms) == len(counts)
+    for room, count in zip(rooms, counts, strict=True):
+        assert len(room) == machine.lanes and sum(room) >= count
+        assert max(room) - min(room) <= 1
+    for lane in range(machine.lanes):
+        assert sum(room[lane] for room in rooms) <= machine.state_slots
+
+
+def test_a_single_program_has_it_all() -> None:
+    assert state_rooms(programs(16), CONFIGS["fast"]) == [(64, 64)]
+    assert state_rooms(programs(16), CONFIGS["small"]) == [(128,)]
+
+
+def test_too_many() -> None:
+    name = STATE_ROOMS_PROGRAM.name
+    with pytest.raises(
+        ScheduleError,
+        match=rf"^{name} 100, {name} 29: 129 states, the small machine has "
+        r"room for 128; config small-1024 has more$",
+    ):
+        state_rooms(programs(100, 29), CONFIGS["small"])

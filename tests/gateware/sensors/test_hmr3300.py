@@ -2,13 +2,13 @@
 rest, with the model of the compass."""
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import DIVISOR_MIN
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.verilog import to_verilog
+from tests.support.bench import run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
@@ -69,10 +69,7 @@ def happenings(
                         await wait(dut.divisor)
         await wait(after)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
     return out, dut
 
 

@@ -2,9 +2,9 @@
 
 import pytest
 from amaranth.hdl import Cat
-from amaranth.sim import Simulator
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
+from tests.support.bench import run_bench
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
@@ -91,10 +91,7 @@ def run(
             if taken:
                 ctx.set(dut.command.valid, 0)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
     return events, dut
 
 

@@ -5,9 +5,9 @@ import random
 import pytest
 from amaranth.hdl import ResetInserter, Signal
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 from boresight.gateware.serial.spi import SpiController, cycles_for
+from tests.support.bench import pulse, run_bench
 
 #: Half period, stall, setup (None: default).
 SHAPES = [(3, 1, None), (3, 10, 7), (4, 12, 1), (5, 200, 5), (7, 7, 30), (3, 600, None)]
@@ -105,11 +105,7 @@ def exchange(dut, commands: list[int], slave: Slave, gaps: list[int]) -> list[tu
     async def watch(ctx):
         await slave.run(ctx, dut)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(watch, background=True)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench, background=[watch])
     return [tuple(each) for each in out]
 
 
@@ -157,9 +153,7 @@ def test_reset_keeps_the_stall(half: int, stall: int) -> None:
         for _ in range(25):
             for _ in range(random.randrange(1, spi.frame_cycles)):
                 await ctx.tick()
-            ctx.set(reset, 1)
-            await ctx.tick()
-            ctx.set(reset, 0)
+            await pulse(ctx, reset)
             assert ctx.get(spi.cs_n) and ctx.get(spi.sclk)
             pause = 0
             while ctx.get(spi.cs_n):
@@ -176,10 +170,7 @@ def test_reset_keeps_the_stall(half: int, stall: int) -> None:
                 length += 1
             assert edges == 32 and length == spi.answer_latency - 1
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
 
 
 def test_is_a_component() -> None:

@@ -1,9 +1,9 @@
 """The serial line by itself: every byte, unequal clocks, glitches, breaks."""
 
 import pytest
-from amaranth.sim import Simulator
 
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
+from tests.support.bench import run_bench
 
 
 def receive(divisor: int, drive) -> list[int | None]:
@@ -22,11 +22,7 @@ def receive(divisor: int, drive) -> list[int | None]:
         ctx.set(dut.rx, 1)
         await ctx.tick().repeat(12 * divisor)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(watch, background=True)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench, background=[watch])
     return out
 
 
@@ -91,10 +87,7 @@ def test_latency(divisor: int) -> None:
             while not found:
                 await ctx.tick()
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench)
     assert found == set(range(dut.latency - dut.spacing + 1, dut.latency + 1))
 
 
@@ -174,11 +167,7 @@ def test_transmitter(divisor: int, gap: int, listen) -> None:
         assert gap or cycles == 10 * divisor * (len(data) - 1) + 1
         await ctx.tick().repeat(11 * divisor)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(listen(dut.tx, divisor, received), background=True)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench, background=[listen(dut.tx, divisor, received)])
     assert bytes(received) == data
 
 

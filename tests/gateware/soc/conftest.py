@@ -4,8 +4,6 @@ Memory and processor are Verilog. Here the memory is one of Amaranth's with the 
 processor is left out: the bench drives its buses instead.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,11 +1,13 @@
 """Control block: every register, and what happens without the bus."""
 
+from functools import partial
+
 import pytest
 from amaranth.hdl import ClockDomain, Module
-from amaranth.sim import Simulator
 
 from boresight.gateware.soc.control import Control
 from boresight.gateware.soc.layout import CONTROL, KICK
+from tests.support.bench import run_bench
 
 ADDRESS = {register.name: k for k, register in enumerate(CONTROL)}
 BIT = {name: 1 << k for k, name in enumerate(CONTROL[ADDRESS["status"]].bits)}
@@ -16,14 +18,7 @@ def run(bench, **options) -> None:
     top = Module()
     top.domains.sync = ClockDomain()
     top.submodules.dut = dut
-    sim = Simulator(top)
-    sim.add_clock(1e-8)
-
-    async def testbench(ctx):
-        await bench(ctx, dut)
-
-    sim.add_testbench(testbench)
-    sim.run()
+    run_bench(top, partial(bench, dut=dut))
 
 
 async def transfer(ctx, dut, name: str, word: int | None = None) -> int:
@@ -114,11 +109,7 @@ def test_console_out(listen) -> None:
         await transfer(ctx, dut, "console", ord("!"))  # lost
         await ctx.tick().repeat(200)
 
-    sim = Simulator(dut)
-    sim.add_clock(1e-8)
-    sim.add_testbench(listen(dut.tx, 8, received), background=True)
-    sim.add_testbench(bench)
-    sim.run()
+    run_bench(dut, bench, background=[listen(dut.tx, 8, received)])
     assert received == b"hi"
 
 

@@ -1,7 +1,5 @@
 """The processor itself, in Verilator, on programs that need no compiler."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

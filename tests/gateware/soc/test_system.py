@@ -1,7 +1,5 @@
 """The computer's bus with the processor left out: who answers where, and what when nobody does."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -16,6 +14,7 @@ from boresight.gateware.soc.layout import (
 )
 from boresight.gateware.soc.memory import PAGE_WORDS
 from boresight.gateware.soc.system import Soc
+from tests.support.bench import pulse
 
 ADDRESS = {register.name: CONTROL_BASE + 4 * k for k, register in enumerate(CONTROL)}
 BIT = {name: 1 << k for k, name in enumerate(CONTROL[4].bits)}
@@ -179,9 +178,7 @@ def test_interrupts_reach_the_processor(machine: Machine, send) -> None:
         array = here.ports["i_externalInterruptArray"]
         bits = {name: 1 << k for k, name in enumerate(INTERRUPTS)}
         assert len(array) == 32 and ctx.get(array) == 0
-        ctx.set(here.soc.interrupt, 1)
-        await ctx.tick()
-        ctx.set(here.soc.interrupt, 0)
+        await pulse(ctx, here.soc.interrupt)
         await ctx.tick().repeat(3)
         assert ctx.get(array) == bits["device"]
         assert await here.status(ctx) == BIT["device"] and ctx.get(array) == 0

@@ -1,18 +1,34 @@
-"""What is sent is bit by bit what the software makes of one update, and never of two."""
+"""Outputs of the attitude system: words, frames, text."""
 
+import math
 import random
 from collections.abc import Callable
 
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
+from hypothesis import given
+from hypothesis import strategies as st
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.bus.results import Results
-from boresight.gateware.system.attitude_frame import OUTPUTS, text_line
+from boresight.gateware.system.attitude_frame import (
+    FORMATS,
+    OUTPUTS,
+    WORDS,
+    Attitude,
+    angle_text,
+    attitude_of,
+    parse_line,
+    text_line,
+)
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
+from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
 from boresight.gateware.system.interface import Place
+from boresight.model.estimators import FILTERS, estimator
+from tests.support.bench import pulse, run_bench
+
+# -- what is sent is bit by bit what the software makes of one update, and never of two -----------
 
 #: Words of an attitude's frame.
 PLACES = 2 + len(OUTPUTS)
@@ -34,9 +50,7 @@ class Bench:
     async def update(self, ctx, words: list[int], pause: int = 0) -> None:
         """Write an update, a word a cycle; ``words`` in the order of a frame."""
         results = self.results
-        ctx.set(results.begin, 1)
-        await ctx.tick()
-        ctx.set(results.begin, 0)
+        await pulse(ctx, results.begin)
         first = Place.OUTPUTS
         places = (Place.HEADER, Place.STAMP, *range(first, first - 2 + len(words)))
         for k, (place, word) in enumerate(zip(places, words, strict=True)):
@@ -47,9 +61,7 @@ class Bench:
             await ctx.tick()
         ctx.set(results.w_en, 0)
         ctx.set(results.complete, 0)
-        ctx.set(self.dut.updated, 1)
-        await ctx.tick()
-        ctx.set(self.dut.updated, 0)
+        await pulse(ctx, self.dut.updated)
         if pause:
             await ctx.tick().repeat(pause)
 
@@ -73,12 +85,7 @@ class Bench:
                 self.sent += events & 1
                 self.skipped += events >> 1
 
-        sim = Simulator(self.top)
-        sim.add_clock(1e-8)
-        sim.add_testbench(take, background=True)
-        sim.add_testbench(count, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(self.top, test, background=[take, count])
         assert not body
 
 
@@ -228,3 +235,193 @@ def test_off_and_changes_on_the_way() -> None:
     bench.run(test)
     assert bench.bodies == [body_of(words), text_line(with_flags(words, 0xFF)).encode()]
     assert bench.raw == [False, True]
+
+
+# -- frames and lines in software -----------------------------------------------------------------
+
+WORD = st.integers(-HALF, HALF - 1)
+
+
+@pytest.mark.parametrize(
+    "value, text",
+    [
+        (0, "+000.00"),
+        (HALF - 1, "+180.00"),
+        (-HALF, "-180.00"),
+        (-1, "-000.00"),
+        (HALF // 2, "+090.00"),
+        (-HALF // 180, "-001.00"),
+        # half a hundredth is 59652.3 words
+        (59_652, "+000.00"),
+        (59_653, "+000.01"),
+        (-59_652, "-000.00"),
+        (-59_653, "-000.01"),
+    ],
+)
+def test_known_angles(value: int, text: str) -> None:
+    assert angle_text(value) == text
+
+
+@given(WORD)
+def test_angles_are_rounded_to_the_nearest(value: int) -> None:
+    exact = value * 180 / HALF
+    assert abs(float(angle_text(value)) - exact) <= 0.005 + 1e-12
+
+
+def test_halves_go_away_from_zero() -> None:
+    # 36000 n / 2^32 = k + 1/2 at n = 2^26 (2 m + 1) / 1125 only if 1125 divides 2 m + 1
+    half = 2**26 * 1125 // 1125
+    assert half * 36_000 % 2**32 == 2**31
+    assert (angle_text(half), angle_text(-half)) == ("+005.63", "-005.63")  # 5.625
+
+
+def test_attitude_of_words() -> None:
+    words = [
+        0x8128_FFFE - 2**32,
+        -1,
+        HALF // 2,
+        -HALF // 4,
+        -HALF,
+        1 << 29,
+        0,
+        -(1 << 28),
+        1,
+        5 << 23,
+    ]
+    got = attitude_of(words)
+    assert got == Attitude(
+        number=0xFFFE,
+        flags=0x8128,
+        stamp=0xFFFF_FFFF,
+        pitch=90.0,
+        roll=-45.0,
+        heading=-180.0,
+        quaternion=(1.0, 0.0, -0.5, 2.0**-29),
+        status=5,
+    )
+    assert attitude_of(words, {0: (30, 22)}).status == 10
+    assert attitude_of(words, {1: (30, 22)}).status is attitude_of(words, {}).quaternion is None
+    assert got.filter == 0
+    assert got.flag_names == ("field_used", "restart", "inertial_fault")
+    with pytest.raises(ValueError, match=r"^words must be 10, not 9$"):
+        attitude_of(words[:-1])
+
+
+@given(st.lists(WORD, min_size=len(WORDS), max_size=len(WORDS)))
+def test_lines_come_back(words: list[int]) -> None:
+    line = text_line(words)
+    assert len(line) == 39 and line.endswith("\r\n")
+    got, exact = parse_line(line), attitude_of(words)
+    assert (got.number, got.flags) == (exact.number, exact.flags)
+    if got.filter in FORMATS:
+        bits = FORMATS[got.filter][1]
+        assert got.status == exact.status & (1 << 32 - bits) - 1
+    else:
+        assert got.status is None
+    for name in ("heading", "pitch", "roll"):
+        assert math.isclose(getattr(got, name), getattr(exact, name), abs_tol=0.005_000_1)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "+001.00 +002.00 +003.00 0001 0000",
+        "+001.00 +002.00 +003.00 0001 0000 00G",
+        "001.00 +002.00 +003.00 0001 0000 000",
+        "+001,00 +002.00 +003.00 0001 0000 000",
+        "+001.00 +002.00 +003.00 0001 0000 000 ",
+        "+001.00  +002.00 +003.00 0001 0000 000",
+        "+0a1.00 +002.00 +003.00 0001 0000 000",
+        "+001.00 +002.00 +003.00 0001 0000 00a",
+    ],
+)
+def test_other_lines_are_none(line: str) -> None:
+    assert parse_line(line) is None
+    assert parse_line("+001.00 -002.00 +003.00 0001 0000 00A") == Attitude(
+        number=1, heading=1.0, pitch=-2.0, roll=3.0, flags=0, status=1
+    )
+
+
+def test_formats_are_those_of_the_filters() -> None:
+    for number, name in enumerate(FILTERS):
+        program = estimator(name).compile()
+        frac = {
+            n: program.values[k].frac
+            for n, k in zip(program.output_names, program.outputs, strict=True)
+        }
+        assert tuple(frac) == OUTPUTS
+        assert {frac[n] for n in ("pitch", "roll", "heading")} == {31}
+        assert {frac[n] for n in ("qw", "qx", "qy", "qz")} == {FORMATS[number][0]}
+        assert frac["status"] == FORMATS[number][1] >= 20
+    assert len(FORMATS) == len(FILTERS)
+
+
+# --------------------------------------------------------------------------------------------------
+# digits of an angle against whole-number arithmetic; the places of the line are the software's
+
+#: Words around which digits, signs and roundings change, besides random ones.
+EDGES = (0, 1, -1, HALF - 1, -HALF, 1 - HALF, HALF // 2, -HALF // 2, 59_652, 59_653, -59_653)
+
+
+async def shift(ctx, dut: AngleDigits, word: int) -> None:
+    """Start, then the 32 bits."""
+    await pulse(ctx, dut.start)
+    ctx.set(dut.negative, word < 0)
+    ctx.set(dut.shift, 1)
+    for k in range(32):
+        ctx.set(dut.bit, word >> k & 1)
+        ctx.set(dut.last, k == 31)
+        await ctx.tick()
+    ctx.set(dut.shift, 0)
+
+
+async def digits_of(ctx, dut: AngleDigits, word: int) -> str:
+    """Then each power of ten as often as it can be taken away, and once more."""
+    await shift(ctx, dut, word)
+    text = ""
+    for power in range(5):
+        ctx.set(dut.power, power)
+        await ctx.tick()  # not asked to take it away
+        ctx.set(dut.subtract, 1)
+        digit, possible = 0, True
+        while possible:
+            _, _, possible = await ctx.tick().sample(dut.possible)
+            digit += possible
+            assert digit < 10
+        ctx.set(dut.subtract, 0)
+        text += str(digit)
+    return text
+
+
+def test_digits(simulate) -> None:
+    dut, rng = AngleDigits(), random.Random(1)
+
+    async def bench(ctx):
+        for word in (*EDGES, *(rng.randrange(-HALF, HALF) for _ in range(150))):
+            digits = await digits_of(ctx, dut, word)
+            sign = "-" if word < 0 else "+"
+            assert f"{sign}{digits[:3]}.{digits[3:]}" == angle_text(word), word
+
+    simulate(dut, bench)
+
+
+def test_an_angle_forgets_the_one_before(simulate) -> None:
+    """What was left of it would make a whole hundredth of one that lacks almost nothing."""
+    dut = AngleDigits()
+    word = pow(36_000 // 32, -1, 1 << 27) * (HALF // 32 - 1) % (1 << 27)
+    assert (word * 36_000 + HALF) % (1 << 32) == (1 << 32) - 32
+
+    async def bench(ctx):
+        for before in (HALF - 1, -1 << 30):
+            await shift(ctx, dut, before)
+            digits = await digits_of(ctx, dut, word)
+            assert f"+{digits[:3]}.{digits[3:]}" == angle_text(word)
+
+    simulate(dut, bench)
+
+
+def test_places_of_the_line() -> None:
+    kinds = {Op.HEX: "x", Op.SIGN: "s", Op.DIGIT: "d"}
+    shape = "".join(kinds.get(place.op) or chr(place.code) for place in LINE)
+    assert shape == "sddd.dd sddd.dd sddd.dd xxxx xxxx xxx\r\n"

@@ -23,6 +23,7 @@ from boresight.gateware.system.bridge import Bridge
 from boresight.gateware.system.interface import FRAME_FLAGS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.system.system_bus import RESULTS, SystemBus
+from tests.support.bench import pulse
 
 EMPTY = (Adis16385, Hmr3300, AttitudeCore, AttitudeOutput, Bridge)
 
@@ -237,8 +238,8 @@ def test_orders_are_pulses(bench: Bench) -> None:
 
     async def watch(ctx):
         pulses = Cat(bench.attitude.restart, bench.inertial.restart, bench.inner[0].clear)
-        async for _, _, pulse in ctx.tick().sample(pulses):
-            seen.append(pulse)
+        async for _, _, order in ctx.tick().sample(pulses):
+            seen.append(order)
 
     async def test(ctx):
         for order in (1, 2, 4, 7, 0):
@@ -246,7 +247,7 @@ def test_orders_are_pulses(bench: Bench) -> None:
             await ctx.tick()
 
     bench.run(test, watch)
-    assert [pulse for pulse in seen if pulse] == [1, 2, 4, 7]
+    assert [order for order in seen if order] == [1, 2, 4, 7]
 
 
 def test_a_letter_waits_for_the_compass(bench: Bench) -> None:
@@ -270,9 +271,7 @@ def test_a_letter_waits_for_the_compass(bench: Bench) -> None:
             if letter == "A":  # the next one replaces it
                 await bench.write(ctx, "compass_command", ord("Z"))
                 await ctx.tick().repeat(5)
-            ctx.set(command.ready, 1)
-            await ctx.tick()
-            ctx.set(command.ready, 0)
+            await pulse(ctx, command.ready)
         ctx.set(command.ready, 1)
         for letter in "CD":  # to a reader that does not let it wait
             await bench.write(ctx, "compass_command", ord(letter))
@@ -388,9 +387,7 @@ def test_every_event_has_its_counter(bench: Bench) -> None:
         assert len(inputs) == len(bench.system.events)
         for bit, name in zip(inputs, bench.system.events, strict=True):
             before = await bench.read(ctx, f"count_{name}")
-            ctx.set(bit, 1)
-            await ctx.tick()
-            ctx.set(bit, 0)
+            await pulse(ctx, bit)
             await ctx.tick().repeat(bus.counters.interval + 4)
             assert (before, await bench.read(ctx, f"count_{name}")) == (0, 1), name
         await bench.write(ctx, "order", 4)

@@ -5,10 +5,10 @@ import random
 import pytest
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import memory
-from amaranth.sim import Simulator
 
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from boresight.gateware.system.bridge import Bridge
+from tests.support.bench import put, run_bench
 
 DIVISOR = 8
 
@@ -44,12 +44,9 @@ class Host:
                 for k in range(2):
                     self.events[k] += events >> k & 1
 
-        sim = Simulator(self.top)
-        sim.add_clock(1e-8)
-        sim.add_testbench(self._listen(self.dut.tx, DIVISOR, self.received), background=True)
-        sim.add_testbench(count, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(
+            self.top, test, background=[self._listen(self.dut.tx, DIVISOR, self.received), count]
+        )
 
     async def send(self, ctx, data: bytes, **options) -> None:
         await self._send(ctx, self.dut.rx, DIVISOR, data, **options)
@@ -75,12 +72,8 @@ class Host:
         for k, byte in enumerate(body):
             for _ in range(gap):
                 await ctx.tick()
-            ctx.set(
-                self.dut.i.payload, {"data": byte, "raw": raw, "last": last and k == len(body) - 1}
-            )
-            ctx.set(self.dut.i.valid, 1)
-            await ctx.tick().until(self.dut.i.ready)
-            ctx.set(self.dut.i.valid, 0)
+            payload = {"data": byte, "raw": raw, "last": last and k == len(body) - 1}
+            await put(ctx, self.dut.i, payload, limit=100_000)
 
 
 @pytest.fixture

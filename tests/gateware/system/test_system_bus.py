@@ -2,13 +2,13 @@
 
 import pytest
 from amaranth.hdl import Module, Mux, Signal
-from amaranth.sim import Simulator
 
 from boresight.gateware.bus.results import INDEX_BITS
 from boresight.gateware.registers.model import Access
 from boresight.gateware.system.interface import IDENTIFICATION, Place, system_registers
 from boresight.gateware.system.plan import RAW
 from boresight.gateware.system.system_bus import COUNTERS, CSR, FEED, RESULTS, SystemBus
+from tests.support.bench import pulse, read, run_bench, write
 
 REGISTERS = system_registers(
     filters=("one", "two", "three"),
@@ -24,20 +24,19 @@ ADDRESS = {r.name: r.address for r in REGISTERS}
 class Bench:
     """The bus with a core and results that answer with their addresses."""
 
-    def __init__(self, bus_read, bus_write, feed: int = 0) -> None:
+    def __init__(self, feed: int = 0) -> None:
         self.dut = SystemBus(registers=REGISTERS, events=EVENTS, feed=feed)
-        self.read_word, self.write_word = bus_read, bus_write
         self.writes: list[tuple[int, int]] = []
         self.delay: Signal
 
     async def read(self, ctx, address: int) -> int:
         ctx.set(self.dut.read, 1)
-        word = await self.read_word(ctx, self.dut.bus, address)
+        word = await read(ctx, self.dut.bus, address)
         ctx.set(self.dut.read, 0)
         return word
 
     async def write(self, ctx, address: int, word: int) -> int:
-        return await self.write_word(ctx, self.dut.bus, address, word)
+        return await write(ctx, self.dut.bus, address, word)
 
     def run(self, test, *background) -> None:
         top, dut = Module(), self.dut
@@ -60,17 +59,12 @@ class Bench:
                 if ack:
                     self.writes.append((addr, data))
 
-        sim = Simulator(top)
-        sim.add_clock(1e-8)
-        for each in (watch, *background):
-            sim.add_testbench(each, background=True)
-        sim.add_testbench(test)
-        sim.run()
+        run_bench(top, test, background=[watch, *background])
 
 
 @pytest.fixture
-def bench(bus_read, bus_write) -> Bench:
-    return Bench(bus_read, bus_write)
+def bench() -> Bench:
+    return Bench()
 
 
 def test_every_address_reads_what_is_there(bench: Bench) -> None:
@@ -83,7 +77,7 @@ def test_every_address_reads_what_is_there(bench: Bench) -> None:
     async def test(ctx):
         ctx.set(bench.dut.time, 0x8765_4321)
         for address in [*range(0x800), *range(0x800, 0x1000, 61)]:
-            word = await bench.read_word(ctx, bench.dut.bus, address)
+            word = await read(ctx, bench.dut.bus, address)
             assert word == wanted.get(address, 0), hex(address)
         mapped = [
             *range(517),
@@ -160,18 +154,16 @@ def test_counters(bench: Bench) -> None:
         await ctx.tick().repeat(4)
         counts = [await bench.read(ctx, COUNTERS + k) for k in range(EVENTS + 1)]
         assert counts == [1, 2, 3, 4, 5, 0]
-        ctx.set(dut.clear, 1)
-        await ctx.tick()
-        ctx.set(dut.clear, 0)
+        await pulse(ctx, dut.clear)
         await ctx.tick().repeat(dut.counters.interval + 4)
         assert [await bench.read(ctx, COUNTERS + k) for k in range(EVENTS + 1)] == [0] * 6
 
     bench.run(test)
 
 
-def test_input_registers_wait_until_they_are_free(bus_read, bus_write) -> None:
+def test_input_registers_wait_until_they_are_free() -> None:
     """And what is written next, to another block, does not."""
-    bench, fed = Bench(bus_read, bus_write, feed=3), []
+    bench, fed = Bench(feed=3), []
     dut, first = bench.dut, FEED
 
     async def take(ctx):

@@ -1,7 +1,5 @@
 """Cores as `compile` writes them, each made once: one small estimator; two that are linked."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Callable
 from pathlib import Path

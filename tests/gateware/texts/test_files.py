@@ -1,7 +1,5 @@
 """The files beside a core: each is taken by the tool that it is for, and the bench bites."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

@@ -1,16 +1,34 @@
-"""What README.md says of a core."""
+"""Texts about a core: README, records, bench, waves, head of the Verilog."""
 
-from __future__ import annotations
-
+import json
 import re
+import subprocess
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from boresight.gateware.description import describe
-from boresight.gateware.texts.core import integration_files
+import numpy as np
+import pytest
+from amaranth.lib.wiring import Component
+
+from boresight.gateware.core import Core, build_core
+from boresight.gateware.description import Records, describe
+from boresight.gateware.engine.engine import Engine
+from boresight.gateware.texts.bench import Recorded, expected_hex, input_hex
+from boresight.gateware.texts.core import integration_files, verilog_head
+from boresight.gateware.texts.records import records_header
+from boresight.gateware.texts.wave import Drawing, bus_drawing, record_drawing
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.model.estimators import estimator
+from boresight.model.estimators.complementary import Complementary
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
+from boresight.sim.rtl.simulators import available
+from tests.support.linked import Inner
+from tests.support.track import Track
+
+# -- what README.md says of a core ----------------------------------------------------------------
 
 Design = tuple[Path, Build]
 
@@ -96,3 +114,288 @@ def test_area_and_clock_are_called_an_estimate(one: Design) -> None:
     )
     assert "not from ISE: 1042 LUT, 900 flip-flops, 8 DSP48A1, 17.5 RAMB16; clock 125 MHz" in text
     assert "clock not known" in resources(None)
+
+
+# -- ``records.h``: what the firmware is told of the estimators' records, number by number --------
+
+
+class Still(Estimator):
+    """No time step, a field whose first axis comes last, outputs of every kind."""
+
+    inputs = (
+        Input("my", -256.0, 255.9, "uT", missing=0.0),
+        Input("ax", -160.0, 160.0, "m/s^2"),
+        Input("mx", -256.0, 255.9, "uT", missing=0.0),
+    )
+    outputs = (Output("sum", "m/s^2"), Output("half", "ht"), Output("bits", "flags"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"sum": u.ax + u.my, "half": u.mx * (1 / 512), "bits": u.ax * 0.5}
+
+
+@pytest.fixture(scope="module")
+def programs() -> list[Records]:
+    compiled = [Complementary().compile(), Still().compile()]
+    return [describe(build_core(p, "small", restarts=0)).programs[0] for p in compiled]
+
+
+@pytest.fixture(scope="module")
+def text(programs: list[Records]) -> str:
+    return records_header(programs, outputs=0x10, inputs=0x20)
+
+
+def rows(text: str, name: str) -> list[list[str]]:
+    """Rows of a table; of a plain one, one row."""
+    found = re.search(rf"{name}(?:\[\d+\])+ = \{{(.*)\}};", text)
+    assert found
+    inner = re.findall(r"\{([^{}]*)\}", found[1]) or [found[1]]
+    return [row.split(", ") for row in inner]
+
+
+def test_sizes_are_those_of_the_longest(text: str) -> None:
+    for line in ("RECORD_INPUTS 10u", "RECORD_OUTPUTS 8u", "RECORD_INPUT_ADDR 32u",
+                 "RECORD_OUTPUT_ADDR 16u"):  # fmt: skip
+        assert f"#define {line}" in text
+    assert rows(text, "record_inputs") == [["10", "3"]]
+    assert rows(text, "record_outputs") == [["8", "3"]]
+    assert "of the estimators complementary, still, by" in text
+
+
+def test_the_time_step_and_the_field_by_name(text: str) -> None:
+    assert rows(text, "record_step") == [["0", "-1"]]
+    assert rows(text, "record_field") == [[f"UINT32_C({0b111 << 4})", f"UINT32_C({0b101})"]]
+
+
+def test_binary_points_are_the_programs(programs: list[Records], text: str) -> None:
+    for name, which in (("record_in_frac", "inputs"), ("record_out_frac", "outputs")):
+        wanted = [[str(w.frac) for w in getattr(p, which)] for p in programs]
+        assert rows(text, name) == wanted
+
+
+def test_a_line_says_of_an_attitude_its_angles_and_of_others_all(text: str) -> None:
+    """Heading, pitch, roll, status; angles, bits and numbers each in their way."""
+    assert rows(text, "record_said") == [["4", "3"]]
+    assert rows(text, "record_place") == [["2", "0", "1", "7"], ["0", "1", "2"]]
+    assert rows(text, "record_kind") == [["0u", "0u", "0u", "1u"], ["2u", "0u", "1u"]]
+
+
+# -- lines of the bench's words -------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def build() -> Build:
+    return Build(Track(), restarts=0, word=21)
+
+
+def run_of(saturated: list[bool]) -> Recorded:
+    count = len(saturated)
+    inputs = np.arange(4 * count).reshape(count, 4) - 6
+    return Recorded(0, inputs, -np.arange(3 * count).reshape(count, 3), np.array(saturated), "")
+
+
+def test_input_lines(build: Build) -> None:
+    """Cycles and flags with the first word of a record; pauses in the second half."""
+    lines = input_hex(describe(build.core), [run_of([False, True, False, True])]).splitlines()
+    marks = [line.split("_")[:2] for line in lines]
+    interval = f"{build.core.schedule.interval:04x}"
+    none = "0000"
+    assert marks == [
+        *([none, "0"], [none, "0"], [none, "0"], [none, "1"]),
+        *([interval, "4"], [none, "0"], [none, "0"], [none, "1"]),
+        *([none, "e"], [none, "2"], [none, "2"], [none, "3"]),
+        *([none, "6"], [none, "2"], [none, "2"], [none, "3"]),
+    ]
+    assert [line.split("_")[2] for line in lines[5:8]] == ["1fffff", "000000", "000001"]
+
+
+def test_expected_lines(build: Build) -> None:
+    """Cycles where there are no pauses: in the first half, or more than that."""
+    lines = expected_hex(describe(build.core), [run_of([False, True, False])] * 2).splitlines()
+    assert lines[:9] == lines[9:]
+    cycles = [f"{c:04x}" for c in build.core.schedule.latencies]
+    assert [line[:4] for line in lines[:9]] == [*cycles, *cycles, "0000", "0000", "0000"]
+    assert [line[5] for line in lines[:9]] == ["0", "0", "1"] * 3
+    assert [line[7:] for line in lines[:3]] == ["000000", "1fffff", "1ffffe"]
+
+
+# -- drawings say what the core does: it is driven as they say ------------------------------------
+
+
+@pytest.fixture(scope="module")
+def core() -> Core:
+    return Build(Track(), restarts=0).core
+
+
+def row(drawing: Drawing, name: str) -> tuple[Any, ...]:
+    return dict(drawing.rows)[name]
+
+
+def test_a_record(core: Core, simulate: Any) -> None:
+    """Two records offered one after the other, and every shown cycle of the first."""
+    drawing = record_drawing(describe(core).programs[0], 32)
+    words = [core.program.values[n].name for n in core.program.streamed]
+    seen: dict[int, tuple[Any, ...]] = {}
+    dut: Component = Engine(machine=core.machine, image=core.image)
+
+    async def bench(ctx: Any) -> None:
+        ctx.set(dut.o.ready, 1)
+        while not ctx.get(dut.i.ready):
+            await ctx.tick()
+        given = 0
+        told = 0
+        for cycle in range(1, core.schedule.interval + 2):
+            word, last = given % len(words), given % len(words) == len(words) - 1
+            ctx.set(dut.i.payload, {"data": 0, "last": last})
+            ctx.set(dut.i.valid, 1)
+            ready, valid = ctx.get(dut.i.ready), ctx.get(dut.o.valid)
+            output = core.program.output_names[told] if valid else None
+            mark = ctx.get(dut.o.payload.last) if valid else None
+            seen[cycle] = (1, ready, words[word], int(last), valid, 1, output, mark)
+            given, told = given + ready, told + valid
+            await ctx.tick()
+
+    simulate(dut, bench)
+    assert drawing.cycles[0] == 1 and drawing.cycles[-1] == core.schedule.interval + 1
+    assert set(core.schedule.latencies) >= {max(core.schedule.latencies)} <= set(drawing.cycles)
+    for k, cycle in enumerate(drawing.cycles):
+        assert tuple(values[k] for _, values in drawing.rows) == seen[cycle], cycle
+
+
+@pytest.mark.parametrize("kind", [Track, Inner])
+def test_the_bus(kind: Any, simulate: Any) -> None:
+    """A parameter is written two cycles long; without one a flag is cleared at once."""
+    core = Build(kind(), restarts=0).core
+    drawing = bus_drawing(describe(core))
+    dut: Component = Engine(machine=core.machine, image=core.image)
+    assert len(drawing.cycles) == (4 if kind is Track else 3)
+
+    async def bench(ctx: Any) -> None:
+        await ctx.tick().repeat(8)
+        for k in range(len(drawing.cycles)):
+            addr, w_stb = row(drawing, "bus__addr")[k], row(drawing, "bus__w_stb")[k]
+            ctx.set(dut.bus.addr, 513 if addr is None else int(addr))
+            ctx.set(dut.bus.w_stb, w_stb)
+            assert ctx.get(dut.bus.w_ack) == row(drawing, "bus__w_ack")[k]
+            if row(drawing, "bus__r_data")[k] == "status":
+                assert ctx.get(dut.bus.r_data) & 0b0111 == 0b0100
+            await ctx.tick()
+
+    simulate(dut, bench)
+
+
+DRAWING = Drawing(
+    (1, 2, 5, 6), (("bit", (0, 1, 1, 0)), ("word", ("a", "a", None, "b")), ("any", (None, 1, 0, 0)))
+)
+
+
+def test_text() -> None:
+    assert DRAWING.text() == (
+        "cycle | 1 | 2  .. | 5 | 6\n"
+        "bit   ____/‾‾‾ .. ‾‾‾‾\\___\n"
+        "word  | a      .. ....| b\n"
+        "any   ....‾‾‾‾ .. \\_______\n"
+    )
+
+
+def test_wavedrom() -> None:
+    drawn = json.loads(DRAWING.wavedrom())["signal"]
+    assert [s["wave"] for s in drawn] == ["p.|..", "==|==", "01|.0", "=.|x=", "x1|0."]
+    assert [s.get("data") for s in drawn] == [None, ["1", "2", "5", "6"], None, ["a", "b"], None]
+    text = DRAWING.markdown()
+    assert text.count("```") == 4 and DRAWING.text() in text and DRAWING.wavedrom() in text
+
+
+def test_waves_have_a_letter_for_each_column(core: Core) -> None:
+    drawing = record_drawing(describe(core).programs[0], 32)
+    gaps = sum(b != a + 1 for a, b in zip(drawing.cycles, drawing.cycles[1:], strict=False))
+    waves = [s["wave"] for s in json.loads(drawing.wavedrom())["signal"]]
+    assert {len(wave) for wave in waves} == {len(drawing.cycles) + gaps}
+
+
+# -- the head of a core's Verilog says what the module below it is --------------------------------
+
+
+def text_of(core: Core, *, instances: bool, identified: bool | None = None) -> str:
+    known = instances if identified is None else identified
+    return verilog_head(describe(core), instances=instances, identified=known)
+
+
+INSTANCES = pytest.mark.parametrize("instances", [True, False])
+
+
+@cache
+def core_of(*names: str, word: int = 32) -> Core:
+    return Build(*(estimator(n) for n in names), config="small", word=word).core
+
+
+@INSTANCES
+@pytest.mark.parametrize("word", [32, 24])
+def test_ports_are_those_of_the_module(instances: bool, word: int) -> None:
+    core = core_of("complementary", word=word)
+    verilog = core.verilog(instances=instances)
+    module = verilog[: verilog.index("endmodule")]
+    found = {
+        (side, name, int(high or 0) + 1)
+        for side, high, name in re.findall(
+            r"^  (input|output) (?:\[(\d+):0\] )?(\w+);$", module, re.M
+        )
+    }
+    pins = describe(core).pins
+    assert found == {(pin.direction, pin.name, pin.bits) for pin in pins}
+    text = text_of(core, instances=instances)
+    for pin in pins:
+        width = rf"\[{pin.bits - 1}:0\] +" if pin.bits > 1 else ""
+        line = rf"^//   {pin.direction} +{width}{pin.name} +{re.escape(pin.meaning)}$"
+        assert re.search(line, text, re.M)
+
+
+def test_generic() -> None:
+    """That it has the build identifier the bench beside it says (`gateware.texts.core`)."""
+    core = core_of("complementary", word=24)
+    generic, simulated = (core.verilog(instances=False, identified=k) for k in (True, False))
+    assert generic != simulated and "DSP48A1" not in generic and "LUT6" not in generic
+    assert core.verilog(instances=False) is simulated
+    texts = [text_of(core, instances=False, identified=k) for k in (True, False)]
+    said = ["it has no vendor primitives", "Its build identifier reads 0"]
+    assert [[s in text for s in said] for text in texts] == [[True, False], [False, True]]
+
+
+@INSTANCES
+def test_what_it_says(instances: bool) -> None:
+    core = core_of("complementary", "mekf")
+    text = text_of(core, instances=instances)
+    assert core.digest in text and "configuration small, 32-bit words" in text
+    assert ("LUT6" in text) == instances
+    for number, part in enumerate(core.parts):
+        plan = part.schedule
+        cycles = ", ".join(map(str, plan.latencies))
+        assert f"Program {number}, {part.program.name}: takes a record every {plan.interval} " in (
+            text
+        )
+        assert f"// cycles {cycles}," in text
+    assert "//   in  0   dt                   fixed<32,-1>   s\n" in text
+    assert all(line == "" or line.startswith("//") for line in text.split("\n"))
+    assert max(map(len, text.splitlines())) <= 100 and text.isascii()
+
+
+@pytest.mark.skipif(not available("icarus"), reason="Icarus Verilog: apt-get install iverilog")
+def test_the_instance_connects(tmp_path: Path) -> None:
+    """Declarations from the table of ports, the instance from the text."""
+    core = core_of("complementary", word=24)
+    text = text_of(core, instances=False)
+    lines = [line[3:] for line in text.splitlines()]
+    instance = lines[lines.index("Instance:") + 1 : lines.index("  );") + 1]
+    wires = [f"  wire [{pin.bits - 1}:0] {pin.name};" for pin in describe(core).pins]
+    user = ["module user;", *wires, *instance, "endmodule"]
+    (tmp_path / "user.v").write_text("`default_nettype none\n" + "\n".join(user) + "\n")
+    (tmp_path / "core_sim.v").write_text(text + core.verilog(instances=False))
+    done = subprocess.run(
+        ["iverilog", "-g2001", "-Wall", "-Wno-timescale", "-tnull", "-s", "user"]
+        + ["core_sim.v", "user.v"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    about = [line for line in done.stderr.splitlines() if line.startswith("user.v")]
+    assert not done.returncode and not about, done.stderr

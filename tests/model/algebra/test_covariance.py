@@ -1,4 +1,4 @@
-"""Covariance algebra on scalars against numpy, and what it costs."""
+"""Covariances and scalar updates."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +20,10 @@ from boresight.model.algebra.covariance import (
     symmetric,
     updated_column,
 )
+from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
+
+# -- covariance algebra on scalars against numpy, and what it costs -------------------------------
 
 RNG = np.random.default_rng(4)
 
@@ -138,3 +141,50 @@ def test_names_of_more_than_ten_states() -> None:
     assert ("pac", 10, 12) in names and ("p09", 0, 9) in names
     x = SimpleNamespace(**{name: float(16 * i + j) for name, i, j in names})
     assert covariance_of(x, 13)[12][10] == 16 * 10 + 12
+
+
+# -- one update against the matrix form; gate; rows of zeros; what is kept and added --------------
+
+SCALAR_UPDATE_RNG = np.random.default_rng(2)
+ROOT = 0.3 * SCALAR_UPDATE_RNG.normal(size=(4, 4))
+P = ROOT @ ROOT.T
+ROW = {0: 0.5, 2: -0.7}
+H = np.array([0.5, 0.0, -0.7, 0.0])
+
+
+def matrix(p: Any) -> Any:
+    return np.array(p, dtype=float)
+
+
+def test_is_joseph() -> None:
+    r, z = 0.04, 0.3
+    found = updated(P, Measured(ROW, z, r), MOVE_LIMIT)
+    k = P @ H / (H @ P @ H + r)
+    assert matrix(found.gain) * found.move == pytest.approx(k * z)
+    a = np.eye(4) - np.outer(k, H)
+    joseph = a @ P @ a.T + r * np.outer(k, k)
+    after = lowered(P, found, lambda i, j: True, [0.0] * 4)
+    assert matrix(after) == pytest.approx(joseph)
+
+
+@pytest.mark.parametrize("z", [0.29, -0.31, 0.31])
+def test_the_gate_is_in_deviations(z: float) -> None:
+    s = float(H @ P @ H) + 0.04
+    found = updated(P, Measured(ROW, z, 0.04), 0.3 / np.sqrt(s))
+    beyond = abs(z) > 0.3
+    assert bool(found.beyond) == beyond
+    assert (found.move == 0.0) == beyond == (not matrix(found.gain).any())
+
+
+def test_zeros_measure_nothing() -> None:
+    found = updated(P, Measured({0: 0.0, 2: 0.0}, 0.5, 0.04), MOVE_LIMIT)
+    assert not matrix(found.gain).any()
+    assert matrix(lowered(P, found, lambda i, j: True, [0.0] * 4)) == pytest.approx(P)
+
+
+def test_forgets_and_grows() -> None:
+    nothing = updated(P, Measured({0: 0.0}, 0.0, 0.04), MOVE_LIMIT)
+    after = matrix(lowered(P, nothing, lambda i, j: not {i, j} & {3}, [0.1, 0.2, 0.3, 0.4]))
+    wanted = P + np.diag([0.1, 0.2, 0.3, 0.4])
+    wanted[3, :] = wanted[:, 3] = [0.0, 0.0, 0.0, 0.4]
+    assert after == pytest.approx(wanted)

@@ -4,32 +4,42 @@ Float runs check the mathematics; fixed-point runs check that the program does t
 """
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.estimator import input_words, param_words
+from boresight.model.estimator import input_words
 from boresight.model.estimators.complementary import (
     STATUS_BITS,
     Complementary,
     ComplementaryAsPrinted,
     per_sample_gains,
 )
-from boresight.model.words.interpreter import Interpreter
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
-    quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_euler,
-    quaternion_to_rotation_vector,
-    rotate,
     rotation_vector_to_quaternion,
 )
-from tests.support.compiled_float import compiled_float
+from tests.support import attitude
+from tests.support.attitude import (
+    ACC,
+    DT,
+    GRAVITY,
+    GYR,
+    MAG,
+    apart,
+    at_rest,
+    bits,
+    degrees,
+    real,
+    sphere,
+)
 
-GRAVITY = 9.80665
 FIELD = np.array([0.0, 27.9, -46.2])
 QUICK = {"kp_pitch_per_s": 4.0, "kp_roll_per_s": 4.0, "kp_heading_per_s": 4.0}
 GYRO_ONLY = {
@@ -44,74 +54,27 @@ GYRO_ONLY = {
     )
 }
 CLOSED = {"acc_min_sq": (0.5 * GRAVITY) ** 2, "acc_max_sq": (2.0 * GRAVITY) ** 2}
-DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
-
-
-def degrees(*angles: Any) -> Any:
-    """Quaternions of pitch, roll and heading in degrees, numbers or arrays."""
-    return euler_to_quaternion(np.radians(np.stack(np.broadcast_arrays(*angles), axis=-1)))
-
-
-def records(q: Any, dt: float, field: Any = FIELD) -> Any:
-    """Input records (steps, 10, runs) of exact sensors on attitudes (steps, runs, 4).
-
-    The gyro of a sample is the constant rate from the attitude before it; that of the first is 0.
-    """
-    turn = quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:]))
-    turn = np.concatenate([np.zeros_like(turn[:1]), turn])
-    to_body = quaternion_conjugate(q)
-    step = np.full((*q.shape[:2], 1), dt)
-    x = [step, turn / dt, rotate(to_body, field), rotate(to_body, [0.0, 0.0, GRAVITY])]
-    return np.moveaxis(np.concatenate(x, axis=-1), 1, 2)
+records = partial(attitude.records, field=FIELD)
 
 
 def static(q: Any, steps: int, dt: float = 0.05, field: Any = FIELD) -> Any:
-    """Records of attitudes (runs, 4) at rest."""
-    return records(np.broadcast_to(q, (steps, *q.shape)), dt, field)
+    return at_rest(q, steps, dt, field)
 
 
 def run_float(x: Any, params: Any = None, cls: Any = Complementary) -> Any:
-    return compiled_float(cls(), x, params)[0]
+    return attitude.run_float(cls(), x, params)
 
 
-def machine(runs: int, params: Any = None, word: int = 32, cls: Any = Complementary) -> Any:
-    m = Interpreter(cls().compile(word=word), runs)
-    m.params.update(param_words(m.program, cls().param_values(params)))
-    return m
-
-
-def real(m: Any, out: Any) -> Any:
-    p = m.program
-    return {
-        name: p.format(n).real(out[:, k])
-        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
-    }
+def machine(runs: int, params: Any = None, word: int = 32) -> Any:
+    return attitude.machine(Complementary(), runs, params, word)
 
 
 def run_fixed(x: Any, params: Any = None, cls: Any = Complementary, word: int = 32) -> Any:
-    m = machine(x.shape[2], params, word, cls)
-    out, saturated = m.run(input_words(m.program, x))
-    assert not saturated.any(), m.saturations.nonzero()
-    return real(m, out)
+    return attitude.run_fixed(cls(), x, params, word)
 
 
 RUNS = {"float": run_float, "fixed": run_fixed}
 both = pytest.mark.parametrize("run", RUNS.values(), ids=RUNS.keys())
-
-
-def quaternions(out: Any) -> Any:
-    return np.stack([out[name] for name in ("qw", "qx", "qy", "qz")], axis=-1)
-
-
-def apart(out: Any, q: Any) -> Any:
-    """Angle [deg] between outputs and attitudes (..., 4)."""
-    error = quaternion_multiply(quaternion_conjugate(q), quaternions(out))
-    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(error), axis=-1))
-
-
-def bits(out: Any) -> Any:
-    """Status (steps, runs) as integers."""
-    return np.rint(out["status"]).astype(int)
 
 
 def wrapped_deg(half_turns: Any) -> Any:
@@ -124,15 +87,10 @@ def at_rest_first(q: Any, samples: int = 5) -> Any:
 
 
 #: Attitudes all over the sphere, pitch up to 85 deg.
-GRID = degrees(
-    *(
-        a.ravel()
-        for a in np.meshgrid(
-            (-84.9, -60, -30, 0, 10, 45, 80, 84.9),
-            (-180, -120, -90, -45, 0, 30, 90, 179.9),
-            (-180, -100, -45, 0, 60, 135, 179.9),
-        )
-    )
+GRID = sphere(
+    (-84.9, -60, -30, 0, 10, 45, 80, 84.9),
+    (-180, -120, -90, -45, 0, 30, 90, 179.9),
+    (-180, -100, -45, 0, 60, 135, 179.9),
 )
 
 
@@ -473,7 +431,7 @@ def test_a_time_step_of_zero_changes_nothing(run: Any) -> None:
     x[5, ACC] = np.array([3.0, -9.0, 1.0])[:, None]
     x[5, MAG] = np.roll(x[4, MAG], 1, axis=0)
     out = run(x)
-    before, after = quaternions(out)[4, 0], quaternions(out)[5, 0]
+    before, after = attitude_of(out)[4, 0], attitude_of(out)[5, 0]
     assert np.abs(after - before).max() <= 2.0**-29
 
 
@@ -523,7 +481,7 @@ def test_garbage_is_survived_and_forgotten(word: int) -> None:
     q = degrees(rng.uniform(-60, 60, runs), *rng.uniform(-180, 180, (2, runs)))
     rest = static(q, 600, dt=0.1)
     out = real(m, m.run(words)[0])
-    assert np.abs(np.linalg.norm(quaternions(out), axis=-1) - 1.0).max() < 16 * 2.0 ** (2 - word)
+    assert np.abs(np.linalg.norm(attitude_of(out), axis=-1) - 1.0).max() < 16 * 2.0 ** (2 - word)
     assert np.abs(out["pitch"][bits(out) & 1 == 0]).max() <= 0.5
     after = real(m, m.run(input_words(p, rest))[0])
     assert apart(after, q)[-1].max() < 1.0
@@ -588,7 +546,7 @@ def test_fixed_follows_float_through_the_vertical() -> None:
     fixed, floats = run_fixed(x), run_float(x)
     assert (bits(fixed) >> 7 & 1).sum() >= 18
     assert np.array_equal(bits(fixed), bits(floats))
-    assert apart(fixed, quaternions(floats))[3:].max() < 3e-4
+    assert apart(fixed, attitude_of(floats))[3:].max() < 3e-4
     assert apart(fixed, q)[50:].max() < 0.02
 
 
@@ -634,7 +592,7 @@ def test_quaternion_and_euler_outputs_agree() -> None:
     )
     out = run_fixed(records(euler_to_quaternion(euler), 0.02))
     angles = np.stack([out[n] for n in ("pitch", "roll", "heading")], axis=-1) * np.pi
-    q = quaternions(out)
+    q = attitude_of(out)
     unit = 2.0**-30
     assert np.abs(q - euler_to_quaternion(angles)).max() < 6 * unit
     assert np.abs(np.linalg.norm(q, axis=-1) - 1.0).max() < 6 * unit
@@ -714,7 +672,7 @@ def test_fixed_equals_float_on_the_stage(stage: Any, cls: Any) -> None:
     x, _ = stage
     x = x[:600]
     fixed, floats = run_fixed(x, cls=cls), run_float(x, cls=cls)
-    assert apart(fixed, quaternions(floats))[2:].max() < 1e-4
+    assert apart(fixed, attitude_of(floats))[2:].max() < 1e-4
     assert np.array_equal(bits(fixed), bits(floats))
 
 
@@ -741,5 +699,5 @@ def test_fixed_equals_float_in_motion(word: int, bound: float) -> None:
         [m.program.format(n).real(words[:, k]) for k, n in enumerate(m.program.inputs)], axis=1
     )
     fixed, floats = real(m, m.run(words)[0]), run_float(exact)
-    error = apart(fixed, quaternions(floats))[10:].max()
+    error = apart(fixed, attitude_of(floats))[10:].max()
     assert 1e-3 * bound < error < bound

@@ -3,6 +3,7 @@
 What it computes is in `test_ekf_textbook.py`; here is how it behaves.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,72 +17,29 @@ from boresight.model.estimators.ekf_bias import BIAS_UNIT, STATUS_BITS, EkfBias
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.attitude.accuracy import attitude_error
 from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import (
-    euler_to_quaternion,
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_to_rotation_vector,
-    rotate,
-    rotation_vector_to_quaternion,
-)
+from boresight.sim.attitude.rotation import quaternion_multiply, rotation_vector_to_quaternion
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from tests.support.compiled_float import compiled_float
+from tests.support import attitude
+from tests.support.attitude import GRAVITY, GRID, GYR, MAG, apart, at_rest, bits
 
-GRAVITY = 9.80665
 FIELD = np.array([0.0, 18.0, -45.0])
-DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
 ALIGNED = 18  #: samples until it is surely aligned
 RESIDUAL = 0.05  #: deg, what the last step of the alignment may leave
 
-#: Attitudes all over the sphere.
-GRID = euler_to_quaternion(
-    np.radians(
-        np.stack(
-            [
-                a.ravel()
-                for a in np.meshgrid(
-                    (-90.0, -60.0, 0.0, 30.0, 89.9),
-                    (-180.0, -90.0, -45.0, 0.0, 135.0),
-                    (-180.0, -100.0, 0.0, 60.0, 179.9),
-                )
-            ],
-            axis=-1,
-        )
-    )
-)
-
-
-def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
-    """Records (steps, 10, runs) of exact sensors at rest in attitudes (runs, 4)."""
-    to_body = quaternion_conjugate(q)
-    x = np.concatenate(
-        [
-            np.full((len(q), 1), dt),
-            np.zeros((len(q), 3)),
-            rotate(to_body, field),
-            rotate(to_body, [0.0, 0.0, GRAVITY]),
-        ],
-        axis=1,
-    ).T
-    return np.repeat(x[None], steps, axis=0)
+static = partial(at_rest, dt=0.01, field=FIELD)
 
 
 def run_float(x: Any, params: Any = None) -> Any:
-    return compiled_float(EkfBias(), x, params)[0]
+    return attitude.run_float(EkfBias(), x, params)
 
 
-def machine(params: Any = None) -> CModel:
-    """The C model with parameters."""
+def run_fixed(x: Any, params: Any = None) -> Any:
+    """Outputs and, as next_NAME, states (steps, runs), of records (steps, 10, runs), in C."""
     e = EkfBias()
-    return CModel(with_params(e.compile(word=32), e, params))
-
-
-def run_c(x: Any, params: Any = None) -> Any:
-    """Outputs and, as next_NAME, states (steps, runs), of records (steps, 10, runs)."""
-    m = machine(params)
+    m = CModel(with_params(e.compile(word=32), e, params))
     p = m.program
     columns = []
     for k in range(x.shape[2]):
@@ -98,23 +56,10 @@ def run_c(x: Any, params: Any = None) -> Any:
     }
 
 
-def run_fixed(x: Any, params: Any = None) -> Any:
-    return run_c(x, params)
-
-
-def apart(q: Any, out: Any) -> Any:
-    e = quaternion_multiply(quaternion_conjugate(q), attitude_of(out))
-    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(e), axis=-1))
-
-
-def bits(out: Any) -> Any:
-    return np.rint(out["status"]).astype(int)
-
-
 @pytest.mark.parametrize("run", [run_float, run_fixed])
 def test_aligns_at_any_attitude(run: Any) -> None:
     out = run(static(GRID, ALIGNED + 3))
-    assert apart(GRID, out)[ALIGNED:].max() < RESIDUAL
+    assert apart(out, GRID)[ALIGNED:].max() < RESIDUAL
     assert (bits(out)[0] & 3 == 3).all()
     assert not bits(out)[ALIGNED:].any()
 
@@ -129,7 +74,7 @@ def test_heading_aligns_with_the_first_field() -> None:
         assert attitude_error(attitude_of(out)[49], q).inclination.max() < RESIDUAL
         assert (bits(out)[10:50] == 2 + 8).all()
         assert not bits(out)[80:].any()
-        assert apart(q, out)[80:].max() < RESIDUAL
+        assert apart(out, q)[80:].max() < RESIDUAL
 
 
 def test_without_a_magnetometer_for_ever_the_tilt_is_kept() -> None:
@@ -148,7 +93,7 @@ def test_bias_is_learnt_in_all_axes_and_taken_off() -> None:
     out = run_fixed(x)
     for k, axis in enumerate("xyz"):
         assert np.abs(out[f"next_bias_{axis}"][-1] - bias[k]).max() < 1e-3
-    assert apart(q, out)[-1].max() < 0.4
+    assert apart(out, q)[-1].max() < 0.4
 
 
 def test_restart_forgets_everything() -> None:
@@ -157,7 +102,7 @@ def test_restart_forgets_everything() -> None:
     x[300, 0] = -0.01
     again, first = run_float(x), run_float(static(GRID[40:45], 59))
     assert (bits(again)[300] & 3 == 3).all()
-    assert apart(attitude_of(first)[-1], {k: v[-1:] for k, v in again.items()}).max() < 1e-6
+    assert apart({k: v[-1:] for k, v in again.items()}, attitude_of(first)[-1]).max() < 1e-6
     out = run_fixed(x[:301])
     assert max(np.abs(out[f"next_bias_{a}"][300]).max() for a in "xyz") == 0.0
     assert np.abs(out["next_p44"][300] - (3.5e-3 * BIAS_UNIT * 8.0) ** 2).max() < 1e-6
@@ -170,7 +115,7 @@ def test_restart_exactly_half_a_turn_away() -> None:
     x[20, 0] = -0.01
     for run in (run_float, run_fixed):
         out = run(x)
-        assert apart(np.eye(4)[1:], out)[-1].max() < RESIDUAL
+        assert apart(out, np.eye(4)[1:])[-1].max() < RESIDUAL
         assert not bits(out)[-1].any()
 
 
@@ -180,7 +125,7 @@ def test_disturbed_field_is_gated_and_said() -> None:
     x[200:, MAG] = x[200:, MAG] * 1.5
     out = run_fixed(x, {"mag_rate_per_s": 0.0})
     assert (bits(out)[200:] == 16).all()
-    assert apart(q, out)[-1].max() < RESIDUAL
+    assert apart(out, q)[-1].max() < RESIDUAL
     followed = run_float(x, {"mag_gate": 3.9, "mag_rate_per_s": 5.0})
     assert not bits(followed)[200:].any()
 
@@ -190,7 +135,7 @@ def test_accelerometer_counts_less_when_the_force_is_not_g() -> None:
     q = np.array([[1.0, 0.0, 0.0, 0.0]])
     x = static(q, 300)
     x[200:, 7] = 0.5 * GRAVITY
-    tilt = [apart(q, run_float(x, {"acc_sd": 0.1, "acc_sd_per_g": c}))[-1, 0] for c in (0.0, 4.0)]
+    tilt = [apart(run_float(x, {"acc_sd": 0.1, "acc_sd_per_g": c}), q)[-1, 0] for c in (0.0, 4.0)]
     assert tilt[1] < 0.25 * tilt[0]
 
 
@@ -200,7 +145,7 @@ def test_rotation_is_followed_through_any_attitude() -> None:
     q = np.concatenate([np.repeat(GRID[3][None], 100, axis=0), quaternion_multiply(GRID[3], steps)])
     x = np.concatenate([static(at[None], 1) for at in q])
     x[100:, GYR] = rate[:, None]
-    assert apart(q[:, None], run_fixed(x))[ALIGNED:].max() < 0.1
+    assert apart(run_fixed(x), q[:, None])[ALIGNED:].max() < 0.1
 
 
 @pytest.mark.parametrize(
@@ -248,7 +193,7 @@ def test_cycles_to_the_attitude(config: str, cycles: int) -> None:
 
 
 def from_c(log: Any) -> Any:
-    return {name: v[:, 0] for name, v in run_c(feed(EkfBias(), log).inputs[:, :, None]).items()}
+    return {name: v[:, 0] for name, v in run_fixed(feed(EkfBias(), log).inputs[:, :, None]).items()}
 
 
 def test_fixed_point_is_float_on_recorded_data() -> None:

@@ -1,8 +1,6 @@
-"""`ekf_quaternion` and `ekf_quaternion_vector`: start, gates, limits, fixed point, cycles.
+"""The quaternion EKFs."""
 
-What they compute is in `test_ekf_textbook.py`; here is how they behave.
-"""
-
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,103 +9,39 @@ import pytest
 from boresight.gateware.core import build_core
 from boresight.model.algebra.quaternion_filter import START
 from boresight.model.errors import InputError
-from boresight.model.estimator import input_words, param_words
 from boresight.model.estimators.ekf_quaternion import STATUS_BITS, EkfQuaternion
 from boresight.model.estimators.ekf_quaternion_vector import STATUS_BITS as VECTOR_BITS
 from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
-from boresight.model.words.interpreter import Interpreter
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
-    quaternion_conjugate,
     quaternion_multiply,
-    quaternion_to_rotation_vector,
-    rotate,
     rotation_vector_to_quaternion,
 )
-from tests.support.compiled_float import compiled_float
+from tests.support.attitude import ACC, GRID, GYR, MAG, apart, at_rest, bits, run_fixed, run_float
 
-GRAVITY = 9.80665
+# -- `ekf_quaternion` and `ekf_quaternion_vector`: start, gates, limits, fixed point, cycles ------
+# What they compute is in `test_ekf_textbook.py`; here is how they behave.
+
 FIELD = np.array([0.0, 14.7, -40.6])
-DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
 #: Samples until each is surely aligned.
 BOTH = {"measured": (EkfQuaternion, 6), "vector": (EkfQuaternionVector, 17)}
 both = pytest.mark.parametrize(("cls", "aligned"), BOTH.values(), ids=BOTH.keys())
 
-#: Attitudes all over the sphere.
-GRID = euler_to_quaternion(
-    np.radians(
-        np.stack(
-            [
-                a.ravel()
-                for a in np.meshgrid(
-                    (-90.0, -60.0, 0.0, 30.0, 89.9),
-                    (-180.0, -90.0, -45.0, 0.0, 135.0),
-                    (-180.0, -100.0, 0.0, 60.0, 179.9),
-                )
-            ],
-            axis=-1,
-        )
-    )
-)
-
-
-def static(q: Any, steps: int, dt: float = 0.01, field: Any = FIELD) -> Any:
-    """Records (steps, 10, runs) of exact sensors at rest in attitudes (runs, 4)."""
-    to_body = quaternion_conjugate(q)
-    x = np.concatenate(
-        [
-            np.full((len(q), 1), dt),
-            np.zeros((len(q), 3)),
-            rotate(to_body, field),
-            rotate(to_body, [0.0, 0.0, GRAVITY]),
-        ],
-        axis=1,
-    ).T
-    return np.repeat(x[None], steps, axis=0)
-
-
-def run_float(cls: Any, x: Any, params: Any = None) -> Any:
-    return compiled_float(cls(), x, params)[0]
-
-
-def run_fixed(cls: Any, x: Any, params: Any = None, word: int = 32) -> Any:
-    e = cls()
-    m = Interpreter(e.compile(word=word), x.shape[2])
-    m.params.update(param_words(m.program, e.param_values(params)))
-    out, saturated = m.run(input_words(m.program, x))
-    assert not saturated.any(), m.saturations.nonzero()
-    p = m.program
-    return {
-        name: p.format(n).real(out[:, k])
-        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
-    }
-
-
-def quaternions(out: Any) -> Any:
-    return np.stack([out[f"q{axis}"] for axis in "wxyz"], axis=-1)
-
-
-def apart(q: Any, out: Any) -> Any:
-    """Angle [deg] between outputs (steps, runs) and attitudes (..., 4)."""
-    e = quaternion_multiply(quaternion_conjugate(q), quaternions(out))
-    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(e), axis=-1))
-
-
-def bits(out: Any) -> Any:
-    return np.rint(out["status"]).astype(int)
+static = partial(at_rest, dt=0.01, field=FIELD)
 
 
 @both
 def test_aligns_at_any_attitude(cls: Any, aligned: int) -> None:
-    out = run_float(cls, static(GRID, aligned + 3))
-    assert apart(GRID, out)[aligned:].max() < 1e-4
+    out = run_float(cls(), static(GRID, aligned + 3))
+    assert apart(out, GRID)[aligned:].max() < 1e-4
     assert (bits(out)[0] & 1).all()
     assert not (bits(out)[aligned:] & 1).any()
 
 
 @both
 def test_aligns_at_any_attitude_in_fixed_point(cls: Any, aligned: int) -> None:
-    assert apart(GRID, run_fixed(cls, static(GRID, aligned + 3)))[aligned:].max() < 2e-4
+    assert apart(run_fixed(cls(), static(GRID, aligned + 3)), GRID)[aligned:].max() < 2e-4
 
 
 @both
@@ -115,8 +49,8 @@ def test_aligns_from_half_a_turn_away(cls: Any, aligned: int) -> None:
     """Where the error's axis cannot be told, rounding decides, and the filter still arrives."""
     half_turns = np.concatenate([np.eye(4)[1:], [[0.0, 0.6, 0.8, 0.0]]])
     q = quaternion_multiply(np.array(START) / np.linalg.norm(START), half_turns)
-    out = run_fixed(cls, static(q, 60))
-    assert apart(q, out)[-1].max() < 2e-4
+    out = run_fixed(cls(), static(q, 60))
+    assert apart(out, q)[-1].max() < 2e-4
     assert not bits(out)[-1].any()
 
 
@@ -125,8 +59,8 @@ def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
     x = np.concatenate([static(GRID[:5], 40), static(GRID[40:45], 40)])
     x[40, 0] = -0.01
     fresh = static(GRID[40:45], 40)
-    again = run_float(cls, x)
-    first = run_float(cls, fresh)
+    again = run_float(cls(), x)
+    first = run_float(cls(), fresh)
     assert (bits(again)[40] & 1).all()
     for name in ("qw", "qx", "qy", "qz"):
         assert np.abs(again[name][41 + aligned :] - first[name][aligned:-1]).max() < 1e-9
@@ -142,9 +76,9 @@ def test_results_do_not_depend_on_the_scale(cls: Any, aligned: int) -> None:
     x = static(GRID[:8], 120)
     x[:, 1:] += rng.normal(size=x[:, 1:].shape) * np.repeat([0.05, 1.0, 0.3], 3)[:, None]
     small, large = (
-        run_float(cls, x, {"scale": s, "p0_sd": 0.01, **quiet(cls)}) for s in (20.0, 80.0)
+        run_float(cls(), x, {"scale": s, "p0_sd": 0.01, **quiet(cls)}) for s in (20.0, 80.0)
     )
-    assert np.abs(quaternions(small) - quaternions(large))[aligned:].max() < 3e-5
+    assert np.abs(attitude_of(small) - attitude_of(large))[aligned:].max() < 3e-5
 
 
 def quiet(cls: Any) -> dict[str, float]:
@@ -170,9 +104,9 @@ def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
             x[40:, MAG] = 0.0
             x[40:, ACC] = 60.0
         for run in (run_float, run_fixed):
-            out = run(cls, x, params)
+            out = run(cls(), x, params)
             want = quaternion_multiply(q0, rotation_vector_to_quaternion(0.4 * rate))
-            assert apart(want, out)[-1].max() < 2e-4
+            assert apart(out, want)[-1].max() < 2e-4
             assert (bits(out)[-1] >> bit & 1).all()
     assert set(STATUS_BITS) == set(VECTOR_BITS) == {0, 2, 3}
 
@@ -180,7 +114,7 @@ def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
 def test_measured_quaternion_needs_both_vectors_to_align() -> None:
     x = static(GRID[:3], 30)
     x[:20, MAG] = 0.0
-    b = bits(run_float(EkfQuaternion, x))
+    b = bits(run_float(EkfQuaternion(), x))
     assert (b[:20] & 1).all() and (b[:20] & 8).all()
     assert not b[26:].any()
 
@@ -192,8 +126,8 @@ def test_restart_exactly_half_a_turn_away(cls: Any, aligned: int, run: Any) -> N
     x = np.concatenate([static(np.eye(4)[[0, 0, 0]], 5), static(np.eye(4)[1:], 30)])
     x[np.abs(x) < 1e-9] = 0.0
     x[5, 0] = -0.01
-    out = run(cls, x)
-    assert apart(np.eye(4)[1:], out)[-1].max() < 1e-3
+    out = run(cls(), x)
+    assert apart(out, np.eye(4)[1:])[-1].max() < 1e-3
     assert not bits(out)[-1].any()
 
 
@@ -203,15 +137,15 @@ def test_innovation_passes_through_zero_at_half_a_turn() -> None:
     for angle in (120.0, 179.0):
         x = static(np.array([[1.0, 0.0, 0.0, 0.0]]), 31)
         x[30] = static(euler_to_quaternion(np.radians([[0.0, 0.0, angle]])), 1)[0]
-        out = run_float(EkfQuaternion, x)
-        steps.append(apart(np.array([1.0, 0.0, 0.0, 0.0]), out)[-1, 0])
+        out = run_float(EkfQuaternion(), x)
+        steps.append(apart(out, np.array([1.0, 0.0, 0.0, 0.0]))[-1, 0])
     assert 0.0 < steps[1] < 0.1 * steps[0]
 
 
 def test_free_fall_is_no_measurement() -> None:
     x = static(GRID[:3], 30)
     x[10:, ACC] = 0.1
-    assert (bits(run_float(EkfQuaternion, x))[10:] & 4).all()
+    assert (bits(run_float(EkfQuaternion(), x))[10:] & 4).all()
 
 
 def test_gain_follows_the_declared_noises_per_axis() -> None:
@@ -228,7 +162,7 @@ def test_gain_follows_the_declared_noises_per_axis() -> None:
     }
     turned = euler_to_quaternion(np.radians([[1.0, 1.0, 1.0]]))
     x[100:] = static(turned, 100)
-    out = run_float(EkfQuaternion, x, params)
+    out = run_float(EkfQuaternion(), x, params)
     left = [1.0 - 180.0 * out[name][130, 0] for name in ("pitch", "roll", "heading")]
     for remaining, noise in zip(left, (0.02, 0.2, 1.0), strict=True):
         ratio = (0.1 * 0.01 / noise) ** 2
@@ -244,10 +178,10 @@ def test_field_east_of_north(cls: Any, aligned: int) -> None:
     params = (
         {} if cls is EkfQuaternion else {"field_east": 5.0, "field_north": 14.0, "field_up": -40.0}
     )
-    out = run_float(cls, static(q, 60, field=field), params)
+    out = run_float(cls(), static(q, 60, field=field), params)
     if cls is EkfQuaternion:
         q = quaternion_multiply(rotation_vector_to_quaternion([0.0, 0.0, np.arctan2(5.0, 14.0)]), q)
-    assert apart(q, out)[-1].max() < 1e-4
+    assert apart(out, q)[-1].max() < 1e-4
 
 
 @both
@@ -299,3 +233,36 @@ def test_cycles_to_the_attitude(config: str) -> None:
 def test_tables_and_states_fit_the_core() -> None:
     for cls, _ in BOTH.values():
         assert len(cls().states) <= 20
+
+
+# -- what only `ekf_quaternion_vector` does; test_ekf_quaternion.py has what both filters do ------
+# What it computes is in test_ekf_textbook.py.
+
+LEVEL = np.array([0.01, 0.0, 0.0, 0.0, 0.0, 14.7, -40.6, 0.0, 0.0, 9.80665])
+
+
+def run(records, **params):
+    out = run_float(EkfQuaternionVector(), records[:, :, None], params)
+    return {name: value[:, 0] for name, value in out.items()}
+
+
+def test_an_alignment_takes_sixteen_samples_with_both_vectors() -> None:
+    records = np.tile(LEVEL, (40, 1))
+    records[5:12, MAG] = 0.0  # seven that do not count
+    status = run(records)["status"].astype(int)
+    aligning = status & 1
+    assert aligning.tolist() == [1] * 23 + [0] * 17
+    assert ((status >> 3 & 1).nonzero()[0] == np.arange(5, 12)).all()
+
+
+def test_an_axis_with_little_noise_is_followed_and_no_other() -> None:
+    """An upset of 1 deg in roll and pitch: the accelerometer's y axis tells of pitch, x of roll."""
+    records = np.tile(LEVEL, (300, 1))
+    angle = np.radians(1.0)
+    records[100:, 7:] = 9.80665 * np.array([-np.sin(angle), np.sin(angle), np.cos(angle)])
+    loud = {"mag_sd_x": 512.0, "mag_sd_y": 512.0, "mag_sd_z": 512.0, "acc_sd_z": 64.0}
+    for quiet, follows, stays in (("y", "pitch", "roll"), ("x", "roll", "pitch")):
+        other = "x" if quiet == "y" else "y"
+        out = run(records, p0_sd=1e-3, **loud, **{f"acc_sd_{quiet}": 0.05, f"acc_sd_{other}": 64.0})
+        moved = {name: abs(180.0 * out[name][-1]) for name in (follows, stays)}
+        assert moved[follows] > 0.9 and moved[stays] < 0.2, (quiet, moved)

@@ -1,7 +1,5 @@
 """Caches where the home is open, closed, or not there at all."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

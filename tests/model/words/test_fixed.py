@@ -1,7 +1,5 @@
 """Integer semantics against apytypes, which nobody here wrote."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import apytypes

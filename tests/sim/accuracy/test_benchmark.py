@@ -11,9 +11,10 @@ from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import State
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.accuracy.benchmark import Trial, benchmark
+from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
 from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.trials import Trial
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.records.feed import feed
@@ -65,7 +66,7 @@ def test_figures_are_those_of_plain_runs(trials):
     ]
     assert [line.split(",")[0] for line in lines] == ["[1/2] complementary", "[2/2] vqf_online"]
     runs = Scorer(Complementary(), [fed(t) for t in trials]).runs(params)
-    for fixed, floating, t, (run, _) in zip(results[:3], results[3:6], trials, runs, strict=True):
+    for fixed, floating, t, run in zip(results[:3], results[3:6], trials, runs, strict=True):
         real = Complementary().run_float(fed(t).inputs[:, :, None], params=params)
         q = attitude_of({k: v[:, 0] for k, v in real.outputs.items()})
         assert floating.errors == pytest.approx(attitude_rmse(q, reference(t))._asdict())
@@ -150,8 +151,8 @@ def test_processes_give_the_same(trials):
 
 
 def test_what_was_fed_is_not_fed_again(trials, monkeypatch):
-    held = [dataclasses.replace(t, feeds={"complementary": fed(t)}) for t in trials]
-    monkeypatch.setattr("boresight.sim.accuracy.benchmark.feed", None)
+    held = [dataclasses.replace(t, feeds={"complementary": t.fed(Complementary())}) for t in trials]
+    monkeypatch.setattr("boresight.sim.accuracy.trials.feed", None)
     assert benchmark([Complementary()], [], held, with_float=False, jobs=1)
 
 

@@ -47,8 +47,8 @@ def test_scores_are_those_of_the_interpreter(logs):
     wanted = []
     for log in logs:
         program = with_params(estimator.compile(), estimator, PARAMS)
-        run = interpret(program, feed(estimator, log).words(program))
-        q, view = attitude_of(outputs_of(program, run.outputs)), NineAxis.of(log)
+        words = interpret(program, feed(estimator, log).words(program))[0]
+        q, view = attitude_of(outputs_of(program, words)), NineAxis.of(log)
         wanted.append(attitude_rmse(q, view.attitude, view.counts)._asdict())
     for jobs in (1, 3):
         scorer = Scorer(estimator, feeds(logs), jobs=jobs)
@@ -57,7 +57,7 @@ def test_scores_are_those_of_the_interpreter(logs):
         assert scorer.scores(PARAMS, [2, 0]) == [wanted[2], wanted[0]]
         assert scorer.scores() == default != wanted  # parameters do not stay
         runs = scorer.runs(PARAMS)
-        assert [len(run.words) for run, _ in runs] == list(map(len, logs))
+        assert [len(loop.run.words) for loop in runs] == list(map(len, logs))
 
 
 def test_a_log_without_truth_has_no_score(logs):
@@ -69,8 +69,9 @@ def test_a_log_without_truth_has_no_score(logs):
 def test_seconds_are_those_of_each_run(logs, monkeypatch):
     """On a clock that counts its readings each run takes one, whatever its length."""
     clock = SimpleNamespace(perf_counter=itertools.count().__next__)
-    monkeypatch.setattr("boresight.sim.accuracy.scoring.time", clock)
-    assert [s for _, s in Scorer(Complementary(), feeds(logs), jobs=1).runs()] == [1, 1, 1]
+    monkeypatch.setattr("boresight.sim.worlds.loop.time", clock)
+    loops = Scorer(Complementary(), feeds(logs), jobs=1).runs()
+    assert [loop.seconds for loop in loops] == [1, 1, 1]
 
 
 def test_bad_parameters(logs):

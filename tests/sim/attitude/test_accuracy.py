@@ -1,15 +1,32 @@
-"""`sim.attitude.accuracy` against closed forms of its three angles."""
+"""Attitude errors, outputs and angles."""
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
+from boresight.sim.attitude.ma2014 import (
+    AXES,
+    CYCLES,
+    FIG_6_DEG,
+    FIG_7_DEG,
+    KI,
+    KP,
+    OPEN,
+    TABLE_1,
+    TABLE_3,
+    TIME_US,
+)
+from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.attitude.rotation import (
     quaternion_multiply,
     rotate,
     rotation_vector_to_quaternion,
 )
+from boresight.sim.attitude.zyx import angles_of, quaternions_of, wrapped
+
+# -- `sim.attitude.accuracy` against closed forms of its three angles -----------------------------
 
 
 def turn(axis: list[float], degrees: float) -> np.ndarray:
@@ -120,3 +137,82 @@ def test_faults_are_named() -> None:
         attitude_rmse(q, q, [False] * 3)
     with pytest.raises(InputError, match=r"^no sample counts: .*$"):
         attitude_rmse(q, np.full((3, 4), np.nan))
+
+
+# -- the paper's figures hang together as the paper prints them -----------------------------------
+
+
+def test_stages_swing_one_axis_each_and_end_where_they_stop() -> None:
+    """A quarter period more than whole ones leaves the amplitude: out, then back to level."""
+    before = np.zeros(3)
+    for row in TABLE_1:
+        moved = np.array(row["end_deg"]) - before
+        axis = "xyz".index(row["stage"])
+        assert np.flatnonzero(moved).tolist() == [axis]
+        assert abs(moved[axis]) == row["amplitude_deg"] and row["periods"] % 1 == 0.25
+        before = np.array(row["end_deg"])
+    assert not before.any()
+    assert sum(row["period_s"] * row["periods"] for row in TABLE_1) == 374.0
+
+
+def test_every_row_has_a_figure_for_each_axis() -> None:
+    assert all(len(row) == len(AXES) == 3 for row in (*TABLE_3.values(), KP, KI, FIG_6_DEG))
+    # Both filters beat both of their inputs, and differ by less than they err.
+    for name in ("kalman", "complementary"):
+        assert (np.array(TABLE_3[name]) < TABLE_3["gyro"]).all()
+        assert (np.array(TABLE_3[name]) < TABLE_3["mag_acc"]).all()
+    assert min(FIG_6_DEG) > FIG_7_DEG == 0.07
+
+
+def test_times_are_cycles_at_100_mhz() -> None:
+    assert CYCLES == {"complementary": 31_600, "kalman": 114_000}
+    assert {name: cycles / 100.0 for name, cycles in CYCLES.items()} == TIME_US
+
+
+def test_what_is_open_has_an_answer() -> None:
+    assert all(question and answer for question, answer in OPEN)
+    assert len({question for question, _ in OPEN}) == len(OPEN) == 11
+
+
+# -- outputs as attitudes, angles and status words ------------------------------------------------
+
+OUTPUTS = {
+    "pitch": np.array([0.25, -0.5]),
+    "heading": np.array([1.0, -1.0]),
+    "roll": np.array([0.125, 0.0]),
+    "qz": np.array([4.0, 8.0]),
+    "qw": np.array([1.0, 5.0]),
+    "qy": np.array([3.0, 7.0]),
+    "qx": np.array([2.0, 6.0]),
+    "status": np.array([3.0000001, 1023.9999]),
+}
+
+
+def test_by_hand() -> None:
+    assert attitude_of(OUTPUTS).tolist() == [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]]
+    assert euler_deg_of(OUTPUTS).tolist() == [[180.0, 45.0, 22.5], [-180.0, -90.0, 0.0]]
+    assert status_of(OUTPUTS).tolist() == [3, 1024] and status_of(OUTPUTS).dtype == np.int64
+    one = {name: values[0] for name, values in OUTPUTS.items()}
+    assert attitude_of(one).shape == (4,)
+
+
+# -- roll, pitch and heading against scipy's sequence ZYX -----------------------------------------
+
+EULER = np.random.default_rng(1).uniform(-1.0, 1.0, (4, 50, 3)) * [3.1, 1.55, 3.1]
+
+
+def test_quaternions() -> None:
+    found = np.roll(quaternions_of(EULER), -1, axis=-1).reshape(-1, 4)
+    wanted = Rotation.from_euler("ZYX", EULER[..., ::-1].reshape(-1, 3))
+    assert (Rotation.from_quat(found).inv() * wanted).magnitude().max() < 1e-12
+
+
+def test_angles_and_back() -> None:
+    assert angles_of(quaternions_of(EULER)) == pytest.approx(EULER, abs=1e-9)
+    up = angles_of(np.array([np.sqrt(0.5), 0.0, np.sqrt(0.5) * (1.0 + 1e-9), 0.0]))
+    assert up[1] == pytest.approx(np.pi / 2.0)  # rounding beyond one is no fault
+
+
+def test_wrapped() -> None:
+    assert wrapped([190.0, -190.0, 180.0, 0.25], 360.0).tolist() == [-170.0, 170.0, -180.0, 0.25]
+    assert wrapped(np.array([1.3]), 2.0) == pytest.approx([-0.7])

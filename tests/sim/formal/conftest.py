@@ -1,7 +1,5 @@
 """Shared by the tests of the proofs: broken copies of components."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Float64: numpy as written, compiled C, and how near they are."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

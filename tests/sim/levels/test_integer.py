@@ -1,13 +1,11 @@
 """The integer interpreter and the emitted C: the same words."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import pytest
 
-from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.estimator import State
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
@@ -15,19 +13,7 @@ from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
-
-
-class Leaky(Estimator):
-    """A low pass; ``sum`` saturates beyond 4."""
-
-    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
-    states = (State("y", -2.0, 2.0, "m", 1.0),)
-    outputs = (Output("y", "m"), Output("sum", "m"))
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        y = x.y + 0.5 * (u.u - x.y)
-        return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
-
+from tests.support.estimators import Leaky
 
 RECORDS = np.random.default_rng(4).uniform(-1.0, 1.0, (50, 2))
 

@@ -1,6 +1,4 @@
-"""The core's Verilog as a level: records, closed loops, and every word of an update."""
-
-from __future__ import annotations
+"""The core's Verilog as a level; records for the plain bench."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -9,25 +7,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.gateware.core import build_shared_core
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.estimators import estimator
+from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind
 from boresight.sim.levels import rtl as module
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Interpreted, words_of
+from boresight.sim.levels.registry import level_of, make_level
 from boresight.sim.levels.rtl import Simulated
+from boresight.sim.levels.vectors import recorded
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
 from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.estimators import Leaky
+from tests.support.linked import Inner, Middle, Models
+from tests.support.track import Track
 
-
-class Leaky(Estimator):
-    """A low pass: words of both signs, saturation, a state that starts at 1."""
-
-    inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
-    states = (State("y", -0.5, 0.5, "m", 0.25),)
-    outputs = (Output("y", "m"), Output("sum", "m"))
-
-    def step(self, x: Any, u: Any, p: Any) -> Any:
-        y = x.y + 0.5 * (u.u - x.y)
-        return {"y": y}, {"y": y, "sum": y - 3.0 * u.v}
+# -- the core's Verilog as a level: records, closed loops, and every word of an update ------------
 
 
 RECORDS = np.random.default_rng(3).uniform(-1, 1, (60, 2)) * [2.0, 1.0]
@@ -153,3 +153,109 @@ def test_what_was_never_made_is_closed_quietly() -> None:
     with pytest.raises(OSError, match="no room"):
         level.run(RECORDS)
     level.close()
+
+
+# -- records for the plain bench: from the log where it fits, within the ranges where not ---------
+
+
+def test_wandering() -> None:
+    build = Build(Track(), restarts=0)
+    (run,) = recorded(build)
+    program = build.programs[0]
+    assert run.inputs.shape == (60, 4) and run.outputs.shape == (60, 3)
+    for words, number in zip(run.inputs.T, program.streamed, strict=True):
+        low, high = (program.format(number).quantise(x) for x in (
+            program.values[number].low, program.values[number].high))  # fmt: skip
+        assert ((low <= words) & (words <= high)).all() and len(set(words)) > 1
+        step = (high - low) // 8
+        kind = program.values[number].name
+        if kind in ("dt", "w"):
+            assert (np.abs(np.diff(words)) <= step).all() and np.ptp(words) > 2 * step
+        elif kind == "seen":
+            assert set(words) == {low, high}
+        else:
+            assert 2 <= np.count_nonzero(words == low) <= 20  # what says "no sample"
+    (again,) = recorded(Build(Track(), restarts=0))
+    assert (again.inputs == run.inputs).all() and (again.outputs == run.outputs).all()
+    assert run.saturated.any() and not run.saturated.all()
+
+
+def test_from_the_log() -> None:
+    build = Build(estimator("complementary"), restarts=0)
+    (run,) = recorded(build)
+    columns = feed(build.estimators[0], read_record(bundled("synthetic_60s")))
+    count = len(run.inputs)
+    assert run.source == f"synthetic_60s, samples 4000 to {3999 + count}"
+    assert (run.inputs == columns.words(build.programs[0])[4000 : 4000 + count]).all()
+    assert count == 10_000 // build.core.schedule.interval
+    assert np.ptp(run.inputs[:, 1]) > 0 and (run.inputs[:, 4] != 0).any()
+
+
+def test_linked_programs_read_the_last_update_of_the_other() -> None:
+    build = Build(Middle(), Inner(), restarts=0)
+    runs = recorded(build)
+    assert [run.number for run in runs] == [1, 0]
+    models = Models(build.core)
+    for run in runs:
+        for words, wanted in zip(run.inputs, run.outputs, strict=True):
+            assert models.update(run.number, words.tolist()) == wanted.tolist()
+
+
+# --------------------------------------------------------------------------------------------------
+# the programs of three systems in one core, in turns: RTL, C and interpreter give the same words
+# In 512 registers of one lane they fit because results live in the registers of next states; with
+# two lanes only 1,024 hold them.
+
+NAMES = ("satcom", "satcom_pointing", "mls_attitude", "array_phases", "registration")
+SOAK = pytest.mark.soak
+
+
+def records(build: Build, number: int, steps: int, rng: np.random.Generator) -> np.ndarray:
+    """Inputs all over their ranges, and in runs where they hardly change."""
+    low, high = np.array([(i.low, i.high) for i in build.estimators[number].inputs]).T
+    u = rng.uniform(low, high, (steps, len(low)))
+    u[steps // 3 : 2 * steps // 3] = u[steps // 3] * rng.uniform(0.99, 1.0, (1, len(low)))
+    return u.clip(low, high)
+
+
+@pytest.mark.parametrize(
+    ("config", "steps"),
+    [
+        ("small", 12),
+        *(pytest.param(c, 400, marks=SOAK) for c in ("small", "small-1024", "fast-1024")),
+    ],
+)
+def test_in_turns(config: str, steps: int) -> None:
+    rng = np.random.default_rng(4)
+    build = Build(*map(estimator_of, NAMES), config=config, restarts=0)
+    numbers = range(len(NAMES))
+    given = [records(build, k, steps + k, rng) for k in numbers]
+    runs = {
+        name: level_of(name).run_together([make_level(name, build, k) for k in numbers], given)
+        for name in ("fixed", "c", "rtl")
+    }
+    for k, wanted in enumerate(runs["fixed"]):
+        for name in ("c", "rtl"):
+            assert not runs[name][k].fault
+            assert (runs[name][k].words == wanted.words).all(), (name, NAMES[k])
+            assert (runs[name][k].saturated == wanted.saturated).all(), (name, NAMES[k])
+        assert (runs["rtl"][k].interval_cycles == build.core.parts[k].schedule.interval).all()
+    _rooms(build, crowded=config == "small")
+
+
+def _rooms(build: Build, *, crowded: bool) -> None:
+    """Whether results have gone to the registers of next states."""
+    for part in build.core.parts:
+        where = part.allocation.addresses()
+        nexts = {where[after] for _, after in part.schedule.program.states}
+        results = [n for n in where if part.schedule.program.values[n].kind is Kind.OP]
+        guests = sum(where[n] in nexts for n in results) - len(nexts)
+        assert (guests > 0) == (crowded and bool(nexts)), part.program.name
+
+
+@SOAK
+def test_two_lanes_need_more_registers() -> None:
+    programs = Build(*map(estimator_of, NAMES), config="fast").programs
+    wanted = r" states; config fast-1024 has more$"
+    with pytest.raises(ScheduleError, match=wanted):
+        build_shared_core(programs, "fast")

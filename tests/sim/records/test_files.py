@@ -1,17 +1,24 @@
-"""Log files by their names: read, written, and what is no file."""
-
-from __future__ import annotations
+"""Log files: names, bytes, CSV, archives."""
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from boresight.model.errors import InputError
+from boresight.sim.records.archive import format_npz, parse_npz
 from boresight.sim.records.files import content_of, log_files, read_record, record_of
+from boresight.sim.records.reading import kind_of, read_bytes, read_json
 from boresight.sim.records.record import Column, Record
+from boresight.sim.records.text import format_csv, parse_csv
+
+# -- log files by their names: read, written, and what is no file ---------------------------------
 
 pytestmark = pytest.mark.pythons
 
@@ -48,8 +55,8 @@ def test_files_by_suffix(tmp_path: Path) -> None:
 def test_of_paths_and_of_memory(tmp_path: Path) -> None:
     path = tmp_path / "walk.csv"
     path.write_text("z[m]\n1.5\n")
-    for given in (path, str(path)):
-        found = record_of(given)
+    for source in (path, str(path)):
+        found = record_of(source)
         assert found.name == "walk"
         assert found.columns["z"].values.tolist() == [1.5] and found.columns["z"].unit == "m"
     assert record_of(found) is found and record_of({"z": [1.0]}, name="mine").name == "mine"
@@ -66,3 +73,295 @@ def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
         log_files([tmp_path / "empty"])
+
+
+# -- files that people name: bytes, strict JSON, and one line where it is none --------------------
+
+
+def test_bytes(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\0x")
+    assert read_bytes(tmp_path / "a", "a file") == b"\0x"
+    for path, found in ((tmp_path, "a folder"), (tmp_path / "b", "no such file or directory"),
+                        ("/dev/zero", "a device")):  # fmt: skip
+        with pytest.raises(InputError, match=f"^{path}: wanted a file, found {found}; check the"):
+            read_bytes(path, "a file")
+    with pytest.raises(InputError, match="^'': wanted a file, found no such file"):
+        read_bytes("", "a file")
+
+
+def test_json(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_bytes(b'\xef\xbb\xbf{"a": [1, 2.5, null, "b"]}')
+    assert read_json(path, "a map") == {"a": [1, 2.5, None, "b"]}
+
+
+@pytest.mark.pythons
+@pytest.mark.parametrize(
+    "content, found",
+    [
+        (b"", "an empty file"),
+        (b"  \n", "an empty file"),
+        (b"\0\0\0", "no JSON in line 1, column 1"),
+        (b"\xff\xfe", "bytes that are no UTF-8 text"),
+        (b'{"a": 1\n b}', "no JSON in line 2, column 2"),
+        (b"[NaN]", "NaN, which JSON does not have"),
+        (b"[-Infinity]", "-Infinity, which JSON does not have"),
+        (b'{"a": 1, "a": 2}', "'a' twice"),
+        (b"1" * 101, "a number of 101 digits"),
+        (b"[" * 100_000, "lists or objects nested too deeply"),
+    ],
+)
+def test_what_is_no_json(tmp_path: Path, content: bytes, found: str) -> None:
+    path = tmp_path / "a.json"
+    path.write_bytes(content)
+    message = f"{path}: wanted a map, found {found}; correct the file"
+    with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
+        read_json(path, "a map")
+
+
+@pytest.mark.parametrize(
+    "value, said",
+    [(None, "nothing"), (True, "true"), (2.5, "2.5"), ("x", "'x'"), ([], "a list"), ({}, "an obj")],
+)
+def test_kinds(value: Any, said: str) -> None:
+    assert kind_of(value).startswith(said)
+
+
+# -- CSV: every number comes back bit for bit, every fault is named by line and column ------------
+
+PATH = Path("walk.csv")
+NAN = float("nan")
+
+
+def parsed(text: str | bytes) -> dict[str, list[float]]:
+    content = text.encode() if isinstance(text, str) else text
+    found = parse_csv(PATH, content)
+    assert found.name == "walk"
+    return {n: c.values.tolist() for n, c in found.columns.items()}
+
+
+def bits(values: np.ndarray) -> bytes:
+    """With one NaN for all."""
+    return np.where(np.isnan(values), np.nan, values).tobytes()
+
+
+number = st.floats(allow_infinity=False, width=64)
+columns = st.integers(1, 6).flatmap(
+    lambda n: st.lists(arrays(np.float64, n, elements=number), min_size=1, max_size=4)
+)
+names = st.lists(
+    st.sampled_from(["a", "nan", "finance", "E", "inf", "mx", "x_true", "1e3x"]),
+    min_size=4,
+    max_size=4,
+    unique=True,
+)
+units = st.lists(st.sampled_from([None, "", "deg/s", "nan"]), min_size=4, max_size=4)
+
+
+@settings(max_examples=200)
+@given(columns, names, units)
+def test_round_trip(values: list[np.ndarray], heads: list[str], said: list[str | None]) -> None:
+    held = {n: Column(v, u) for n, v, u in zip(heads, values, said, strict=False)}
+    found = parse_csv(PATH, format_csv(Record("r", held)).encode())
+    assert list(found.columns) == list(held)
+    for name, column in held.items():
+        assert bits(found.columns[name].values) == bits(column.values)
+        assert found.columns[name].unit == column.unit
+
+
+def test_text_as_written() -> None:
+    held = {
+        "t": Column(np.array([0.0, 0.1]), "s"),
+        "nano": Column(np.array([NAN, 1e-300])),
+        "k": Column(np.array([-0.0, 3.0]), ""),
+    }
+    assert format_csv(Record("r", held)) == "t[s],nano,k[]\n0.0,,-0.0\n0.1,1e-300,3.0\n"
+
+
+@pytest.mark.parametrize(
+    "text, wanted",
+    [
+        ("a,b\n1,2\n3,4\n", {"a": [1.0, 3.0], "b": [2.0, 4.0]}),
+        ("a,b\n1,2", {"a": [1.0], "b": [2.0]}),
+        ("\ufeffa,b\r\n1,2\r\n\r\n \n", {"a": [1.0], "b": [2.0]}),
+        ("a,b\r1,2\r", {"a": [1.0], "b": [2.0]}),
+        ("# one\n\n#two\na , b\n 1 ,\t2\n", {"a": [1.0], "b": [2.0]}),
+        ("a,2\n+1.5e2,.5\n", {"a": [150.0], "2": [0.5]}),
+        ("a\n1e-999\n", {"a": [0.0]}),
+    ],
+)
+def test_read(text: str, wanted: dict[str, list[float]]) -> None:
+    assert parsed(text) == wanted
+
+
+def test_empty_fields_are_gaps() -> None:
+    found = parsed("a,b\n, \n1,\n")
+    assert np.isnan(found["b"]).all() and np.isnan(found["a"][0]) and found["a"][1] == 1.0
+    single = parsed("a\n\n1\n\n")["a"]  # of one column, an empty line is a sample without a value
+    assert len(single) == 3 and single[1] == 1.0 and np.isnan(single[::2]).all()
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("", "walk.csv: wanted a header of column names, found an empty file; write the header "),
+        (" \n# a,b\n", "walk.csv: wanted a header of column names, found only blank lines and "),
+        (b"a\0\n1\n", "walk.csv: wanted a CSV log in UTF-8 text, found binary data; export it as "),
+        (b"a\n\xff\n", "walk.csv: wanted a CSV log in UTF-8 text, found binary data; "),
+        ("# x\na,b\n", "walk.csv, line 2: wanted rows of samples below the header, found none; "),
+        ("a,b\n\n\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
+        ("a\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
+        ("#\na,b,a\n1,2,3\n", "walk.csv, line 2: wanted every column once, found 2 columns a; "),
+        ("1,2.5\n3,4\n", "walk.csv, line 1: wanted a header of column names, found numbers only; "),
+        ("a,\n1,2\n", "walk.csv, line 1: wanted column names like gx or gx[deg/s], found ''; "),
+        ("a,b\n1,2\n1\n", "walk.csv, line 3: wanted 2 fields, as in the header, found 1; complete"),
+        ("#\na,b\n1,2\n1,2,3\n", "walk.csv, line 4: wanted 2 fields, as in the header, found 3; "),
+        ("a,b\n1,2\n\n1,2\n", "walk.csv, line 3: wanted 2 fields, as in the header, found an empt"),
+        ("a,b\n1,2\n1,x\n", "walk.csv, line 3, column b: wanted a finite number, or nothing, found "
+         "'x'; correct or remove the line"),
+        ("a,b\n1,2\nnan,1\n", "walk.csv, line 3, column a: wanted a finite number, or nothing, "
+         "found 'nan'; "),
+        ("a,b\n1,inf\n", "walk.csv, line 2, column b: wanted a finite number, or nothing, found '"),
+        ("a,b\n1,1e999\n", "walk.csv, line 2, column b: wanted a finite number, or nothing, found"),
+        ("a,b\n1_0,1\n", "walk.csv, line 2, column a: wanted a finite number, or nothing, found '"),
+        ("a,b\n٣,1\n", "walk.csv, line 2, column a: wanted a finite number, or nothing, found '٣'"),
+        ("a,b\n1,.\n", "walk.csv, line 2, column b: wanted a finite number, or nothing, found '.'"),
+        ("a\n" + "y" * 41, f"walk.csv, line 2, column a: wanted a finite number, or nothing, found "
+         f"'{'y' * 37}...'; "),
+        ("a\n" + "y" * 40, f"walk.csv, line 2, column a: wanted a finite number, or nothing, found "
+         f"'{'y' * 40}'; "),
+        ("#\nt,a\n1,2\n1,3\n", "walk.csv, line 4, column t: wanted a time above 1.0, that of the "
+         "row before, found 1.0; "),
+        ("t,a\n1,2\n,3\n", "walk.csv, line 3, column t: wanted a time in every row, found no valu"),
+    ],
+)  # fmt: skip
+def test_refused(text: str | bytes, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        parsed(text)
+
+
+def test_places_count_lines_from_the_header() -> None:
+    found = parse_csv(PATH, b"# one\n# two\na,b\n1,2\n3,4\n")
+    assert found.place(1, "b") == "walk.csv, line 5, column b"
+    assert found.head(1).place(0, "a") == "walk.csv, line 4, column a"
+
+
+# -- archives: columns by array, the nine-axis form, steps of rate and restarts -------------------
+
+ARCHIVE_PATH = Path("walk.npz")
+
+
+def archive_parsed(**arrays: Any) -> dict[str, Column]:
+    found = parse_npz(ARCHIVE_PATH, packed(**arrays))
+    assert found.name == "walk"
+    return dict(found.columns)
+
+
+def test_archive_round_trip() -> None:
+    held = {
+        "t": Column(T, "s"),
+        "nan": Column(np.array([np.nan, -0.0, 5e-324, 1e308])),
+        "k": Column(np.arange(4.0), ""),
+    }
+    found = parse_npz(ARCHIVE_PATH, format_npz(Record("r", held)))
+    assert list(found.columns) == list(held)
+    for name, column in held.items():
+        assert found.columns[name].values.tobytes() == column.values.tobytes()
+        assert found.columns[name].unit == column.unit
+    assert found.place(2, "k") == "walk.npz, k[2]"
+
+
+def test_nine_axis_form() -> None:
+    gyr, acc, mag = (np.arange(12.0).reshape(4, 3) + 100 * k for k in range(3))
+    q = np.arange(16.0).reshape(4, 4)
+    found = archive_parsed(t=T, gyr=gyr, acc=acc, mag=mag, q=q)
+    assert list(found) == [
+        "t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz", "qw", "qx", "qy", "qz"
+    ]  # fmt: skip
+    assert found["gz"].values.tolist() == [2.0, 5.0, 8.0, 11.0]
+    assert found["ax"].values.tolist() == [100.0, 103.0, 106.0, 109.0]
+    assert found["my"].values.tolist() == [201.0, 204.0, 207.0, 210.0]
+    assert found["qw"].values.tolist() == [0.0, 4.0, 8.0, 12.0]
+    assert found["qz"].values.tolist() == [3.0, 7.0, 11.0, 15.0]
+
+
+def test_a_column_may_have_the_name_of_a_triple() -> None:
+    assert archive_parsed(q=[1.0, 2.0])["q"].values.tolist() == [1.0, 2.0]
+
+
+def test_steps() -> None:
+    restart = [False, False, True, False]
+    assert "dt" not in archive_parsed(t=T)
+    assert archive_parsed(t=T, fs=8)["dt"].values.tolist() == [0.125] * 4
+    assert archive_parsed(t=T, fs=8.0, restart=restart)["dt"].values.tolist() == [
+        0.125,
+        0.125,
+        -0.25,
+        0.125,
+    ]
+    # The first is the median of 0.5, 0.25, 1.
+    assert archive_parsed(t=T, restart=restart)["dt"].values.tolist() == [0.5, 0.5, -0.25, 1.0]
+    assert archive_parsed(t=T, restart=[1, 0, 0, 0])["dt"].values.tolist() == [
+        -0.25,
+        0.5,
+        0.25,
+        1.0,
+    ]
+    assert set(archive_parsed(t=T, fs=8, restart=restart)) == {"t", "dt"}
+
+
+@pytest.mark.parametrize(
+    "arrays, message",
+    [
+        ({}, "walk.npz: wanted arrays, found an empty archive; store one array per column"),
+        ({"gyr": np.zeros((4, 4))}, "walk.npz, array gyr: wanted shape (n, 3), found (4, 4); stor"),
+        ({"q": np.zeros((4, 3))}, "walk.npz, array q: wanted shape (n, 4), found (4, 3); "),
+        ({"acc": np.zeros((1, 4, 3))}, "walk.npz, array acc: wanted shape (n, 3), found (1, 4, 3)"),
+        ({"z": np.zeros((4, 3))}, "walk.npz, column z: wanted real numbers, shape (n,), found "),
+        ({"t": T, "gx": T, "gyr": np.zeros((4, 3))}, "walk.npz: wanted every column once, found gx "
+         "alone and in an array of several columns; keep one of them"),
+        ({"gyr": np.zeros((4, 3)), "gz": T}, "walk.npz: wanted every column once, found gz alone"),
+        ({"gyr": np.zeros((4, 3)), "gz[deg/s]": T}, "walk.npz: wanted every column once, found two "
+         "named gz; "),
+        ({"fs": 8.0, "z": T}, "walk.npz: wanted t, and no dt, beside fs or restart, found z; give"),
+        ({"fs": 8.0, "t": T, "dt": T}, "walk.npz: wanted t, and no dt, beside fs or restart, found "
+         "t, dt; "),
+        ({"fs": 8.0, "t": 1.0}, "walk.npz, column t: wanted real numbers, shape (n,), found "
+         "float64, shape (); "),
+        ({"restart": [False], "t": ["a"]}, "walk.npz, column t: wanted real numbers, shape (n,)"),
+        ({"fs": 0.0, "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found 0.0; correct "),
+        ({"fs": np.nan, "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found nan; "),
+        ({"fs": np.inf, "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found inf; "),
+        ({"fs": [8.0], "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found [8.0]; "),
+        ({"fs": "8", "t": T}, "walk.npz, fs: wanted one number above 0 (Hz), found '8'; "),
+        ({"restart": [True], "t": T}, "walk.npz, array restart: wanted truth values, shape (4,), "
+         "found bool, shape (1,); store one for each sample"),
+        ({"restart": np.zeros(4), "t": T}, "walk.npz, array restart: wanted truth values, shape "
+         "(4,), found float64, shape (4,); "),
+        ({"restart": [True], "t": [1.0]}, "walk.npz: wanted two rows or more, to know the time "
+         "step, found one; "),
+        ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75, that of the row before, found "
+         "0.75; "),
+        ({"z": np.array([1.0, np.inf])}, "walk.npz, z[1]: wanted a finite number, found an infin"),
+        ({"z": np.array([None])}, "walk.npz: wanted an .npz archive of plain arrays, found someth"),
+    ],
+)  # fmt: skip
+def test_archive_refused(arrays: Any, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        archive_parsed(**arrays)
+
+
+def array_alone() -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, T)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("content", [b"", b"t,z\n1,2\n", array_alone(), packed(t=T)[:-40]])
+def test_what_is_no_archive(content: bytes) -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^walk\.npz: wanted an \.npz archive of plain arrays, found something that cannot "
+        r"be read as one; write it with numpy\.savez; a CSV log must not be named \.npz$",
+    ):
+        parse_npz(ARCHIVE_PATH, content)

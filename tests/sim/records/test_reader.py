@@ -1,7 +1,6 @@
-"""The input reader: the same inputs from one call as from many, and what it refuses."""
+"""The input reader, and the records that it reads."""
 
-from __future__ import annotations
-
+import math
 import re
 from typing import Any
 
@@ -12,7 +11,12 @@ from hypothesis import strategies as st
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
+from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.reader import InputReader
+from boresight.sim.records.record import Column, Record
+from boresight.sim.records.steps import RESTART_S, steps_of
+
+# -- records as inputs: units, steps, truths, rates --------------------------------------------
 
 pytestmark = pytest.mark.pythons
 
@@ -29,10 +33,190 @@ class Probe(Estimator):
         Input("plain", -4.0, 4.0, "rad/s"),
         Input("only_z", -1.0, 2.0, "", valid_of="z"),
     )
+    outputs = (Output("y", "m"), Output("h", "ht"), Output("plain"), Output("s", "flags"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {}
+
+
+class Timed(Estimator):
+    """Reads the time step."""
+
+    inputs = (Input("dt", -0.25, 0.5, "s"),)
+    outputs = (Output("y"),)
+
+
+def fed(estimator: Estimator, units: dict[str, str] | None = None, **columns: Any) -> Feed:
+    held = {
+        n: Column(np.array(v, dtype=np.float64), (units or {}).get(n)) for n, v in columns.items()
+    }
+    return feed(estimator, Record("walk", held))
+
+
+def test_units_of_the_header() -> None:
+    found = fed(
+        Probe(),
+        {
+            "s_true": "",
+            "z": "cm",
+            "plain": "deg/s",
+            "c": "percent",
+            "y_true": "mm",
+            "h_true": "deg",
+            "t": "ms",
+        },
+        t=[0.0, 500.0],
+        z=[150.0, NAN],
+        c=[50.0, NAN],
+        plain=[180.0, -90.0],
+        y_true=[1500.0, NAN],
+        h_true=[90.0, -45.0],
+        s_true=[3.0, 4.0],
+    )
+    assert found.inputs == pytest.approx(
+        np.array([[1.0, 1.5, 0.5, math.pi, 1.0], [0.0, 1.5, 0.5, -math.pi / 2, 0.0]])
+    )
+    assert found.new.tolist() == [[True] * 5, [False, False, False, True, False]]
+    assert len(found) == 2 and found.clamped == {}
+    assert found.t is not None and found.t.tolist() == [0.0, 0.5]
+    assert found.truth["y"] == pytest.approx([1.5, NAN], nan_ok=True)
+    assert found.truth["h"] == pytest.approx([0.5, -0.25])
+    assert found.truth["s"].tolist() == [3.0, 4.0]
+    assert set(found.truth) == {"y", "h", "s"}  # `plain` is an input: its column is no truth
+
+
+def test_truth_of_either_name() -> None:
+    more = {"z": [0.0], "c": [0.0], "plain": [0.0]}
+    assert fed(Probe(), y=[1.0], **more).truth["y"].tolist() == [1.0]
+    assert fed(Probe(), y=[1.0], y_true=[2.0], **more).truth["y"].tolist() == [2.0]
+    assert fed(Probe(), plain_true=[2.0], **more).truth["plain"].tolist() == [2.0]
+
+
+def test_time_steps() -> None:
+    assert fed(Timed(), t=[0.0, 0.25, 0.375]).inputs[:, 0].tolist() == [0.1875, 0.25, 0.125]
+    assert fed(Timed(), {"t": "ms"}, t=[0.0, 250.0, 375.0]).inputs[1:, 0].tolist() == [0.25, 0.125]
+    assert fed(Timed(), t=[0.0, 0.25], dt=[-0.25, 0.5]).inputs[:, 0].tolist() == [-0.25, 0.5]
+    assert fed(Timed(), {"dt": "ms"}, dt=[125.0]).inputs[:, 0].tolist() == [0.125]
+
+
+@pytest.mark.parametrize(
+    "changes, units, message",
+    [
+        ({"z": None}, {}, "log 'walk': wanted a column z [m], an input of probe, found columns c, "
+         "plain; add it, or rename the one that holds it"),
+        ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
+         "complete the log"),
+        ({"plain": [1.0, NAN]}, {}, "record, plain[1]: wanted a number, found no value; complete "
+         "the log, or declare Input('plain', ..., missing=...)"),
+        ({"z": [2.0, -2.5]}, {}, "record, z[1]: wanted -2 to 2 m, the declared range, found -2.5; "
+         "correct the unit in the header, or the range; clamp=True would clamp it"),
+        ({"z": [-2.0, 2.5]}, {}, "record, z[1]: wanted -2 to 2 m, the declared range, found 2.5; "),
+        ({"z": [2.125, 3.0]}, {}, "record, z[0]: wanted -2 to 2 m, the declared range, found "
+         "2.125, and 1 more beyond it; "),
+        ({"z": [250.0, 1.0]}, {"z": "cm"}, "record, z[0]: wanted -2 to 2 m, the declared range, "
+         "found 2.5; "),
+        ({}, {"z": "kg"}, "log 'walk', column z: wanted a unit that converts to m, found kg (kg "
+         "is no m); correct the unit in the header"),
+        ({}, {"c": "m"}, "log 'walk', column c: wanted a unit that converts to a plain number, "
+         "found m (m is no plain number); "),
+        ({}, {"plain": "xyzzy"}, "log 'walk', column plain: wanted a unit that converts to rad/s, "
+         "found xyzzy (unit 'xyzzy' is not known); "),
+        ({"t": [0.0, 1.0]}, {"t": "m"}, "log 'walk', column t: wanted a unit that converts to s, "),
+        ({"y_true": [0.0, 1.0]}, {"y_true": "s"}, "log 'walk', column y_true: wanted a unit that "),
+    ],
+)  # fmt: skip
+def test_refused(changes: Any, units: dict[str, str], message: str) -> None:
+    columns: dict[str, Any] = {"z": [1.0, 1.0], "c": [1.0, 1.0], "plain": [1.0, 1.0]} | changes
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        fed(Probe(), units, **{n: v for n, v in columns.items() if v is not None})
+
+
+def test_many_columns_are_not_all_named() -> None:
+    with pytest.raises(InputError, match=r"wanted a column dt \[s\].*, \.\.\.; add it"):
+        fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(13)})
+    with pytest.raises(InputError, match=r"found columns k00, k01, .*, k07; add it"):
+        fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
+
+
+def test_units_with_another_zero() -> None:
+    class Warm(Estimator):
+        inputs = (Input("temperature", 200.0, 400.0, "K"),)
+        outputs = (Output("y"),)
+
+    found = fed(Warm(), {"temperature": "degC"}, temperature=[0.0, 26.85])
+    assert found.inputs[:, 0] == pytest.approx([273.15, 300.0])
+
+
+def test_words() -> None:
+    program = _Timed().compile()
+    found = fed(_Timed(), dt=[-0.25, 0.125, 0.5])
+    frac = program.values[program.inputs[0]].frac
+    assert found.words(program).tolist() == [[-(1 << frac - 2)], [1 << frac - 3], [1 << frac - 1]]
+
+
+class _Timed(Timed):
+    inputs = (Input("dt", -0.25, 0.75, "s"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"y": u.dt}
+
+
+class Rated(Timed):
+    """Made for some samples a second, at first 100."""
+
+    inputs = (*Timed.inputs, Input("z", -2.0, 2.0, "m", missing=0.0))
+    rates_hz = {"dt": 100.0, "z": 100.0}
+
+    def for_rates(self, rates_hz: Any) -> Estimator:
+        made = Rated()
+        made.rates_hz = dict(rates_hz)
+        return made
+
+
+def record_at(rate_hz: float, every: int = 1) -> Record:
+    t = np.arange(40) / rate_hz
+    z = np.where(np.arange(40) % every == 0, 0.5, NAN)
+    return Record("walk", {"t": Column(t), "z": Column(z)})
+
+
+def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it() -> None:
+    assert len(feed(Rated(), record_at(101.0))) == 40
+    with pytest.raises(
+        InputError,
+        match=r"wanted 100 samples a second, for which rated is made, found 50; "
+        r"make it with rate_hz=50$",
+    ):
+        feed(Rated(), record_at(50.0))
+    assert len(feed(Timed(), record_at(3.0))) == 40
+
+
+def test_made_for_the_rates_of_a_record() -> None:
+    made = fitted(Rated(), record_at(50.0, every=4))
+    assert made.rates_hz == pytest.approx({"dt": 50.0, "z": 12.5})
+    assert len(feed(made, record_at(50.0))) == 40
+    timed = Timed()
+    assert fitted(timed, record_at(50.0)) is timed
+    no_field = Record("walk", {"t": Column(np.arange(9.0)), "z": Column(np.full(9, NAN))})
+    assert fitted(Rated(), no_field).rates_hz == {"dt": 1.0}
+
+
+# -- the input reader: the same inputs from one call as from many, and what it refuses ------------
+
+
+class Gauge(Estimator):
+    """One input of each kind."""
+
+    inputs = (
+        Input("ok", 0.0, 1.0, "", valid_of=("z", "c")),
+        Input("z", -2.0, 2.0, "m", missing="hold"),
+        Input("c", -1.0, 3.0, "", missing=0.5, clamp=True),
+        Input("plain", -4.0, 4.0, "rad/s"),
+        Input("only_z", -1.0, 2.0, "", valid_of="z"),
+    )
     outputs = (Output("y", "m"),)
 
 
-def reader(estimator: type[Estimator] = Probe, runs: int = 1, **options: Any) -> InputReader:
+def reader(estimator: type[Estimator] = Gauge, runs: int = 1, **options: Any) -> InputReader:
     def place(row: int, run: int, name: str) -> str:
         return f"log, {name}[{row}, {run}]"
 
@@ -40,7 +224,7 @@ def reader(estimator: type[Estimator] = Probe, runs: int = 1, **options: Any) ->
 
 
 def by_hand(rows: list[tuple[float, float, float]]) -> tuple[list[Any], list[Any], int]:
-    """What `Probe` reads."""
+    """What `Gauge` reads."""
     out, new, clamped, last = [], [], 0, NAN
     for z, c, plain in rows:
         has_z, has_c = z == z, c == c
@@ -101,7 +285,7 @@ GOOD = {"z": 1.0, "c": 0.0, "plain": 2}
 @pytest.mark.parametrize(
     "record, message",
     [
-        ({"z": 1.0, "plain": 0.0}, "c[2, 0]: wanted a value for every input of probe, found none"),
+        ({"z": 1.0, "plain": 0.0}, "c[2, 0]: wanted a value for every input of gauge, found none"),
         ({**GOOD, "z": None}, "z[2, 0]: wanted a number, found NoneType; "),
         ({**GOOD, "z": "fast"}, "z[2, 0]: wanted a number, found str; "),
         ({**GOOD, "z": 10**400}, "z[2, 0]: wanted a number, found int; "),
@@ -118,7 +302,7 @@ GOOD = {"z": 1.0, "c": 0.0, "plain": 2}
          "would clamp it"),
     ],
 )  # fmt: skip
-def test_refused(record: Any, message: str) -> None:
+def test_reader_refused(record: Any, message: str) -> None:
     inputs = reader(runs=2)
     inputs.take(GOOD)
     inputs.take(GOOD)
@@ -137,3 +321,22 @@ def test_nothing_to_hold() -> None:
 def test_inputs_that_others_give() -> None:
     found, _ = reader(linked={1}).take({"c": 1.0, "plain": 2.0})
     assert found[0, 0].tolist() == [1.0, 0.0, 1.0, 2.0, 1.0]
+
+
+# -- time steps -----------------------------------------------------------------------------------
+
+
+def test_each_ends_at_its_sample_and_the_first_is_the_median() -> None:
+    assert steps_of("a", np.array([1.0, 1.5, 1.75, 2.75])).tolist() == [0.5, 0.5, 0.25, 1.0]
+    assert steps_of("a", np.array([0, 4])).tolist() == [4.0, 4.0]
+
+
+@pytest.mark.parametrize("t", [[], [1.0]])
+def test_one_sample_has_no_step(t: list[float]) -> None:
+    message = "log 'a': wanted two rows or more, to know the time step, found one; use a longer "
+    with pytest.raises(InputError, match=f"^{re.escape(message)}log, or give a column dt$"):
+        steps_of("log 'a'", np.array(t))
+
+
+def test_restart() -> None:
+    assert RESTART_S == -0.25

@@ -1,15 +1,39 @@
-"""Records: what they refuse, what they are made of, headers with units."""
+"""Records: columns, units, the nine-axis log, what is implausible, the bundled logs."""
 
 from __future__ import annotations
 
+import math
 import re
+from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pint
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.model.estimators import estimator
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_euler,
+    quaternion_to_rotation_vector,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import Column, Record, columns_of, index_place, split_header
+from boresight.sim.records.units import UnitError, linear
+
+# -- records: what they refuse, what they are made of, headers with units -------------------------
 
 pytestmark = pytest.mark.pythons
 
@@ -167,3 +191,384 @@ def test_header_fields_that_are_none(head: str) -> None:
 
 def test_places() -> None:
     assert index_place("a.npz")(7, "gx") == "a.npz, gx[7]"
+
+
+# -- the nine-axis log as a record, and back ------------------------------------------------------
+
+T = np.array([0.0, 0.5, 1.5])
+MAG = np.arange(9.0).reshape(3, 3) + 20
+MAG[1] = NAN
+Q = np.array([[1.0, 0, 0, 0], [NAN] * 4, [0, 0, 0.6, 0.8]])
+
+
+def log(**more: Any) -> NineAxis:
+    return NineAxis(
+        "walk", T, np.arange(9.0).reshape(3, 3), np.arange(9.0).reshape(3, 3) + 10, MAG, **more
+    )
+
+
+def test_columns() -> None:
+    found = log().record()
+    assert list(found.columns) == [
+        "t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz"
+    ]  # fmt: skip
+    values = {n: c.values.tolist() for n, c in found.columns.items()}
+    assert values["gy"] == [1.0, 4.0, 7.0]
+    assert values["az"] == [12.0, 15.0, 18.0]
+    assert values["mx"][::2] == [20.0, 26.0] and np.isnan(values["mx"][1])
+    assert found.name == "walk" and found.place(2, "gy") == "log 'walk', gy[2]"
+
+
+def test_there_and_back() -> None:
+    mov, steps = np.array([True, False, True]), np.array([0.75, -0.25, 1.0])
+    back = NineAxis.of(log(q=Q, mov=mov, steps=steps).record())
+    for key in ("t", "gyr", "acc", "mag"):
+        assert np.array_equal(getattr(back, key), getattr(log(), key), equal_nan=True)
+    assert np.array_equal(back.attitude, Q, equal_nan=True)
+    assert back.counts.tolist() == mov.tolist() and back.dt.tolist() == steps.tolist()
+    assert back.mag_new.tolist() == [True, False, True] and len(back) == 3
+    plain = NineAxis.of(log().record())
+    assert plain.dt.tolist() == log().dt.tolist() == [0.75, 0.5, 1.0]
+    assert plain.counts.all() and plain.q is None
+    with pytest.raises(InputError, match="^log 'walk': wanted a reference attitude, found none"):
+        _ = plain.attitude
+
+
+def test_other_units_and_names() -> None:
+    columns = dict(log(q=Q).record().columns)
+    columns |= {
+        "t": Column(T * 1e3, "ms"),
+        "gx": Column(np.array([180.0, 0.0, 90.0]), "deg/s"),
+        "ay": Column(np.ones(3), "g0"),
+        "mz": Column(np.array([0.5, NAN, 1.0]), "gauss"),
+        **{f"{n}_true": columns.pop(n) for n in ("qw", "qx", "qy", "qz")},
+    }
+    found = NineAxis.of(Record("r", columns))
+    assert found.t.tolist() == T.tolist()
+    assert found.gyr[:, 0] == pytest.approx([np.pi, 0.0, np.pi / 2])
+    assert found.acc[:, 1] == pytest.approx(9.80665)
+    assert found.mag[::2, 2] == pytest.approx([50.0, 100.0])
+    assert np.array_equal(found.attitude, Q, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"gy": None}, "log 'walk': wanted the columns t,gx,gy,gz,ax,ay,az,mx,my,mz, found none "
+         "named gy; add what is missing"),
+        ({"t": None}, "log 'walk': wanted the columns t,gx,gy,gz,"),
+        ({"ax": [0.0, NAN, 0.0]}, "log 'walk', ax[1]: wanted a number, found no value; complete "),
+        ({"my": [0.0, NAN, NAN]}, "log 'walk', my[2]: wanted a number, or none in all of the row, "
+         "found no value; "),
+        ({"my": [0.0, 1.0, 0.0]}, "log 'walk', mx[1]: wanted a number, or none in all of the row"),
+        ({"qz": [0.0, NAN, NAN]}, "log 'walk', qz[2]: wanted a number, or none in all of the row"),
+        ({"qz": [0.0, NAN, 0.9]}, "log 'walk', qw[2]: wanted a quaternion of norm 1, found norm 1."
+         "08167; correct it, or leave the whole quaternion out"),
+    ],
+)  # fmt: skip
+def test_nine_axis_refused(change: dict[str, Any], message: str) -> None:
+    columns = dict(log(q=Q).record().columns)
+    for name, values in change.items():
+        del columns[name]
+        if values is not None:
+            columns[name] = Column(np.array(values))
+    record = Record("walk", columns, log().record().place)
+    with pytest.raises(InputError, match=f"^{re.escape(message)}"):
+        NineAxis.of(record)
+
+
+# -- conversions of units: by hand, and against pint's own ----------------------------------------
+
+
+@pytest.mark.parametrize(
+    "have, want, factor, offset",
+    [
+        ("deg/s", "rad/s", math.pi / 180, 0.0),
+        ("rpm", "rad/s", math.pi / 30, 0.0),
+        ("°/s", "rad/s", math.pi / 180, 0.0),
+        ("g0", "m/s^2", 9.80665, 0.0),
+        ("mg0", "m/s^2", 9.80665e-3, 0.0),
+        ("m/s²", "cm/s^2", 100.0, 0.0),
+        ("gauss", "uT", 100.0, 0.0),
+        ("G", "uT", 100.0, 0.0),
+        ("mG", "uT", 0.1, 0.0),
+        ("milligauss", "µT", 0.1, 0.0),
+        ("nT", "uT", 1e-3, 0.0),
+        ("deg", "ht", 1 / 180, 0.0),
+        ("ht", "deg", 180.0, 0.0),
+        ("rad", "ht", 1 / math.pi, 0.0),
+        ("ht", "rad", math.pi, 0.0),
+        ("ms", "s", 1e-3, 0.0),
+        ("us", "s", 1e-6, 0.0),
+        ("N·m", "J", 1.0, 0.0),
+        ("degC", "K", 1.0, 273.15),
+        ("K", "degC", 1.0, -273.15),
+        ("degF", "degC", 5 / 9, -160 / 9),
+        ("percent", "", 0.01, 0.0),
+        ("kHz", "1/s", 1000.0, 0.0),
+        ("turn/s", "deg/s", 360.0, 0.0),
+        ("rad*m/s", "m/s", 1.0, 0.0),
+        ("xyzzy", "xyzzy", 1.0, 0.0),  # the same text needs no meaning
+    ],
+)
+def test_by_hand(have: str, want: str, factor: float, offset: float) -> None:
+    found = linear(have, want)
+    assert found[0] == pytest.approx(factor, rel=1e-12, abs=0)
+    assert found[1] == pytest.approx(offset, rel=1e-12, abs=0)
+
+
+@settings(max_examples=60)
+@given(
+    st.sampled_from(
+        [
+            ("deg/s", "rad/s"),
+            ("km/h", "m/s"),
+            ("psi", "kPa"),
+            ("hPa", "Pa"),
+            ("degF", "K"),
+            ("mV", "V"),
+            ("mile", "m"),
+        ]
+    ),
+    st.integers(-1000, 1000),
+)
+def test_as_pint_has_it(units: tuple[str, str], value: int) -> None:
+    factor, offset = linear(*units)
+    registry = pint.application_registry.get()
+    wanted = registry.Quantity(value, units[0]).to(units[1]).magnitude
+    assert factor * value + offset == pytest.approx(wanted, rel=1e-11, abs=1e-9)
+
+
+def test_units_there_and_back() -> None:
+    for one, other in (("deg/s", "rad/s"), ("ht", "deg"), ("gauss", "uT"), ("degF", "K")):
+        a, b = linear(one, other)
+        c, d = linear(other, one)
+        assert a * c == pytest.approx(1.0, rel=1e-13)
+        assert c * b + d == pytest.approx(0.0, abs=1e-10)
+    assert Fraction(linear("ht", "deg")[0]) == 180
+
+
+@pytest.mark.parametrize(
+    "have, want, message",
+    [
+        ("g", "m/s^2", "g is no m/s^2"),
+        ("deg/s", "uT", "deg/s is no uT"),
+        ("m", "", "m is no plain number"),
+        ("deg/sec^2", "deg/s", "deg/sec^2 is no deg/s"),
+        ("furlongs per", "m", "unit 'furlongs per' is not known"),
+        ("m", "xyzzy", "unit 'xyzzy' is not known"),
+        ("m +", "m", "unit 'm +' is not known"),
+        ("mgaussian", "uT", "unit 'mgaussian' is not known"),
+        ("Hz", "rad/s", "Hz is no rad/s: one counts cycles or events, one an angle"),
+        ("deg/s", "Hz", "deg/s is no Hz: one counts cycles or events, one an angle"),
+        ("kHz", "rpm", "kHz is no rpm: one counts cycles or events, one an angle"),
+        ("rad/s^2", "1/s^2", "rad/s^2 is no 1/s^2: one counts cycles or events, one an angle"),
+    ],
+)
+def test_units_refused(have: str, want: str, message: str) -> None:
+    with pytest.raises(UnitError) as raised:
+        linear(have, want)
+    assert str(raised.value) == message
+
+
+# -- warnings about values that cannot be what their unit says ------------------------------------
+
+
+class Sensors(Estimator):
+    """Triples between other inputs; a flag beside them."""
+
+    inputs = (
+        Input("gx", -999.0, 999.0, "rad/s"),
+        Input("ax", -9999.0, 9999.0, "m/s^2"),
+        Input("mx", -1e6, 1e6, "uT"),
+        Input("gy", -999.0, 999.0, "rad/s"),
+        Input("ay", -9999.0, 9999.0, "m/s^2"),
+        Input("my", -1e6, 1e6, "uT"),
+        Input("gz", -999.0, 999.0, "rad/s"),
+        Input("az", -9999.0, 9999.0, "m/s^2"),
+        Input("mz", -1e6, 1e6, "uT"),
+        Input("new_z", 0.0, 1.0, "uT", valid_of="mz"),
+        Input("spin", -999.0, 999.0, "rad/s"),
+        Input("thrust", -999.0, 999.0, "m/s^2"),
+        Input("dt", -0.25, 0.25, "s", clamp=True),
+    )
+    outputs = (Output("y"),)
+
+
+def warned(rows: int = 3, new: np.ndarray | None = None, **values: float) -> tuple[str, ...]:
+    inputs = np.zeros((rows, len(Sensors.inputs)))
+    usual = {"ax": 6.0, "ay": 0.0, "az": 8.0, "mx": 30.0, "my": 40.0, "mz": 0.0, "thrust": 1.0}
+    for k, declared in enumerate(Sensors.inputs):
+        inputs[:, k] = {**usual, **values}.get(declared.name, 0.0)
+    return warnings_of(Sensors(), inputs, np.ones(inputs.shape, bool) if new is None else new)
+
+
+def test_nothing_is_odd() -> None:
+    assert warned() == ()
+
+
+@pytest.mark.parametrize(
+    "values, text",
+    [
+        ({"gx": 6.0, "gz": 8.1}, "gx gy gz: typically 10.1 rad/s, which looks like deg/s"),
+        ({"spin": -10.5}, "spin: typically 10.5 rad/s, which looks like deg/s"),
+        ({"ax": 0.6, "az": 0.8}, "ax ay az: typically 1 m/s^2, which looks like g (g0 in a "
+         "header)"),
+        ({"ax": 600.0, "az": 800.0}, "ax ay az: typically 1e+03 m/s^2, which looks like mg (mg0 in "
+         "a header)"),
+        ({"mx": 0.3, "my": 0.4}, "mx my mz: typically 0.5 uT, which looks like gauss"),
+        ({"mx": 300.0, "my": 400.0}, "mx my mz: typically 500 uT, which looks like milligauss"),
+        ({"mx": 3e4, "my": 4e4}, "mx my mz: typically 5e+04 uT, which looks like nT"),
+        ({"dt": 0.25}, "dt: at the end of its range in most rows; is t in seconds?"),
+    ],
+)  # fmt: skip
+def test_odd(values: dict[str, float], text: str) -> None:
+    assert warned(**values) == (text,)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"gx": 10.0},
+        {"az": 0.0, "ax": 0.89},
+        {"az": 0.0, "ax": 1.11},
+        {"az": 0.0, "ax": 890.0},
+        {"az": 0.0, "ax": 1110.0},
+        {"my": 0.0, "mx": 0.14},
+        {"my": 0.0, "mx": 1.1},
+        {"my": 0.0, "mx": 149.0},
+        {"my": 0.0, "mx": 1001.0},
+        {"my": 0.0, "mx": 9999.0},
+        {"dt": 0.2499},
+    ],
+)
+def test_not_odd(values: dict[str, float]) -> None:
+    assert warned(**values) == ()
+
+
+def test_typical_is_the_median_of_new_samples() -> None:
+    inputs = np.zeros((4, len(Sensors.inputs)))
+    inputs[:, 1], inputs[:, 2] = 9.8, 50.0
+    new = np.ones(inputs.shape, bool)
+    inputs[0, 0] = 900.0  # one outlier of four
+    assert warnings_of(Sensors(), inputs, new) == ()
+    inputs[:2, 2], new[2:, 5] = 0.5, False  # my is not new there, so the field is not
+    assert warnings_of(Sensors(), inputs, new) == (
+        "mx my mz: 2 rows have some of them, not all",
+        "mx my mz: typically 0.5 uT, which looks like gauss",
+    )
+    new[:, [2, 5]] = False
+    assert warnings_of(Sensors(), inputs, new) == ("mx my mz: 4 rows have some of them, not all",)
+
+
+def test_a_pair_of_axes_is_no_vector() -> None:
+    class Pair(Estimator):
+        inputs = tuple(Input(f"a{axis}", -20.0, 20.0, "m/s^2") for axis in "xy")
+        outputs = (Output("y"),)
+
+    for new in ([[True, True]], [[True, False]]):
+        assert warnings_of(Pair(), np.array([[0.6, 0.8]]), np.array(new)) == ()
+
+
+@pytest.mark.parametrize("name", bundled_names())
+def test_bundled_logs_are_plausible(name: str) -> None:
+    assert feed(estimator("mekf"), read_record(bundled(name))).warnings == ()
+
+
+# -- `sim.records.bundled`: the logs are there, and hold what their README says -------------------
+
+
+@pytest.fixture(scope="module")
+def walk() -> NineAxis:
+    return NineAxis.of(read_record(bundled("ximu_walk")))
+
+
+def sent(log: NineAxis) -> np.ndarray:
+    """Rows with an estimate of the device."""
+    assert log.q is not None
+    return np.flatnonzero(~np.isnan(log.q[:, 0]))
+
+
+def rms_deg(vectors: np.ndarray) -> float:
+    return float(np.degrees(np.sqrt(np.mean(np.sum(vectors**2, axis=1)))))
+
+
+def test_names_and_paths() -> None:
+    assert bundled_names() == ("synthetic_60s", "ximu_walk")
+    for name in bundled_names():
+        assert bundled(name).name == f"{name}.csv"
+        assert read_record(bundled(name)).name == name
+
+
+def test_which_attitude_is_not_truth(tmp_path: Path) -> None:
+    assert is_comparison(bundled("ximu_walk")) and not is_comparison(bundled("synthetic_60s"))
+    assert not is_comparison(tmp_path / "ximu_walk.csv")  # another log of that name
+
+
+def test_unknown_name_lists_the_known() -> None:
+    message = r"^name must be one of the bundled logs \(synthetic_60s, ximu_walk\), not 'x'$"
+    with pytest.raises(InputError, match=message):
+        bundled("x")
+
+
+@pytest.mark.parametrize("name", ["README.md", "LICENSE.scikit-kinematics.txt"])
+def test_source_and_licence_lie_beside_the_logs(name: str) -> None:
+    text = (bundled("ximu_walk").parent / name).read_text(encoding="utf-8")
+    assert "Thomas Haslwanter" in text
+
+
+def test_walk_has_the_documented_size_and_rate(walk: NineAxis) -> None:
+    assert len(walk) == 12625
+    np.testing.assert_array_equal(np.diff(walk.t), 1 / 256)
+    assert int(walk.mag_new.sum()) == 8194
+    np.testing.assert_array_equal(np.diff(sent(walk)), 2)
+
+
+def test_walk_quaternions_turn_as_the_gyro_does(walk: NineAxis) -> None:
+    assert walk.q is not None
+    rows = sent(walk)
+    steps = rotation_vector_to_quaternion(walk.gyr * walk.dt[:, None])
+    by_gyro = quaternion_multiply(steps[rows[1:] - 1], steps[rows[1:]])
+
+    def apart(q: np.ndarray) -> float:
+        by_device = quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:])
+        return rms_deg(
+            quaternion_to_rotation_vector(
+                quaternion_multiply(quaternion_conjugate(by_device), by_gyro)
+            )
+        )
+
+    assert rms_deg(quaternion_to_rotation_vector(by_gyro)) > 1.0
+    assert apart(walk.q[rows]) < 0.15
+    assert apart(quaternion_conjugate(walk.q[rows])) > 1.5
+
+
+@pytest.mark.parametrize(("start", "end"), [(0.0, 2.4), (13.1, 15.2), (17.8, 19.4)])
+def test_walk_has_gravity_up_and_field_north_at_rest(
+    walk: NineAxis, start: float, end: float
+) -> None:
+    assert walk.q is not None
+    rows = sent(walk)
+    rows = rows[(walk.t[rows] >= start) & (walk.t[rows] <= end)]
+    up = rotate(walk.q[rows], walk.acc[rows]).mean(axis=0)
+    assert np.degrees(np.arctan2(np.hypot(*up[:2]), up[2])) < 1.0
+    np.testing.assert_allclose(up[2], 9.80665, atol=0.15)
+    rows = rows[walk.mag_new[rows]]
+    east, north, vertical = rotate(walk.q[rows], walk.mag[rows]).mean(axis=0)
+    assert abs(np.degrees(np.arctan2(east, north))) < 1.5
+    assert 40 < np.degrees(np.arctan2(-vertical, north)) < 45
+
+
+def test_walk_starts_at_the_filters_own_origin(walk: NineAxis) -> None:
+    assert walk.q is not None
+    # level, x to the north
+    euler = np.degrees(quaternion_to_euler(walk.q[sent(walk)[0]]))
+    np.testing.assert_allclose(euler, [0, 0, 90], atol=0.25)
+
+
+def test_walk_has_the_documented_motion(walk: NineAxis) -> None:
+    assert walk.q is not None
+    pitch, roll, _ = np.degrees(quaternion_to_euler(walk.q[sent(walk)])).T
+    np.testing.assert_allclose([pitch.min(), pitch.max()], [-49.1, 44.2], atol=0.05)
+    np.testing.assert_allclose([roll.min(), roll.max()], [-180, 180], atol=1)
+    np.testing.assert_allclose(np.degrees(np.linalg.norm(walk.gyr, axis=1)).max(), 633, atol=0.5)

@@ -24,23 +24,18 @@ def inputs(program: Program) -> np.ndarray:
     return np.array(random_inputs(program, 5, 300))
 
 
-@pytest.mark.parametrize("steps, segments", [(1, 256), (7, 256), (8, 1), (100, 7), (300, 256)])
+@pytest.mark.parametrize("steps, segments", [(2, 256), (7, 256), (8, 1), (100, 7), (300, 256)])
 def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: int) -> None:
-    calls: list[tuple[int, int]] = []
-    run = interpret(
-        program, inputs[:steps], segments=segments, progress=lambda *now: calls.append(now)
-    )
-    machine = Interpreter(program)
+    outputs, saturated, states, broken = interpret(program, inputs[:steps], segments=segments)
+    machine, going = Interpreter(program), Interpreter(program)
     for k, row in enumerate(inputs[:steps]):
-        outputs, saturated = machine.update(row[:, None])
-        assert run.outputs[k].tolist() == outputs[:, 0].tolist()
-        assert run.saturated[k] == saturated[0]
-        states = [machine.values[state][0] for state, _ in program.states]
-        assert run.states[k].tolist() == states
-    assert run.broken_at is None
-    # As many segments as are asked for, none of them shorter than eight steps.
-    longest = -(-steps // max(1, min(segments, steps // 8)))
-    assert calls == [(k + 1, longest) for k in range(longest)]
+        wanted, flag = machine.update(row[:, None])
+        assert outputs[k].tolist() == wanted[:, 0].tolist() and saturated[k] == flag[0]
+        assert states[k].tolist() == [machine.values[state][0] for state, _ in program.states]
+    assert broken is None
+    parts = [interpret(program, part, machine=going) for part in np.split(inputs[:steps], [1])]
+    for k, whole in enumerate((outputs, saturated, states)):
+        assert np.concatenate([part[k] for part in parts]).tolist() == whole.tolist()
 
 
 @pytest.mark.parametrize("steps, at", [(100, 7), (100, 15), (100, 90)])
@@ -51,11 +46,11 @@ def test_a_wrong_state_is_placed(
 
     bounds = np.linspace(0, steps, steps // 8 + 1).astype(int)
     end = int(bounds[bounds > at][0]) - 1
-    states = interpret(program, inputs[:steps]).states
+    _, _, states, _ = interpret(program, inputs[:steps])
     wrong = states.copy()
     wrong[end, -1] ^= 1
-    assert interpret(program, inputs[:steps], states=wrong).broken_at == end
-    assert interpret(program, inputs[:steps], states=states).broken_at is None
+    assert interpret(program, inputs[:steps], states=wrong)[3] == end
+    assert interpret(program, inputs[:steps], states=states)[3] is None
     broken = CModel.trajectory
     monkeypatch.setattr(CModel, "trajectory", lambda *a: (*broken(*a)[:2], wrong))
-    assert interpret(program, inputs[:steps]).broken_at == end
+    assert interpret(program, inputs[:steps])[3] == end

@@ -1,7 +1,5 @@
 """`sim.report.accuracy` against direct computation."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Advice on ranges: whoever follows it gains the bits that it promises."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

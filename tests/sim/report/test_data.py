@@ -1,26 +1,38 @@
-"""`sim.report.data`: complete, valid JSON, every number with a source, nothing invented."""
+"""The report's data: numerics, observed values, sources, times."""
 
-from __future__ import annotations
-
+import copy
 import dataclasses
 import json
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from boresight.firmware.build import WordRanges
 from boresight.gateware.core import Core
+from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, LevelResult
+from boresight.sim.compare.twin import Rounding
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
+from boresight.sim.report.against import against_section, read_report
 from boresight.sim.report.data import measure_c, report_data
 from boresight.sim.report.html import render_html
-from boresight.sim.report.sources import source_of
+from boresight.sim.report.numerics import numerics_section
+from boresight.sim.report.observed import Observed
+from boresight.sim.report.sources import source_of, sources, tool_of
+from boresight.sim.report.timing import timing_section
+
+# -- `sim.report.data`: complete, valid JSON, every number with a source, nothing invented --------
 
 #: The fields of the contract.
 FIELDS = {
@@ -258,3 +270,273 @@ def test_from_a_check(core: Core, estimate: Estimate, checked: CheckResult) -> N
 def test_rate_of_the_c(core: Core, check: CheckResult) -> None:
     found = measure_c(core.program, check.given.words(core.program), seconds=0.001)
     assert found["updates_per_s"] > 1000 and found["source"].startswith("measured: ")
+
+
+# -- `sim.report.numerics`: rows of the values, and when they ask for attention -------------------
+
+
+@pytest.fixture(scope="module")
+def observed(core: Core, check: CheckResult) -> Observed:
+    value = core.program.find("residual")
+    lsb = core.program.format(value).lsb
+    found = Observed.of(core.program, [check])
+    return dataclasses.replace(found, errors={value: Rounding(1.23456 * lsb, 8.0 * lsb**2, 2)})
+
+
+def test_a_row_for_every_value_but_constants(core: Core, observed: Observed) -> None:
+    program = core.program
+    rows = numerics_section(program, observed)
+    numbers = [n for n, v in enumerate(program.values) if v.kind is not Kind.CONST]
+    assert [r["signal"] for r in rows] == [program.values[n].name for n in numbers]
+    for n, row in zip(numbers, rows, strict=True):
+        low, high, low_at, high_at, saturations = (int(x[n]) for x in observed.ranges[0])
+        assert row["format"] == str(program.format(n))
+        for end, word, at in (("min", low, low_at), ("max", high, high_at)):
+            seen = row[f"observed_{end}"]
+            assert seen["log"] == "synthetic_60s" and seen["sample"] == at
+            assert seen["value"] == pytest.approx(program.format(n).real(word), rel=1e-6)
+        assert row["saturations"] == saturations
+        assert row["error_lsb"] == (1.23 if row["signal"] == "residual" else None)
+        assert row["line"] == observed.lines.get(n)
+        if row["signal"] == "residual":
+            lsb = program.format(n).lsb
+            assert row["error_max"] == pytest.approx(1.23456 * lsb, rel=1e-6)
+            assert row["error_rms"] == pytest.approx(2.0 * lsb, rel=1e-6)
+        blank = row["overflow"] == "WRAP" or row["kind"] == "param"
+        assert (row["headroom_bits"] is None) == blank
+        if not blank:  # so many times it doubles and still fits
+            largest, limit = max(-low, high + 1, 1), 1 << (program.arithmetic.word - 1)
+            assert row["wasted_bits"] == max(0, int(observed.headroom_bits(n)) - 1)
+            assert largest * 2 ** row["headroom_bits"] == pytest.approx(limit, rel=0.004)
+    heading = next(r for r in rows if r["signal"] == "heading_ht")
+    assert (heading["overflow"], heading["state"], heading["unit"]) == ("WRAP", "wraps", "ht")
+    assert [r["output"] for r in rows if r["output"]] == [
+        name for _, name in sorted(zip(program.outputs, program.output_names, strict=True))
+    ]
+
+
+def test_without_a_log_nothing_is_observed(core: Core) -> None:
+    for row in numerics_section(core.program, None):
+        assert row["state"] in ("ok", "wraps")
+        assert row["range_source"]
+        for key in ("observed_min", "observed_max", "headroom_bits", "error_lsb", "saturations"):
+            assert row["line"] is None and row["advice"] is None
+            assert row[key] is None
+
+
+def test_attention(core: Core, observed: Observed) -> None:
+    program = core.program
+
+    def state(name: str, word: int, saturations: int = 0) -> str:
+        n, ranges = program.find(name), [x.copy() for x in observed.ranges[0]]
+        ranges[1][n], ranges[4][n] = word, saturations
+        changed = dataclasses.replace(observed, ranges=[WordRanges(*ranges)])
+        return next(r["state"] for r in numerics_section(program, changed) if r["signal"] == name)
+
+    assert state("gx", 2**30 - 1) == "ok"
+    assert state("gx", 2**31 - 1) == "tight"
+    proven = next(
+        program.values[op.dest].name
+        for op in program.ops
+        if program.values[op.dest].range_source == "interval" and op.overflow.value == "SAT"
+    )
+    assert state(proven, 2**31 - 1) == "ok"
+    assert state(proven, 2**31 - 1, saturations=3) == "saturated"
+    modes = {op.dest: op.overflow.value for op in program.ops}
+    claimed = next(
+        n
+        for n, v in enumerate(program.values)
+        if modes.get(n) == "SAT" and v.range_source.startswith("declared:") and v.high > 0
+    )
+    value = program.values[claimed]
+    assert state(value.name, 2**31 - 3) == "tight"
+    # The declared end itself, not clamped: that is what the range says.
+    assert state("mx", int(program.format(program.find("mx")).quantise(255.9))) == "tight"
+    flag = program.find("unknown")
+    least = program.format(flag).real(int(observed.ranges[0].low[flag]))
+    assert least == program.values[flag].low == -2.0
+    assert state("unknown", 0) == "ok"
+
+
+# -- what a log did to every value, against the interpreter ---------------------------------------
+
+
+def test_extremes_are_those_of_the_interpreter(core: Core, check: CheckResult) -> None:
+    found, machine = Observed.of(core.program, [check]), Interpreter(core.program)
+    (words_of_log,) = found.words
+    assert found.logs == ["synthetic_60s"] and len(words_of_log) == 300
+    assert found.said == "300 updates of synthetic_60s"
+    rows = []
+    for row in words_of_log:
+        machine.update(row[:, None])
+        rows.append([int(w[0]) for w in machine.values_before_commit()])
+    words = np.array(rows)
+    (ranges,) = found.ranges
+    assert np.array_equal(ranges.low, words.min(axis=0))
+    assert np.array_equal(ranges.high_at, words.argmax(axis=0))
+    assert found.errors and all(e.samples == 300 for e in found.errors.values())
+    value = core.program.find("residual")
+    form = core.program.format(value)
+    assert 0.0 < found.errors[value].largest < 64.0 * form.lsb
+    assert found.reached(value) == (
+        form.real(words[:, value].min()),
+        form.real(words[:, value].max()),
+    )
+    assert found.lines[core.program.find("gx")].startswith("nine_axis.py, line ")
+    assert found.lines[value].startswith("complementary.py, line ")
+
+
+class Sum(Estimator):
+    """Saturates at 4."""
+
+    inputs = (Input("u", -1.0, 1.0, ""),)
+    states = (State("y", -4.0, 4.0, ""),)
+    outputs = (Output("y", ""),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Sum."""
+        return {"y": x.y + u.u}, {"y": x.y}
+
+
+def test_several_logs_each_from_a_reset_on() -> None:
+    build = Build(Sum())
+    checking = Check(build, levels=("fixed",))
+    logs = {"up": [1.0] * 6, "again": [1.0] * 6, "down": [0.5, -1.0, -0.5]}
+    checks = [checking.run(Record.of({"u": np.array(u)}, name=name))[0] for name, u in logs.items()]
+    (program,) = build.programs
+    found = Observed.of(program, checks)
+    state = program.find("y")
+    after = dict(program.states)[state]
+    low, high = found.extremes(program.find("u"))
+    assert (low.log, low.sample, high.log, high.sample) == ("down", 1, "up", 0)
+    assert found.reached(state) == (-0.5, 5.0)
+    # The word ends at 8, twice the range: nothing saturates unless states go on to the next log.
+    assert found.saturations(after) == 0
+    assert found.reached(after) == (-1.0, 6.0)
+    assert all(e.samples == 15 for e in found.errors.values()) and found.errors
+    assert found.said == "6 updates of up, 6 updates of again, 3 updates of down"
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "bits"), [(0, 0, 31), (0, 1, 30), (-1, 0, 31), (-2, 1, 30), (-5, 2**30 - 1, 1)]
+)
+def test_headroom(low: int, high: int, bits: float, core: Core, check: CheckResult) -> None:
+    found = Observed.of(core.program, [check])
+    found.ranges[0].low[3], found.ranges[0].high[3] = low, high
+    assert found.headroom_bits(3) == bits
+
+
+# -- `sim.report.sources`: the nearest named ancestor, and what the tool is called ----------------
+
+
+def test_nearest_ancestor() -> None:
+    data = {"sources": {"a": "all of it", "a.b.c": "this one"}}
+    assert source_of(data, "a.b.c.0") == source_of(data, "a.b.c") == "this one"
+    assert source_of(data, "a.b") == source_of(data, "a.b.cd") == "all of it"
+    assert source_of(data, "b") is None
+
+
+def test_tool(estimate: Estimate) -> None:
+    assert tool_of(estimate) == "Yosys 0.70 (git sha1 0123abc)"
+    assert tool_of(dataclasses.replace(estimate, version="Yosys 0.9")) == "Yosys 0.9"
+
+
+def test_only_what_there_is(estimate: Estimate) -> None:
+    data = {"firmware": {"source": None}}
+    bare = sources(data, None, "", XC6SLX9)
+    assert "resources" not in bare and "firmware.updates_per_s" not in bare
+    assert bare["numerics"] == "range: compiled (range_source)"
+    full = sources({"firmware": {"source": "a clock"}}, estimate, "9 updates of a log", XC6SLX9)
+    assert full["firmware.updates_per_s"] == "a clock"
+    assert full["numerics"].endswith("measured on the C model, 9 updates of a log")
+    assert full["resources"].endswith("yosys -p synth")
+
+
+# -- `sim.report.timing`: cycles counted over levels, clocks by grade and nets --------------------
+
+
+def section(core: Core, *levels: LevelResult, **more: Any) -> tuple[dict[str, Any], list[str]]:
+    warnings: list[str] = []
+    options = {"estimate": None, "clock_mhz": 100.0, "grade": 2} | more
+    return timing_section(core, levels=levels, warn=warnings.append, **options), warnings
+
+
+def level(least: int, most: int, interval: int, error: str = "") -> LevelResult:
+    counted = {"cycles_min": least, "cycles_max": most, "interval_max": interval}
+    return LevelResult("rtl", "verilator", 9, 0, 1.0, 5, error=error, **counted)
+
+
+def test_counts_are_those_of_all_levels_that_ran(core: Core) -> None:
+    plain = LevelResult("c", "gcc", 9, 0, 1.0)
+    broken = level(1, 999, 999, "broken")
+    found, warnings = section(core, plain, level(200, 210, 300), level(190, 205, 310), broken)
+    assert found["latency_cycles"] == {
+        "predicted": core.schedule.latency, "min": 190, "max": 210,
+    }  # fmt: skip
+    assert found["interval_cycles_counted"] == 310
+    assert warnings == [f"cycles: predicted {core.schedule.latency}, counted 190 to 210"]
+    assert found["critical_path"] is None and found["fmax_mhz"] is None
+
+
+def test_no_longest_path(core: Core, estimate: Estimate) -> None:
+    none = dataclasses.replace(
+        estimate, timing=tuple(dataclasses.replace(t, worst=None) for t in estimate.timing)
+    )
+    found, warnings = section(core, estimate=none, clock_mhz=50.0)
+    assert found["critical_path"] is None
+    assert set(found["fmax_mhz"]) == {"-2", "-3"} == set(found["update_us_at_fmax"])
+    assert not any(w.startswith("clock") for w in warnings)
+    assert found["update_us"] == round(core.schedule.latency / 50.0, 4)
+
+
+# -- two reports side by side ---------------------------------------------------------------------
+
+
+def test_the_same_run_twice(report: dict[str, Any]) -> None:
+    found = against_section(report, report)
+    assert found["rows"] == [] and found["equal"] > 50
+    assert found["before"]["digest"] == report["digest"]
+
+
+def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
+    after = copy.deepcopy(report)
+    after["timing"]["latency_cycles"]["predicted"] *= 2
+    after["resources"]["lut"] = None
+    after["config"] = "small"
+    after["timing"]["fmax_mhz"]["-2"]["p75"] = 100.0
+    after["accuracy"]["verdict"]["outputs"][0]["max"] = 0.0
+    row = next(r for r in after["numerics"] if r["signal"] == "gx")
+    row["format"] = "fixed<32,-3>"
+    found = against_section(report, after)
+    rows = {r["figure"]: (r["before"], r["after"], r["ratio"]) for r in found["rows"]}
+    output = report["accuracy"]["verdict"]["outputs"][0]
+    cycles = report["timing"]["latency_cycles"]["predicted"]
+    assert rows == {
+        "latency": (cycles, 2 * cycles, 2.0),
+        "LUT": (803, None, None),
+        "configuration": ("fast", "small", None),
+        "clock, slow nets": (80.0, 100.0, 1.25),
+        f"error of {output['output']}, largest": (output["max"], 0.0, None),
+        "integer bits of gx": (7, -3, None),
+    }
+    assert found["equal"] == against_section(report, report)["equal"] - len(rows)
+
+
+def test_what_only_one_report_has(report: dict[str, Any], core: Core) -> None:
+    rows = against_section(report_data(core), report)["rows"]
+    new = {r["figure"]: (r["before"], r["after"]) for r in rows}
+    assert new["DSP"] == (None, 8) and new["clock, slow nets"] == (None, 80.0)
+    assert new["updates that saturated"] == (None, 0)
+    assert any(name.endswith("against truth on synthetic_60s, rms") for name in new)
+
+
+def test_files(report: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "report.json"
+    path.write_text(json.dumps(report))
+    assert read_report(path) == report
+    for text in ("{", "[]", '{"design": "x"}', "\xff"):
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"report.json: wanted a report.json of boresight"):
+            read_report(path)
+    with pytest.raises(InputError, match=r"^.*none\.json: wanted a report\.json"):
+        read_report(tmp_path / "none.json")

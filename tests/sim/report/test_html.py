@@ -1,7 +1,5 @@
 """`sim.report.html`: one file, well formed, nothing from outside, the numbers of the JSON."""
 
-from __future__ import annotations
-
 import copy
 import json
 import re

@@ -1,12 +1,26 @@
-"""`sim.report.plots`: valid SVG, the same each time, with units."""
-
-from __future__ import annotations
+"""Plots and the schedule's chart."""
 
 import xml.etree.ElementTree as ET
 from typing import Any
 
+import numpy as np
+import pytest
+
+from boresight.gateware.core import Core
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.levels.build import Build
 from boresight.sim.plotting import RED
+from boresight.sim.records.record import Record
+from boresight.sim.report import widths as module
+from boresight.sim.report.chart import CHART_COLOURS, schedule_chart
 from boresight.sim.report.plots import error_plot, log_difference_plot, output_plot, width_plot
+from boresight.sim.report.schedule import KINDS, schedule_section
+from boresight.sim.report.widths import width_section
+
+# -- `sim.report.plots`: valid SVG, the same each time, with units --------------------------------
 
 T = [0.0, 0.1, 0.2, 0.3]
 TIME = "time from the first sample, s"
@@ -120,3 +134,166 @@ def test_an_angle_that_wraps_leaves_a_gap() -> None:
 
     assert strokes("m") == 3
     assert strokes("deg") < 3
+
+
+# -- `sim.report.chart`: everything is drawn, inside the drawing, and nothing twice ---------------
+
+
+@pytest.mark.parametrize("which", ["core", "small_core"])
+def test_chart(which: str, request: pytest.FixtureRequest) -> None:
+    core: Core = request.getfixturevalue(which)
+    section = schedule_section(core)
+    svg = ET.fromstring(schedule_chart(section))
+    _, _, width, height = map(float, svg.attrib["viewBox"].split())
+    boxes = svg.findall("rect")
+    assert len({(b.attrib["x"], b.attrib["y"]) for b in boxes}) >= section["slots_total"]
+    for box in boxes:
+        assert (
+            0
+            <= float(box.attrib["x"])
+            <= float(box.attrib["x"]) + float(box.attrib["width"])
+            <= width
+        )
+        assert 0 <= float(box.attrib["y"]) <= height - float(box.attrib["height"])
+    fills = [b.attrib["fill"] for b in boxes]
+    for kind in ("multiply-add", "function table", "capture", "emit"):
+        wanted = sum(s[2] == kind for s in section["chart"]["slots"])
+        assert fills.count(CHART_COLOURS[kind]) == wanted
+    assert fills.count(CHART_COLOURS["get"]) == len(core.program.inputs)
+    titles = {t.text for t in svg.iter("title")}
+    assert all(f"cycle {s[0]}, lane {s[1]}: {s[3]}" in titles for s in section["chart"]["slots"])
+
+
+def test_names_of_outputs_do_not_run_into_each_other(small_core: Core) -> None:
+    svg = ET.fromstring(schedule_chart(schedule_section(small_core)))
+    names = [
+        (float(t.attrib["x"]), float(t.attrib["y"]), t.text or "")
+        for t in svg.findall("text")
+        if t.attrib.get("class") == "out"
+    ]
+    assert sorted(t.split(":")[0] for _, _, t in names) == sorted(small_core.program.output_names)
+    for x, y, text in names:
+        assert y > 8
+        for x2, y2, _ in names:
+            assert y2 != y or x2 <= x or x + 5.5 * len(text) < x2
+
+
+# -- `sim.report.schedule`: the chart's data are the schedule's -----------------------------------
+
+
+def test_units_add_up(core: Core) -> None:
+    s = schedule_section(core)
+    for lane in s["lanes"]:
+        units = [u for u in s["units"] if u["unit"] == f"lane {lane['lane']}"]
+        assert sum(u["busy_cycles"] for u in units) == lane["busy_cycles"] <= s["cycles"]
+        assert {u["op"] for u in units} <= set(KINDS)
+    assert sum(x["busy_cycles"] for x in s["lanes"]) == s["slots_total"]
+    assert sum(x["results"] for x in s["lanes"]) == s["ops_total"] + s["copies"]
+    terms = sum(len(op.terms) for op in core.schedule.program.ops)
+    kinds = {
+        k: sum(u["count"] for u in s["units"] if u["op"] == k and u["unit"] != "output")
+        for k in KINDS
+    }
+    assert kinds["multiply-add"] + kinds["function table"] == terms
+    # A slot may send its operand and multiply it too.
+    assert kinds["emit"] <= len(core.program.outputs)
+    by_unit = {u["unit"]: u for u in s["units"]}
+    assert by_unit["input"]["count"] == len(core.program.inputs)
+    assert all(u["utilisation"] == round(u["busy_cycles"] / s["cycles"], 4) for u in s["units"])
+
+
+def test_chart_names_what_happens(small_core: Core) -> None:
+    chart = schedule_section(small_core)["chart"]
+    program = small_core.schedule.program
+    assert len({(c, lane) for c, lane, *_ in chart["slots"]}) == len(chart["slots"])
+    assert [name for _, name in chart["gets"]] == [program.values[n].name for n in program.inputs]
+    assert sorted(name for _, name, _ in chart["outputs"]) == sorted(program.output_names)
+    assert {name: c for _, name, c in chart["outputs"]} == dict(
+        zip(program.output_names, small_core.schedule.latencies, strict=True)
+    )
+    sent = [label.rsplit("emit ", 1)[1] for *_, label, _ in chart["slots"] if "emit " in label]
+    assert sorted(sent) == sorted(program.output_names)
+    by_kind = {kind: label for _, _, kind, label, _ in chart["slots"]}
+    assert set(by_kind) - {"emit"} == set(KINDS) - {"emit"}
+    assert ": capture " in by_kind["capture"]
+    assert "[table " in by_kind["function table"] and ": term " in by_kind["multiply-add"]
+
+
+# -- errors over the width of the words -----------------------------------------------------------
+
+TOLERANCE = 2e-5
+
+
+class Low(Estimator):
+    """A low pass: its rounding adds up."""
+
+    inputs = (Input("u", -1.0, 1.0, ""),)
+    params = (Param("gain", 0.5, 0.0, 1.0, ""),)
+    states = (State("y", -1.0, 1.0, ""),)
+    outputs = (Output("y", "", tolerance=TOLERANCE),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """First order."""
+        y = x.y + p.gain * (u.u - x.y)
+        return {"y": y}, {"y": y}
+
+
+class Full(Estimator):
+    """Wrong about its range, and not judged."""
+
+    inputs = (Input("u", -1.0, 1.0, ""),)
+    outputs = (Output("y", ""),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Twice."""
+        return {}, {"y": ops.bounded(2.0 * u.u, -1.5, 1.5, "it is not")}
+
+
+def checked() -> CheckResult:
+    build = Build(Low(), params=[{"gain": 0.03}])
+    u = 0.9 * np.sign(np.sin(0.05 * np.arange(400)))
+    (check,) = Check(build, levels=("fixed",)).run(Record.of({"u": u}, name="steps"))
+    return check
+
+
+def test_more_bits_less_error() -> None:
+    check, told = checked(), []
+    found = width_section(check, (18, 22, 26), progress=told.append)
+    assert told == ["W = 18", "W = 22", "W = 26"] and found["dataset"] == "steps"
+    errors = [p["outputs"][0]["max"] for p in found["points"]]
+    for wide, narrow in zip(errors[1:], errors, strict=False):
+        assert 1 / 64 < wide / narrow < 1 / 4
+    assert errors[0] > 2.0 * TOLERANCE > 4.0 * errors[1]
+    assert [p["good"] for p in found["points"]] == [e <= TOLERANCE for e in errors]
+    assert [p["good"] for p in found["points"]] == [False, True, True]
+    assert found["least_good"] == 22
+    assert all(p["saturated_updates"] == 0 and not p["error"] for p in found["points"])
+    # The width of the run itself is the run itself.
+    (same,) = width_section(check, (32,))["points"]
+    assert same["outputs"] == [d.to_json() for d in check.accuracy.differences]
+
+
+def test_a_good_width_below_a_bad_one_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    good = {18: False, 20: True, 22: False, 24: True, 26: True}
+    monkeypatch.setattr(module, "_point", lambda check, width: {"good": good[width]})
+    assert width_section(checked(), tuple(good))["least_good"] == 24
+    assert width_section(checked(), (18, 20, 22))["least_good"] is None
+
+
+def test_what_saturates_is_not_good() -> None:
+    build = Build(Full())
+    (check,) = Check(build, levels=("fixed",)).run(Record.of({"u": np.array([0.5, 1.0, 1.0])}))
+    (point,) = width_section(check, (20,))["points"]
+    assert point["saturated_updates"] == 2 and not point["good"]
+
+
+def test_what_does_not_compile_says_why() -> None:
+    (point,) = width_section(checked(), (17,))["points"]
+    assert point == {
+        "word": 17,
+        "good": False,
+        "error": point["error"],
+        "saturated_updates": None,
+        "outputs": [],
+    }
+    assert point["error"]

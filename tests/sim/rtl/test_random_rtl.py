@@ -1,7 +1,5 @@
 """Random programs through the whole compiler: interpreter, C and RTL give the same words."""
 
-from __future__ import annotations
-
 import tempfile
 
 import numpy as np

@@ -1,24 +1,30 @@
-"""Two benches for one core, C++ and cocotb: the same words, flags, cycles and register writes."""
-
-from __future__ import annotations
+"""Benches of one core: C++, cocotb, and what decides their builds."""
 
 import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
+from boresight.gateware.registers.core import PROGRAM
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.cosim import CocotbSimulation
-from boresight.sim.rtl.harness import CompiledSimulation
-from boresight.sim.rtl.replay import RtlRun, RtlSimulation
-from boresight.sim.rtl.sharing import run_in_turns
+from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
+from boresight.sim.rtl.memories import split_memories
+from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
+from boresight.sim.rtl.sharing import completed, deal, rounds, run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
-from tests.support.random_program import random_inputs, random_programs
+from tests.support.random_program import random_inputs, random_program, random_programs
+
+# --------------------------------------------------------------------------------------------------
+# two benches for one core, C++ and cocotb: the same words, flags, cycles and register writes
 
 
 def _random() -> tuple[Core, list[IntArray]]:
@@ -80,3 +86,199 @@ def test_an_unknown_value_is_an_error_in_icarus(doctored) -> None:
     message = r"^icarus: unknown value \(X\): out_payload = 1X{18}, record 0, cycle \d+$"
     with pytest.raises(SimulationFailed, match=message):
         CocotbSimulation(core).run(inputs)
+
+
+# -- the C++ bench: batches of any size, what counts as broken, a process that dies ---------------
+# Compared with cocotb above; test_random_rtl.py and the turns below compare it with the model.
+
+
+@pytest.fixture(scope="module")
+def simulation() -> CompiledSimulation:
+    """Of the second of two programs."""
+    core = build_shared_core(random_programs(1, 2, word=18), "small", restarts=0)
+    return CompiledSimulation(core.select(1))
+
+
+@pytest.fixture
+def process(simulation: CompiledSimulation) -> Iterator[CoreProcess]:
+    with simulation.power_on() as process:
+        yield process
+
+
+def test_batches_follow_each_other(simulation: CompiledSimulation, process: CoreProcess) -> None:
+    """States live on; the whole in one go gives the same, cycle by cycle."""
+    core = simulation.core
+    inputs = np.array(random_inputs(core.program, 3, 30))
+    wanted, flags = Interpreter(core.program).run(inputs[:, :, None])
+    whole = simulation.run(inputs)
+    assert np.array_equal(whole.outputs, wanted[:, :, 0])
+    assert np.array_equal(whole.saturated, flags[:, 0])
+    for start, stop in ((0, 1), (1, 2), (2, 30)):
+        piece = process.replay(simulation.batch(inputs[start:stop]))
+        for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
+            assert np.array_equal(getattr(piece, name), getattr(whole, name)[start:stop]), name
+
+
+def test_what_is_no_result(simulation: CompiledSimulation) -> None:
+    """Words missing, words too many, too few cycles; the register writes come nevertheless."""
+    inputs = np.array(random_inputs(simulation.core.program, 3, 3))
+    batch = simulation.batch(inputs, trace=0)
+    n, interval = len(simulation.core.program.outputs), simulation.core.schedule.interval
+    writes = simulation.run(inputs, trace=0).writes
+    for changed, message in (
+        ({"n_out": batch.n_out + [0, 0, 1]}, f"update 2 gave {n} output words, {n + 1} expected"),
+        ({"n_out": batch.n_out + [0, 1, 0]}, f"update 1 gave {n} output words, {n + 1} expected"),
+        ({"n_out": batch.n_out - [0, 0, 1]}, f"update 2 gave {n} output words, {n - 1} expected"),
+        ({"limit": 2 * interval}, "update 1 of 3 did not complete"),
+    ):
+        with (
+            simulation.power_on() as process,
+            pytest.raises(ReplayFailed, match=f"^verilator: {message}") as failed,
+        ):
+            process.replay(replace(batch, **changed))
+        assert writes and failed.value.writes == writes
+
+
+def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:
+    batch = simulation.batch(np.array(random_inputs(simulation.core.program, 3, 1)))
+    process.replay(batch)
+    process.process.kill()
+    process.process.wait()
+    message = "^verilator run failed: the process ended with exit code -9"
+    with pytest.raises(SimulationFailed, match=message):
+        process.replay(batch)
+    folder = Path(process.folder.name)
+    assert folder.is_dir()
+    process.close()
+    assert not folder.exists()
+
+
+def test_the_selected_program(simulation: CompiledSimulation) -> None:
+    """It is selected first; its words count; it may take its interval for each record, and more."""
+    (first, second), inputs = simulation.core.parts, np.zeros((3, 9), dtype=np.int64)
+    batch = simulation.batch(inputs, bus_writes=[BusWrite(1, 3, 5)])
+    assert batch.bus_writes == [BusWrite(0, PROGRAM, 1), BusWrite(1, 3, 5)]
+    assert batch.n_in.tolist() == 3 * [len(second.program.streamed)]
+    assert batch.n_out.tolist() == 3 * [len(second.program.outputs)]
+    assert (batch.stall, batch.trace) == (0, -1)
+    assert batch.limit == (3 + 4) * second.schedule.interval + 2 * 64 + 1000
+    batch = simulation.batch(inputs, np.array([0, 1, 0]), stall=7, trace=2)
+    assert batch.n_in.tolist() == [len(p.program.streamed) for p in (first, second, first)]
+    assert batch.n_out.tolist() == [len(p.program.outputs) for p in (first, second, first)]
+    assert (list(batch.bus_writes), batch.stall, batch.trace) == ([], 7, 2)
+    longest = max(first.schedule.interval, second.schedule.interval)
+    assert batch.limit == (3 + 4) * longest * 16 + 1000
+
+
+def test_nothing_to_compare(simulation: CompiledSimulation) -> None:
+    with pytest.raises(SimulationFailed, match="^nothing to compare: no input records$"):
+        simulation.run(np.zeros((0, 9), dtype=np.int64))
+
+
+# -- memory contents taken out of the Verilog -----------------------------------------------------
+
+
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_cores_of_one_machine_differ_in_memories_only(config):
+    cores = [build_core(random_program(seed), config, restarts=0) for seed in (1, 2)]
+    (a, files_a), (b, files_b) = (split_memories(c.verilog(instances=False)) for c in cores)
+    assert a == b
+    assert files_a.keys() == files_b.keys()
+    assert files_a["rom0.hex"] != files_b["rom0.hex"]
+
+
+def test_words_survive():
+    core = build_core(random_program(3), "small", restarts=0)
+    _, files = split_memories(core.verilog(instances=False))
+    words = [int(x, 16) for x in files["rom0.hex"].split()]
+    assert (words,) == core.image.hardware_rom(core.machine)
+    operands = [int(x, 16) for x in files["b0.hex"].split()]
+    assert operands == list(core.image.registers) + list(core.image.tables)
+
+
+def test_no_core_is_refused():
+    with pytest.raises(ValueError, match=r"^the Verilog must have initialised memories, not none$"):
+        split_memories("module x; endmodule\n")
+
+
+# -- programs that take turns on one simulated core -----------------------------------------------
+
+
+@pytest.mark.parametrize("counts", [(5,), (100, 3, 0), (40, 40, 40, 40)])
+def test_deal_gives_every_record_once_and_in_order(counts):
+    turns = deal(counts, seed=3, longest=7)
+    assert turns == deal(counts, seed=3, longest=7)
+    assert all(1 <= t.stop - t.start <= 7 for t in turns)
+    for number, count in enumerate(counts):
+        records = [k for t in turns if t.number == number for k in range(t.start, t.stop)]
+        assert records == list(range(count))
+    if len(counts) == 4:
+        assert deal(counts, seed=4, longest=7) != turns
+        owners = [t.number for t in turns]
+        assert sum(a != b for a, b in zip(owners, owners[1:], strict=False)) > 10
+
+
+@pytest.mark.parametrize(
+    ("config", "word", "count", "simulator"),
+    [("small", 32, 4, "icarus"), ("fast", 32, 3, "verilator"), ("fast-1024", 32, 2, "verilator")],
+)
+def test_random_programs_in_turns(config, word, count, simulator):
+    """Words, flags and cycles of each program are those of the program alone."""
+    programs = [  # with records of different lengths, in and out
+        random_program(k, word=word, n_states=4, n_inputs=5 - k, n_outputs=1 + k)
+        for k in range(count)
+    ]
+    programs = [replace(p, table_memory=programs[0].table_memory) for p in programs]
+    core = build_shared_core(programs, config, restarts=0)
+    if not available(simulator):
+        pytest.skip(f"needs {simulator}")
+    bench = CocotbSimulation if simulator == "icarus" else CompiledSimulation
+    simulation = bench(core)
+    most = 16 if simulator == "icarus" else 30
+    streams = [np.array(random_inputs(p, k, most + k)) for k, p in enumerate(programs)]
+    for stall in (0, 5):
+        runs = run_in_turns(simulation, streams, seed=stall, stall=stall, longest=5)
+        for number, (program, stream, run) in enumerate(zip(programs, streams, runs, strict=True)):
+            out, saturated = Interpreter(program).run(stream[:, :, None])
+            assert np.array_equal(run.outputs, out[:, :, 0]), f"{number}, stall {stall}"
+            assert np.array_equal(run.saturated, saturated[:, 0])
+            if not stall:
+                plan = core.parts[number].schedule
+                assert (run.latency_cycles == np.array(plan.latencies)).all()
+                assert (run.interval_cycles == plan.interval).all()
+    # And one of them by itself, with a parameter that the host has changed meanwhile.
+    number = next(k for k in range(1, count) if core.select(k).parameter_addresses)
+    one, stream = core.select(number), streams[number]
+    name, address = next(iter(one.parameter_addresses.items()))
+    model = Interpreter(programs[number])
+    first, _ = model.run(stream[:9, :, None])
+    model.params[programs[number].find(name)] = 12345
+    second, _ = model.run(stream[9:, :, None])
+    run = bench(one).run(stream, bus_writes=[BusWrite(9, address, 12345)])
+    assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
+    assert (run.interval_cycles == one.schedule.interval).all()
+
+
+def test_rounds_of_records_stay_the_same_when_streams_are_cut():
+    turns = rounds((5, 3, 4))
+    assert sorted((t.number, t.start, t.stop) for t in turns) == [
+        (number, k, k + 1) for number, count in enumerate((5, 3, 4)) for k in range(count)
+    ]
+    assert [t.start for t in turns] == sorted(t.start for t in turns)
+    assert len({tuple(t.number for t in turns[k : k + 3]) for k in (0, 3, 6)}) > 1
+    for most in (1, 2, 4):
+        cut = rounds([min(most, n) for n in (5, 3, 4)])
+        assert cut == [t for t in turns if t.start < most]
+
+
+def test_completed_counts_the_turns_before():
+    counts = (5, 3, 4)
+    for number in range(3):
+        done = completed(counts, number)
+        before = [0, 0, 0]
+        seen = []
+        for turn in rounds(counts):
+            if turn.number == number:
+                seen.append(list(before))
+            before[turn.number] += 1
+        assert np.array(seen).T.tolist() == [row.tolist() for row in done]

@@ -1,7 +1,5 @@
 """Small C programs on the simulated soft core."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The whole board with a soft core: hardware's attitude in its memory, software from the same."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

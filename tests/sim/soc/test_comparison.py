@@ -1,8 +1,7 @@
-"""Figures of the comparison, on measurements that are played; test_main.py takes real ones."""
-
-from __future__ import annotations
+"""The comparison of soft core and engine, and its page."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,19 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.model.estimator import input_words
+from boresight.model.estimators.complementary import Complementary
+from boresight.sim.board.setup import SCALED
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from boresight.sim.soc import comparison
+from boresight.sim.soc import offload as module
 from boresight.sim.soc.comparison import PAPER_CYCLES, compare, compare_one
 from boresight.sim.soc.measure import Measured
+from boresight.sim.soc.offload import offload
+from boresight.sim.soc.page import bars, render_page, timeline
+
+# -- figures of the comparison, on measurements that are played; test_main.py takes real ones -----
 
 pytestmark = pytest.mark.without_compiler
 N = 40
@@ -102,3 +108,136 @@ def test_several(log: Record, monkeypatch: pytest.MonkeyPatch) -> None:
     options = {"updates": 7, "optimise": "-O2"}
     assert asked == [("mekf", options), ("ekf_bias", options)]
     assert [line.partition(":")[0] for line in said] == ["mekf", "ekf_bias"]
+
+
+# -- the judgement of an offload, on a board that is played; test_system.py runs the real one -----
+
+OFFLOAD_N = 6
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Update 3 of six has not been seen in memory; the first two wait for the firmware."""
+    program = Complementary().compile()
+    inputs = np.random.default_rng(1).integers(
+        -(2**20), 2**20, (OFFLOAD_N - 1, len(program.inputs))
+    )
+    outputs, _ = CModel(program).update(inputs)
+    updates = 1_000 * np.arange(1, OFFLOAD_N + 1)
+    seen = np.delete(np.arange(OFFLOAD_N), 3)
+    newest = SimpleNamespace(
+        inputs=inputs,
+        outputs=outputs.copy(),
+        header=(seen + 1) | 5 << 16,
+        complete=updates[seen] + [9_000, 8_000, 160, 180, 200],
+    )
+    run = SimpleNamespace(
+        newest=newest,
+        updates=updates,
+        samples=np.append(updates - [300, 310, 320, 310, 300, 305], 7_000),
+        cycles=8_000,
+        seconds=1.234,
+    )
+    monkeypatch.setattr(
+        module, "attitude_image", lambda system, ram: SimpleNamespace(code_size=7, data_size=ram)
+    )
+    monkeypatch.setattr(module, "stimulus", lambda log, board: ("stimulus", log, board.setup))
+    asked: list[Any] = []
+    core = SimpleNamespace(parts=[SimpleNamespace(program=program)])
+    return SimpleNamespace(
+        board=SimpleNamespace(system="system", core=core, setup=SCALED),
+        ram=64,
+        run=lambda image, what, updates: asked.append((what, updates)) or run,
+        asked=asked,
+        newest=newest,
+    )
+
+
+def test_figures(bench: Any) -> None:
+    log: Any = "log"
+    data = offload(bench, log, updates=OFFLOAD_N)
+    assert bench.asked == [(("stimulus", "log", SCALED), OFFLOAD_N)]
+    assert (data["estimator"], data["updates"], data["in_memory"]) == (
+        "complementary",
+        OFFLOAD_N,
+        OFFLOAD_N - 1,
+    )
+    assert data["mismatches"] == 0
+    assert data["sample_to_update_cycles"] == {"min": 300, "max": 320}
+    assert data["update_to_memory_cycles"] == {"median": 180, "max": 200}
+    assert (data["code_bytes"], data["data_bytes"], data["simulation_seconds"]) == (7, 64, 1.23)
+    assert data["setup"]["clock_hz"] == SCALED.clock_hz
+
+
+def test_every_wrong_update_counts_once(bench: Any) -> None:
+    bench.newest.outputs[1, :2] ^= 1
+    bench.newest.outputs[4, -1] ^= 1
+    log: Any = "log"
+    assert offload(bench, log)["mismatches"] == 2
+
+
+# -- the page of the comparison: every figure of the report is on it ------------------------------
+
+
+def row(name: str, scale: int, paper: int | None) -> dict:
+    """A row as `sim.soc.comparison.compare_one` makes it."""
+
+    def software(cycles: int, **more) -> dict:
+        return {
+            "cycles": {"median": cycles},
+            "updates": 1000,
+            "code_bytes": 20_000 + cycles,
+            **more,
+        }
+
+    return {
+        "estimator": name,
+        "log": "a <log>",
+        "paper_cycles": paper,
+        "float": software(60_000 * scale, apart_deg=1.3e-4),
+        "integer": software(14_000 * scale, mismatches=0),
+        "hardware": {"cycles": 250 * scale},
+        "ratios": {"integer_to_hardware": 56.0, "float_to_hardware": 240.0},
+    }
+
+
+ROWS = [row("complementary", 1, 31_600), row("mekf", 2, None)]
+OFFLOAD = {
+    "estimator": "mekf",
+    "updates": 1000,
+    "in_memory": 998,
+    "mismatches": 3,
+    "sample_to_update_cycles": {"max": 653},
+    "update_to_memory_cycles": {"median": 180, "max": 192},
+}
+
+
+def test_page() -> None:
+    page = render_page({"software": ROWS, "offload": OFFLOAD})
+    for text in (
+        "60,000",
+        "14,000",
+        "250",
+        "31,600",
+        "120,000",
+        "0 of 1,000",
+        "1.3e-04",
+        "998 of 1,000",
+        "3 differ",
+        "653",
+        "180",
+        "192",
+        "a &lt;log&gt;",
+    ):
+        assert text in page, text
+    assert "{{" not in page and "{rows}" not in page
+    assert page.count("<svg") == 2 and "http" not in page
+
+
+def test_without_offload() -> None:
+    assert "Offload" not in render_page({"software": ROWS})
+
+
+def test_plots_show_the_figures() -> None:
+    assert "28,000" in bars(ROWS) and "316 µs in the paper" in timeline(ROWS)
+    assert bars(ROWS) == bars(ROWS)

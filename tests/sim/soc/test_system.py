@@ -1,7 +1,5 @@
 """The computer as a whole: what programs may do wrong, and what becomes of it."""
 
-from __future__ import annotations
-
 NO_INTERRUPT = "void soc_interrupt(const uint32_t pending) { (void) pending; }\n"
 
 

@@ -18,7 +18,7 @@ from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.text import format_csv, parse_csv
-from boresight.sim.worlds.loop import Loop, Parting, close_loop, parting
+from boresight.sim.worlds.loop import Loop, Parting, close_loop, drive, parting
 from boresight.sim.worlds.world import World
 
 NAN = float("nan")
@@ -329,3 +329,98 @@ def test_records_of_batched_plants_are_checked() -> None:
         pursued((1, 2))
     with pytest.raises(InputError, match="^world pursuit: wanted as many runs as the level has, 1"):
         pursued((1, 2), runs=None)
+
+
+class Recorded(World):
+    """Records without feedback, in pieces that end at some borders."""
+
+    def __init__(self, *borders: int, runs: int | None = None) -> None:
+        self.borders, self.runs = borders, runs
+
+    def pieces(self) -> Any:
+        k = np.arange(60.0)
+        z = np.where(k % 3 == 2, NAN, 4.0 * np.sin(k))
+        z = z if self.runs is None else z[:, None] * np.linspace(-1.0, 1.0, self.runs)
+        columns = {"z": z, "c": 0.1 * k - 2.0, "u_true": k}
+        for piece in np.split(np.arange(60), self.borders):
+            yield {name: values[piece] for name, values in columns.items()}
+
+
+@pytest.mark.parametrize("level", ["numpy", "fixed", "c", "rtl"])
+def test_pieces_are_one_run(level: str) -> None:
+    """Held samples, states and clamps go on from piece to piece, on every level."""
+    whole = closed(Recorded(), level)
+    with make_level(level, Build(Half())) as made:
+        assert [len(part.inputs) for part in drive(Recorded(1, 6, 51), made)] == [1, 5, 45, 9]
+        found = close_loop(Recorded(1, 6, 51), made)
+    assert parting(Half(), whole, found) is None and len(found.inputs) == 60
+    assert (found.new == whole.new).all() and found.clamped == whole.clamped == {"c": 39}
+    assert found.truth["u"].tolist() == [*range(60)]
+    again = make_level(level, Build(Half())).run(found.inputs)
+    for name, values in again.outputs.items():
+        assert (found.outputs[name] == values).all()
+    if again.words is not None:
+        assert (found.run.words == again.words).all()
+
+
+def test_a_log_is_one_part() -> None:
+    """From a reset on, with what the log says of it."""
+    seen = closed(Recorded(), "c")
+    given = feed(Half(), seen.record(Half(), "log"))
+    level = make_level("c", Build(Half()))
+    for _ in range(2):
+        (found,) = drive(given, level)
+        assert parting(Half(), seen, found) is None and (found.new == seen.new).all()
+        assert (found.run.words == seen.run.words).all() and found.seconds > 0.0
+        assert (found.truth["u"] == seen.truth["u"]).all() and found.clamped == {}
+
+
+def test_pieces_of_a_batched_plant() -> None:
+    loop = close_loop(Recorded(7, runs=2), make_level("c", Build(Half()), runs=2), keep=("u",))
+    one = closed(Recorded(), "c")
+    assert (loop.inputs[:, 1] == one.inputs).all() and (loop.truth["u"][:, 0] == range(60)).all()
+    assert (loop.outputs["u"][:, 1] == one.outputs["u"]).all() and list(loop.outputs) == ["u"]
+
+
+def test_steps_and_progress_of_pieces() -> None:
+    heard: list[int] = []
+    short = closed(Recorded(5, 20), "c", steps=17, progress=heard.append)
+    assert len(short.inputs) == 17 and heard == []
+    assert (short.inputs == closed(Recorded(), "c").inputs[:17]).all()
+
+    class Long(World):
+        def pieces(self) -> Any:
+            for n in (999, 1, 2500, 400):
+                yield {"z": np.zeros(n), "c": np.zeros(n)}
+
+    closed(Long(), "c", progress=heard.append)
+    assert heard == [1000, 3500]
+
+
+@pytest.mark.parametrize(
+    "second, found",
+    [
+        ({"z": np.zeros(3), "c": np.zeros(2)}, "wanted columns of one length, found 2 and 3; "),
+        ({}, "wanted columns of one length, found none; "),
+        ({"z": np.zeros(0), "c": np.zeros(0)}, "wanted columns of one length, found 0; "),
+        ([1.0], "wanted a record: values by input name, or None at the end, found list; "),
+    ],
+)
+def test_pieces_that_are_refused(second: Any, found: str) -> None:
+    class Two(World):
+        def pieces(self) -> Any:
+            yield {"z": np.zeros(4), "c": np.zeros(4)}
+            yield second
+
+    with pytest.raises(InputError, match=f"^world two, step 4: {found}"):
+        closed(Two())
+
+
+def test_a_value_of_a_piece_that_is_refused() -> None:
+    class Far(World):
+        def pieces(self) -> Any:
+            yield {"z": np.zeros(4), "c": np.zeros(4)}
+            yield {"z": np.array([0.0, 9.0]), "c": np.zeros(2)}
+
+    with pytest.raises(InputError, match="^world far, step 5, z: wanted -8 to 8 m"):
+        closed(Far())

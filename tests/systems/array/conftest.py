@@ -1,37 +1,36 @@
 """Runs of known errors, in place of hours."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from boresight.sim.accuracy.endurance import Endurance
 from boresight.sim.experiments.seeds import Runs
-from boresight.systems.array.runs import EVERY, Told, figures_of
+from boresight.systems.array.runs import EVERY, Turned, figures_of
 from boresight.systems.array.words import WORDS
 
 HOUR = 360_000 // EVERY
 
 
 @pytest.fixture(scope="module")
-def told() -> Callable[..., Told]:
+def told() -> Callable[..., Turned]:
     """Two hours of pitch, roll and heading errors of size 1, 2, 3 times that asked for."""
 
-    def of(size: float, **more: float) -> Told:
+    def of(size: float, **more: float) -> Turned:
         error = np.outer(np.where(np.arange(2 * HOUR) % 2, 1.0, -1.0), [1.0, 2.0, 3.0]) * size
-        counts = np.zeros(32, dtype=np.int64)
-        counts[[3, 6]] = 4, 40
-        long = Endurance(
+        found = Turned(
             outputs={"scale_up": np.array([1e-5, 2e-5])},
+            error=error,
             square={"pitch": 1e-14, "heading": 4e-14},
             most={"pitch": 1e-7, "heading": 3e-7},
             least_eigenvalue=800.0,
-            counts={"status": counts},
+            saturated=0,
+            used=40,
+            refused=4,
             records=10,
         )
-        for name, value in more.items():
-            setattr(long, name, value)
-        return Told(error, long)
+        return replace(found, **more)
 
     return of
 

@@ -1,4 +1,4 @@
-"""Propagation against matrices in SI units; what grows, and what stops growing."""
+"""The error filter, the index, and short words."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -8,11 +8,18 @@ import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
+from boresight.model.algebra import strapdown
 from boresight.model.algebra.scalar_update import Update
+from boresight.model.algebra.strapdown import Angles, angles
 from boresight.systems.array import error_filter as errors
+from boresight.systems.array import index, interface
+from boresight.systems.array.error_filter import FORCE, GYRO, PHI, SCALE
 from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.interface import KINDS, UNITS
-from tests.support.rotating_array import EARTH, LATITUDE
+from boresight.systems.array.words import Plain, run_width
+from tests.support.rotating_array import ARCSEC, EARTH, LATITUDE
+
+# -- propagation against matrices in SI units; what grows, and what stops growing -----------------
 
 SCALES = np.array([UNITS[k] for k in KINDS])
 LAT = np.radians(LATITUDE)
@@ -99,3 +106,123 @@ def test_first_spread_and_moves_are_in_units() -> None:
     assert errors.first_variances(p)["gyro"] == 0.25
     found = errors.moves(Update([0.5] * 13, 2.0, False))
     assert found == pytest.approx(list(SCALES))
+
+
+# --------------------------------------------------------------------------------------------------
+# what an index measures: its row, by differences of angles; its time, its noise, both readings
+
+SHARE = np.array([UNITS["tilt"], UNITS["tilt"], UNITS["heading"]])
+C = Rotation.from_euler("ZXY", [100.0, 66.0, 7.0], degrees=True)
+
+
+def seen_of(c: Rotation) -> Angles:
+    return angles(np.asarray(c.as_quat()[[3, 0, 1, 2]]))
+
+
+def heading(c: Rotation) -> float:
+    m = c.as_matrix()
+    return float(np.arctan2(-m[0, 1], m[1, 1]))
+
+
+def test_the_row_is_the_derivative() -> None:
+    """heading of C less heading of (1 + phi x) C, times the cosine of the pitch."""
+    row = index.heading_row(seen_of(C))
+    found = np.array([row[k] for k in PHI]) * UNITS["heading"] / SHARE
+    assert np.linalg.norm(found) == pytest.approx(1.0)
+    for k in range(3):
+        phi = np.zeros(3)
+        phi[k] = 1e-6
+        moved = heading(C) - heading(Rotation.from_rotvec(phi) * C)
+        assert found[k] == pytest.approx(np.cos(np.radians(66.0)) * moved / 1e-6, abs=1e-5)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.25, 1.0])
+def test_the_heading_is_that_of_the_index(at: float) -> None:
+    turn = np.array([1e-3, -5e-4, 6e-3])
+    then = C * Rotation.from_rotvec(-(1.0 - at) * turn)
+    sample: Any = SimpleNamespace(turn=turn)
+    azimuth = heading(then) / np.pi - 0.3
+    off = index.offset(SimpleNamespace(index_time=at, azimuth=azimuth), sample, seen_of(C))
+    # within the square of the turn
+    assert off == pytest.approx(0.3, abs=1e-4 * (1.0 - at) + 1e-12)
+
+
+def test_a_fix_is_in_arc_seconds_at_any_pitch() -> None:
+    p = SimpleNamespace(index_sd=2.0 * ARCSEC)
+    found = index.fix(p, seen_of(C), 100.0 / 648000.0)
+    cosine = np.cos(np.radians(66.0))
+    assert found.innovation == pytest.approx(100.0 / 256.0 * cosine)
+    assert found.variance == pytest.approx((2.0 / 256.0 * cosine) ** 2)
+
+
+def test_the_change_over_a_turn_is_the_scale_factor() -> None:
+    p = SimpleNamespace(index_sd=2.0 * ARCSEC)
+    k = 2e-5  # of 360 deg: the heading is ahead by so much after one turn, behind after one back
+    for turned, off in ((2.0, 2.0 * k), (-2.0, -2.0 * k)):
+        x = SimpleNamespace(last_off=0.7)
+        found = index.change(x, p, 0.7 + off, turned)
+        assert found.row == {SCALE: 1.0}
+        assert found.innovation == pytest.approx(k / UNITS["scale"])
+    sd = np.sqrt(2.0) * 2.0 * ARCSEC / (2.0 * np.pi) / UNITS["scale"]
+    assert found.variance == pytest.approx(sd**2)
+    for turned in (3.5, -3.5):
+        found = index.change(x, p, -0.7, turned)
+        assert found.row == {SCALE: 0.0} and found.innovation == 0.0
+    assert index.change(x, SimpleNamespace(index_sd=1e-3), 0.7, 2.0).variance == 1.0
+
+
+def test_a_correction_moves_the_last_offset_too() -> None:
+    rng = np.random.default_rng(1)
+    gain = list(0.2 * rng.normal(size=13))
+    phi = SHARE * 0.5 * np.array([gain[k] for k in PHI])
+    found = index.corrected(0.2, seen_of(C), Update(gain, 0.5, False))
+    wanted = 0.2 + (heading(Rotation.from_rotvec(phi) * C) - heading(C)) / np.pi
+    assert found == pytest.approx(wanted, abs=1e-9) and abs(found - 0.2) > 1e-7
+
+
+# -- the strapdown in short words: carried remainders are what keeps it ---------------------------
+
+
+def test_carried_remainders_keep_the_attitude() -> None:
+    """Words of 24 bits, slowly: without remainders the error is many times as large."""
+    f = run_width((24, 0.35, 0.05), range(1, 2)).pooled()
+    assert 0.0 < 10.0 * f["carried_rms"] < f["plain_rms"]
+
+
+def test_nothing_but_the_remainders_is_left_out() -> None:
+    whole, plain = ArrayAttitude(aided=False), Plain(aided=False)
+    assert [s.name for s in whole.states] == [s.name for s in plain.states]
+    assert any(s.name.startswith("rest_") for s in plain.states)
+
+
+# -- what `array_attitude` declares: names that others rely on, states that fit their units -------
+
+
+def test_names_and_units() -> None:
+    e = ArrayAttitude()
+    e.check_declarations()
+    assert [i.name for i in e.inputs][6:] == ["phase", "azimuth", "index_time", "index"]
+    assert [o.name for o in e.outputs][:3] == ["pitch", "roll", "heading"] and e.urgent == 3
+    units = {o.name: o.unit for o in e.outputs}
+    assert units["eps_x"] == "rad/s" and units["nabla_z"] == "m/s^2" and units["status"] == "bits"
+    assert e.inputs[-1].flags == ("azimuth", "index_time")
+    assert len(e.states) <= 128 and len(ArrayAttitude(reading="literal").states) <= 128
+    assert set(interface.STATUS_BITS) == set(range(8))
+
+
+def test_every_kind_has_a_first_spread_within_its_unit() -> None:
+    params = {p.name: p for p in ArrayAttitude().params}
+    assert len(interface.KINDS) == 13 and set(interface.KINDS) == set(interface.UNITS)
+    for kind, unit in interface.UNITS.items():
+        p = params[f"p0_{kind}"]
+        assert p.default <= p.high < unit
+    states = {s.name: s.initial for s in ArrayAttitude().states}
+    assert states["p66"] == (params["p0_heading"].default / interface.UNITS["heading"]) ** 2
+    assert set(interface.LEARNT) == {SCALE, *GYRO, *FORCE}
+
+
+def test_without_the_filter_only_the_strapdown_is_left() -> None:
+    e = ArrayAttitude(aided=False)
+    assert e.outputs == strapdown.OUTPUTS and {p.name for p in e.params} == {
+        *("latitude", "height", "start_qw", "start_qx", "start_qy", "start_qz")
+    }

@@ -1,18 +1,26 @@
-"""The experiment: which case gives which figure, target and verdict, with stand-ins for hours."""
+"""The array's experiment: cases, figures, the paper's numbers, page."""
 
 import json
 from collections.abc import Iterator
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.experiments.experiment import Result
+from boresight.sim.experiments.experiment import Result, Target
 from boresight.sim.experiments.targets import targets_of
 from boresight.systems.array import experiment
-from boresight.systems.array.cases import CASES
+from boresight.systems.array.cases import CASES, RATES
+from boresight.systems.array.estimator import ArrayAttitude
 from boresight.systems.array.experiment import Array, figures_of
+from boresight.systems.array.page import render
+from boresight.systems.array.printed import BUDGET, HOURLY, SIGMA, statistics
 from boresight.systems.array.runs import run_array
+from boresight.systems.array.world import TurningArray
+
+# --------------------------------------------------------------------------------------------------
+# the experiment: which case gives which figure, target and verdict, with stand-ins for hours
 
 
 @pytest.fixture(scope="module")
@@ -93,3 +101,78 @@ def test_targets_fall_where_their_figure_does(result: Result) -> None:
 def test_hours_are_checked(hours: float) -> None:
     with pytest.raises(InputError, match="^experiment array, hours: wanted 1 to 24, found"):
         Array(hours=hours)
+
+
+# -- cases: both rates in every reading, and all of them worlds and filters that there are --------
+
+
+def test_both_rates_in_every_reading() -> None:
+    for key, deg_s in RATES.items():
+        index, none, literal = (CASES[f"{key}_{n}"] for n in ("index", "none", "literal"))
+        assert index.deg_s == none.deg_s == literal.deg_s == deg_s
+        assert index.compared and not index.world and not index.options
+        assert none.world == {"index": "none"} and literal.options == {"reading": "literal"}
+        assert index.runs >= 8 and none.runs >= 8
+    assert len({case.meaning for case in CASES.values()}) == len(CASES)
+
+
+def test_worlds_and_filters_exist() -> None:
+    for case in CASES.values():
+        world = TurningArray(case.deg_s, hours=0.01, **case.world)
+        turns = case.deg_s * 36.0 / 360.0
+        none = case.world.get("index") == "none"
+        assert none == (not len(world.pulses.sample)) or turns < 1.0
+        assert ArrayAttitude(**case.options).name == "array_attitude"
+
+
+# -- the page: every case, the paper's numbers, plots, nothing from outside -----------------------
+
+
+@pytest.fixture(scope="module")
+def page(runs, words) -> str:
+    flown = {name: runs(0.1 * (1 + k)) for k, name in enumerate(CASES)}
+    return render(flown, words, [Target(name="claim", source="text", value=0.5, high=0.2)])
+
+
+def test_everything_is_on_the_page(page: str) -> None:
+    for case in CASES.values():
+        assert page.count(f"<td>{case.meaning}<") == 1, case
+    assert page.count('class="bad"') == 1 and page.count("<svg") == 3
+    minus = "\N{MINUS SIGN}"
+    assert f"{minus}2.83, {minus}22.84, {minus}2.31" in page  # hour 1, but not hour 3
+    assert f"{minus}1.51, {minus}31.10" not in page
+    assert "7.90, 28.99, 29.83" in page and "18.61 is 0.43" in page and "60.82" in page
+    assert ">59.9<" in page and "finding north" in page
+    assert page.count("no index") >= 4  # both rates: a row and a legend
+
+
+def test_what_is_not_compared_has_no_difference(page: str) -> None:
+    shown = "0.13, 0.194"
+    assert page.count(shown) == sum(case.compared for case in CASES.values())
+
+
+def test_nothing_from_outside(page: str) -> None:
+    assert "http" not in page and "<script" not in page
+
+
+# -- what the paper prints fits what it says of it ------------------------------------------------
+
+
+def test_one_sigma_is_the_deviation_of_the_hours() -> None:
+    """To the last printed digit, of n - 1: which says what "1 sigma" is."""
+    for key, sigma in SIGMA.items():
+        assert HOURLY[key].shape == (8, 3)
+        assert statistics(HOURLY[key])["sigma"] == pytest.approx(sigma, abs=0.006)
+    assert statistics(HOURLY["a"])["max"].max() == 60.82
+    assert statistics(HOURLY["b"])["rms"] == pytest.approx([10.5, 12.6, 18.4], abs=0.05)
+    assert HOURLY["b"][:7, 2].std(ddof=1) == pytest.approx(0.43, abs=0.01)
+
+
+def test_totals_are_roots_of_sums_of_squares() -> None:
+    *parts, total = BUDGET.values()
+    assert np.sqrt((np.array(parts) ** 2).sum(axis=0)) == pytest.approx(total, abs=0.2)
+
+
+def test_one_hour_has_no_deviation() -> None:
+    one = statistics(np.array([[1.0, -2.0, 3.0]]))
+    assert one["sigma"].tolist() == [0.0, 0.0, 0.0] and one["max"].tolist() == [1.0, 2.0, 3.0]

@@ -14,7 +14,7 @@ def same(world: TurningArray, config: str, parts: list[slice]) -> np.ndarray:
     """Run both on parts of a world's records; the status of each record."""
     build = Build(ArrayAttitude(), config=config)
     reader = InputReader(build.estimators[0], lambda *at: f"record {at}")
-    records = np.concatenate([reader.take_rows(p)[0] for p in world.pieces(truth=False)])
+    records = np.concatenate([reader.take_rows(p)[0] for p in world.pieces()])
     some = np.concatenate([records[part] for part in parts])
     rtl, c = (make_level(name, build).run_anew(some) for name in ("rtl", "c"))
     np.testing.assert_array_equal(rtl.words, c.words)

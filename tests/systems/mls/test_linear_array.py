@@ -1,12 +1,19 @@
-"""Patterns in closed form and summed, displacements, main lobes."""
+"""Antennas and decks."""
 
 import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
+from boresight.systems.mls.deck import MOTIONS, SensorErrors, deck, records
 from boresight.systems.mls.linear_array import Array, direction, lobe
+from boresight.systems.mls.patterns import Trial, patterns_of
+from boresight.systems.mls.prototype import _jacobian, _picard, prototype
+from boresight.systems.mls.runs import AZIMUTHS
+
+# -- patterns in closed form and summed, displacements, main lobes --------------------------------
 
 
 def phases(array: Array, azimuth: float) -> np.ndarray:
@@ -92,3 +99,161 @@ def test_a_pulse_at_the_end_of_the_scan_is_cut() -> None:
 def test_mistakes(options: dict, message: str) -> None:
     with pytest.raises(InputError, match=f"^{message}"):
         Array(**options)
+
+
+# --------------------------------------------------------------------------------------------------
+# patterns of displaced elements against the closed form, and what the paper's figures show
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Trial]:
+    return patterns_of(Array(), 3.0, 40, 7)
+
+
+def test_names(found: dict[str, Trial]) -> None:
+    names = [f"{v}_0{b}_{k}" for v in "xyz" for b in (1, 5) for k in AZIMUTHS]
+    assert [*found] == [*names, "z_05_0_at_20", "z_05_0_at_30"]
+    assert all(f"``{figure}``" in (Trial.__doc__ or "") for figure in found["x_01_0"].figures)
+
+
+def test_gain_is_the_closed_form(found: dict[str, Trial]) -> None:
+    for name, one in found.items():
+        gain, closed = one.figures["gain"], one.figures["closed"]
+        floor = 0.07 if closed < 0.6 else 0.03  # of an amplitude, which noise makes larger
+        assert closed - 0.03 < gain < closed + floor, name
+        assert one.shown.max() <= 1.0 and len(one.shown) == 2481
+
+
+def test_figures_3_to_5(found: dict[str, Trial]) -> None:
+    assert found["x_05_0"].figures["wrong"] > 0.1 and found["x_05_60"].figures["wrong"] == 0.0
+    assert found["y_05_0"].figures["sd"] < 1e-9 and found["y_05_0"].figures[
+        "gain"
+    ] == pytest.approx(1.0, abs=1e-6)
+    assert found["x_01_0"].figures["width"] == pytest.approx(1.59, abs=0.02)
+    assert found["x_01_m60"].figures["width"] == pytest.approx(3.18, abs=0.04)
+    assert found["x_01_0"].figures["sd"] < 0.08
+    low, high = found["z_05_0"].figures["sidelobe_db"], found["z_05_0_at_30"].figures["sidelobe_db"]
+    assert low == pytest.approx(-17.5, abs=0.4) and high > -13.5
+
+
+def test_seeds_and_draws() -> None:
+    """The same seed gives the same; another one does not."""
+    a, b, c = (patterns_of(Array(8), 3.0, 3, seed)["x_05_0"] for seed in (1, 1, 2))
+    assert a.figures == b.figures and a.figures["gain"] != c.figures["gain"]
+
+
+# -- decks and their sensors, against scipy's rotations -------------------------------------------
+
+EXACT = SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
+
+
+def attitude(what) -> Rotation:
+    return Rotation.from_euler("ZYX", what.euler[:, ::-1])
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_quaternions_are_those_of_the_angles(motion: str) -> None:
+    what = deck(motion, 2.0, 3, 40.0)
+    q = Rotation.from_quat(np.roll(what.q, -1, axis=1))
+    assert (q.inv() * attitude(what)).magnitude().max() < 1e-12
+    assert len(what.q) == 2000 == len(what.lift)
+    other = deck(motion, 2.0, 4, 40.0)
+    assert np.abs(what.euler - other.euler).max() > 1e-4
+    assert abs(np.degrees(what.euler[:, 2]).mean() - 40.0) < 12.0
+
+
+def test_the_table_jumps_by_eight_degrees_in_sixty_ms() -> None:
+    euler = np.degrees(deck("table", 5.0, 1).euler)
+    for k, at in enumerate((1500, 3000, 4500)):
+        jump = euler[at + 60, k] - euler[at, k]
+        assert jump == pytest.approx(8.0, abs=0.8), k
+    assert not euler[0].any()
+
+
+def test_the_ship_turns_by_ten_degrees() -> None:
+    euler = np.degrees(deck("rolling", 20.0, 2).euler)
+    assert np.abs(euler).max(axis=0) == pytest.approx([10.0] * 3, abs=0.1)
+
+
+def test_exact_sensors() -> None:
+    what = deck("sea_6", 1.0, 5, 130.0)
+    u, r = records(what, 5, EXACT, dip_deg=30.0), attitude(what)
+    assert u[0, 0] == -1e-3 and (u[1:, 0] == 1e-3).all()
+    turns = (r[:-1].inv() * r[1:]).as_rotvec() * 1000.0
+    assert u[1:, 1:4] == pytest.approx(turns, abs=1e-9)
+    field = r.inv().apply(50.0 * np.array([np.cos(np.pi / 6), 0.0, -0.5]))
+    assert u[:, 7:] == pytest.approx(field, abs=1e-9)
+    force = r.inv().apply(np.stack([0.0 * what.lift, 0.0 * what.lift, 9.80665 + what.lift], 1))
+    assert u[:, 4:7] == pytest.approx(force, abs=1e-9) and np.ptp(what.lift) > 1e-3
+
+
+def test_errors_are_as_large_as_they_say() -> None:
+    what = deck("sea_3", 5.0, 6)
+    exact, rough = records(what, 6, EXACT), records(what, 6, SensorErrors())
+    apart = rough - exact
+    assert np.degrees(apart[:, 1:4]).std(axis=0) == pytest.approx([0.3] * 3, rel=0.05)
+    assert np.degrees(apart[:, 1:4]).mean(axis=0) == pytest.approx(
+        SensorErrors().gyro_bias, abs=0.02
+    )
+    assert apart[:, 7:].std() == pytest.approx(1.0, rel=0.05)
+    assert apart[:, 4:7].std() == pytest.approx(0.196, rel=0.05)
+    late = records(what, 6, SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 5))
+    assert (late[5:, 1:4] == exact[:-5, 1:4]).all() and (late[:, 4:] == exact[:, 4:]).all()
+    drawn = [records(what, s, SensorErrors(0.0, (0.0, 0.0, 0.0), 0.2))[0, 1:4] for s in range(40)]
+    assert np.degrees(drawn).std() == pytest.approx(0.2, rel=0.3)
+
+
+def test_no_such_motion() -> None:
+    with pytest.raises(InputError, match=r"^motion: wanted one of table, rolling, sea_3"):
+        deck("sea_9", 1.0, 1)
+
+
+# -- the dense filter against numerical Jacobians and exact motion --------------------------------
+
+
+def seen(q: np.ndarray, v: tuple[float, float, float]) -> np.ndarray:
+    """C^T V with C of (23), quadratic in q."""
+    w, x, y, z = q
+    c = [
+        [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+    ]
+    return np.array(c).T @ np.array(v)
+
+
+def test_jacobian_is_that_of_the_transposed_matrix() -> None:
+    q, v = np.array([0.5, -0.3, 0.7, 0.4]), (0.6, 0.2, -0.8)
+    step = 1e-6
+    rows = [(seen(q + step * e, v) - seen(q - step * e, v)) / (2 * step) for e in np.eye(4)]
+    h = _jacobian(q[None], v)[0]
+    assert h == pytest.approx(np.array(rows).T, abs=1e-8)
+    assert h @ q == pytest.approx(2.0 * seen(q, v))
+
+
+def test_picard_turns_to_the_third_order() -> None:
+    turn = np.array([[0.06, -0.05, 0.06]])
+    start = np.array([0.1, 0.7, -0.5, 0.5])
+    after = _picard(turn)[0] @ start
+    exact = Rotation.from_quat(np.roll(start, -1)) * Rotation.from_rotvec(turn[0])
+    q = np.roll(exact.as_quat(), 1)
+    q = q * np.sign(q @ after) * np.linalg.norm(start)
+    assert after == pytest.approx(q, abs=3e-6)
+
+
+def test_runs_follow_exact_sensors() -> None:
+    decks = [deck("table", 2.0, seed, 50.0 * seed) for seed in (1, 2)]
+    rows = np.stack([records(d, s, EXACT) for s, d in enumerate(decks)], axis=1)
+    start = np.stack([d.q[0] for d in decks])
+    rows[0, :, 0] = 0.0
+    truth = np.stack([d.q for d in decks], axis=1)
+    for options in ({"p0": 1e-4}, {"p0": 0.0, "r_sd": 1e6}):
+        found = prototype(rows, start, **options)
+        assert np.abs(np.abs((found * truth).sum(axis=2)) - 1.0).max() < 1e-8
+
+
+def test_a_wrong_start_is_found() -> None:
+    what = deck("rolling", 1.5, 3)
+    rows = records(what, 3, EXACT)[:, None]
+    found = prototype(rows, np.array([what.q[0] + [0, 0.03, 0, 0]]), p0=1e-2)
+    assert abs(found[-1, 0] @ what.q[-1]) > 1.0 - 1e-8

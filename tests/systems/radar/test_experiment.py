@@ -1,13 +1,21 @@
-"""The radar experiment: figures of runs that are known, which of them is judged how."""
+"""The radars' experiment: runs, bound, page."""
 
 import json
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from boresight.systems.radar import experiment
+from boresight.systems.radar.bound import covariances, deviations, jacobian
 from boresight.systems.radar.experiment import AT, Radar
+from boresight.systems.radar.interface import BIASES
+from boresight.systems.radar.page import render
+from boresight.systems.radar.runs import UNITS, first, predicted, watch
+from boresight.systems.radar.world import NOISE, TwoRadars, placed, seen_from
 from tests.support.radar_figures import found, spread, targets, theory, watched
+
+# -- the radar experiment: figures of runs that are known, which of them is judged how ------------
 
 
 def test_figures() -> None:
@@ -74,3 +82,106 @@ def test_a_short_campaign() -> None:
     data = experiment.campaign(1, 2, lambda text: None, 1)
     assert data["runs"] == 2 and data["marks"][-1] == AT
     assert data["nis"]["mean"] == pytest.approx(1.0, abs=0.1)
+
+
+# -- one run and its theory: errors against the world's truth, spreads against draws --------------
+
+
+def test_a_run_is_what_world_and_filter_say() -> None:
+    world = TwoRadars(noise=0.0, seconds=20.0)
+    run = watch(world, first(1e3, 10.0) | {"correct_from": 10.0})
+    assert run.t[-1] == pytest.approx(20.0) and run.error.shape == (201, 6)
+    assert (run.error[0] == -1.0).all()  # nothing is known at first
+    assert np.abs(run.error[-1, [2, 5]]).max() < 0.1
+    assert run.before[50] == pytest.approx(run.after[50], abs=0.01)
+    assert np.abs(run.after[-1]).max() < 0.2 * np.abs(run.before[-1]).max()
+    assert run.saturated == 0 and run.apart < 1e-3
+
+
+def test_first_is_in_noise_units() -> None:
+    p = first(50.0, 0.5)
+    assert p["p0_range_2"] == 5.0 and p["p0_azimuth_1"] == pytest.approx(0.5 / 0.15)
+
+
+def test_theory_is_that_of_a_linear_filter() -> None:
+    """Estimates of simulated linear measurements have the spread and the mean error predicted."""
+    world = TwoRadars(seconds=4.0)
+    theory = predicted(world, 50.0, 0.5)
+    prior = np.array([50.0, 0.5, 0.5] * 2) * UNITS
+    noise = np.array(NOISE) * UNITS
+    h = np.concatenate([world.jacobians()[0], -world.jacobians()[1]], axis=2)
+    r = np.linalg.inv(h @ np.diag(noise**2) @ h.transpose(0, 2, 1))
+    gain = h.transpose(0, 2, 1) @ r
+    p = np.linalg.inv(np.einsum("nij,njk->ik", gain, h) + np.diag(prior**-2.0))
+    rng = np.random.default_rng(1)
+    v = noise * rng.normal(size=(4000, len(h), 6))
+    z = np.einsum("nij,j->ni", h, world.bias) + np.einsum("nij,rnj->rni", h, v)
+    errors = np.einsum("nij,rnj->ri", gain, z) @ p - world.bias
+    assert errors.std(axis=0) == pytest.approx(theory.sd[-1], rel=0.05)
+    assert (np.abs(errors.mean(axis=0) - theory.mean[-1]) < 4 * theory.sd[-1] / 63.0).all()
+    assert theory.bayes[-1] == pytest.approx(np.sqrt(np.diag(p)), rel=1e-6)
+    total = np.einsum("nij,njk->ik", gain, h)
+    both = np.concatenate([np.eye(3), np.eye(3)])
+    wanted = np.sqrt(np.diag(np.linalg.inv(both.T @ total @ both)))
+    assert theory.equal[-1] == pytest.approx(wanted, rel=1e-3)
+    assert np.linalg.norm(theory.weak) == pytest.approx(1.0)
+
+
+# -- the bound against plain matrices, differences, and the figures of the geometry ---------------
+
+WORLD = TwoRadars(seconds=170.0)
+DEG = np.pi / 180.0
+BOUND_NOISE = np.array([10.0, 0.07 * DEG, 0.15 * DEG] * 2)
+
+
+def test_jacobian_is_the_derivative() -> None:
+    site, seen = WORLD.sites[0], WORLD.seen[0][::400]
+    found = jacobian(site, seen)
+    for k, step in enumerate((1.0, 1e-6, 1e-6)):
+        d = np.zeros(3)
+        d[k] = step
+        wanted = (placed(site, seen + d) - placed(site, seen - d)) / (2.0 * step)
+        assert found[:, :, k] == pytest.approx(wanted, rel=1e-6, abs=1e-3)
+    assert seen_from(site, placed(site, seen)) == pytest.approx(seen)
+
+
+def test_bound_is_the_inverse_of_the_sum() -> None:
+    jacobians = [j[:50] for j in WORLD.jacobians()]
+    prior = np.array([50.0, 0.5 * DEG, 0.5 * DEG] * 2)
+    total = np.diag(prior**-2.0)
+    for a, b in zip(*jacobians, strict=True):
+        h = np.concatenate([a, -b], axis=1)
+        total = total + h.T @ np.linalg.inv(h @ np.diag(BOUND_NOISE**2) @ h.T) @ h
+    wanted = np.sqrt(np.diag(np.linalg.inv(total)))
+    assert deviations(covariances(jacobians, BOUND_NOISE, prior))[-1] == pytest.approx(
+        wanted, rel=1e-6
+    )
+
+
+def test_without_a_prior_ranges_are_hardly_determined() -> None:
+    """At 80 s 1,545 and 1,200 m, at 170 s 202 and 182 m; nothing at all at first."""
+    found = deviations(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf)))
+    assert np.isinf(found[0]).all()
+    assert found[800, [0, 3]] == pytest.approx([1545.0, 1200.0], rel=0.01)
+    assert found[1700, [0, 3]] == pytest.approx([202.0, 182.0], rel=0.01)
+    assert found[800, [1, 2, 4, 5]] / DEG == pytest.approx([0.33, 0.085, 0.27, 0.043], rel=0.03)
+    assert (np.diff(found[1:][np.isfinite(found[1:, 0])], axis=0) <= 1e-9).all()
+    weak = np.linalg.eigh(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf))[800])
+    assert weak.eigenvalues[-1] > 30.0 * weak.eigenvalues[-2]
+
+
+# -- the page: every bias, every verdict, four plots, nothing from outside ------------------------
+
+
+def test_everything_is_on_the_page() -> None:
+    data = found(registration_range_1_percent=3.0)
+    goals = targets(registration_range_1_percent=3.0)
+    text = render(watched(1.0), watched(10.0), theory(), spread(), data, goals)
+    for b in BIASES:
+        assert b.replace("_", " radar ") in text
+    assert text.count("<svg") == 4 == text.count("<figcaption>")
+    assert text.count(">FAIL</span>") == 7 and text.count(">FAIL</span> (reported)") == 6
+    assert text.count("no estimator can") == 6
+    assert "http" not in text and "<script" not in text
+    again = render(watched(1.0), watched(10.0), theory(), spread(), data, goals)
+    assert text == again

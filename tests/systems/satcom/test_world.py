@@ -1,17 +1,24 @@
-"""The closed loop: what the core points at decides what is measured next."""
+"""The closed loop of satcom: dish, drives, receiver."""
 
 import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.spatial.transform import Rotation
+from scipy.special import j0
 
 from boresight.model.errors import InputError
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop, parting
-from boresight.systems.satcom.drive import specification_drive
+from boresight.systems.satcom.dish import Link
+from boresight.systems.satcom.drive import DRIVES, SHADOW_DB, city_drive, drive, specification_drive
 from boresight.systems.satcom.estimator import Satcom
+from boresight.systems.satcom.receiver import Receiver
 from boresight.systems.satcom.world import OnTheMove, SensorErrors, Vehicles
+
+# -- the closed loop: what the core points at decides what is measured next -----------------------
 
 QUIET = SensorErrors((0.0, 0.0, 0.0), 0.0, 0.0, (0.0, 0.0, 0.0), 0.0)
 DRIVE = specification_drive()
@@ -174,3 +181,148 @@ def test_other_rates() -> None:
     first, second = world.record(None), world.record(None)
     assert first is not None and second is not None
     assert (first["dt"], second["dt"]) == (-0.005, 0.005)
+
+
+# -- the beam against a numerical aperture, the link against its textbook figure ------------------
+
+
+def test_pattern_is_that_of_the_tapered_aperture() -> None:
+    link = Link()
+    angles = np.radians([0.05, 0.5, 1.0, 1.3, 2.0, 3.5, 6.0])
+    area = quad(lambda r: r * math.sqrt(1 - r * r), 0, 1)[0]
+    for angle in angles:
+        u = link.aperture * math.sin(angle)
+        field = quad(lambda r, u=u: r * math.sqrt(1 - r * r) * j0(u * r), 0, 1)[0] / area
+        assert link.pattern(np.array(math.sin(angle))) == pytest.approx(field**2, abs=1e-8)
+    assert link.pattern(np.array(0.0)) == pytest.approx(1.0, abs=1e-6)
+    far = np.sin(np.linspace(math.radians(3.2), math.radians(5.0), 400))
+    assert 10 * np.log10(link.pattern(far).max()) == pytest.approx(-21.3, abs=0.3)
+
+
+def test_link_budget() -> None:
+    """6 dBW - 205.8 dB + 35.8 dBi - 22.3 dBK + 228.6 dBW/K/Hz."""
+    assert 10 * math.log10(Link().cn0) == pytest.approx(42.3, abs=0.2)
+    twice = Link(diameter_m=1.2)
+    assert twice.cn0 / Link().cn0 == pytest.approx(4.0)
+
+
+# -- the drives: what is specified, at any rate ---------------------------------------------------
+
+
+@pytest.mark.parametrize("name, minutes", [("specification", 5), ("city", 30), ("rough", 5)])
+def test_what_every_drive_is(name: str, minutes: int) -> None:
+    d = drive(name)
+    assert len(d.ride.q) == minutes * 60 * RATE_HZ == len(d.loss_db)
+    beyond = (np.abs(d.ride.acceleration) > [0.3, 0.3, 0.5]).any(axis=1)
+    assert (beyond == d.accelerated).all() and 0.1 < beyond.mean() < 0.6
+    assert not d.accelerated[: int(15 * RATE_HZ)].any()  # it stands
+    speed = np.cumsum(np.einsum("ij,ij->i", d.ride.acceleration[:, :2], heading(d.ride))) / RATE_HZ
+    assert speed.min() > -0.5 and 14.0 < speed.max() < 20.0
+
+
+def heading(d):
+    return np.stack([np.cos(d.euler[:, 2]), np.sin(d.euler[:, 2])], axis=1)
+
+
+def test_specification() -> None:
+    d = specification_drive().ride
+    turn = np.degrees(np.gradient(d.euler[:, 2])) * RATE_HZ
+    for rate in (12.0, -8.0, 6.0):
+        assert (np.abs(turn - rate) < 1e-6).mean() > 0.02
+    along = np.einsum(
+        "ij,ij->i", Rotation.from_quat(np.roll(d.q, -1, axis=1)).apply(d.force)[:, :2], heading(d)
+    )
+    for level in (2.0, -2.0, 1.5, -1.0, 1.0):
+        assert (np.abs(along - level) < 1e-6).mean() * 300.0 > 3.0
+    assert np.degrees(np.abs(d.euler[:, :2]).max(axis=0)) == pytest.approx([4.5, 4.0], abs=0.1)
+    assert not specification_drive().loss_db.any()
+
+
+def test_rough() -> None:
+    d, calm = drive("rough").ride, specification_drive().ride
+    assert np.degrees(d.euler[:, 0].mean()) == pytest.approx(12.0, abs=0.1)
+    assert d.euler[:, 2] == pytest.approx(3.0 * calm.euler[:, 2])
+    assert d.euler[:, 1] == pytest.approx(2.0 * calm.euler[:, 1])
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_other_rates_are_the_same_drive(name: str) -> None:
+    once, often = drive(name), drive(name, 200.0)
+    assert often.ride.rate_hz == 200.0
+    n = len(once.loss_db)
+    far = np.degrees(np.abs(once.ride.euler - often.ride.euler[::4][:n]))
+    assert far[:, :2].max() < 0.6 and far[:, 2].max() < 3.0 and far[:500].max() < 1e-9
+    assert np.abs(once.loss_db - often.loss_db[::4]).mean() < 0.1
+
+
+def test_city() -> None:
+    whole = city_drive()
+    d, shadow = whole.ride, whole.loss_db == SHADOW_DB
+    edges = np.flatnonzero(np.diff(shadow.astype(int)))
+    lengths = np.diff(edges)[::2] / RATE_HZ
+    assert (lengths > 14.0).sum() == 4 and ((lengths > 0.3) & (lengths < 2.5)).sum() > 15
+    turned = np.degrees(np.abs(np.gradient(d.euler[:, 2])) * RATE_HZ)
+    assert turned.max() == pytest.approx(20.0, abs=0.1)
+    vertical = d.acceleration[:, 2]
+    assert 2.0 < np.abs(vertical).max() < 6.0  # speed bumps
+    assert not (city_drive(seed=2).ride.rate[: len(d.rate)] == d.rate).all()
+
+
+@pytest.mark.parametrize(
+    "name, rate_hz, message",
+    [
+        ("rail", 50.0, "drive: wanted one of specification, rough, city, found 'rail'"),
+        ("city", 0.0, "drive, rate_hz: wanted 10 to 1000 Hz, found 0.0"),
+        ("city", float("nan"), "drive, rate_hz: wanted 10 to 1000 Hz, found nan"),
+    ],
+)
+def test_drive_mistakes(name: str, rate_hz: float, message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}"):
+        drive(name, rate_hz)
+
+
+# -- the receiver: errors with their sign, lock, intervals ----------------------------------------
+
+
+def scan(right: float, up: float, *, loss: float = 1.0, ahead: float = 1.0, runs: int = 400):
+    """Errors (2, runs) [deg] and mean powers of one interval."""
+    receiver = Receiver(Link(), 10)
+    noise = np.random.default_rng(1).normal(size=(10, 4, 2, runs))
+    at = [np.full(runs, v) for v in (right, up, ahead)]
+    for k in range(9):
+        assert receiver.sample(*at, loss, noise[k]) is None
+    found = receiver.sample(*at, loss, noise[9])
+    assert found is not None
+    return np.degrees(found[0]), found[1]
+
+
+def test_error_is_measured_with_its_sign() -> None:
+    error, _ = scan(math.radians(0.2), math.radians(-0.1))
+    assert np.nanmean(error, axis=1) == pytest.approx([0.2, -0.1], abs=0.02)
+    assert 0.05 < error.std(axis=1).max() < 0.25
+
+
+def test_lock_follows_from_the_signal() -> None:
+    for right, loss, ahead in ((0.0, 1e-6, 1.0), (math.radians(3.6), 1.0, 1.0), (0.0, 1.0, -1.0)):
+        error, _ = scan(right, 0.0, loss=loss, ahead=ahead)
+        assert np.isnan(error).all()
+    error, power = scan(math.radians(0.5), 0.0)
+    assert not np.isnan(error).any() and (power > 0.0).all()
+
+
+def test_intervals_are_independent() -> None:
+    receiver = Receiver(Link(), 1)
+    zero, one = np.zeros(1), np.ones(1)
+    quiet = np.zeros((4, 2, 1))
+    first = receiver.sample(np.array([0.004]), zero, one, 1.0, quiet)
+    second = receiver.sample(zero, zero, one, 1.0, quiet)
+    assert first is not None and second is not None
+    assert first[0][0, 0] > 0.003 and second[0][0, 0] == 0.0
+
+
+def test_an_interval_need_not_be_whole() -> None:
+    """20 Hz of records at 50 Hz: two and three of them, in turns."""
+    receiver = Receiver(Link(), 2.5)
+    zero, one, quiet = np.zeros(1), np.ones(1), np.zeros((4, 2, 1))
+    ends = [receiver.sample(zero, zero, one, 1.0, quiet) is not None for _ in range(100)]
+    assert np.diff(np.flatnonzero(ends)).tolist() == [2, 3] * 19 + [2]

@@ -15,11 +15,12 @@ from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.sim.accuracy.peers import PEERS
+from boresight.sim.accuracy.trials import read_trials
 from boresight.sim.records.files import record_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
-from boresight.verbs.figures.accuracy import accuracy, read_trials
+from boresight.verbs.figures.accuracy import accuracy
 from tests.support.estimators import ALL
 from tests.support.records import write_record
 

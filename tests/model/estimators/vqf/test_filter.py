@@ -1,6 +1,4 @@
-"""VQF in float64 is the package of its authors, to 1e-6 deg and in every decision."""
-
-from __future__ import annotations
+"""VQF against the published implementation; in fixed point; in Verilog."""
 
 from typing import Any
 
@@ -8,15 +6,25 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import boresight
+from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
+from boresight.model.estimators.mekf.interface import STATUS_BITS as MEKF_BITS
+from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.estimators.vqf import Vqf
+from boresight.model.estimators.vqf.interface import STATUS_BITS, interface_of
+from boresight.model.estimators.vqf.settings import Settings
 from boresight.model.resolve import estimator_of
+from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
 from boresight.sim.records.files import read_record
-from tests.support.vqf_package import angle_deg, by_package, inputs_of, journey
+from tests.support.vqf_package import COLUMNS, angle_deg, by_package, inputs_of, journey
+
+# -- VQF in float64 is the package of its authors, to 1e-6 deg and in every decision --------------
 
 RATE = 25.0
 
@@ -162,3 +170,104 @@ def test_made_for_the_rates_of_a_log() -> None:
     assert isinstance(named, Vqf) and named.rates_hz == {"dt": 256.0, "mx": 64.0}
     with pytest.raises(InputError, match=r'^vqf, mag: wanted "full" or "none", found \'all\''):
         Vqf(mag="all")
+
+
+# -- VQF in fixed point: as float64, every decision the same, nothing saturates at extremes -------
+
+
+def attitude(outputs: Any) -> Any:
+    return np.stack([outputs[f"q{a}"] for a in "wxyz"], axis=1)
+
+
+@pytest.mark.parametrize("mag", ["full", "none"])
+def test_as_float64(mag: str) -> None:
+    made, bound = Vqf(RATE, mag=mag), 1e-3
+    build = Build(made)
+    records = inputs_of(made, journey(RATE))
+    fixed, real = Emitted(build).run(records), CompiledFloat(build).run(records)
+    off = angle_deg(attitude(fixed.outputs), attitude(real.outputs))
+    assert 1e-7 < off.max() < bound
+    assert np.array_equal(fixed.outputs["status"], real.outputs["status"])
+    assert fixed.saturated is not None and not fixed.saturated.any()
+    for name in ("pitch", "roll", "heading"):
+        d = np.abs((fixed.outputs[name] - real.outputs[name] + 1.0) % 2.0 - 1.0) * 180.0
+        assert np.quantile(d, 0.99) < bound
+
+
+def _hostile(made: Vqf, dt: float) -> dict[str, Any]:
+    rng = np.random.default_rng(3)
+    full = np.stack([rng.uniform(i.low, i.high, 1500) for i in made.inputs], axis=1)
+    full[:, 0] = np.where(rng.random(1500) < 0.01, -0.1, dt)
+    ends = np.array([[rng.choice([i.low, i.high]) for i in made.inputs] for _ in range(150)])
+    motions = {n: inputs_of(made, manoeuvre(n, 700, rng, dt)) for n in MANOEUVRES}
+    return motions | {"full": full, "ends": np.repeat(ends, 10, axis=0)}
+
+
+@pytest.mark.parametrize("rate_hz, mag_rate_hz", [(10.0, 1.0), (200.0, 200.0), (1000.0, 30.0)])
+def test_nothing_saturates_and_the_norm_is_kept(rate_hz: float, mag_rate_hz: float) -> None:
+    made = Vqf(rate_hz, mag_rate_hz)
+    rng = np.random.default_rng(4)
+    level = Emitted(Build(made))
+    cases: list[dict[str, float]] = [{}]
+    cases += [{q.name: float(rng.choice([q.low, q.high])) for q in made.params} for _ in range(8)]
+    stimuli = _hostile(made, 1.0 / rate_hz)
+    for case in cases:
+        level.set_params(made.param_values(case))
+        for name, records in stimuli.items():
+            level.reset()
+            run = level.run(records)
+            assert run.saturated is not None and not run.saturated.any(), (case, name)
+            q = attitude(run.outputs)
+            assert np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 1e-6, (case, name)
+
+
+@pytest.mark.parametrize("config, most", [("small", 1000), ("fast", 600)])
+def test_interval(config: str, most: int) -> None:
+    core = build_core(Vqf().compile(), config, restarts=1)
+    assert core.schedule.interval <= most + 10
+    assert len(core.program.states) <= 68
+
+
+# -- VQF in Verilog is the integer model at every hostile update, in both configurations ----------
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("mag", ["full", "none"])
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_hostile_updates(config: str, mag: str) -> None:
+    made, rng = Vqf(200.0, mag=mag), np.random.default_rng(5)
+    motions = [manoeuvre(n, 2400, rng) for n in MANOEUVRES if n != "uneven"]
+    drawn = np.stack([rng.uniform(i.low, i.high, 1000) for i in Vqf.inputs], axis=1)
+    drawn[:, 0] = np.where(rng.random(1000) < 0.02, -0.1, 0.005)
+    records = inputs_of(made, np.concatenate([*motions, drawn]))
+    assert [i.name for i in Vqf.inputs] == list(COLUMNS)
+    columns = {i.name: records[:, k] for k, i in enumerate(made.inputs)}
+    (result,) = boresight.check(made, columns, config=config)
+    for level in result.levels:
+        assert level.n_mismatch == 0 and level.n_total > 0 and not level.error, level
+        assert level.cycles_predicted == level.cycles_max == level.cycles_min, level
+        assert level.interval_predicted == level.interval_max, level
+    assert {level.level for level in result.levels} == {"fixed", "c", "rtl"}
+
+
+# -- what VQF declares, with and without a magnetometer -------------------------------------------
+
+
+def test_with_and_without_magnetometer() -> None:
+    inputs, params, states = interface_of(Settings())
+    assert inputs == INPUTS and len(states) == 68 and len(params) == 6
+    inputs, params, states = interface_of(Settings(magnetic=False))
+    assert [i for i in INPUTS if i not in inputs] == [i for i in INPUTS if i.name[0] == "m"]
+    assert len(states) == 55 and {p.name for p in params} == {"rest_gyr", "rest_acc"}
+
+
+def test_bits_are_those_of_the_flagship() -> None:
+    assert sorted(STATUS_BITS) == sorted(MEKF_BITS)
+
+
+def test_gains_follow_the_rates() -> None:
+    slow, quick = (
+        {p.name: p.default for p in interface_of(Settings(rate, rate))[1]} for rate in (50.0, 500.0)
+    )
+    for name in ("mag_gain", "field_gain"):
+        assert 9.9 < slow[name] / quick[name] < 10.0

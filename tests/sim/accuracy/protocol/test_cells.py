@@ -25,7 +25,7 @@ def test_figures_are_those_of_the_protocol(monkeypatch: pytest.MonkeyPatch) -> N
     scorer = Scorer(complementary, [c.given for c in held], jobs=1, told=told)
     figures = [
         figures_of(prepared(case, log), attitude_of(run.outputs))
-        for case, (run, _) in zip(wanted, scorer.runs(), strict=True)
+        for case, run in zip(wanted, scorer.runs(), strict=True)
     ]
     assert scorer.scores() == [
         {"as recorded": pytest.approx(figures[0]["total"])},

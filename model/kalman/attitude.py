@@ -1,0 +1,121 @@
+"""What the methods of a filter see of an attitude."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from boresight.model import ops
+from boresight.model.algebra import quaternion
+from boresight.model.kalman.slopes import Slopes, is_const
+from boresight.model.lowering.trace import Scalar, Tracer
+
+__all__ = ["AttitudeView", "corrected"]
+
+
+class AttitudeView:
+    """An attitude q, body to navigation, with its error e: C_true = (1 + [e x]) C.
+
+    Parameters
+    ----------
+    tracer : Tracer
+    q : (4,)
+        Components, scalar first.
+    slopes : Slopes, optional
+        Where derivatives by e are noted; none are without it.
+    first : int
+        Number of the first component of e.
+    estimate : (4,), optional
+        The attitude at which e is zero, where q is another one on purpose.
+    """
+
+    def __init__(
+        self,
+        tracer: Tracer,
+        q: Sequence[Any],
+        slopes: Slopes | None = None,
+        first: int = 0,
+        estimate: Sequence[Any] | None = None,
+    ) -> None:
+        self._tracer, self._slopes, self._first = tracer, slopes, first
+        self._q = list(q)
+        self._c = quaternion.matrix(self._q)
+        self._estimate = self._c if estimate is None else quaternion.matrix(estimate)
+
+    @property
+    def q(self) -> list[Any]:
+        """Components w, x, y, z; d q / d e = (0, e) q / 2."""
+        if self._slopes is None:
+            return self._q
+        units = [[0.5 * (m == k) for k in range(3)] for m in range(3)]
+        turned = [quaternion.vector_times(unit, self._q) for unit in units]
+        return [self._moving(self._q[k], [turned[m][k] for m in range(3)]) for k in range(4)]
+
+    @property
+    def matrix(self) -> list[list[Any]]:
+        """C, body to navigation, without derivatives."""
+        return self._c
+
+    def to_nav(self, v: Sequence[Any]) -> Any:
+        """C v [of v's unit]; its derivative by e is e x (C v)."""
+        return self._across(quaternion.turn(self._c, v))
+
+    def to_body(self, v: Sequence[Any]) -> Any:
+        """C^T v; its derivative by e is C^T (v x e)."""
+        turned = quaternion.conjugate_turn(self._c, v)
+        by_e = [quaternion.conjugate_turn(self._c, _times_unit(v, m)) for m in range(3)]
+        return _array(self._moving(n, [by_e[m][k] for m in range(3)]) for k, n in enumerate(turned))
+
+    def observed(self, measured: Sequence[Any], expected: Sequence[Any]) -> tuple[Any, Any]:
+        """z and h, each (3,), of a vector that is known in navigation axes and seen in body axes.
+
+        z = C b of the measured b; h = r, and as h(e) = C C_true^T r its derivative by e is r x e:
+        constant, whatever the attitude is.
+        """
+        z = _array(quaternion.turn(self._estimate, measured))
+        if self._slopes is None:
+            body = quaternion.conjugate_turn(self._c, expected)
+            return z, _array(quaternion.turn(self._estimate, body))
+        by_e = [_times_unit(expected, m) for m in range(3)]
+        return z, _array(
+            self._moving(r, [by_e[m][k] for m in range(3)]) for k, r in enumerate(expected)
+        )
+
+    def _across(self, n: Sequence[Any]) -> Any:
+        by_e = [[-c for c in _times_unit(n, m)] for m in range(3)]
+        return _array(self._moving(c, [by_e[m][k] for m in range(3)]) for k, c in enumerate(n))
+
+    def _moving(self, value: Any, by_e: Sequence[Any]) -> Scalar:
+        """``value`` with derivatives by the components of e besides its own."""
+        lift, tracer = self._tracer.lift, self._tracer
+        x = lift(value)
+        if self._slopes is None:
+            return x
+        x = tracer.new("same", x, data=(f"turned {len(tracer.expressions)}",))
+        slope = {self._first + m: lift(d) for m, d in enumerate(by_e)}
+        self._slopes.add(x, {k: d for k, d in slope.items() if not is_const(d, 0.0)})
+        return x
+
+
+def corrected(q: Sequence[Any], e: Sequence[Any]) -> list[Any]:
+    """(1, e/2) q of norm one: q turned by e [rad, navigation axes], each component at most 1."""
+    half = [ops.saturated(0.5 * c, 0.5) for c in e]
+    moved = quaternion.vector_times(half, q)
+    raw = [ops.saturated(a + b, 2.0) for a, b in zip(q, moved, strict=True)]
+    norm_sq = ops.bounded(quaternion.dot(raw, raw), 0.25, 2.0, "a quaternion near norm one")
+    scale = ops.rsqrt(norm_sq)
+    return [ops.saturated(c * scale, 1.0) for c in raw]
+
+
+def _array(values: Any) -> Any:
+    return np.array(list(values), dtype=object)
+
+
+def _times_unit(v: Sequence[Any], m: int) -> list[Any]:
+    """V x u of unit vector m."""
+    out: list[Any] = [0.0, 0.0, 0.0]
+    out[(m + 1) % 3] = v[(m + 2) % 3]
+    out[(m + 2) % 3] = -v[(m + 1) % 3]
+    return out

@@ -1,0 +1,245 @@
+"""What the author of a Kalman filter declares: states with standard deviations, measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from boresight.model import declarations
+from boresight.model.declarations import Named
+from boresight.model.errors import InputError
+from boresight.model.places import author_line, placed
+
+__all__ = ["AXES", "Attitude", "Measurement", "State", "axes_of", "grouped", "vector"]
+
+#: Last letters of the components of a vector.
+AXES = ("xyz", "enu", "ned")
+#: Largest standard deviation by default, as a multiple of the initial one.
+_LARGEST = 1.2
+_D = TypeVar("_D")
+_LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class State(declarations.State):
+    """A scalar state of a Kalman filter.
+
+    Parameters
+    ----------
+    name, low, high, unit, initial
+        As of `boresight.State`. Of unit ``ht`` it is an angle: its error is the shorter way round.
+    sd : float
+        Standard deviation at the start, in ``unit``.
+    sd_max : float, optional
+        Largest standard deviation, by default 1.2 ``sd``. A variance above three quarters of its
+        square grows no more until a measurement reduces it. P takes its words from it: a small one
+        leaves more bits.
+
+    Raises
+    ------
+    InputError
+        As of `boresight.State`; no standard deviation, or ``sd_max`` below it.
+    """
+
+    sd: float = math.nan
+    sd_max: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.most,))
+
+    @property
+    def most(self) -> float:
+        """Largest standard deviation."""
+        return _LARGEST * self.sd if self.sd_max is None else self.sd_max
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """A unit quaternion, body to navigation, whose error is a small turn of three components.
+
+    True and estimated attitude differ by a turn e in navigation axes, C_true = (1 + [e x]) C. What
+    a filter's methods see of it is an `AttitudeView`. Its states are ``qw, qx, qy, qz`` for the
+    name ``q``; its errors, in P and in messages, ``q_e, q_n, q_u``.
+
+    Parameters
+    ----------
+    name : str
+    sd, sd_max : (3,) or float
+        Standard deviations of the components of e, rad: initial and largest.
+    initial : (4,)
+        The quaternion, scalar first.
+    """
+
+    name: str
+    sd: Sequence[float] | float = math.nan
+    sd_max: Sequence[float] | float | None = None
+    initial: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+    line: str = _LINE
+
+    def __post_init__(self) -> None:
+        where = placed(self.line, f"attitude {self.name}")
+        _check_sd(where, self.sds, self.mosts)
+        norm = math.sqrt(math.fsum(c * c for c in self.initial))
+        if len(self.initial) != 4 or not abs(norm - 1.0) < 1e-6:
+            raise InputError.at(
+                where,
+                wanted="a unit quaternion w, x, y, z as initial",
+                found=repr(self.initial),
+                fix="divide it by its norm",
+            )
+
+    @property
+    def sds(self) -> tuple[float, ...]:
+        """Initial standard deviation of each component."""
+        return _three(self.sd)
+
+    @property
+    def mosts(self) -> tuple[float, ...]:
+        """Largest standard deviation of each component."""
+        largest = tuple(_LARGEST * sd for sd in self.sds)
+        return largest if self.sd_max is None else _three(self.sd_max)
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """Names of the components of e."""
+        return tuple(f"{self.name}_{a}" for a in "enu")
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return tuple(self.name + c for c in "wxyz")
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """A scalar measurement: z = h(x) + noise of variance r.
+
+    Parameters
+    ----------
+    z : value
+        What was measured: an input, or computed from inputs.
+    h : value
+        What the states let expect.
+    r : value
+        Variance of the noise, above 0 over the whole range of its parameters.
+    valid : condition, optional
+        Whether there is a measurement in this update; by default always.
+    gate : float, optional
+        Largest innovation in standard deviations; beyond it the measurement is left out.
+    wrap : bool
+        z and h are angles in half turns.
+    """
+
+    z: Any
+    h: Any
+    r: Any
+    valid: Any = None
+    gate: float | None = None
+    wrap: bool = False
+    line: str = _LINE
+
+    def __post_init__(self) -> None:
+        if self.gate is not None and not 0.0 < self.gate <= 32.0:
+            raise InputError.at(
+                placed(self.line, "measurement"),
+                wanted="a gate above 0 and at most 32 standard deviations",
+                found=repr(self.gate),
+                fix="3 to 5 is usual; leave it out to take every measurement",
+            )
+
+
+def vector(
+    kind: Callable[..., _D], name: str, axes: str, *given: Any, **options: Any
+) -> tuple[_D, ...]:
+    """Three declarations that differ in the last letter of their names.
+
+    ``vector(Input, "a", "xyz", -50.0, 50.0, "m/s^2")`` declares ``ax``, ``ay`` and ``az``; a
+    filter's methods see them also as the vector ``a``.
+    """
+    if axes not in AXES:
+        raise InputError.at(
+            placed(author_line(), f"vector {name}"),
+            wanted=f"axes of {', '.join(AXES)}",
+            found=repr(axes),
+            fix="choose one of these",
+        )
+    line = author_line()
+    return tuple(kind(name + a, *given, line=line, **options) for a in axes)
+
+
+def axes_of(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Vectors among names: their common stem, and the names of the components."""
+    found = {}
+    for stem in dict.fromkeys(name[:-1] for name in names):
+        for axes in AXES:
+            members = tuple(stem + a for a in axes)
+            if stem.isidentifier() and stem not in names and {*members} <= {*names}:
+                found[stem] = members
+    return found
+
+
+def grouped(declared: Sequence[Named], values: Any) -> dict[str, Any]:
+    """Values by name, and vectors of them as arrays of objects."""
+    names = [d.name for d in declared]
+    out = {name: getattr(values, name) for name in names}
+    for stem, members in axes_of(names).items():
+        out[stem] = np.array([out[m] for m in members], dtype=object)
+    return out
+
+
+def spread(
+    given: Mapping[str, Any], groups: Mapping[str, Sequence[str]], where: str, what: str
+) -> dict[str, Any]:
+    """Values by the name of each component, of values by names and by names of vectors.
+
+    Raises
+    ------
+    InputError
+        A name that is no component's nor vector's; another number of components.
+    """
+    members = {m for group in groups.values() for m in group}
+    out: dict[str, Any] = {}
+    for name, value in given.items():
+        group = groups.get(name)
+        if group is None and name not in members:
+            raise InputError.at(
+                where,
+                wanted=f"{what} of states: {', '.join(sorted({*groups, *members}))}",
+                found=repr(name),
+                fix="correct the name, or declare the state",
+            )
+        if group is None:
+            out[name] = value
+            continue
+        several = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
+        values = list(value) if several else [value] * len(group)
+        if len(values) != len(group) or (what != "noise" and len(group) > 1 and not several):
+            raise InputError.at(
+                where,
+                wanted=f"{len(group)} components of {name}",
+                found=str(len(values)) if several else "one number",
+                fix=f"give {', '.join(group)}",
+            )
+        out |= dict(zip(group, values, strict=True))
+    return out
+
+
+def _three(given: Sequence[float] | float) -> tuple[float, ...]:
+    return (float(given),) * 3 if isinstance(given, int | float) else tuple(given)
+
+
+def _check_sd(where: str, sds: Sequence[float], mosts: Sequence[float]) -> None:
+    for sd, most in zip(sds, mosts, strict=True):
+        if not 0.0 < sd <= most < math.inf:
+            missing = math.isnan(sd)
+            raise InputError.at(
+                where,
+                wanted="a standard deviation sd above 0, and none above sd_max",
+                found="no sd" if missing else f"sd {sd:g}, sd_max {most:g}",
+                fix="say how far the start may be off, as sd=0.5",
+            )

@@ -1,0 +1,232 @@
+"""A Kalman filter from its model: the author writes f, noise and measure, the rest is derived."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model import declarations
+from boresight.model.declarations import Output
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
+from boresight.model.kalman.textbook import Textbook
+from boresight.model.kalman.update import Update
+from boresight.model.lowering.trace import Scalar, Trace
+from boresight.model.places import placed
+from boresight.model.recorded import evaluate
+
+__all__ = ["Kalman"]
+
+FloatArray = npt.NDArray[np.float64]
+#: Below one, so that the word spends no bit on one itself.
+_BELOW = 1.0 - 2.0**-17
+#: Share of its largest at which a variance grows no more.
+_HELD = 0.75
+
+
+class Kalman(Estimator):
+    """Base class of a Kalman filter; extended where its model is not linear.
+
+    A subclass declares `inputs`, `params` and `states`, and writes `f`, `noise` and `measure`.
+    Derived are the Jacobians, P = F P F^T + Q over one half of P, and one update for each
+    measurement, L = P h / sqrt(h^T P h + r), P - L L^T: equal to the update by all measurements at
+    once, linearised at the predicted state. Ranges follow from the standard deviations alone: P_ij
+    lies within sd_i sd_j of zero, L_i within sd_i. A variance near its largest is held: its row of
+    F is that of a constant then and its noise is none, so that P stays F P F^T + Q of some F.
+
+    On the object, `states` has all that the core keeps: the author's (an attitude as its four
+    components), those of `memory`, and P as ``p_A_B`` of two states A and B.
+
+    Attributes
+    ----------
+    states : tuple of State or Attitude
+        What is estimated.
+    memory : tuple of boresight.State
+        Further values that are kept and not estimated; `f` returns what replaces them.
+    outputs : tuple of Output
+        Names of states, ``nis``, or what `shown` returns; by default all states.
+    prior : bool
+        Outputs are those of the predicted state, known before any measurement of the update is
+        taken into account.
+    floor : float
+        Process noise that each of n states has besides its own, for the rounding of P: this share
+        of its largest variance, n times. 2^-31 is the last bit of a word of 32.
+    """
+
+    states: tuple[Any, ...] = ()
+    memory: tuple[declarations.State, ...] = ()
+    prior: bool = False
+    floor: float = 2.0**-31
+
+    def __init__(self) -> None:
+        #: What the author declared.
+        self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
+        self._check_estimated()
+        #: Of each error state: its name, place, initial and largest standard deviation.
+        self.errors: list[str] = []
+        self.places: list[str] = []
+        self.initial_sd: list[float] = []
+        self.most: list[float] = []
+        kept: list[declarations.State] = []
+        #: Names of the error states that a name stands for.
+        self.groups: dict[str, tuple[str, ...]] = {}
+        for s in self.estimated:
+            if isinstance(s, Attitude):
+                names, sds, mosts = s.errors, s.sds, s.mosts
+                kept += [
+                    declarations.State(name, -1.0, 1.0, "", c, line=s.line)
+                    for name, c in zip(s.components, s.initial, strict=True)
+                ]
+            else:
+                names, sds, mosts = (s.name,), (s.sd,), (s.most,)
+                kept.append(s)
+            self.groups[s.name] = tuple(names)
+            self.errors += names
+            self.places += [s.line] * len(names)
+            self.initial_sd += sds
+            self.most += [math.sqrt(_BELOW) * most for most in mosts]
+        self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
+        n = len(self.errors)
+        #: Variances: beyond the first no element grows, the second is added in every update.
+        self.held = [_HELD * most**2 for most in self.most]
+        self.least_noise = [self.floor * n * most**2 for most in self.most]
+        self.covariance_states = {
+            f"p_{a}_{b}": (i, j)
+            for i, a in enumerate(self.errors)
+            for j, b in enumerate(self.errors[i:], i)
+        }
+        self.covariance_elements = {
+            name: (self.errors[i], self.errors[j])
+            for name, (i, j) in self.covariance_states.items()
+        }
+        self.states = (*kept, *self.memory, *map(self._covariance_state, self.covariance_states))
+        if not self.outputs:
+            self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in kept)
+
+    def _covariance_state(self, name: str) -> declarations.State:
+        i, j = self.covariance_states[name]
+        most = self.most[i] * self.most[j]
+        low, initial = (0.0, self.initial_sd[i] ** 2) if i == j else (-most, 0.0)
+        units = [self._unit(k) for k in (i, j)]
+        unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
+        return declarations.State(name, low, most, unit, initial, line=self.places[i])
+
+    def _unit(self, error: int) -> str:
+        name = self.errors[error]
+        scalars = (s for s in self.estimated if isinstance(s, State))
+        return next((s.unit for s in scalars if s.name == name), "rad")
+
+    def _check_estimated(self) -> None:
+        for s in self.estimated:
+            if not isinstance(s, State | Attitude):
+                raise InputError.at(
+                    placed(getattr(s, "line", self._line), f"state {getattr(s, 'name', s)}"),
+                    wanted="a state with a standard deviation, boresight.kalman.State(..., sd=0.5)",
+                    found=f"a {type(s).__module__.split('.')[0]} {type(s).__name__} without one",
+                    fix="give it one, or move it to memory if it is not estimated",
+                )
+        if not self.estimated:
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}"),
+                wanted="states to be estimated",
+                found="none",
+                fix='declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)',
+            )
+
+    # -- what the author writes -----------------------------------------------------------------
+
+    def f(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
+        """Next values of the states that change, by name.
+
+        Of an attitude: the turn in this update [rad, body axes], (3,). Vectors (`vector`) by their
+        name or by component; `memory` likewise.
+
+        Parameters
+        ----------
+        x : values by name
+            States; vectors as arrays of three, attitudes as `AttitudeView`.
+        u, p : values by name
+            Inputs and parameters.
+        """
+        return {}
+
+    def noise(self, x: Any, u: Any, p: Any) -> Mapping[Any, Any]:
+        """Variances of the process noise of one update, by the name of a state; others have none.
+
+        Of a vector or an attitude one for all components, or three. A pair of names: the
+        covariance of two.
+        """
+        return {}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Sequence[Measurement]:
+        """Measurements of the predicted states ``x``."""
+        raise NotImplementedError
+
+    def shown(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
+        """Outputs that are no states, by name."""
+        return {}
+
+    # -- what follows ---------------------------------------------------------------------------
+
+    def check_declarations(self) -> None:
+        """See `Estimator`; and that there is a method ``measure``."""
+        super().check_declarations()
+        if type(self).measure is Kalman.measure:
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}"),
+                wanted="a method measure(self, x, u, p)",
+                found="none",
+                fix="write it: it returns a list of Measurement(z, h, r)",
+            )
+
+    def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One update: predict, then correct."""
+        if any(isinstance(v, Scalar) for v in vars(x).values()):
+            return Update(self, x, u, p).results()
+        return self._evaluated(x, u, p)
+
+    def _evaluated(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """One update of numbers or arrays: the record, in float64."""
+        trace = self._trace
+        leaves = {
+            (kind, d.name): getattr(values, d.name)
+            for kind, declared, values in (
+                ("input", self.inputs, u),
+                ("param", self.params, p),
+                ("state", self.states, x),
+            )
+            for d in declared
+        }
+        made = evaluate(trace, leaves)
+        after = {e.data[1]: made[next_e.number] for e, _, next_e in trace.states}
+        return after, {name: made[e.number] for name, e in trace.outputs.items()}
+
+    @property
+    def _trace(self) -> Trace:
+        known: Trace | None = self.__dict__.get("_recorded")
+        if known is None:
+            known = self.__dict__["_recorded"] = self.trace()
+        return known
+
+    def textbook(
+        self, inputs: FloatArray, params: Mapping[str, float] | None = None
+    ) -> Mapping[str, FloatArray]:
+        """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
+        return Textbook(self).run(inputs, params).outputs
+
+    def error_covariance(
+        self, states: Mapping[str, FloatArray], params: Mapping[str, float]
+    ) -> tuple[tuple[str, ...], FloatArray] | None:
+        """See `Estimator`: of the outputs that are scalar states."""
+        names = tuple(o.name for o in self.outputs if o.name in self.errors)
+        if not names:
+            return None
+        at = [self.errors.index(name) for name in names]
+        full = {pair: states[name] for name, pair in self.covariance_states.items()}
+        rows = [[full[min(i, j), max(i, j)] for j in at] for i in at]
+        return names, np.moveaxis(np.array(rows), 2, 0)

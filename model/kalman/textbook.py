@@ -1,0 +1,264 @@
+"""The same filter as in a textbook, in float64, to compare a derived one with.
+
+Jacobians are differences of f and h themselves, five points each; all measurements of an update are
+taken at once, and P is updated in Joseph's form. Of the derivation it shares what its author wrote
+and the meaning of an attitude's error, nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model import ops
+from boresight.model.kalman.attitude import AttitudeView
+from boresight.model.kalman.declared import Attitude, Measurement, grouped
+from boresight.model.kalman.filter import Filter
+from boresight.model.kalman.slopes import Intervals
+from boresight.model.kalman.update import checked_measurements, moved, noise_of
+from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.recorded import evaluate
+from boresight.model.step import Values
+
+__all__ = ["Textbook", "TextbookRun"]
+
+FloatArray = npt.NDArray[np.float64]
+#: Step of a difference, as a share of the largest standard deviation.
+_STEP = 2.0**-10
+#: f'(x) h = sum weight_k f(x + k h), to the fourth order.
+_STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
+
+
+@dataclass(frozen=True)
+class TextbookRun:
+    """What a textbook's filter gave.
+
+    Attributes
+    ----------
+    outputs : dict of str to (n,)
+        As the estimator's.
+    covariances : (n, errors, errors)
+        P after each update.
+    """
+
+    outputs: dict[str, FloatArray]
+    covariances: FloatArray
+
+
+class _Function:
+    """A method of the author's on numbers: what ``record`` returns, by name, of its leaves.
+
+    The leaf ``NAME estimate`` of an attitude's component is that of the state estimate, where the
+    component itself is varied.
+    """
+
+    def __init__(self, kalman: Filter, record: Any) -> None:
+        tracer = Tracer(kalman.name)
+
+        def leaves(kind: str, declared: Any) -> dict[str, Scalar]:
+            return {d.name: tracer.leaf(kind, d.name, d.low, d.high, d.unit) for d in declared}
+
+        x = leaves("state", kalman.states)
+        u, p = leaves("input", kalman.inputs), leaves("param", kalman.params)
+        seen = grouped([*kalman.states], Values("state", x))
+        for s in kalman.estimated:
+            if isinstance(s, Attitude):
+                about = [tracer.leaf("state", f"{c} estimate", -1.0, 1.0) for c in s.components]
+                seen[s.name] = AttitudeView(tracer, [x[c] for c in s.components], estimate=about)
+        inputs = Values("input", grouped(kalman.inputs, Values("input", u)))
+        found = record(tracer, Values("state", seen), inputs, Values("parameter", p))
+        self.trace = Trace(tracer, [], {k: tracer.lift(v) for k, v in found.items()})
+        self.names = list(found)
+
+    def __call__(self, leaves: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
+        values = evaluate(self.trace, leaves)
+        return {name: values[e.number] for name, e in self.trace.outputs.items()}
+
+
+class Textbook:
+    """An extended Kalman filter of the model of ``kalman``, as in a textbook."""
+
+    def __init__(self, kalman: Filter) -> None:
+        self.kalman = kalman
+        self.measurements: list[Measurement] = []
+        self._next = _Function(kalman, self._motion)
+        self._noise = _Function(kalman, self._variances)
+        self._seen = _Function(kalman, self._measured)
+        self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
+
+    # -- what the author wrote, as functions ----------------------------------------------------
+
+    def _motion(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        k = self.kalman
+        before = {s.name: getattr(x, s.name) for s in k.states}
+        return moved(k, k.f(x, u, p), before)
+
+    def _variances(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        k = self.kalman
+        found = noise_of(k, k.noise(x, u, p), Intervals(tracer))
+        return {f"{i} {j}": v for (i, j), v in found.items()}
+
+    def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        self.measurements = checked_measurements(self.kalman, self.kalman.measure(x, u, p))
+        out: dict[str, Any] = {}
+        for n, m in enumerate(self.measurements):
+            valid = True if m.valid is None else m.valid
+            out[f"valid {n}"] = ops.where(valid, 1.0, 0.0) if m.valid is not None else 1.0
+            out |= {f"z {n}": m.z, f"h {n}": m.h, f"r {n}": m.r}
+        return out
+
+    # -- the filter -----------------------------------------------------------------------------
+
+    def run(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> TextbookRun:
+        """Run it.
+
+        Parameters
+        ----------
+        inputs : (n, n_inputs)
+            In their units.
+        """
+        k = self.kalman
+        x = {s.name: np.float64(s.initial) for s in k.states}
+        cov = np.diag(np.square(k.initial_sd))
+        fixed = {("param", name): v for name, v in k.param_values(params).items()}
+        rows, covariances = [], []
+        for one in inputs:
+            leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, one, strict=True)}
+            x, cov = self._predicted(x, cov, leaves)
+            prior = x
+            x, cov, nis = self._corrected(x, cov, leaves)
+            shown = prior if k.prior else x
+            known = {**shown, "nis": nis, **self._shown(self._leaves(shown, leaves))}
+            rows.append([float(known[o.name]) for o in k.outputs])
+            covariances.append(cov)
+        columns = np.array(rows).T
+        outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
+        return TextbookRun(outputs, np.array(covariances))
+
+    def _leaves(self, x: Mapping[str, Any], leaves: Mapping[Any, Any], about: Any = None) -> Any:
+        about = about or x
+        own = {("state", name): v for name, v in x.items()}
+        for s in self.kalman.estimated:
+            if isinstance(s, Attitude):
+                own |= {("state", f"{c} estimate"): about[c] for c in s.components}
+        return {**leaves, **own}
+
+    def _predicted(
+        self, x: dict[str, Any], cov: FloatArray, leaves: Mapping[Any, Any]
+    ) -> tuple[dict[str, Any], FloatArray]:
+        """x = f(x), P = F P F^T + Q."""
+        k = self.kalman
+        now = self._next(self._leaves(x, leaves))
+        slope = self._jacobian(self._next, k.errors, x, leaves)
+        f, q, after = slope.copy(), np.zeros_like(cov), dict(x)
+        for s in k.estimated:
+            at = k.errors.index(k.groups[s.name][0])
+            if isinstance(s, Attitude):
+                quaternion = np.array([x[c] for c in s.components], dtype=float)
+                f[at : at + 3] = _matrix(quaternion) @ slope[at : at + 3]
+                f[at : at + 3, at : at + 3] += np.eye(3)
+                turn = np.array([now[e] for e in s.errors], dtype=float)
+                after |= zip(s.components, _times(quaternion, _of_turn(turn)), strict=True)
+            else:
+                after[s.name] = ops.wrap_ht(now[s.name]) if s.unit == "ht" else now[s.name]
+        after |= {s.name: now[s.name] for s in k.memory}
+        for pair, value in self._noise(self._leaves(x, leaves)).items():
+            i, j = map(int, pair.split())
+            q[i, j] = q[j, i] = value
+        q += np.diag(k.least_noise)
+        held = np.diag(cov) > np.array(k.held)
+        f[held] = np.eye(len(f))[held]
+        q[held] = q[:, held] = 0.0
+        return after, f @ cov @ f.T + q
+
+    def _corrected(
+        self, x: dict[str, Any], cov: FloatArray, leaves: Mapping[Any, Any]
+    ) -> tuple[dict[str, Any], FloatArray, float]:
+        """All measurements at once, but for those beyond their gate given the ones before."""
+        k = self.kalman
+        now = self._seen(self._leaves(x, leaves))
+        numbers = range(len(self.measurements))
+        h = self._jacobian(self._seen, [f"h {n}" for n in numbers], x, leaves)
+        r = np.array([float(now[f"r {n}"]) for n in numbers])
+        nu = np.array([float(now[f"z {n}"] - now[f"h {n}"]) for n in numbers])
+        for n, m in enumerate(self.measurements):
+            nu[n] = ops.wrap_ht(nu[n]) if m.wrap else nu[n]
+        s = h @ cov @ h.T + np.diag(r)
+        taken: list[int] = []
+        for n, m in enumerate(self.measurements):
+            if now[f"valid {n}"] < 0.5:
+                continue
+            known = np.linalg.solve(s[np.ix_(taken, taken)], s[taken, n])
+            variance, rest = s[n, n] - known @ s[taken, n], nu[n] - known @ nu[taken]
+            if m.gate is None or rest * rest <= m.gate**2 * variance:
+                taken.append(n)
+        h, r, nu = h[taken], r[taken], nu[taken]
+        s = s[np.ix_(taken, taken)]
+        gain = np.linalg.solve(s, h @ cov).T
+        change, left = gain @ nu, np.eye(len(cov)) - gain @ h
+        after = _moved_by(k, x, change)
+        joseph = left @ cov @ left.T + gain @ np.diag(r) @ gain.T
+        return after, joseph, float(nu @ np.linalg.solve(s, nu))
+
+    def _jacobian(
+        self, function: _Function, names: list[str], x: dict[str, Any], leaves: Mapping[Any, Any]
+    ) -> FloatArray:
+        """Derivatives (names, errors)."""
+        k, n = self.kalman, len(self.kalman.errors)
+        steps = np.array(k.most) * _STEP
+        change = np.concatenate([np.diag(steps * times) for times in _STENCIL])  # (4 n, n)
+        several = {name: np.full(len(change), value) for name, value in x.items()}
+        varied = function(self._leaves(_moved_by(k, several, change.T), leaves, about=several))
+        middle = function(self._leaves(x, leaves))
+        weights = np.array([*_STENCIL.values()])[:, None] / steps
+        rows = []
+        for name in names:
+            apart = np.broadcast_to(varied[name] - middle[name], len(change))
+            if self._is_angle(name):
+                apart = ops.wrap_ht(apart)
+            rows.append((apart.reshape(-1, n) * weights).sum(axis=0))
+        return np.array(rows)
+
+    def _is_angle(self, name: str) -> bool:
+        """Whether a next state or an expected measurement wraps."""
+        if name.startswith("h "):
+            return self.measurements[int(name[2:])].wrap
+        return any(s.name == name and s.unit == "ht" for s in self.kalman.states)
+
+
+def _moved_by(kalman: Filter, x: Mapping[str, Any], change: FloatArray) -> dict[str, Any]:
+    """States moved by errors (errors,) or (errors, rows)."""
+    out = dict(x)
+    for s in kalman.estimated:
+        at = kalman.errors.index(kalman.groups[s.name][0])
+        if isinstance(s, Attitude):
+            half = np.concatenate([np.ones_like(change[:1]), 0.5 * change[at : at + 3]])
+            q = _times(half, np.array([x[c] for c in s.components], dtype=float))
+            out |= zip(s.components, q / np.sqrt((q * q).sum(axis=0)), strict=True)
+        else:
+            value = x[s.name] + change[at]
+            out[s.name] = ops.wrap_ht(value) if s.unit == "ht" else value
+    return out
+
+
+def _times(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Hamilton's product."""
+    v = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:], axis=0)
+    return np.concatenate([(p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0))[None], v])
+
+
+def _of_turn(turn: FloatArray) -> FloatArray:
+    """Quaternion of a rotation vector."""
+    half = 0.5 * float(np.linalg.norm(turn))
+    return np.concatenate([[np.cos(half)], 0.5 * np.sinc(half / np.pi) * turn])
+
+
+def _matrix(q: FloatArray) -> FloatArray:
+    """Body to navigation, of a unit quaternion: v + 2 w (u x v) + 2 u x (u x v)."""
+    cross = np.cross(q[1:], np.eye(3)).T
+    matrix: FloatArray = np.eye(3) + 2.0 * q[0] * cross + 2.0 * cross @ cross
+    return matrix

@@ -1,0 +1,495 @@
+"""One update of a Kalman filter, as it is recorded: prediction, then a scalar update for each row.
+
+What is recorded for the author carries the author's line: an element of P that of the state of its
+row, an update that of its `Measurement`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+from boresight.model import ops
+from boresight.model.algebra import quaternion
+from boresight.model.errors import InputError
+from boresight.model.kalman.attitude import AttitudeView, corrected
+from boresight.model.kalman.declared import Attitude, Measurement, axes_of, grouped, spread
+from boresight.model.kalman.filter import Filter
+from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
+from boresight.model.lowering.trace import Condition, Scalar
+from boresight.model.places import place_of_function, placed
+from boresight.model.step import Values
+
+__all__ = ["Update", "checked_measurements", "moved", "noise_of"]
+
+#: Most by which one prediction may exceed the bound of a standard deviation.
+_REACH = 64.0
+#: Bound of an innovation over its standard deviation.
+_MOVE = 64.0
+
+
+class Update:
+    """Records one update of ``kalman``: `results` has the next states and the outputs."""
+
+    def __init__(self, kalman: Filter, x: Any, u: Any, p: Any) -> None:
+        self.kalman, self.u, self.p = kalman, Values("input", grouped(kalman.inputs, u)), p
+        leaf = getattr(x, kalman.states[0].name)
+        self.tracer = leaf.tracer
+        self.slopes, self.intervals = Slopes(self.tracer), Intervals(self.tracer)
+        self.before = {s.name: getattr(x, s.name) for s in kalman.states}
+        n = self.n = len(kalman.errors)
+        self.range = range(n)
+        #: P as far as it is known, and the bounds of its standard deviations.
+        self.cov: dict[tuple[int, int], Scalar] = {}
+        for name, (i, j) in kalman.covariance_states.items():
+            self.cov[i, j] = self.cov[j, i] = self.before[name]
+        self.wide = list(kalman.most)
+        self.states: dict[str, Any] = {}
+        self.memory: dict[str, Any] = {}
+        #: Elements of P that some updates have been subtracted from, and how many.
+        self.left: dict[tuple[int, int], tuple[Any, int]] = {}
+        #: Of each update: its L, the innovation over its standard deviation, whether it counts.
+        self.gains: list[list[Any]] = []
+        self.moves: list[Any] = []
+        self.taken: list[Condition | None] = []
+        self.nis: Any = 0.0
+
+    def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Next states and outputs, by name."""
+        k = self.kalman
+        self._predict()
+        prior = self._outputs(self.states) if k.prior else None
+        self._correct()
+        states = {**self.states, **self.memory, **self._reduced()}
+        outputs = self._outputs(self.states) if prior is None else prior
+        self.tracer.place = ""
+        return states, outputs
+
+    # -- prediction -----------------------------------------------------------------------------
+
+    def _predict(self) -> None:
+        """x = f(x), P = F P F^T + Q."""
+        k = self.kalman
+        for i, name in enumerate(k.errors):
+            if name in self.before:
+                self.slopes.seed(self.before[name], i)
+        seen = self._seen(self.before)
+        after = moved(k, k.f(seen, self.u, self.p), self.before)
+        noise = noise_of(k, k.noise(seen, self.u, self.p), self.intervals)
+        self.memory = {s.name: after[s.name] for s in k.memory}
+        rows: list[Slope] = []
+        for s in k.estimated:
+            self.tracer.place = s.line
+            if isinstance(s, Attitude):
+                turn = [after[e] for e in s.errors]
+                q = [self.before[c] for c in s.components]
+                self.states |= zip(s.components, turned(q, turn), strict=True)
+                rows += self._rows_of_turn(s, getattr(seen, s.name), turn)
+            else:
+                value = self.tracer.lift(after[s.name])
+                rows.append(self.slopes.of(value))
+                self.states[s.name] = value if value is self.before[s.name] else _within(value, s)
+        self._propagate(rows, noise)
+
+    def _rows_of_turn(self, s: Attitude, view: AttitudeView, turn: Sequence[Any]) -> list[Slope]:
+        """Rows of F of an attitude's error: e + C d(turn)."""
+        first = self.kalman.errors.index(s.errors[0])
+        by = [self.slopes.of(self.tracer.lift(t)) for t in turn]
+        rows = []
+        for a in range(3):
+            row: Slope = {first + a: self.tracer.const(1.0)}
+            for b in range(3):
+                for j, d in by[b].items():
+                    part = product(d, self.tracer.lift(view.matrix[a][b]))
+                    row[j] = row[j] + part if j in row else part
+            rows.append(row)
+        return rows
+
+    def _propagate(self, rows: list[Slope], noise: dict[tuple[int, int], Any]) -> None:
+        """F P F^T + Q, each row of F held where the variance is near its largest.
+
+        F is a product of factors that each change some states by others which are still as they
+        were; those whose equations need each other change together.
+        """
+        k = self.kalman
+        self.full: list[Condition] = []
+        self.diagonal: list[Scalar] = []
+        self.rows: list[Slope] = []
+        for i in self.range:
+            self.tracer.place = k.places[i]
+            self.full.append(self.cov[i, i] > k.held[i])
+            reach = self._reach(i, rows[i], noise.get((i, i), 0.0))
+            self.wide[i] = min(max(reach, self.wide[i]), _REACH * self.wide[i])
+            zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
+            self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
+            self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
+        done: set[int] = set()
+        for block in _blocks(rows):
+            done |= {*block}
+            added = {
+                (i, j): q for (i, j), q in noise.items() if {i, j} <= done and {i, j} & {*block}
+            }
+            self._change(block, added)
+
+    def _entry(self, i: int, m: int, entry: Scalar) -> Scalar:
+        """An element of F in a word 32 times as fine as its share of P needs: shorter products."""
+        k = self.kalman
+        enough = math.ldexp(2.0**-5, math.frexp(k.most[i] / k.most[m])[1])
+        if entry.kind == "const" or self.intervals.size(entry) >= enough:
+            return entry
+        coarse: Scalar = ops.bounded(entry, -enough, enough, "standard deviations")
+        return coarse
+
+    def _change(self, block: Sequence[int], noise: Mapping[tuple[int, int], Any]) -> None:
+        """P after the states of ``block`` alone have moved, by the others and one another."""
+        k, before = self.kalman, dict(self.cov)
+        along: dict[tuple[int, int], Scalar] = {}
+        for i in block:
+            self.tracer.place = k.places[i]
+            needed = {*self.range} - {*block} | {m for j in block for m in self.rows[j]} | {*block}
+            for j in sorted(needed):
+                along[i, j] = self._across(i, [before[m, j] for m in self.range])
+                if j not in block:
+                    added = noise.get((min(i, j), max(i, j)), 0.0)
+                    along[i, j] = self._sized(along[i, j], i, j, before)
+                    self.cov[i, j] = self.cov[j, i] = self._noisy(along[i, j], i, j, added)
+        for n, i in enumerate(block):
+            for j in block[n:]:
+                self.tracer.place = k.places[i]
+                a, b = (i, j) if len(self.rows[j]) <= len(self.rows[i]) else (j, i)
+                column = [along.get((a, m), before[a, m]) for m in self.range]
+                added = noise.get((i, j), 0.0)
+                if i == j:
+                    value = self._across(b, column, added + k.least_noise[i])
+                else:
+                    value = self._noisy(self._across(b, column), i, j, added)
+                self.cov[i, j] = self.cov[j, i] = self._sized(value, i, j, before)
+
+    def _across(self, i: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
+        """Row i of F times a column; what comes of other states, and noise, unless held."""
+        others = added
+        for m in sorted(self.rows[i]):
+            others = others + product(self.rows[i][m], column[m])
+        own: Scalar = product(self.diagonal[i], column[i])
+        return own if is_const(others, 0.0) else own + ops.where(self.full[i], 0.0, others)
+
+    def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
+        """An element of two states with the covariance of their noise, unless one is held."""
+        if is_const(added, 0.0):
+            return value
+        noisy: Scalar = value + ops.where(self.full[i] | self.full[j], 0.0, added)
+        return noisy
+
+    def _sized(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
+        """An element that has changed, within what the standard deviations allow."""
+        return value if value is before[i, j] else self._element(value, i, j, self.wide)
+
+    def _reach(self, i: int, row: Slope, variance: Any) -> float:
+        """Largest standard deviation after a prediction that is not held."""
+        k, size = self.kalman, self.intervals.size
+        spread = sum(
+            size(d) * (math.sqrt(k.held[j]) if i == j else k.most[j]) for j, d in row.items()
+        )
+        return math.sqrt(spread**2 + size(variance) + k.least_noise[i])
+
+    def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
+        """An element of P within what standard deviations allow."""
+        low = 0.0 if i == j else -sd[i] * sd[j]
+        bounded: Scalar = ops.bounded(value, low, sd[i] * sd[j], "standard deviations")
+        return bounded
+
+    def _dot(self, row: Mapping[int, Scalar], column: Callable[[int], Any]) -> Scalar:
+        """Sum of products."""
+        out: Any = 0.0
+        for m in sorted(row):
+            out = out + product(row[m], column(m))
+        total: Scalar = self.tracer.lift(out)
+        return total
+
+    # -- correction -----------------------------------------------------------------------------
+
+    def _correct(self) -> None:
+        """x += L nu / sqrt(s) of every measurement; L of what the ones before it left of P."""
+        k = self.kalman
+        places = {s.name: s.line for s in k.estimated}
+        current = dict(self.states)
+        self.slopes = Slopes(self.tracer)  # by the errors of the predicted state, no others
+        for i, name in enumerate(k.errors):
+            if name in current:
+                self.tracer.place = places[name]
+                value = self.tracer.lift(current[name])
+                current[name] = self.tracer.new("same", value, data=(f"predicted {name}",))
+                self.slopes.seed(current[name], i)
+        self.tracer.place = ""
+        seen = self._seen(current)
+        for m in checked_measurements(k, k.measure(seen, self.u, self.p)):
+            self.tracer.place = m.line
+            self._update(m)
+        for s in k.estimated:
+            self.tracer.place = s.line
+            self._move(s)
+
+    def _update(self, m: Measurement) -> None:
+        row = self.slopes.of(self.tracer.lift(m.h))
+        low, high = self.intervals(m.r)
+        if not row or low <= 0.0:
+            raise InputError.at(
+                placed(m.line, "measurement"),
+                wanted="a variance above 0" if row else "h that depends on a state",
+                found=f"[{low:g}, {high:g}]" if row else "one that does not",
+                fix="raise the least value of its parameters" if row else "compute h from x",
+            )
+        innovation = self._innovation(m)
+        earlier = [self._dot(row, g.__getitem__) for g in self.gains]
+        spread = self._spread(m, row)
+        whole = [
+            self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
+        ]
+        column = self._left(whole, row, earlier, spread)
+        # h P h + r, not of the columns that are still to be reduced: known sooner.
+        variance = self._dot(row, (whole if earlier else column).__getitem__)
+        variance = self._less(variance, [a * a for a in earlier]) + m.r
+        if earlier or not _is_unit(row):  # else its interval is as good
+            variance = ops.bounded(variance, low, spread * spread + high, "h P h + r")
+        pairs = zip(earlier, self.moves, strict=True)
+        innovation = self._less(innovation, [a * move for a, move in pairs])
+        weight = ops.rsqrt(variance)
+        move = ops.saturated(innovation * weight, _MOVE)
+        taken, gains = m.valid, [c * weight for c in column]
+        if m.gate is not None:
+            # A condition of its own: cheaper once for each L than wherever these are used.
+            within = ~self._beyond(m.gate, innovation, variance)
+            within = within if taken is None else within & taken
+            gains = [ops.where(within, g, 0.0) for g in gains]
+            move, taken = ops.where(within, move, 0.0), None
+        self.nis = self.nis + (move * move if taken is None else ops.where(taken, move * move, 0.0))
+        bounds = zip(gains, self.wide, strict=True)
+        self.gains.append([ops.bounded(g, -sd, sd, "root of a variance") for g, sd in bounds])
+        self.moves.append(move)
+        self.taken.append(taken)
+
+    def _less(self, value: Any, parts: Sequence[Any], first: int = 0) -> Any:
+        """Value less what each update from the first takes of it, if it is taken."""
+        for _, some in groupby(enumerate(parts, first), lambda part: id(self.taken[part[0]])):
+            numbers, each = zip(*some, strict=True)
+            total = sum(each[1:], each[0])
+            taken = self.taken[numbers[0]]
+            value = value - (total if taken is None else ops.where(taken, total, 0.0))
+        return value
+
+    def _innovation(self, m: Measurement) -> Any:
+        nu = m.z - m.h
+        return ops.wrap_ht(nu) if m.wrap else nu
+
+    def _beyond(self, gate: float, innovation: Any, variance: Any) -> Any:
+        """nu^2 > gate^2 s: known before the root of s."""
+        limit = gate * math.sqrt(self.intervals(variance)[1])
+        most = math.ldexp(1.0, math.frexp(limit)[1])
+        nu = ops.saturated(innovation, most)
+        return nu * nu > (gate * gate) * variance
+
+    def _left(
+        self, column: list[Any], row: Slope, earlier: Sequence[Scalar], spread: float
+    ) -> list[Any]:
+        """P h of what the updates before have left of P; ``earlier``: their h L."""
+        if _is_unit(row):
+            return [self._element_left(i, *row) for i in self.range]
+        out: list[Any] = []
+        for value, sd, *g in zip(column, self.wide, *self.gains, strict=True):
+            value = self._less(value, [own * a for own, a in zip(g, earlier, strict=True)])
+            out.append(ops.bounded(value, -spread * sd, spread * sd, "standard deviations"))
+        return out
+
+    def _element_left(self, i: int, j: int) -> Any:
+        """An element of P after the updates so far; each is subtracted once."""
+        value, done = self.left.get((i, j), (self.cov[i, j], 0))
+        if done < len(self.gains):
+            value = self._element(self._reduced_by(i, j, value, done), i, j, self.wide)
+            self.left[i, j] = self.left[j, i] = value, len(self.gains)
+        return value
+
+    def _reduced_by(self, i: int, j: int, value: Any, done: int) -> Any:
+        """An element of P - L L^T of all updates, of which so many are done."""
+        return self._less(value, [g[i] * g[j] for g in self.gains[done:]], done)
+
+    def _spread(self, m: Measurement, row: Slope) -> float:
+        """Largest standard deviation of h, without the noise."""
+        sizes = {j: self.intervals.size(h) for j, h in row.items()}
+        for j, size in sizes.items():
+            if not math.isfinite(size):
+                raise InputError.at(
+                    placed(m.line, "measurement"),
+                    wanted=f"a derivative by {self.kalman.errors[j]} with a finite range",
+                    found="an infinite one",
+                    fix="bound what h divides by or takes a root of: ops.clip, ops.maximum",
+                )
+        return sum(size * self.wide[j] for j, size in sizes.items())
+
+    def _move(self, s: Any) -> None:
+        """The sum of all corrections of one state."""
+        first = self.kalman.groups[s.name][0]
+        at = self.kalman.errors.index(first)
+        sums = []
+        for i in range(at, at + len(self.kalman.groups[s.name])):
+            value: Any = 0.0 if isinstance(s, Attitude) else self.states[s.name]
+            pairs = zip(self.gains, self.moves, strict=True)
+            sums.append(self._less(value, [-(g[i] * move) for g, move in pairs]))
+        if isinstance(s, Attitude):
+            q = corrected(
+                [self.states[c] for c in s.components], [ops.saturated(e, 1.0) for e in sums]
+            )
+            self.states |= zip(s.components, q, strict=True)
+        else:
+            self.states[s.name] = _within(sums[0], s)
+
+    def _reduced(self) -> dict[str, Any]:
+        """P - sum L L^T, each element once."""
+        k, out = self.kalman, {}
+        for name, (i, j) in k.covariance_states.items():
+            self.tracer.place = k.places[i]
+            value = self._reduced_by(i, j, *self.left.get((i, j), (self.cov[i, j], 0)))
+            out[name] = self._element(value, i, j, k.most)
+        return out
+
+    # -- views ----------------------------------------------------------------------------------
+
+    def _seen(self, values: Mapping[str, Any]) -> Values:
+        """States as the author's methods see them."""
+        k, seen = self.kalman, {}
+        scalars = [s for s in k.estimated if not isinstance(s, Attitude)]
+        for s in k.estimated:
+            if isinstance(s, Attitude):
+                first = k.errors.index(s.errors[0])
+                q = [values[c] for c in s.components]
+                self.tracer.place = s.line
+                seen[s.name] = AttitudeView(self.tracer, q, self.slopes, first)
+        self.tracer.place = ""
+        named = Values("state", {**self.before, **self.memory, **values})
+        return Values("state", {**grouped([*scalars, *k.memory], named), **seen})
+
+    def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Outputs of these states."""
+        k = self.kalman
+        known = {"nis": self.nis, **self.memory, **values}
+        known |= k.shown(self._seen(values), self.u, self.p)
+        return {o.name: known[o.name] for o in k.outputs if o.name in known}
+
+
+def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
+    """States in an order in which each changes while those of its row are as they were.
+
+    Where the equations of some need each other, these are one block; so are those of which none
+    needs another.
+    """
+    n = len(rows)
+    needs = [{*row} - {i} for i, row in enumerate(rows)]
+    for m in range(n):  # of what is needed, too
+        needs = [one | needs[m] if m in one else one for one in needs]
+    left, blocks = {*range(n)}, []
+    while left:
+        users = {i: {k for k in left if i in needs[k]} for i in left}
+        block = [i for i in sorted(left) if users[i] <= needs[i]]
+        blocks.append(block)
+        left -= {*block}
+    return blocks
+
+
+def _is_unit(row: Slope) -> bool:
+    """Whether a measurement is that of one state itself."""
+    return [is_const(h, 1.0) for h in row.values()] == [True]
+
+
+def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
+    """What replaces each state and memory; of an attitude the turn, by the names of its errors.
+
+    Raises
+    ------
+    InputError
+        A name that is no state's.
+    """
+    groups = {
+        **kalman.groups,
+        **{s.name: (s.name,) for s in kalman.memory},
+        **axes_of([s.name for s in kalman.memory]),
+    }
+    where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
+    found = spread(given, groups, where, "next values")
+    names = (*kalman.errors, *(s.name for s in kalman.memory))
+    return {name: found.get(name, before.get(name, 0.0)) for name in names}
+
+
+def noise_of(
+    kalman: Filter, given: Mapping[Any, Any], intervals: Intervals
+) -> dict[tuple[int, int], Any]:
+    """Variances and covariances of the process noise, by the numbers of two error states.
+
+    Raises
+    ------
+    InputError
+        A name that is no state's, or a variance that may be negative.
+    """
+    where = placed(place_of_function(kalman.noise), f"noise of {kalman.name}")
+    single = {name: v for name, v in given.items() if not isinstance(name, tuple)}
+    out: dict[tuple[int, int], Any] = {}
+    for name, value in spread(single, kalman.groups, where, "noise").items():
+        i = kalman.errors.index(name)
+        if intervals(value)[0] < 0.0:
+            raise InputError.at(
+                f"{where}, {name}",
+                wanted="a variance of 0 or more",
+                found=f"one down to {intervals(value)[0]:g}",
+                fix="raise the least value of its parameters, or take ops.maximum(v, 0.0)",
+            )
+        out[i, i] = value
+    for pair in given.keys() - single.keys():
+        i, j = sorted(kalman.errors.index(e) for e in _errors_of(kalman, pair, where))
+        out[i, j] = given[pair]
+    return out
+
+
+def _errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, ...]:
+    """Two names of error states."""
+    if len({*pair}) != 2 or not {*pair} <= {*kalman.errors}:
+        raise InputError.at(
+            where,
+            wanted=f"pairs of {', '.join(kalman.errors)}",
+            found=repr(pair),
+            fix="name two different states whose noise is correlated",
+        )
+    return pair
+
+
+def checked_measurements(kalman: Filter, given: Any) -> list[Measurement]:
+    """What ``measure`` returned.
+
+    Raises
+    ------
+    InputError
+        No measurement, or something else.
+    """
+    several = isinstance(given, tuple | list)
+    wrong = [m for m in given if not isinstance(m, Measurement)] if several else [given]
+    if wrong or not given:
+        raise InputError.at(
+            placed(place_of_function(kalman.measure), f"measure of {kalman.name}"),
+            wanted="a list of Measurement(z, h, r)",
+            found=f"a {type(wrong[0]).__name__}" if wrong else "none",
+            fix="return one for each scalar that is measured",
+        )
+    return list(given)
+
+
+def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:
+    """Q dq of a turn [rad, body axes] of components up to half a radian."""
+    half = [ops.saturated(0.5 * t, 0.25) for t in turn]
+    after = quaternion.multiply(list(q), quaternion.increment(half))
+    return [ops.bounded(c, -1.0, 1.0, "unit quaternion") for c in after]
+
+
+def _within(value: Any, s: Any) -> Any:
+    """A next value of a state in its range."""
+    if s.unit == "ht":
+        return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)
+    return ops.bounded(value, s.low, s.high, "declared range of the state")

@@ -1,0 +1,122 @@
+"""Logs with a reference: what filters are measured on."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.sim.accuracy.figures import units_of
+from boresight.sim.accuracy.peers import PEERS, run_peer
+from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.records.feed import Feed, feed, fitted
+from boresight.sim.records.files import read_logs
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+
+__all__ = ["STAND_IN", "Trial", "read_trials"]
+
+#: Peer whose estimate stands in where a log has no reference.
+STAND_IN = "vqf_offline"
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A record with a truth.
+
+    ``reference``: "truth"; "comparison" (another device's estimate, in the log); or the name of
+    the peer whose estimate stands for it. Only truth enters means. ``folder``: where the log is
+    from. ``feeds``: estimators made for the record's rates and what they read of it, by name.
+    """
+
+    record: Record
+    reference: str = "truth"
+    folder: str = ""
+    feeds: Mapping[str, tuple[Estimator, Feed]] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Name of the record."""
+        return self.record.name
+
+    def fed(self, estimator: Estimator) -> tuple[Estimator, Feed]:
+        """The estimator made for the record's rates, and what it reads of it."""
+        return self.feeds.get(estimator.name) or _fed(estimator, self.record)
+
+
+def _fed(estimator: Estimator, record: Record) -> tuple[Estimator, Feed]:
+    made = fitted(estimator, record)
+    return made, feed(made, record)
+
+
+def read_trials(
+    logs: Sequence[Any],
+    estimators: Sequence[Estimator],
+    *,
+    comparisons: Collection[str] = (),
+    peers: bool = False,
+) -> tuple[list[Trial], list[str]]:
+    """Trials of logs and folders (the bundled logs by default), and names of those left out.
+
+    Parameters
+    ----------
+    logs : paths, or data in memory (`Record.of`).
+    comparisons : names of logs whose reference is another device's estimate, not truth.
+    peers : bool
+        Whether published filters run: then logs without reference are measured against `STAND_IN`;
+        without them they are left out.
+
+    Raises
+    ------
+    InputError
+        A bad log, two logs of one name, a name among ``comparisons`` that no log has.
+    """
+    trials: dict[str, Trial] = {}
+    left_out: list[str] = []
+    for record, path in read_logs(logs or [bundled(name) for name in bundled_names()]):
+        if record.name in trials or record.name in left_out:
+            raise InputError.at(
+                record.where,
+                wanted="logs of different names",
+                found=record.name,
+                fix="name each log once, or rename one",
+            )
+        other = (path is not None and is_comparison(path)) or record.name in comparisons
+        trial = _trial(record, estimators, "comparison" if other else "truth", path, peers)
+        if trial is None:
+            left_out.append(record.name)
+        else:
+            trials[record.name] = trial
+    for name in comparisons:
+        if name not in trials or trials[name].reference != "comparison":
+            raise InputError.at(
+                "--comparison",
+                wanted="names of logs with a reference",
+                found=repr(name),
+                fix="write the file's name without its suffix",
+            )
+    return sorted(trials.values(), key=lambda t: t.name), sorted(left_out)
+
+
+def _trial(
+    record: Record, estimators: Sequence[Estimator], reference: str, path: Path | None, peers: bool
+) -> Trial | None:
+    """A record as a trial; None where it has no truth and nothing stands in."""
+    folder = "" if path is None else path.absolute().parent.name
+    feeds = {e.name: _fed(e, record) for e in estimators}
+    if any(units_of(*fed) for fed in feeds.values()):
+        return Trial(record, reference, folder, feeds)
+    if not peers:
+        return None
+    log = NineAxis.of(record)
+    if log.q is not None and (np.isfinite(log.q).all(axis=1) & log.counts).any():
+        return Trial(record, reference, folder, feeds)
+    if not log.mag_new.any():
+        return None
+    record = replace(log, q=run_peer(PEERS[STAND_IN], record)).record()
+    return Trial(record, STAND_IN, folder, {e.name: _fed(e, record) for e in estimators})

@@ -1,0 +1,38 @@
+"""Float64 beside a second form of the same equations, where an estimator has one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Run
+
+__all__ = ["beside_textbook", "textbook_line"]
+
+#: Leading updates that are compared: the second form is slow.
+_MOST = 2000
+
+
+def beside_textbook(
+    build: Build, number: int, records: npt.NDArray[np.float64], floating: Run
+) -> tuple[Difference, ...]:
+    """Differences of float64 from `Estimator.textbook`; none where there is no such form."""
+    estimator, some = build.estimators[number], records[:_MOST]
+    book = estimator.textbook(some, build.params[number])
+    if book is None:
+        return ()
+    found = {name: values[: len(some)] for name, values in floating.outputs.items()}
+    return tuple(differences(estimator.outputs, found, book))
+
+
+def textbook_line(found: Sequence[Difference]) -> str:
+    """One line for people."""
+    unit = [f" {d.unit}" if d.unit else "" for d in found]
+    texts = ", ".join(f"{d.output} {d.largest:.1e}{u}" for d, u in zip(found, unit, strict=True))
+    beyond = [d.output for d in found if not d.good]
+    verdict = f"BEYOND the tolerance of {', '.join(beyond)}" if beyond else "within"
+    return f"float64 against the textbook, {found[0].samples} updates: {texts}: {verdict}"

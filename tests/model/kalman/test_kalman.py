@@ -1,0 +1,285 @@
+"""Filters that are derived from their model: what is derived, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight import Input, InputError, Output, Param, ops
+from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, vector
+from boresight.sim.accuracy.covariance import covariance_of
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+
+DT = 0.02
+
+
+class Cart(Kalman):
+    """Position and velocity of a cart from noisy positions."""
+
+    inputs = (Input("z", -100.0, 100.0, "m"), Input("there", 0.0, 1.0))
+    params = (Param("r", 0.25, 0.01, 4.0, "m^2"), Param("q", 0.5, 0.001, 8.0, "m^2/s^3"))
+    states = (
+        State("pos", -128.0, 128.0, "m", sd=2.0),
+        State("vel", -64.0, 64.0, "m/s", sd=2.0, sd_max=8.0),
+    )
+    outputs = (Output("pos", "m", 1e-4), Output("vel", "m/s", 1e-4), Output("nis"))
+    gate: float | None = None
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        return {"pos": x.pos + DT * x.vel}
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        return {"vel": DT * p.q, ("pos", "vel"): 0.25 * DT * DT * p.q, "pos": 0.1 * DT**3 * p.q}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        return [Measurement(u.z, x.pos, p.r, valid=u.there > 0.5, gate=self.gate)]
+
+
+class Gated(Cart):
+    gate = 2.0
+
+
+class Turning(Kalman):
+    """An angle that wraps, its rate, and a value that is kept beside them."""
+
+    inputs = (Input("s", -1.5, 1.5), Input("c", -1.5, 1.5), Input("angle", -1.0, 1.0, "ht"))
+    params = (Param("r", 0.01, 1e-3, 1.0),)
+    states = (
+        State("heading", -1.0, 1.0, "ht", sd=0.3),
+        State("rate", -8.0, 8.0, "ht/s", initial=2.0, sd=1.0),
+        State("scale", 0.5, 1.5, initial=1.0, sd=0.1),
+    )
+    memory = (boresight.State("updates", 0.0, 1024.0),)
+    outputs = (Output("heading", "ht"), Output("rate", "ht/s"), Output("count"))
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        return {
+            "heading": ops.wrap_ht(x.heading + DT * x.rate),
+            "updates": ops.minimum(x.updates + 1.0, 1000.0),
+        }
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        return {"rate": 1e-3, "heading": 1e-6}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        sine, cosine = ops.sincos_ht(x.heading)
+        return [
+            Measurement(u.s, x.scale * sine, p.r),
+            Measurement(u.c, x.scale * cosine, p.r),
+            Measurement(u.angle, x.heading, 0.01 * p.r, wrap=True),
+        ]
+
+    def shown(self, x: Any, u: Any, p: Any) -> Any:
+        return {"count": x.updates}
+
+
+def turning(n: int) -> np.ndarray:
+    rng, angle = np.random.default_rng(2), 0.04 * np.arange(1, n + 1) + 0.1
+    noisy = angle + rng.normal(0.0, 0.01, n)
+    seen = np.stack([1.1 * np.sin(np.pi * angle), 1.1 * np.cos(np.pi * angle)], axis=1)
+    seen += rng.normal(0.0, 0.1, seen.shape)
+    return np.column_stack([np.clip(seen, -1.5, 1.5), (noisy + 1.0) % 2.0 - 1.0])
+
+
+def cart(n: int) -> np.ndarray:
+    rng, t = np.random.default_rng(1), DT * np.arange(n)
+    z = 20.0 * np.sin(0.2 * t) + rng.normal(0.0, 0.5, n)
+    z[rng.random(n) < 0.05] += 8.0
+    return np.column_stack([z, rng.random(n) < 0.8])
+
+
+def floating(filter: Kalman, inputs: np.ndarray) -> dict[str, np.ndarray]:
+    return CompiledFloat(Build(filter)).run(inputs).outputs
+
+
+def far(filter: Kalman, inputs: np.ndarray) -> float:
+    """Largest difference from the textbook, as a share of the largest value."""
+    book, found = Textbook(filter).run(inputs).outputs, floating(filter, inputs)
+    angles = {o.name for o in filter.outputs if o.unit == "ht"}
+    shares = []
+    for name, values in book.items():
+        apart = found[name] - values
+        apart = (apart + 1.0) % 2.0 - 1.0 if name in angles else apart
+        shares.append(np.abs(apart).max() / np.abs(values).max())
+    return float(max(shares))
+
+
+@pytest.mark.parametrize("filter", [Cart, Gated, Turning])
+def test_float64_is_the_textbook(filter: type[Kalman]) -> None:
+    inputs = turning(400) if filter is Turning else cart(400)
+    assert far(filter(), inputs) < 1e-9
+
+
+def test_the_textbook_is_that_of_matrices() -> None:
+    """Without any of our code: F, H, Q and R by hand."""
+    filter, inputs = Cart(), cart(300)
+    x, p = np.zeros(2), np.diag([4.0, 4.0])
+    f, h, r, q = np.array([[1.0, DT], [0.0, 1.0]]), np.array([[1.0, 0.0]]), 0.25, 0.5
+    noise = q * np.array([[0.1 * DT**3, 0.25 * DT**2], [0.25 * DT**2, DT]])
+    noise += 2.0 * 2.0**-31 * np.diag([2.4**2, 8.0**2])
+    run = Textbook(filter).run(inputs)
+    for k, (z, there) in enumerate(inputs):
+        x, p = f @ x, f @ p @ f.T + noise
+        if there:
+            gain = p @ h.T / (h @ p @ h.T + r)
+            x, p = x + gain[:, 0] * (z - x[0]), (np.eye(2) - gain @ h) @ p
+        found = [run.outputs["pos"][k], run.outputs["vel"][k]]
+        assert np.allclose(found, x, rtol=1e-6) and np.allclose(run.covariances[k], p, rtol=1e-4)
+
+
+def test_a_gate_leaves_out_what_lies_beyond() -> None:
+    inputs = cart(400)
+    every, gated = (floating(f, inputs) for f in (Cart(), Gated()))
+    assert np.abs(every["pos"] - gated["pos"]).max() > 0.1
+    assert gated["nis"].max() <= 4.0 < every["nis"].max()
+
+
+@pytest.mark.parametrize("filter", [Cart, Gated, Turning])
+def test_fixed_point_and_c_are_equal_and_near(filter: type[Kalman], tmp_path: Any) -> None:
+    inputs = turning(300) if filter is Turning else cart(300)
+    columns = {i.name: inputs[:, k] for k, i in enumerate(filter.inputs)}
+    (result,) = boresight.check(filter, columns, levels=("fixed", "c"))
+    assert result.exact and not result.accuracy.saturated_updates
+    assert all(d.largest < 1e-4 for d in result.accuracy.differences), result.lines()
+    assert result.textbook and "textbook" in str(result)
+
+
+def test_numpy_and_compiled_float_are_one_record() -> None:
+    inputs = cart(50)
+    run = Cart().run_float(inputs[:, :, None])
+    for name, values in floating(Cart(), inputs).items():
+        assert np.allclose(run.outputs[name][:, 0], values, rtol=1e-12, atol=1e-12)
+
+
+def test_a_variance_is_held_near_its_largest() -> None:
+    """Nothing is measured: P stays below what was declared, and positive."""
+    inputs = np.zeros((3000, 2))
+    filter = Cart()
+    cov = Textbook(filter).run(inputs).covariances
+    assert (cov[:, [0, 1], [0, 1]] <= np.array([2.4**2, 8.0**2])).all()
+    assert np.linalg.eigvalsh(cov).min() > 0.0 and cov[-1, 0, 0] > 0.7 * 2.4**2
+    columns = {"z": inputs[:, 0], "there": inputs[:, 1]}
+    (result,) = boresight.check(Cart, columns, levels=("fixed",))
+    assert result.good
+
+
+def test_covariance_knows_its_states() -> None:
+    filter = Turning()
+    found = covariance_of(filter)
+    assert found.axes == ("heading", "rate", "scale") and len(found.elements) == 6
+    names = [filter.states[k].name for _, _, k in found.elements]
+    assert names[:2] == ["p_heading_heading", "p_heading_rate"]
+
+
+def test_outputs_may_be_those_of_the_prediction() -> None:
+    class Early(Cart):
+        prior = True
+        outputs = (Output("pos", "m", 1e-4),)
+
+    inputs = cart(100)
+    late = floating(Cart(), inputs)
+    assert np.allclose(
+        floating(Early(), inputs)["pos"][1:], late["pos"][:-1] + DT * late["vel"][:-1]
+    )
+    early, usual = (Build(f()).core.parts[0].schedule.latencies[0] for f in (Early, Cart))
+    assert early < 20 < usual and far(Early(), inputs) < 1e-9
+
+
+def test_lines_are_the_authors() -> None:
+    trace = Turning().record()
+    lines = {e.line for e in trace.needed if e.args}
+    assert lines and all(line.startswith("test_kalman.py, line ") for line in lines)
+
+
+def test_vectors_by_name() -> None:
+    class Drop(Kalman):
+        inputs = vector(Input, "z", "enu", -100.0, 100.0, "m")
+        states = (
+            *vector(State, "p", "enu", -100.0, 100.0, "m", sd=1.0),
+            *vector(State, "v", "enu", -50.0, 50.0, "m/s", sd=1.0),
+        )
+
+        def f(self, x: Any, u: Any, p: Any) -> Any:
+            return {"p": x.p + DT * x.v, "v": x.v - DT * np.array([0.0, 0.0, 9.8])}
+
+        def noise(self, x: Any, u: Any, p: Any) -> Any:
+            return {"v": 1e-4, "p": [1e-6, 1e-6, 2e-6]}
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            return [Measurement(z, h, 0.1) for z, h in zip(u.z, x.p, strict=True)]
+
+    filter = Drop()
+    assert [o.name for o in filter.outputs] == ["pe", "pn", "pu", "ve", "vn", "vu"]
+    rng = np.random.default_rng(3)
+    assert far(filter, rng.uniform(-2.0, 2.0, (60, 3))) < 1e-9
+
+
+# -- what is refused ------------------------------------------------------------------------------
+
+
+def refused(make: Any) -> str:
+    with pytest.raises(InputError) as error:
+        make().compile()
+    text = str(error.value)
+    assert text.startswith("test_kalman.py, line ") and "\n" not in text
+    return text
+
+
+def changed(**given: Any) -> type[Kalman]:
+    return type("Changed", (Cart,), given)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"states": (boresight.State("pos", -1.0, 1.0),)}, "a state with a standard deviation"),
+        ({"states": ()}, "states to be estimated, found none"),
+        ({"f": lambda self, x, u, p: {"speed": x.vel}}, "next values of states: pos, vel"),
+        ({"noise": lambda self, x, u, p: {"speed": 1.0}}, "noise of states: pos, vel"),
+        ({"noise": lambda self, x, u, p: {"vel": p.r - 1.0}}, "a variance of 0 or more"),
+        ({"noise": lambda self, x, u, p: {("vel", "vel"): 1.0}}, "pairs of pos, vel"),
+        ({"measure": lambda self, x, u, p: []}, "a list of Measurement(z, h, r), found none"),
+        ({"measure": lambda self, x, u, p: [x.pos]}, "a list of Measurement(z, h, r)"),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, u.there, p.r)]},
+            "h that depends on a state",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r - 1.0)]},
+            "a variance above 0",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, ops.sqrt(x.pos * x.pos), p.r)]},
+            "a derivative by pos with a finite range",
+        ),
+        ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
+    ],
+)
+def test_mistakes_have_one_line(given: dict[str, Any], said: str) -> None:
+    assert said in refused(changed(**given))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: State("pos", -1.0, 1.0), "found no sd"),
+        (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
+        (lambda: Attitude("q"), "found no sd"),
+        (lambda: Attitude("q", sd=0.1, initial=(1.0, 1.0, 0.0, 0.0)), "a unit quaternion"),
+        (lambda: vector(State, "v", "abc", -1.0, 1.0, sd=1.0), "axes of xyz, enu, ned"),
+    ],
+)
+def test_declarations_that_are_refused(make: Any, said: str) -> None:
+    assert said in refused(make)
+
+
+def test_a_filter_without_measure_is_refused() -> None:
+    class Blind(Kalman):
+        inputs = Cart.inputs
+        states = Cart.states
+
+    assert "a method measure(self, x, u, p)" in refused(Blind)

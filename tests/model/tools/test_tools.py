@@ -1,0 +1,330 @@
+"""Tools without dependencies: missing programs, failures, names, types."""
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from boresight.model.tools import needs
+from boresight.model.tools.c_names import comment, identifier, unique
+from boresight.model.tools.failure import failure, last_words
+from boresight.model.tools.typed import Malformed, Within, typed
+from tests.support.tree import ROOT
+
+# --------------------------------------------------------------------------------------------------
+# what the system lacks is one line each, with the line that installs it, before anything else
+
+PROGRAMS = ("sh", "env", "make", "gcc", "g++", "cc1", "cc1plus", "as", "perl", "dirname")
+
+
+@pytest.fixture
+def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A search path of a few programs; without a package manager, so that nothing is fetched."""
+    for name in PROGRAMS:
+        program = shutil.which(name)
+        if program:
+            (tmp_path / name).symlink_to(os.path.realpath(program))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    return tmp_path
+
+
+def preflight(purpose: str, capsys: pytest.CaptureFixture[str], *folder: str) -> list[str]:
+    """Lines about what is missing; the exit status agrees with them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["needs.py", purpose, *folder])
+        status = needs.main()
+    lines = capsys.readouterr().err.splitlines()
+    assert status == (2 if lines else 0)
+    return lines
+
+
+@pytest.mark.parametrize("name", ["gcc", "g++", "make", "perl"])
+def test_a_missing_program(name: str, path: Path, capsys) -> None:
+    assert preflight("setup", capsys, "none") == []
+    (path / name).unlink()
+    (line,) = preflight("setup", capsys, "none")
+    assert line.startswith(f"error: {name} not found (")
+    assert line.endswith(f"apt-get install {needs.NEEDS[name].packages['apt-get']}")
+
+
+@pytest.mark.parametrize("name", ["gcc", "g++", "perl"])
+def test_a_program_without_its_library(name: str, path: Path, capsys) -> None:
+    (path / name).unlink()
+    (path / name).write_text("#!/bin/sh\nexit 1\n")
+    (path / name).chmod(0o755)
+    (line,) = preflight("run", capsys, "none")
+    assert line.startswith(f"error: {name} not found (")
+
+
+def test_a_python_without_venv(path: Path, capsys, monkeypatch) -> None:
+    plain = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "ensurepip" else plain(name)
+    )
+    (line,) = preflight("setup", capsys, "none")
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    assert line.startswith("error: venv not found (the Python environment): ")
+    assert line.endswith(f"apt-get install python{version}-venv")
+
+
+def test_a_python_without_its_library(path: Path, capsys, monkeypatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(needs, "_LIBRARY", "libpython9.so.1.0")
+    monkeypatch.setattr(needs, "_WHEELS", True)
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "Python.h").touch()
+    assert preflight("run", capsys, "none") == []
+    (line,) = preflight("tests", capsys, str(tmp_path))
+    assert line.startswith("error: libpython not found (cocotb: benches in Python, and Icarus): ")
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "libpython9.so.1.0").touch()
+    assert preflight("tests", capsys, str(tmp_path)) == []
+
+
+@pytest.mark.parametrize(
+    ("manager", "line"),
+    [
+        ("dnf", "dnf install gcc-c++ iverilog"),
+        ("apt-get", "apt-get install g++ iverilog"),
+        ("zypper", "apt-get install g++ iverilog"),
+    ],
+)
+def test_line_of_the_package_manager(manager: str, line: str, path: Path, monkeypatch) -> None:
+    (path / manager).symlink_to("make")
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    assert needs.install_line("g++", "iverilog") == f"sudo {line}"
+    monkeypatch.setattr("os.geteuid", lambda: 0)
+    assert needs.install_line("g++", "iverilog") == line
+
+
+@pytest.mark.parametrize(
+    ("python", "message"),
+    [
+        ("none", "none not found: install Python 3.11 or newer ("),
+        ("old", "old is older than 3.11: install Python 3.11 or newer, or name one: make PYTHON="),
+        (sys.executable, "g++ not found (simulation in Verilator): "),
+    ],
+)
+def test_make_ends_before_it_begins(python: str, message: str, path: Path, tmp_path: Path) -> None:
+    (path / "old").write_text("#!/bin/sh\nexit 1\n")
+    (path / "old").chmod(0o755)
+    (path / "g++").unlink()
+    environment = tmp_path / "environment"
+    command = [
+        str(path / "make"),
+        "--no-print-directory",
+        "main",
+        f"PYTHON={python}",
+        f"VENV={environment}",
+    ]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and not environment.exists()
+    (line,) = (line for line in done.stderr.splitlines() if not line.startswith("make"))
+    assert line.startswith(f"error: {message}")
+    assert done.stdout == ""
+
+
+# -- the one line that says why a tool failed, and the log that stays -----------------------------
+
+GCC = """In file included from a.c:1:
+a.c: In function 'f':
+a.c:3:5: error: expected ';' before '}' token
+    3 | }
+compilation terminated.
+"""
+VERILATOR = """- V e r i l a t i o n
+%Error: core.sv:7:3: syntax error, unexpected endmodule
+        ... See the manual at https://verilator.org
+%Error: Exiting due to 1 error(s)
+%Error: Command Failed /x/verilator_bin --cc
+"""
+LAUNCHER = "sh: 1: /tmp/my: not found\n%Error: Command Failed ulimit -s unlimited; exec /tmp/my\n"
+MAKE = """c++ -c a.cpp
+/usr/bin/ld: cannot find -lnothing: No such file or directory
+collect2: error: ld returned 1 exit status
+make: *** [Vtop.mk:70: program] Error 1
+"""
+TRACEBACK = """Traceback (most recent call last):
+  File "x.py", line 1, in <module>
+OSError: [Errno 28] No space left on device
+"""
+
+
+@pytest.mark.parametrize(
+    ("output", "line"),
+    [
+        (GCC, "a.c:3:5: error: expected ';' before '}' token"),
+        (VERILATOR, "%Error: core.sv:7:3: syntax error, unexpected endmodule"),
+        (LAUNCHER, "sh: 1: /tmp/my: not found"),
+        (MAKE, "/usr/bin/ld: cannot find -lnothing: No such file or directory"),
+        (TRACEBACK, "OSError: [Errno 28] No space left on device"),
+        ("a.c:1: error: first\na.c:2: error: second\n", "a.c:1: error: first"),
+        ("half done\nmake: *** [x] Error 1\n", "half done"),
+        ("make: *** [x] Error 1\n", "make: *** [x] Error 1"),
+        ("one\n  two   three \n\n", "two three"),
+        (" \n", "no message"),
+    ],
+)
+def test_last_words(output: str, line: str) -> None:
+    assert last_words(output) == line
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path
+
+
+def test_the_log_stays(cache: Path) -> None:
+    said = failure("verilator build of core failed", VERILATOR)
+    found = re.fullmatch(
+        r"verilator build of core failed: %Error: core.sv:7:3: .* \(log: (.*)\)", said
+    )
+    assert found and Path(found[1]).read_text() == VERILATOR
+    assert failure("verilator build of core failed", VERILATOR) == said
+    assert failure("verilator build of core failed", GCC) != said
+
+
+def test_only_the_newest_logs_stay(cache: Path) -> None:
+    for k in range(25):
+        failure("tool failed", f"error {k}")
+        newest = max((cache / "boresight" / "logs").iterdir(), key=lambda p: p.stat().st_mtime_ns)
+        os.utime(newest, (k, k))
+    kept = {p.read_text() for p in (cache / "boresight" / "logs").iterdir()}
+    assert kept == {f"error {k}" for k in range(5, 25)}
+
+
+def test_without_words_there_is_no_log(cache: Path) -> None:
+    assert failure("tool failed", "\n") == "tool failed: no message"
+    assert list(cache.iterdir()) == []
+
+
+def test_without_room_there_is_no_log(cache: Path) -> None:
+    (cache / "boresight").mkdir()
+    (cache / "boresight" / "logs").write_text("")
+    assert failure("tool failed", "error: disk full") == "tool failed: error: disk full"
+
+
+# -- plain data become what the types say, or one error says where they do not --------------------
+
+
+class Colour(StrEnum):
+    RED = "red"
+
+
+@dataclass(frozen=True)
+class Leaf:
+    name: str
+    bit: Annotated[int, Within(0, 31)] = 0
+
+
+@dataclass(frozen=True)
+class Tree:
+    leaves: tuple[Leaf, ...]
+    pair: tuple[int, str]
+    colour: Colour = Colour.RED
+    weight: float | None = None
+    missing: float | str | None = None
+    limit: Annotated[int | None, Within(-8, 7)] = None
+    wet: bool = False
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+
+GOOD: dict[str, Any] = {"leaves": [{"name": "a"}], "pair": [1, "b"]}
+
+
+def test_what_may_be_left_out_and_what_is_ignored() -> None:
+    assert typed(Tree, {**GOOD, "more": 1}) == Tree((Leaf("a"),), (1, "b"))
+    everything = {
+        **{"leaves": [{"name": "a", "bit": 31}, {"name": "b"}], "pair": [-1, ""]},
+        **{"colour": "red", "weight": 2, "missing": "hold", "limit": -8, "wet": True},
+        "notes": ["x"],
+    }
+    assert typed(Tree, everything) == Tree(
+        (Leaf("a", 31), Leaf("b")), (-1, ""), Colour.RED, 2, "hold", -8, True, ("x",)
+    )
+    assert typed(Tree, {**GOOD, "weight": None, "missing": 0.5, "limit": None}).missing == 0.5
+
+
+@pytest.mark.parametrize(
+    ("data", "place", "value"),
+    [
+        ([], "", []),
+        ({}, ", leaves", None),
+        ({**GOOD, "leaves": {}}, ", leaves", {}),
+        ({**GOOD, "leaves": [1]}, ", leaves[0]", 1),
+        ({**GOOD, "leaves": [{"name": "a"}, {"bit": 1}]}, ", leaves[1], name", None),
+        ({**GOOD, "leaves": [{"name": "a", "bit": 32}]}, ", leaves[0], bit", 32),
+        ({**GOOD, "leaves": [{"name": "a", "bit": -1}]}, ", leaves[0], bit", -1),
+        ({**GOOD, "leaves": [{"name": "a", "bit": True}]}, ", leaves[0], bit", True),
+        ({**GOOD, "leaves": [{"name": "a", "bit": 1.0}]}, ", leaves[0], bit", 1.0),
+        ({**GOOD, "pair": [1, "b", 2]}, ", pair", [1, "b", 2]),
+        ({**GOOD, "pair": [1, 2]}, ", pair[1]", 2),
+        ({**GOOD, "colour": "blue"}, ", colour", "blue"),
+        ({**GOOD, "colour": None}, ", colour", None),
+        ({**GOOD, "weight": "1"}, ", weight", "1"),
+        ({**GOOD, "weight": True}, ", weight", True),
+        ({**GOOD, "missing": []}, ", missing", []),
+        ({**GOOD, "limit": 8}, ", limit", 8),
+        ({**GOOD, "wet": 1}, ", wet", 1),
+        ({**GOOD, "notes": "ab"}, ", notes", "ab"),
+    ],
+)
+def test_the_place_of_what_does_not_fit(data: Any, place: str, value: Any) -> None:
+    with pytest.raises(Malformed) as error:
+        typed(Tree, data)
+    assert (error.value.place, error.value.value) == (place, value)
+
+
+# -- identifiers and comments out of any text -----------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name, wanted",
+    [
+        ("kp_roll", "kp_roll"),
+        ("a b-c", "a_b_c"),
+        ("_x", "x"),
+        ("3d", "n3d"),
+        ("", "unnamed"),
+        ("__", "unnamed"),
+        ("größe", "gr__e"),
+        ("int", "int"),
+    ],
+)
+def test_identifier(name: str, wanted: str) -> None:
+    assert identifier(name) == wanted
+
+
+def test_unique() -> None:
+    assert unique(["a", "A", "a_2", "b", "a"], taken=["B"]) == ["a", "A_2", "a_2_2", "b_2", "a_3"]
+
+
+@pytest.mark.parametrize(
+    "text, wanted",
+    [
+        ("m/s^2", "m/s^2"),
+        ("a */ b /* c", "a *_ b _* c"),
+        ("end\\", "end_"),
+        ("??/", "__/"),
+        ("two\nlines", "two_lines"),
+    ],
+)
+def test_comment(text: str, wanted: str) -> None:
+    assert comment(text) == wanted
+
+
+@given(st.text(alphabet=st.one_of(st.characters(), st.sampled_from("*/\\?\n"))))
+def test_comment_is_harmless(text: str) -> None:
+    got = comment(text)
+    assert got.isprintable()
+    assert not any(mark in got for mark in ("*/", "/*", "\\", "??"))
