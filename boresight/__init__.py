@@ -1,6 +1,6 @@
 """Boresight: estimators from equations to FPGA, proven equal bit by bit.
 
-Everything the command line does is one function here::
+Every command of the command line is a function here::
 
     import boresight
     boresight.new("my_filter")
@@ -20,12 +20,11 @@ Everything the command line does is one function here::
     boresight.simulate_world("plant.py:Plant", "pi.py", on="rtl")
     boresight.doctor()
 
-What takes an estimator takes a name, ``file.py:Class``, a class or an object; a file of one's own
-needs no more than ``from boresight import Estimator, Input, Output, Param, State, ops``. What takes
-a log takes a path, or data in memory: arrays by column name, a table, a `Record`. What comes back
-is a dataclass with documented fields: ``to_json()`` has them as plain data, ``str`` is what the
-command line prints, a notebook shows tables and plots. Importing this package alone is cheap: a
-module is imported when something of it is first asked for.
+An estimator is given as a name, ``file.py:Class``, a class or an object; an estimator's file needs
+only ``from boresight import Estimator, Input, Output, Param, State, ops``. A log is given as a
+path, or as data: arrays by column name, a table, a `Record`. Results are dataclasses: ``to_json()``
+gives plain data, ``str`` what the command line prints, and a notebook shows tables and plots.
+Importing this package is cheap: its modules are imported on the first use of their names.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Checks of arguments that several verbs take: all of them come before any work and any folder."""
+"""Checks of arguments that several verbs take, made before any work and any folder."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from boresight.model.words.fixed import check_word
 
 __all__ = ["JOBS_MOST", "check_choice", "check_machine", "check_number", "check_word"]
 
-#: Most threads or processes that may be asked for.
+#: Largest number of threads or processes.
 JOBS_MOST = 1024
 
 
 def check_number(where: str, value: Any, low: int, high: int | None = None) -> None:
-    """Raise InputError unless ``value`` is a whole number from ``low`` to ``high`` (None: any)."""
+    """Raise InputError unless ``value`` is a whole number from ``low`` to ``high``, if given."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -33,14 +33,14 @@ def check_number(where: str, value: Any, low: int, high: int | None = None) -> N
 
 def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:
     """Raise InputError unless ``value`` is one of ``choices``."""
-    known = list(choices)
-    if value not in known:
+    names = list(choices)
+    if value not in names:
         raise InputError.at(
-            where, wanted=f"one of {', '.join(known)}", found=repr(value), fix="choose one of these"
+            where, wanted=f"one of {', '.join(names)}", found=repr(value), fix="choose one of these"
         )
 
 
 def check_machine(config: str, word: int) -> None:
-    """Raise InputError unless there is a configuration ``config`` with words of ``word`` bits."""
+    """Raise InputError unless ``config`` is a configuration and ``word`` a word width."""
     check_choice("config", config, ALL_CONFIGS)
     check_word(word)

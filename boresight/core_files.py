@@ -1,4 +1,4 @@
-"""The files that a compiled core becomes: known before it is compiled, and written."""
+"""The files of a compiled core: their names, known before it is compiled, and their contents."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __all__ = [
     "write_text",
 ]
 
-#: What ``core.v`` can be for: that part, with its primitives, or any.
+#: Targets of ``core.v``: the FPGA with its primitives, or any.
 TARGETS = ("xc6slx9", "generic")
 
 #: Clock of complete systems, Hz.
@@ -55,7 +55,7 @@ _PROJECT = (
 
 
 def core_files(names: Sequence[str], *, target: str = TARGETS[0], axi: bool = False) -> list[str]:
-    """Of a core with these estimators, by `write_core`, and its report."""
+    """Names of the files that `write_core` writes for these estimators, and of the report."""
     out = [*_VERILOG[target], "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
     for name in names:
         of = f"-{name}" if len(names) > 1 else ""
@@ -65,7 +65,7 @@ def core_files(names: Sequence[str], *, target: str = TARGETS[0], axi: bool = Fa
 
 
 def project_files(board: str, *, system: bool) -> list[str]:
-    """Of the ISE project for a board; ``system``: of the complete system, with a register map."""
+    """Names of the files of an ISE project; ``system``: complete system with register map."""
     names = (*_PROJECT, *REGISTER_FILES) if system else _PROJECT
     return [f"ise-{board}/{name}" for name in names]
 
@@ -93,7 +93,7 @@ def write_core(
     Parameters
     ----------
     folder : Path
-        Where.
+        Output folder.
     build : Build
         The core and its estimators.
     records : sequence of Recorded
@@ -103,7 +103,7 @@ def write_core(
     target : str
         One of `TARGETS`.
     axi : bool
-        Also the core behind AXI.
+        Whether to write the core with an AXI interface, too.
     """
     core = build.core
     about = describe(core, {e.name: e.summary for e in build.estimators})
@@ -121,12 +121,12 @@ def write_core(
 
 
 def write_text(file: Path, text: str) -> None:
-    """The same bytes whatever the system's encoding and line ends."""
+    """Write UTF-8 with line feeds on every operating system."""
     file.write_text(text, encoding="utf-8", newline="\n")
 
 
 def _program_texts(core: Core) -> dict[str, str]:
-    """Microcode, program, schedule and C of the program at hand."""
+    """Microcode, program, schedule and C of the selected program, by file name."""
     of = f"-{core.program.name}" if len(core.parts) > 1 else ""
     return {
         f"microcode{of}.lst": core.listing,

@@ -1,4 +1,4 @@
-"""What an exception means for the person at the terminal: a line, and an exit code."""
+"""Exceptions as one line on the terminal and an exit code; signals."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from boresight.terminal import ClosedPipe, abandon, tell
 
 __all__ = ["DEBUG", "Terminated", "code_of", "interruptible"]
 
-#: Set in the environment, this shows the traceback of a bug.
+#: Environment variable that makes a bug show its traceback.
 DEBUG = "BORESIGHT_DEBUG"
-#: Longest message of a bug, in characters.
+#: Maximum length of a bug's message, in characters.
 _LONGEST = 160
 
 
 def code_of(error: BaseException) -> int:
-    """Tell about an exception in one line, and give the exit code.
+    """Print an exception as one line on standard error and return the exit code.
 
     2: bad input. 1: a tool is missing or failed, or memory ran out. 130: Ctrl-C. 141: standard
-    output is a pipe that nobody reads any more. 143, 129: SIGTERM, SIGHUP. 3: a bug of Boresight.
+    output is a pipe whose reader has closed it. 143, 129: SIGTERM, SIGHUP. 3: a bug of Boresight.
     """
     if isinstance(error, ClosedPipe | BrokenPipeError):
         abandon(sys.stdout)
@@ -39,7 +39,7 @@ def code_of(error: BaseException) -> int:
         tell("interrupted")
         return 130
     if isinstance(error, MemoryError):
-        tell("error: memory ran out; give less at a time, or use a computer with more")
+        tell("error: out of memory; use smaller inputs, or a computer with more memory")
         return 1
     if isinstance(error, InputError) or _is_schedule_error(error):
         tell(f"error: {error}")
@@ -89,28 +89,28 @@ def _bug(error: BaseException) -> int:
 
 
 def _descendants(process: int) -> list[int]:
-    """Processes that this one began, and those that they began (Linux; elsewhere none)."""
-    found: list[int] = []
+    """Child processes and their descendants (Linux; elsewhere none)."""
+    processes: list[int] = []
     for file in Path(f"/proc/{process}/task").glob("*/children"):
         with suppress(OSError):
             for child in map(int, file.read_text().split()):
-                found += [child, *_descendants(child)]
-    return found
+                processes += [child, *_descendants(child)]
+    return processes
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """The first Ctrl-C, SIGTERM or SIGHUP ends all children and interrupts; a second ends at once.
+    """Make the first Ctrl-C, SIGTERM or SIGHUP end all children and interrupt the block.
 
-    What was begun is cleaned up in between. Only a main thread that such a signal reaches is
-    changed: a process told to ignore one still does.
+    Clean-up code runs; a second signal ends the process at once. Ignored signals stay ignored, and
+    threads other than the main one are not changed.
 
     Raises
     ------
     KeyboardInterrupt
         Ctrl-C.
     Terminated
-        The others: ended as by Ctrl-C.
+        SIGTERM or SIGHUP.
     """
     usual: dict[signal.Signals, Any] = {}
 
@@ -122,15 +122,15 @@ def interruptible() -> Iterator[None]:
         raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
 
     if threading.current_thread() is threading.main_thread():
-        for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            if signal.getsignal(each) in (signal.default_int_handler, signal.SIG_DFL):
-                usual[each] = signal.signal(each, stop)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+                usual[number] = signal.signal(number, stop)
     try:
         yield
     finally:
-        for each, handler in usual.items():
-            signal.signal(each, handler)
+        for number, handler in usual.items():
+            signal.signal(number, handler)
 
 
 class Terminated(KeyboardInterrupt):
-    """Asked to end by another process; the number of the signal is its argument."""
+    """SIGTERM or SIGHUP; the argument is the number of the signal."""

@@ -1,4 +1,4 @@
-"""Attitude filters by name, ours and published ones, and the parameters that are meant for each."""
+"""Attitude filters by name, shipped and published ones, and parameter values for each."""
 
 from __future__ import annotations
 
@@ -18,42 +18,44 @@ __all__ = ["chosen", "groups", "params_by_estimator"]
 
 
 def groups() -> dict[str, list[str]]:
-    """Words that stand for several names; ours are those that take what the published ones do."""
+    """Words for several names; "ours" are estimators with the inputs of the published filters."""
     ours = [name for name, kind in ESTIMATORS.items() if kind.inputs == INPUTS]
     return {"ours": ours, "published": list(PEERS), "all": [*ours, *PEERS]}
 
 
 def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
-    """Estimators and peers of names; a text holds one or several with commas, and of `groups`.
+    """Split names into estimators and published filters.
+
+    A text holds one or several names with commas, or words of `groups`.
 
     Raises
     ------
     InputError
         A name twice, or none.
     """
-    known = groups()
-    every: list[Named] = []
+    words = groups()
+    members: list[Named] = []
     for name in [names] if isinstance(names, str | Estimator | type) else names:
         for text in split_names(name) if isinstance(name, str) else [name]:
-            every += known.get(text, [text]) if isinstance(text, str) else [text]
-    twice = [n for k, n in enumerate(every) if isinstance(n, str) and n in every[:k]]
-    if twice or not every:
+            members += words.get(text, [text]) if isinstance(text, str) else [text]
+    twice = [n for k, n in enumerate(members) if isinstance(n, str) and n in members[:k]]
+    if twice or not members:
         raise InputError.at(
             "estimators",
             wanted="at least one, each once",
             found=f"{twice[0]} twice" if twice else "none",
-            fix=f"name some, or one of {', '.join(known)}",
+            fix=f"name some, or one of {', '.join(words)}",
         )
-    peers = [n for n in every if isinstance(n, str) and n in PEERS]
-    return [n for n in every if n not in peers], peers
+    published = [n for n in members if isinstance(n, str) and n in PEERS]
+    return [n for n in members if n not in published], published
 
 
 def params_by_estimator(
     names: Sequence[Named], files: Sequence[str | Path] = (), settings: Sequence[str] = ()
 ) -> dict[str, dict[str, float]]:
-    """Parameter values by estimator, of files and ``[ESTIMATOR.]NAME=NUMBER`` texts.
+    """Return parameter values by estimator, from files and ``[ESTIMATOR.]NAME=NUMBER`` texts.
 
-    A file that names its estimator is for that one; values of nobody need a single estimator.
+    A file may name its estimator; values without an estimator's name need a single estimator.
 
     Raises
     ------
@@ -63,7 +65,7 @@ def params_by_estimator(
     if (files or settings) and not names:
         raise InputError.at(
             "parameters",
-            wanted="estimators of ours or yours",
+            wanted="an estimator with parameters",
             found="published filters only",
             fix="name an estimator, or leave the values out",
         )

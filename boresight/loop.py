@@ -19,12 +19,9 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import WORLD_GROUP, World
 
-__all__ = ["WORLD_GROUP", "LoopResult", "simulate_world", "world_of"]
-
-#: Entry points of installed packages that are worlds.
-WORLD_GROUP = "boresight.worlds"
+__all__ = ["LoopResult", "simulate_world", "world_of"]
 
 #: What stands for a world: a text, a class or an object.
 NamedWorld: TypeAlias = str | type[World] | World

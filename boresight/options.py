@@ -21,7 +21,7 @@ from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin
 
 import shtab
 
-from boresight.disk.place import refuse_inputs
+from boresight.disk.paths import refuse_inputs
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
 from boresight.parameters import parse_settings, values_for

@@ -19,7 +19,7 @@ __all__ = ["parse_settings", "read_params", "values_for"]
 
 
 def parse_settings(items: Sequence[str], option: str = "--param") -> dict[str, float]:
-    """Values of ``NAME=NUMBER`` texts, the last one of a name counting.
+    """Values of ``NAME=NUMBER`` texts; the last text of a name counts.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def read_params(path: str | Path) -> tuple[str | None, dict[str, float]]:
 
 
 def _number(where: str, value: Any) -> float:
-    """A value of a file as float; InputError if it is no number that float holds."""
+    """Return a value of a file as float; raise InputError if it is not a finite number."""
     try:
         if not isinstance(value, bool) and isinstance(value, int | float):
             return float(value)
@@ -81,7 +81,7 @@ def values_for(
     Raises
     ------
     InputError
-        No such estimator, a file for another one, an unknown name, or an illegal value.
+        Unknown estimator, a file for another estimator, an unknown name, or an illegal value.
     """
     out: dict[str, float] = {}
     target = find_estimator(estimator)

@@ -1,4 +1,4 @@
-"""Several estimators in one core: their names and parameters, as users give them."""
+"""Names and parameters of several estimators in one core, from arguments."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ __all__ = ["estimator_names", "params_for_each", "params_of_each"]
 
 
 def estimator_names(*texts: Named) -> list[Named]:
-    """Names of estimators, each text one or several with commas.
+    """Split texts of one or several names with commas.
 
     Raises
     ------
     InputError
-        Unknown name, or one that is named twice.
+        A name is unknown or occurs twice.
     """
     names: list[Named] = []
-    for each in texts:
-        names += split_names(each) if isinstance(each, str) else [each]
-    known: list[str] = []
+    for text in texts:
+        names += split_names(text) if isinstance(text, str) else [text]
+    accepted: list[str] = []
     for text in names:
         name = find_estimator(text).name
-        if name in known:
+        if name in accepted:
             raise InputError.at(
                 "estimators",
                 wanted="each name once",
                 found=f"{name} twice",
                 fix="leave one out: a core holds one program of each",
             )
-        known.append(name)
+        accepted.append(name)
     return names
 
 
@@ -52,7 +52,7 @@ def params_of_each(
     Raises
     ------
     InputError
-        Values of an estimator that is not among them, or not by estimator.
+        Values of an estimator that is not among ``names``, or not by estimator.
     """
     if len(names) == 1 or not params:
         return [params for _ in names]
@@ -71,23 +71,23 @@ def params_of_each(
 def params_for_each(
     names: Sequence[Named], files: Sequence[str | Path], settings: Sequence[str]
 ) -> dict[str, dict[str, float]]:
-    """Values by estimator: of files that name theirs, then of ``ESTIMATOR.NAME=NUMBER`` texts.
+    """Values by estimator: from files that name theirs, then from ``ESTIMATOR.NAME=NUMBER`` texts.
 
     Raises
     ------
     InputError
-        Whose values they are is not said, or it is none of ``names``; a bad file, name or value.
+        Values without an estimator of ``names``; a bad file, name or value.
     """
     out: dict[str, dict[str, float]] = {}
-    known = {e.name: e for e in map(find_estimator, names)}
+    estimators = {e.name: e for e in map(find_estimator, names)}
 
     def take(where: str, owner: str | None, values: Mapping[str, float]) -> None:
-        if owner not in known:
+        if owner not in estimators:
             raise InputError.at(
                 where,
-                wanted=f"parameters of {', '.join(known)}",
+                wanted=f"parameters of {', '.join(estimators)}",
                 found="no estimator's name" if owner is None else f"those of {owner}",
-                fix=f"write for example --param {next(iter(known))}.NAME=NUMBER",
+                fix=f"write for example --param {next(iter(estimators))}.NAME=NUMBER",
             )
         assert owner is not None
         out[owner] = out.get(owner, {}) | dict(values)
@@ -98,5 +98,5 @@ def params_for_each(
         owner, dot, name = full.partition(".")
         take(f"--param {full}", owner if dot else None, {name: value})
     for owner, values in out.items():
-        known[owner].param_values(values)
+        estimators[owner].param_values(values)
     return out

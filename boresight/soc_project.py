@@ -17,13 +17,13 @@ from boresight.sim.soc.board import attitude_files
 
 __all__ = ["SOC_CLOCK_HZ", "soc_verilog", "write_soc"]
 
-#: Clock of a system with a soft core, Hz: our estimate for the soft core is 65 MHz
+#: Clock of a system with a soft core, Hz; the estimate for the soft core is 65 MHz
 #: (`docs/decisions/0010-soft-core.md`).
 SOC_CLOCK_HZ = 50_000_000
 
 
 def soc_verilog(soc: AttitudeSoc) -> str:
-    """All of its Verilog for synthesis, top ``system``; the memory's contents do not matter."""
+    """Complete Verilog for synthesis, top module ``system``; without contents of the memory."""
     memory = ram_verilog().replace("    initial $readmemh(IMAGE, words);\n", "")
     return "\n".join((to_verilog(soc, "system", instances=True), memory, cpu_verilog()))
 
@@ -34,7 +34,7 @@ def write_soc(folder: Path, board: str, core: Core) -> AttitudeSoc:
     Raises
     ------
     ToolMissing
-        There is no compiler for the soft core.
+        The compiler for the soft core is missing.
     ImageError
         The firmware could not be built.
     """
@@ -51,9 +51,9 @@ def write_soc(folder: Path, board: str, core: Core) -> AttitudeSoc:
     )
     for name, text in register_files(system.map()).items():
         (folder / name).write_text(text, encoding="utf-8")
-    place = folder / "firmware"
-    place.mkdir()
+    software = folder / "firmware"
+    software.mkdir()
     for name, text in project_files(files, sources=sources, ram=4 * RAM_WORDS).items():
-        (place / name).write_text(text, encoding="utf-8")
-    (place / "build.sh").chmod(0o755)
+        (software / name).write_text(text, encoding="utf-8")
+    (software / "build.sh").chmod(0o755)
     return soc

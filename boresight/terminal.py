@@ -1,4 +1,4 @@
-"""Standard output and standard error, whatever they are connected to."""
+"""Standard output and standard error as terminal, file or pipe."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ __all__ = ["ClosedPipe", "abandon", "say", "tell"]
 
 
 class ClosedPipe(Exception):
-    """Who read standard output has gone: the end of the work, and no fault."""
+    """The reader of standard output has closed it; the work ends without an error."""
 
 
 def say(text: str) -> None:
-    """Print a line on standard output, now.
+    """Print a line on standard output and flush.
 
     Raises
     ------
     ClosedPipe
-        Nobody reads it any more.
+        The reader has closed it.
     InputError
-        It is closed or full.
+        Standard output is closed or full.
     """
     try:
         if sys.stdout is None:
@@ -37,14 +37,14 @@ def say(text: str) -> None:
             abandon(sys.stdout)
         raise InputError.at(
             "standard output",
-            wanted="a place that can be written",
+            wanted="a path that can be written",
             found=(error.strerror or type(error).__name__).lower(),
             fix="connect it to a terminal, a file or a pipe",
         ) from None
 
 
 def tell(text: str) -> None:
-    """Print a line on standard error, if anybody is there; what is told is never worth a stop."""
+    """Print a line on standard error; a closed or full one is ignored."""
     if sys.stderr is not None:
         try:
             _print(text, sys.stderr)
@@ -53,7 +53,7 @@ def tell(text: str) -> None:
 
 
 def abandon(stream: TextIO) -> None:
-    """Let a stream lead nowhere: what its buffer holds is not tried again at exit."""
+    """Redirect a stream to the null device, so that its buffer is not flushed again at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
@@ -62,7 +62,7 @@ def abandon(stream: TextIO) -> None:
 
 def _print(text: str, stream: TextIO) -> None:
     try:
-        stream.write(f"{text}\n")  # at once: Ctrl-C comes before or behind a line
+        stream.write(f"{text}\n")  # in one call: Ctrl-C cannot split a line
         stream.flush()
-    except UnicodeEncodeError:  # names of files may be any bytes; ASCII holds all escapes
+    except UnicodeEncodeError:  # file names may be any bytes, shown as escapes
         print(text.encode("ascii", "backslashreplace").decode(), file=stream, flush=True)

@@ -43,9 +43,9 @@ class Body:
     Parameters
     ----------
     program : Program
-        What to write.
+        Program to write.
     prefix : str or None
-        Name of the files and beginning of every public name; None: the program's name.
+        Name of the files and prefix of every public name; None: the program's name.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Body:
         self.input_members = unique(names[n] for n in program.inputs)
         self.param_members = unique(names[n] for n in self.params)
         self.state_members = unique(names[n] for n in self.states)
-        self.output_members = unique(program.output_names, taken=["saturated"])
+        self.output_members = unique(program.output_names, reserved=["saturated"])
 
     def head(self, suffix: str, brief: str) -> str:
         """First comment of a file."""
@@ -169,11 +169,11 @@ class Body:
         Parameters
         ----------
         after : iterable of str
-            Statements behind the last operation.
+            Statements after the last operation.
         every_word : bool
-            ``after`` uses every value.
+            Whether ``after`` uses every value.
         behind : callable
-            Statements behind each operation.
+            Statements after each operation.
         """
         p = self.program
         read = set(range(len(p.values))) if every_word else self._read()

@@ -1,4 +1,4 @@
-"""Compiles an emitted program for this computer and runs it through ctypes."""
+"""Compile an emitted program for this computer and run it through ctypes."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 
-#: Flags for speed; others are fixed. More takes twice as long to compile and runs hardly faster.
+#: Flags for speed; others are fixed. More optimisation doubles the time to compile for little gain.
 CFLAGS = ("-O1",)
 
-#: No fused multiply-add, which some processors' compilers use unasked: the same bits everywhere.
+#: Without fused multiply-add, which some compilers use by default: the same bits everywhere.
 _FIXED_FLAGS = ("-std=c99", "-shared", "-fPIC", "-ffp-contract=off")
 
 
 def find_compiler() -> str:
-    """Path of ``gcc``, else of ``cc``; `ToolMissing` if there is none."""
+    """Path of ``gcc``, else of ``cc``; raises `ToolMissing` without either."""
     path = shutil.which("gcc") or shutil.which("cc")
     if path is None:
         raise ToolMissing(
@@ -57,7 +57,7 @@ def compiled_library(
     libraries: Sequence[str] = (),
     cache: Path | None = None,
 ) -> Iterator[Path]:
-    """Shared library of C99 files, compiled unless the cache has it; there until the block ends.
+    """Shared library of C99 files for the block, from the cache or compiled.
 
     It stands beside its sources, in an entry of the build cache (`boresight.disk.cache`) whose name
     is the hash of the sources, the compiler and the flags.
@@ -67,18 +67,18 @@ def compiled_library(
     files : mapping of str to str
         ``<name>.h`` first.
     source : str
-        That which is compiled and includes the others; ``<name>_host.c`` by default.
+        The file that is compiled and includes the others; ``<name>_host.c`` by default.
     cflags : sequence of str, optional
         Flags beside those that make a shared library of C99; `CFLAGS` by default.
     libraries : sequence of str
-        To link with.
+        Libraries to link.
     cache : Path or None
         Folder of the cache; None: that of the user.
 
     Raises
     ------
     ToolMissing
-        If there is no compiler.
+        No C compiler is installed.
     """
     name = next(iter(files)).removesuffix(".h")
     source = source or f"{name}_host.c"
@@ -96,7 +96,7 @@ def compiled_library(
 
     entry = Cache(cache).get(name, identity, make)
     yield entry.path / f"{name}.so"
-    del entry  # which kept it in use
+    del entry  # which marked it as in use
 
 
 def instance(
@@ -107,7 +107,7 @@ def instance(
     Parameters
     ----------
     library : Path
-        Whose functions are called ``STEM_NAME`` and take the estimator first.
+        Library with functions ``STEM_NAME``, whose first argument is the estimator.
     **arguments
         Types of the other arguments, by name of the function; `array_of` for arrays.
     """
@@ -130,7 +130,7 @@ def array_of(kind: npt.DTypeLike) -> Any:
 
 
 class WordRanges(NamedTuple):
-    """What `CModel.observe` saw: int64 arrays by value number.
+    """Result of `CModel.observe`: int64 arrays by value number.
 
     ``low_at``/``high_at``: the first update with the least and with the largest word.
     ``saturations``: updates in which the value's `SAT` operation clamped it.
@@ -146,12 +146,12 @@ class WordRanges(NamedTuple):
 class CModel:
     """The emitted C of a program, as a host model: same words as the interpreter, much faster.
 
-    Objects are independent of each other; one object is not for several threads at once.
+    Objects are independent of each other; an object must not be used by several threads at once.
 
     Parameters
     ----------
     program : Program
-        What to run.
+        Program to run.
     cflags, cache
         See `compiled_library`.
 
@@ -179,7 +179,7 @@ class CModel:
 
     @functools.cached_property
     def _observe(self) -> Callable[..., None]:
-        """The function of a second library, which works on the same states."""
+        """Function of a second library that works on the same states."""
         header = next(iter(self._files))
         source = f"{self.library.stem}_observe.c"
         files = {header: self._files[header], source: observe_source(Body(self.program))}
@@ -221,11 +221,11 @@ class CModel:
         Raises
         ------
         ValueError
-            If there is no such parameter or the word does not fit.
+            Unknown parameter, or a word that does not fit.
         """
         if name not in self._params:
-            known = ", ".join(self._params) or "none"
-            raise ValueError(f"name must be a parameter ({known}), not {name!r}")
+            names = ", ".join(self._params) or "none"
+            raise ValueError(f"name must be a parameter ({names}), not {name!r}")
         self._call["set_param"](self._params[name], int(self._checked([word], "word")[0]))
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_]]:
@@ -240,12 +240,12 @@ class CModel:
         -------
         outputs : int64 (n, n_outputs)
         saturated : bool (n,)
-            Some `SAT` operation of the update clamped its result.
+            Whether a `SAT` operation of the update clamped its result.
 
         Raises
         ------
         ValueError
-            If the shape is wrong or a word does not fit.
+            The shape is wrong or a word does not fit.
         """
         return self._updates(inputs, None)
 
@@ -260,12 +260,12 @@ class CModel:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)
-        kept = None if states is None else states.ctypes
-        self._call["run"](len(words), words, outputs, saturated, kept)
+        state_words = None if states is None else states.ctypes
+        self._call["run"](len(words), words, outputs, saturated, state_words)
         return outputs.astype(np.int64), saturated.astype(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
-        """Run one update and give every word of it by value number.
+        """Run one update and return all its words by value number.
 
         The words of states are those before the update (`Interpreter.values_before_commit`).
         Find the first update that differs with `update`, come back to the one before it by
@@ -274,14 +274,14 @@ class CModel:
         return dict(enumerate(self.observe(np.asarray(inputs)[None]).low.tolist()))
 
     def observe(self, inputs: npt.ArrayLike) -> WordRanges:
-        """Run n updates, at least one, and give the extremes of every value.
+        """Run n updates, at least one, and return the extremes of every value.
 
         States count with the words before each update. ``inputs`` as in `update`.
 
         Raises
         ------
         ValueError
-            If the shape is wrong, there is no update, or a word does not fit.
+            The shape is wrong, there is no update, or a word does not fit.
         """
         words = self._records(inputs)
         if not len(words):

@@ -1,4 +1,4 @@
-"""Writes a program as C99: integers only, no allocation, no undefined behaviour.
+"""Write a program as C99: integers only, no allocation, no undefined behaviour.
 
 `emit_c` gives three files. ``<name>.h`` and ``<name>.c`` are the firmware; ``<name>_host.c``
 includes ``<name>.c`` and adds what only a host needs: many updates in one call. The same program
@@ -34,7 +34,7 @@ def _constants(body: Body) -> str:
         f"#define {macro}_OUTPUTS {len(p.outputs)}",
         "",
     ]
-    taken: list[str] = []
+    reserved: list[str] = []
     for title, suffix, numbers, members in (
         ("Inputs", "_in", p.inputs, body.input_members),
         ("Parameters", "_param", body.params, body.param_members),
@@ -42,10 +42,10 @@ def _constants(body: Body) -> str:
     ):
         if numbers:
             lines.append(f"// {title}: fraction bits")
-        used = {name.upper() for name in taken}
+        used = {name.upper() for name in reserved}
         stems = [m + suffix if m.upper() in used else m for m in members]
-        names = unique(stems, taken=taken, fold=True)
-        taken += names
+        names = unique(stems, reserved=reserved, fold=True)
+        reserved += names
         for n, name in zip(numbers, names, strict=True):
             frac = p.values[n].frac
             text = str(frac) if frac >= 0 else f"({frac})"
@@ -66,7 +66,7 @@ def _table(body: Body) -> str:
 
 
 def preamble(body: Body, text: str) -> list[str]:
-    """What stands between the includes and functions with the statements ``text``."""
+    """Definitions between the includes and functions with the statements ``text``."""
     return [
         banner("Definitions"),
         definitions(body.program.arithmetic),
@@ -91,14 +91,14 @@ def emit_c(program: Program, *, prefix: str | None = None) -> dict[str, str]:
     Parameters
     ----------
     program : Program
-        What to write.
+        Program to write.
     prefix : str or None
-        Name of the files and beginning of every public name; None: the program's name.
+        Name of the files and prefix of every public name; None: the program's name.
 
     Raises
     ------
     ValueError
-        If the program is incomplete or the prefix is no identifier.
+        The program is incomplete or the prefix is not an identifier.
     """
     body = Body(program, prefix=prefix)
     p, name, brief = program, body.name, "Fixed-point estimator"

@@ -1,7 +1,7 @@
 """Static functions of the emitted C: operations of `model.words.fixed`; nothing undefined.
 
-Accumulators are unsigned, so that no sum can overflow; a shift to the right of a negative number
-is used only where the compiler's own is arithmetic, which is a constant it folds.
+Accumulators are unsigned, so that no sum can overflow. A negative number is shifted right only if
+the compiler's shift is arithmetic, which it decides at compile time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``<name>_host.c``: entry points that only a host needs (`build` and `many` call them)."""
+"""``<name>_host.c``: entry points for a host only (called by `build` and `many`)."""
 
 from __future__ import annotations
 

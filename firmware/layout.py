@@ -18,19 +18,19 @@ def banner(title: str) -> str:
 
 
 def block(opening: str, lines: Iterable[str]) -> str:
-    """Indented lines in braces. An opening that is too long gets a line for each argument."""
+    """Indented lines in braces; too long an opening gets a line for each argument."""
     if max(map(len, opening.splitlines())) + 2 > _WIDTH:
         opening = opening.replace("(", "(\n    ", 1).replace(", ", ",\n    ")
     return "\n".join([f"{opening} {{", *(f"    {line}" if line else "" for line in lines), "}"])
 
 
 def join(*parts: str) -> str:
-    """A file: parts that are not empty, apart by one blank line."""
+    """A file: the parts that are not empty, separated by blank lines."""
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def head(file: str, brief: str, *origin: str) -> str:
-    """First comment of a file; ``origin`` says what it is generated from."""
+    """First comment of a file; ``origin`` names the source."""
     lines = [f"@file {file}", f"@brief {brief}", "", *origin]
     return "\n".join(["/**", *(f" * {line}".rstrip() for line in lines), " */"])
 

@@ -36,11 +36,11 @@ class ManyCModels:
             library, stem = ctypes.CDLL(str(path)), path.stem
         size = getattr(library, f"{stem}_size")
         size.argtypes, size.restype = [], ctypes.c_size_t
-        one = ctypes.create_string_buffer(size())
+        memory = ctypes.create_string_buffer(size())
         start = getattr(library, f"{stem}_init")
         start.argtypes, start.restype = [ctypes.c_void_p], None
-        start(one)
-        self._first = one.raw * runs
+        start(memory)
+        self._first = memory.raw * runs
         self._memory = ctypes.create_string_buffer(self._first, len(self._first))
         self._each = getattr(library, f"{stem}_each")
         self._each.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *3 * (ctypes.c_void_p,)]

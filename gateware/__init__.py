@@ -3,13 +3,13 @@
 | room or module | what |
 |---|---|
 | `machine` | description of the machine: lanes, stages, microword |
-| `schedule` | when and where each operation runs, and an independent proof of it |
+| `schedule` | cycle and lane of each operation, with an independent proof |
 | `microcode` | assembler, memories, listing, an emulator cycle by cycle |
-| `registers`, `description` | declared registers; what a compiled core is, in one object |
-| `texts` | templates that the description fills in |
-| `bus` | the register bus and what hangs on it |
+| `registers`, `description` | declared registers; the description of a compiled core |
+| `texts` | templates filled in from the description |
+| `bus` | the register bus and its devices |
 | `engine` | the hardware: sequencer, operands, lanes |
 | `core`, `verilog` | one program or several as a core; Verilog text |
-| `serial`, `sensors`, `system`, `soc`, `boards` | around the core, up to whole FPGAs |
+| `serial`, `sensors`, `system`, `soc`, `boards` | surroundings of the core, up to complete FPGAs |
 | `synthesis` | area and clock estimate |
 """

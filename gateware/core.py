@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.kept_schedules import kept_schedule
 from boresight.gateware.machine import ALL_CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
@@ -19,7 +18,8 @@ from boresight.gateware.schedule.check_core import check_core
 from boresight.gateware.schedule.links import tied, window_of
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
-from boresight.gateware.schedule.state_rooms import state_rooms
+from boresight.gateware.schedule.state_quotas import state_quotas
+from boresight.gateware.schedule_cache import cached_schedule
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.words.program import Kind, Program
@@ -45,7 +45,7 @@ def machine_for(config: str, program: Program) -> Machine:
 
 @dataclass(frozen=True)
 class Part:
-    """A program in a core: its place in time and in the registers."""
+    """A program in a core, with schedule and registers."""
 
     program: Program
     schedule: Schedule
@@ -54,11 +54,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Core:
-    """Programs on a machine, ready to become Verilog; one of them is at hand.
+    """Compiled programs on a machine; one of them is selected.
 
-    All that is said of a program (`program`, `schedule`, `allocation`, `listing`,
-    `parameter_addresses`) is said of the one at hand; `select` takes up another. The schedules have
-    been proven by `gateware.schedule.check_core`.
+    `program`, `schedule`, `allocation`, `listing` and `parameter_addresses` are those of the
+    selected program; `select` changes it. `gateware.schedule.check_core` has proven the schedules.
 
     Parameters
     ----------
@@ -69,14 +68,14 @@ class Core:
     image : Image
         Contents of the memories.
     number : int
-        The program at hand. The hardware begins with program 0 in any case.
+        The selected program. The hardware always begins with program 0.
     """
 
     parts: tuple[Part, ...]
     machine: Machine
     image: Image
     number: int = 0
-    #: Verilog that was asked for, by form: every program at hand has the same.
+    #: Generated Verilog, by form; it does not depend on the selected program.
     _texts: dict[tuple[bool, bool], str] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
@@ -93,7 +92,7 @@ class Core:
 
     @property
     def allocation(self) -> Allocation:
-        """Where the program's values live."""
+        """Registers of the program's values."""
         return self.parts[self.number].allocation
 
     @property
@@ -112,7 +111,7 @@ class Core:
         return _digest([part.program for part in self.parts])
 
     def select(self, number: int) -> Core:
-        """The same core with another program at hand."""
+        """Return the same core with another program selected."""
         if not 0 <= number < len(self.parts):
             raise ValueError(f"number must be 0 to {len(self.parts) - 1}, not {number!r}")
         at_hand = dataclasses.replace(self, number=number)
@@ -127,8 +126,8 @@ class Core:
         instances : bool
             With LUT6 and DSP48A1, for synthesis to Spartan-6.
         identified : bool, optional
-            With the build identifier; by default as ``instances``. Without it all programs of a
-            machine differ in nothing but memory contents, which simulations make use of.
+            With the build identifier; by default as ``instances``. Without it the Verilog of all
+            programs of a machine differs only in memory contents, which simulations exploit.
         """
         form = instances, instances if identified is None else identified
         if form not in self._texts:
@@ -178,7 +177,7 @@ def build_shared_core(
         For each program, the leading outputs whose latency counts first; by default as its
         program says.
     restarts : int, optional
-        Effort of the scheduler; by default as much as takes a few seconds.
+        Effort of the scheduler; by default for a few seconds.
 
     Raises
     ------
@@ -191,7 +190,7 @@ def build_shared_core(
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
     programs = tied(programs)
-    rooms = state_rooms(programs, machine)
+    rooms = state_quotas(programs, machine)
     plans = [
         _schedule(program, machine, urgent, restarts, tuple(room), program.digest)
         for program, urgent, room in zip(
@@ -229,10 +228,10 @@ def _schedule(
     room: tuple[int, ...],
     digest: str,
 ) -> Schedule:
-    """The schedule, kept: it takes seconds. ``digest`` tells programs with 0.0 and -0.0 apart."""
+    """The schedule, memoised. ``digest`` distinguishes programs with 0.0 and -0.0."""
     if restarts is None:
-        return kept_schedule(program, machine, urgent=urgent, state_room=room)
-    return schedule(program, machine, urgent=urgent, restarts=restarts, state_room=room)
+        return cached_schedule(program, machine, urgent=urgent, state_quota=room)
+    return schedule(program, machine, urgent=urgent, restarts=restarts, state_quota=room)
 
 
 def _digest(programs: Sequence[Program]) -> str:

@@ -1,8 +1,8 @@
-"""What a compiled core is: ports, rules, registers, and the words of its records.
+"""The description of a compiled core: ports, rules, registers, and the words of its records.
 
-One object says it. The texts about a core (`gateware.texts`), the bench beside it, the register map
-of a complete system (`gateware.system.interface`) and the host that reads a board all take it from
-here; ``registers.json`` is its written form.
+The texts about a core (`gateware.texts`), its bench, the register map of a complete system
+(`gateware.system.interface`) and the host of a board all read this one object; ``registers.json``
+is its serialised form.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Pin:
 
 
 def core_pins(word: int) -> tuple[Pin, ...]:
-    """Ports of the module ``core`` with words of so many bits, in their order."""
+    """Ports of the module ``core`` with words of ``word`` bits, in order."""
     payload = f"put record: bit {word} last, below it a word"
     clamped = "a result of the last complete update was clamped"
     return (
@@ -78,9 +78,9 @@ def core_pins(word: int) -> tuple[Pin, ...]:
 class Word:
     """One word of a record: value = word * 2^-frac, in ``unit``.
 
-    A register map holds these three alone. ``cycle`` is that in which the word passes, where the
-    record's first one passes in cycle 1 and the core never stands still. ``missing`` says what an
-    input reads where there is no new sample; empty where each record needs one.
+    A register map has these three fields only. ``cycle`` is the cycle in which the word passes, if
+    the record's first word passes in cycle 1 and the core never stalls. ``missing`` describes the
+    value of an input without a new sample; empty if every record needs one.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Records:
     """The records of a program.
 
     ``interval`` is the number of cycles from the first word of a record to that of the next;
-    ``links`` are the inputs that another program gives: name, that program, its output.
+    ``links`` are the inputs that read another program: name, that program, its output.
     """
 
     program: str
@@ -127,19 +127,19 @@ class Description:
     Attributes
     ----------
     name, digest : str
-        Of all programs.
+        Name and digest of all programs.
     word : int
         W, bits of a word.
     build : tuple of int
-        The words that ``build_low`` and ``build_high`` read.
+        Words of the registers ``build_low`` and ``build_high``.
     registers : tuple of Register
-        With several programs the parameters' names begin with the program's: ``mekf.gain``.
+        Registers; with several programs, parameters are named like ``mekf.gain``.
     programs : tuple of Records
-        By their numbers.
+        Records of the programs, by number.
     title : str
-        What it is: a core, or a system with more registers than the core's.
+        Kind: a core, or a system with more registers than the core's.
     configuration, lanes, microwords
-        Of the machine; not part of the register map.
+        Properties of the machine; not part of the register map.
     """
 
     name: str
@@ -155,12 +155,12 @@ class Description:
 
     @property
     def pins(self) -> tuple[Pin, ...]:
-        """Ports of the module ``core``, in their order."""
+        """Ports of the module ``core``, in order."""
         return core_pins(self.word)
 
     @property
     def rules(self) -> Mapping[str, str]:
-        """How its streams, its bus and its reset behave, in lines of at most 97 characters."""
+        """Rules of streams, bus and reset, in lines of at most 97 characters."""
         bit = STATUS.field("framing").bit
         return {
             "streams": STREAMS.format(last=self.word, bit=bit),
@@ -183,7 +183,7 @@ class Description:
         return tuple(r for r in self.registers if r.is_parameter)
 
     def find(self, name: str) -> Register:
-        """The register called ``name``, a parameter before a fixed one; KeyError if none is."""
+        """Register called ``name``, a parameter before a fixed one; raises KeyError for others."""
         for register in self.registers:
             if register.name == name:
                 return register
@@ -191,7 +191,7 @@ class Description:
 
     @property
     def identifiers(self) -> dict[int, str]:
-        """C identifier of every register, by address; unique even when case does not count."""
+        """C identifier of every register, by address; unique even if case is ignored."""
         ordered = sorted(self.registers, key=lambda r: r.is_parameter)  # the fixed names first
         names = unique(r.name for r in ordered)
         return {r.address: name for r, name in zip(ordered, names, strict=True)}
@@ -203,15 +203,15 @@ class Description:
 
     @property
     def named_records(self) -> list[tuple[str, str, list[tuple[str, Word]]]]:
-        """Of every record "input" or "output", its program, and its words by C identifiers."""
-        taken = set(self.identifiers.values())
+        """For every record: "input" or "output", its program, and its words by C identifiers."""
+        reserved = set(self.identifiers.values())
         records = []
         for program in self.programs:
             of = f"{identifier(program.program)}_" if len(self.programs) > 1 else ""
             for title, words in (("input", program.inputs), ("output", program.outputs)):
                 kind = title.removesuffix("put").upper()
-                stems = unique((f"{of}{kind}_{word.name}" for word in words), taken=taken)
-                taken.update(stems)
+                stems = unique((f"{of}{kind}_{word.name}" for word in words), reserved=reserved)
+                reserved.update(stems)
                 records.append((title, program.program, list(zip(stems, words, strict=True))))
         return records
 
@@ -252,7 +252,7 @@ class Description:
         Raises
         ------
         Malformed
-            They are something else; the error says where.
+            The data have another form; the error has the location.
         """
         description: Description = typed(cls, data)
         return description
@@ -290,7 +290,7 @@ def describe(core: Core, summaries: Mapping[str, str] | None = None) -> Descript
 
 
 def _parameters(core: Core, several: bool) -> Iterator[Register]:
-    """Registers of the parameters of the core's program at hand."""
+    """Registers of the selected program's parameters."""
     program = core.program
     for name, address in core.parameter_addresses.items():
         number = program.find(name)
@@ -311,7 +311,7 @@ def _parameters(core: Core, several: bool) -> Iterator[Register]:
 
 
 def _records(core: Core, summary: str) -> Records:
-    """Records of the core's program at hand."""
+    """Records of the selected program."""
     program, plan = core.program, core.schedule
     return Records(
         program.name,

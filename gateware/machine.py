@@ -1,4 +1,4 @@
-"""Machine description: what scheduler, checker, assembler, engine and reports all read."""
+"""Machine description, read by scheduler, checker, assembler, engine and reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from boresight.model.words.fixed import Arithmetic
 class Field:
     """One field of the microword.
 
-    ``stage`` is the pipeline stage (cycles after the address stage) at which it works.
+    ``stage`` is the pipeline stage (cycles after the address stage) that reads it.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Machine:
     arithmetic : Arithmetic
         Word, guard and accumulator widths.
     rom_words : int, >= 16
-        Most microwords of all programs of a core together.
+        Maximum number of microwords of all programs of a core together.
     register_words : int, 512 or 1024
         Words of the register file, all banks together.
     """
@@ -54,7 +54,7 @@ class Machine:
     #: Words of one block of the table memory and number of blocks.
     TABLE_BLOCK = 512
     TABLE_BLOCKS = 3
-    #: Addresses of the bus for parameters, shared out among the lanes' banks.
+    #: Addresses of the bus for parameters, divided among the lanes' banks.
     PARAMETER_ADDRESSES = 512
 
     def __post_init__(self) -> None:
@@ -115,13 +115,13 @@ class Machine:
 
     @property
     def remedy(self) -> str:
-        """End of an error line that says registers do not suffice: who has more of them."""
+        """End of an error line about missing registers: the configuration with more of them."""
         larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
         name = next((m.name for m in larger if m.register_words > self.register_words), None)
         return f"; config {name} has more" if name else ""
 
     def fields(self) -> tuple[Field, ...]:
-        """Fields of the microword, least significant first; per-lane names end in the lane."""
+        """Fields of the microword, least significant first; a lane's fields end in its number."""
         out: list[Field] = []
         for k in range(self.lanes):
             out += [
@@ -172,11 +172,11 @@ class Machine:
         return sum(f.width for f in self.fields())
 
     def rom_columns(self, depth: int) -> tuple[int, ...]:
-        """Widths of the memories side by side that hold so many microwords.
+        """Widths of the parallel memories for ``depth`` microwords.
 
-        2,048 words deep, a block RAM has 9 bits and half of one 4: a few bits beyond a multiple of
-        9 get a half of their own, or yosys builds all of it of shallower ones and multiplexers.
-        Machines with 512 registers keep the Verilog that they have.
+        With 2,048 words, a block RAM has 9 bits and half of one 4: a few bits beyond a multiple of
+        9 get their own half, or yosys would build all of it of shallower RAMs and multiplexers.
+        Machines with 512 registers are not split, for unchanged Verilog.
         """
         rest = self.word_bits % 9
         if depth < 2048 or self.register_words == 512 or not 0 < rest <= 4:
@@ -184,9 +184,9 @@ class Machine:
         return (self.word_bits - rest, rest)
 
 
-#: The configurations that ship.
+#: The standard configurations.
 CONFIGS = {"small": Machine(name="small", lanes=1), "fast": Machine(name="fast", lanes=2)}
-#: And the same with twice the registers, for cores that these have no room for.
+#: All configurations, also those with twice the registers for larger cores.
 ALL_CONFIGS = CONFIGS | {
     f"{m.name}-1024": replace(m, name=f"{m.name}-1024", register_words=1024)
     for m in CONFIGS.values()

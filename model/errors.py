@@ -1,4 +1,4 @@
-"""The errors that a user of Boresight can cause and can mend."""
+"""Errors that a user of Boresight can cause and correct."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from collections.abc import Callable, Iterable
 
 __all__ = ["InputError", "ToolMissing", "closest", "require", "shortened"]
 
-#: Most characters of a message's parts.
+#: Maximum length of a message's parts, in characters.
 _WHERE, _WANTED, _FOUND = 120, 130, 60
 
 
 def shortened(text: str, most: int) -> str:
-    """The text, without its middle if it has more than ``most`` characters."""
+    """Shorten a text to ``most`` characters by leaving out its middle."""
     if len(text) <= most:
         return text
-    end = 2 * (most - 3) // 3  # the end of a path, and the line behind it, say most
+    end = 2 * (most - 3) // 3  # the end of a path and its line number matter most
     return f"{text[: most - 3 - end]}...{text[len(text) - end :]}"
 
 
-def closest(name: str, known: Iterable[str], most: int = 4) -> list[str]:
-    """The ``most`` names that are most like ``name``, to be shown where it is unknown."""
-    return difflib.get_close_matches(name[:100], list(known), most, 0.0)
+def closest(name: str, names: Iterable[str], most: int = 4) -> list[str]:
+    """Return the ``most`` names closest to an unknown ``name``."""
+    return difflib.get_close_matches(name[:100], list(names), most, 0.0)
 
 
 def _printable(text: str) -> str:
@@ -29,11 +29,11 @@ def _printable(text: str) -> str:
 
 
 class InputError(ValueError):
-    """Something that came from outside is not what it has to be.
+    """Invalid input from a user: argument, file, estimator or log.
 
     The message is always a single line; the command line prints it after ``error:`` and exits
-    with code 2. A complete message says where the trouble is, what was wanted, what was found and
-    what to do about it: `InputError.at` builds one of that form.
+    with code 2. `InputError.at` builds a message of location, what was wanted, what was found, and
+    a remedy.
 
     Parameters
     ----------
@@ -52,31 +52,30 @@ class InputError(ValueError):
         Parameters
         ----------
         where : str
-            Place of the trouble: a file with line and column, or the name of an argument.
+            Location: a file with line and column, or the name of an argument; may be empty.
         wanted, found : str
-            What is legal there, and what stands there instead.
+            What is accepted, and the value instead.
         fix : str
-            What the user can do about it.
+            Remedy, in the imperative.
 
-        What is too long to read loses its middle: ``where`` and ``found`` come from outside. Where
-        nobody knows the place, the line begins with what was wanted.
+        Parts that are too long are shortened in their middle.
         """
-        place = f"{shortened(where, _WHERE)}: " if where else ""
+        prefix = f"{shortened(where, _WHERE)}: " if where else ""
         wanted, found = shortened(wanted, _WANTED), shortened(found, _FOUND)
-        return cls(f"{place}wanted {wanted}, found {found}; {fix}")
+        return cls(f"{prefix}wanted {wanted}, found {found}; {fix}")
 
 
 def require(
     good: bool, where: str | Callable[[], str], wanted: str, found: object, fix: str = "correct it"
 ) -> None:
-    """`InputError.at`, with ``found`` as Python writes it, unless it is good.
+    """Raise `InputError.at`, with the repr of ``found``, unless ``good``.
 
     ``where`` may be a function, called only then.
     """
     if not good:
-        place = where if isinstance(where, str) else where()
-        raise InputError.at(place, wanted=wanted, found=repr(found), fix=fix)
+        location = where if isinstance(where, str) else where()
+        raise InputError.at(location, wanted=wanted, found=repr(found), fix=fix)
 
 
 class ToolMissing(RuntimeError):
-    """An external program is needed and not installed; the message says which and how to get it."""
+    """An external program is not installed; the message says which and how to install it."""

@@ -1,4 +1,4 @@
-"""What an estimator is: declared inputs, parameters, states, and one ``step``.
+"""Estimators: declared inputs, parameters, states and outputs, and one ``step``.
 
 ``step`` is written once with `model.ops`. `Estimator.run_float` runs it on float64 arrays (the
 reference); `Estimator.compile` runs it once on tracing scalars and gives the `Program`.
@@ -50,7 +50,7 @@ class FloatRun:
 
 
 class _AllOutputs:
-    """Default of `Estimator.urgent`: as many as there are outputs."""
+    """Default of `Estimator.urgent`: the number of outputs."""
 
     def __get__(self, instance: Estimator | None, owner: type[Estimator]) -> int:
         return len((owner if instance is None else instance).outputs)
@@ -59,19 +59,19 @@ class _AllOutputs:
 class Estimator:
     """Base class of every estimator.
 
-    Attributes describe the interface, `step` the mathematics. They stand on the class, or on the
-    object where its constructor makes them.
+    Attributes describe the interface, `step` the mathematics. They are set on the class, or on the
+    object by its constructor.
 
     Attributes
     ----------
     name : str
         By default the class's name in lower case.
     summary : str
-        One line; by default the first one of the class's docstring.
+        One line; by default the first line of the class's docstring.
     inputs, params, states, outputs : tuple
         Declarations, in the order of the words.
     urgent : int
-        Leading outputs whose latency counts first; by default all.
+        Number of leading outputs whose latency is minimised first; by default all.
     """
 
     name: str = "estimator"
@@ -81,24 +81,24 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
-    #: Samples a second of inputs, by name, that its gains are made for; empty: any.
+    #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.
     rates_hz: Mapping[str, float] = {}
-    #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: there is none.
+    #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.
     nis_freedom: int = 0
     #: States that are elements of a covariance, with their row and column by name; empty: those
-    #: that are named as ``p01`` or ``p_xy``.
+    #: named like ``p01`` or ``p_xy``.
     covariance_elements: Mapping[str, tuple[str, str]] = {}
-    #: Where its class begins, "file.py, line 12".
+    #: Source location of the class, "file.py, line 12".
     _line: str = ""
-    #: What the bits of an output ``status`` say, by number, for the texts about a core.
+    #: Meaning of the bits of an output ``status``, by number, for the texts about a core.
     status_bits: Mapping[int, str] = {}
 
     def __init_subclass__(cls) -> None:
-        own = vars(cls)
+        attributes = vars(cls)
         cls._line = author_line()
-        if "name" not in own:
+        if "name" not in attributes:
             cls.name = cls.__name__.lower()
-        if "summary" not in own and (text := (own.get("__doc__") or "").strip()):
+        if "summary" not in attributes and (text := (attributes.get("__doc__") or "").strip()):
             cls.summary = text.splitlines()[0].rstrip(".")
 
     def check_declarations(self) -> None:
@@ -107,8 +107,7 @@ class Estimator:
         Raises
         ------
         InputError
-            A name twice or illegal, a parameter called as an input or state, no output, ``urgent``
-            beyond the outputs, ``valid_of`` of no input that has samples.
+            See `model.interface.check_interface`.
         """
         check_interface(self, self._line)
 
@@ -120,13 +119,13 @@ class Estimator:
         raise NotImplementedError
 
     def for_rates(self, rates_hz: Mapping[str, float]) -> Estimator:
-        """Give one for inputs that come so often, by name; itself where any rate will do."""
+        """Return the estimator for these sample rates of inputs; itself if it serves any rate."""
         return self
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]
     ) -> tuple[tuple[str, ...], FloatArray] | None:
-        """Covariance of the errors of some outputs, as the estimator believes it; None: no such.
+        """Covariance of the errors of some outputs, as estimated; None if the estimator has none.
 
         Parameters
         ----------
@@ -144,7 +143,7 @@ class Estimator:
     def textbook(
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
     ) -> Mapping[str, FloatArray] | None:
-        """Outputs of the same equations in another form, in float64; None: there is none.
+        """Outputs of the same equations in another form, in float64; None without such a form.
 
         Parameters
         ----------
@@ -236,27 +235,27 @@ class Estimator:
         return self.compile_traced(word=word)[0]
 
     def compile_traced(self, *, word: int = 32) -> tuple[Program, dict[int, Node]]:
-        """`compile`, and the node that each value of the program holds, by value number.
+        """`compile`, and the node of each value of the program, by value number.
 
         Values that belong to no node (constants, parts of a function) are left out.
         """
         check_word(word)
         trace = self.record()
         program, nodes = lower(trace, Arithmetic(word=word))
-        held = {value: node.number for value, node in nodes.items()}
+        numbers = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of a state begins as the state does.
         first = {
-            held.get(after): s.initial
+            numbers.get(after): s.initial
             for (_, after), s in zip(program.states, self.states, strict=True)
         }
-        bits = "; ".join(f"{k}: {said}" for k, said in self.status_bits.items())
+        bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
         ports = tuple(
             Port(
                 o.name,
                 o.unit,
                 o.tolerance,
                 bits if o.name == "status" and not o.meaning else o.meaning,
-                first.get(held.get(n, -1), 0.0),
+                first.get(numbers.get(n, -1), 0.0),
             )
             for n, o in zip(program.outputs, self.outputs, strict=True)
         )
@@ -272,13 +271,13 @@ class Estimator:
         )
 
     def record(self) -> Trace:
-        """Record one `step` that computes the same when it runs again.
+        """Record one `step`; refuse it if a second run records other operations.
 
         Raises
         ------
         InputError
-            Declarations that contradict each other, no input; as `checked_step`; or it computes
-            something else.
+            Declarations that contradict each other; no input; an error of `checked_step`; or a
+            second run that differs.
         """
         self.check_declarations()
         if not self.inputs:
@@ -290,8 +289,8 @@ class Estimator:
             )
         recorded, again = self.trace(), self.trace()
         expressions = (recorded.tracer.expressions, again.tracer.expressions)
-        said = [[e.said for e in each] for each in expressions]
-        for k, (first, second) in enumerate(zip_longest(*said)):
+        keys = [[e.said for e in each] for each in expressions]
+        for k, (first, second) in enumerate(zip_longest(*keys)):
             if first != second:
                 rest = [e.line for each in expressions for e in each[k:] if e.line]
                 repeatable(False, (rest or [f"estimator {self.name}"])[0])
@@ -308,7 +307,7 @@ class Estimator:
         tracer = Tracer(self.name)
 
         def leaves(kind: str, declared: Sequence[Input | Param | State]) -> list[Scalar]:
-            spans = [(d, getattr(d, "given", None) or d) for d in declared]
+            spans = [(d, getattr(d, "source_format", None) or d) for d in declared]
             return [tracer.leaf(kind, d.name, span.low, span.high, d.unit) for d, span in spans]
 
         def by_name(kind: str, declared: Sequence[Named], values: Sequence[Any]) -> Values:
@@ -335,13 +334,13 @@ class Estimator:
                 (n, s.initial, tracer.lift(after[s.name]))
                 for n, s in zip(x, self.states, strict=True)
             ],
-            {i.name: i.given.frac for i in self.inputs if i.given is not None},
+            {i.name: i.source_format.frac for i in self.inputs if i.source_format is not None},
         )
 
     def checked_step(
         self, x: Any, u: Any, p: Any, *, arrays: bool = False
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """`step`, whose mistakes become one line: see `model.step.checked`."""
+        """Call `step`; errors in it become one line (`model.step.checked`)."""
         if type(self).step is Estimator.step:
             raise InputError.at(
                 placed(self._line, f"estimator {self.name}"),
@@ -371,7 +370,7 @@ def param_words(program: Program, values: Mapping[str, float]) -> dict[int, int]
 def with_params(
     program: Program, estimator: Estimator, params: Mapping[str, float] | None
 ) -> Program:
-    """The program whose parameter registers start with these values."""
+    """Return the program with these initial values of its parameter registers."""
     words = param_words(program, estimator.param_values(params))
     values = list(program.values)
     for number, word in words.items():

@@ -1,4 +1,4 @@
-"""Declarations of an estimator that contradict each other, or are none."""
+"""Checks of an estimator's declarations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Interface", "check_interface"]
 
 
 class Interface(Protocol):
-    """What an estimator declares."""
+    """Declarations of an estimator."""
 
     name: str
     inputs: tuple[Input, ...]
@@ -22,65 +22,65 @@ class Interface(Protocol):
     urgent: int
 
 
-def check_interface(given: Interface, line: str) -> None:
+def check_interface(estimator: Interface, line: str) -> None:
     """Refuse declarations that contradict each other.
 
     Parameters
     ----------
-    given : Interface
+    estimator : Interface
     line : str
-        Where it begins, "file.py, line 12", or nothing.
+        Source location of its class, "file.py, line 12", or empty.
 
     Raises
     ------
     InputError
-        A declaration that is no tuple of its kind, a name twice or illegal, a parameter called as
-        an input or state, no output, ``urgent`` beyond the outputs, ``valid_of`` of no input that
-        has samples.
+        A declaration that is not a tuple of its kind, a name that is illegal or occurs twice, a
+        parameter with the name of an input or state, no output, ``urgent`` above the number of
+        outputs, ``valid_of`` without an input that has samples.
     """
-    name = f"estimator {given.name}"
+    name = f"estimator {estimator.name}"
     where = placed(line, name)
-    _check_kinds(given, where)
-    check_declared(where, ("estimator", (given,)))
+    _check_kinds(estimator, where)
+    check_declared(where, ("estimator", (estimator,)))
     check_declared(
         name,
-        ("input", given.inputs),
-        ("parameter", given.params),
-        ("state", given.states),
-        ("output", given.outputs),
+        ("input", estimator.inputs),
+        ("parameter", estimator.params),
+        ("state", estimator.states),
+        ("output", estimator.outputs),
     )
-    _check_parameters(given, name)
-    if not given.outputs:
+    _check_parameters(estimator, name)
+    if not estimator.outputs:
         raise InputError.at(where, wanted="an output", found="none", fix="declare outputs")
-    if not 0 <= given.urgent <= len(given.outputs):
+    if not 0 <= estimator.urgent <= len(estimator.outputs):
         raise InputError.at(
             where,
-            wanted=f"urgent of 0 to {len(given.outputs)}",
-            found=str(given.urgent),
+            wanted=f"urgent of 0 to {len(estimator.outputs)}",
+            found=str(estimator.urgent),
             fix="it counts the leading outputs whose latency counts first",
         )
-    _check_flags(given, name)
+    _check_flags(estimator, name)
 
 
-def _check_flags(given: Interface, name: str) -> None:
-    """Refuse flags of inputs that there are not."""
-    names = {i.name for i in given.inputs if not i.flags}
-    for flag in given.inputs:
+def _check_flags(estimator: Interface, name: str) -> None:
+    """Refuse flags of inputs that are not declared."""
+    names = {i.name for i in estimator.inputs if not i.flags}
+    for flag in estimator.inputs:
         unknown = [other for other in flag.flags if other not in names]
         if unknown:
             raise InputError.at(
                 placed(flag.line, f"{name}, input {flag.name}"),
                 wanted="valid_of names of inputs",
                 found=unknown[0],
-                fix=f"choose of {', '.join(sorted(names)) or 'inputs with columns'}",
+                fix=f"choose {', '.join(sorted(names)) or 'inputs with columns'}",
             )
 
 
-def _check_parameters(given: Interface, name: str) -> None:
-    """Refuse parameters that are called as an input or state."""
-    taken = {i.name for i in given.inputs} | {s.name for s in given.states}
-    for p in given.params:
-        if p.name in taken:
+def _check_parameters(estimator: Interface, name: str) -> None:
+    """Refuse parameters with the name of an input or state."""
+    names = {i.name for i in estimator.inputs} | {s.name for s in estimator.states}
+    for p in estimator.params:
+        if p.name in names:
             raise InputError.at(
                 placed(p.line, f"{name}, parameter {p.name}"),
                 wanted="a name that no input or state has",
@@ -89,22 +89,22 @@ def _check_parameters(given: Interface, name: str) -> None:
             )
 
 
-def _check_kinds(given: Interface, where: str) -> None:
-    """Refuse declarations that are no tuples of their kind."""
+def _check_kinds(estimator: Interface, where: str) -> None:
+    """Refuse declarations that are not tuples of their kind."""
     for name, kind in (
         ("inputs", Input),
         ("params", Param),
         ("states", State),
         ("outputs", Output),
     ):
-        declared = getattr(given, name)
+        declared = getattr(estimator, name)
         several = isinstance(declared, tuple | list)
         wrong = [d for d in (declared if several else [declared]) if not isinstance(d, kind)]
         if wrong or not several:
-            found = type(wrong[0] if wrong else declared).__name__
+            name_of_type = type(wrong[0] if wrong else declared).__name__
             raise InputError.at(
                 f"{where}, {name}",
                 wanted=f"a tuple of {kind.__name__}",
-                found=found if several else f"one {found}",
+                found=name_of_type if several else f"one {name_of_type}",
                 fix=f"write {name} = ({kind.__name__}(...),), also where there is only one",
             )

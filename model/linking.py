@@ -1,8 +1,8 @@
-"""Inputs that another program of the same core gives: `Input.source`.
+"""Linked inputs, which read an output of another program in the same core: `Input.source`.
 
-In a core that holds both, the reader takes the word where the other program keeps it
-(`gateware.schedule.links`). Everywhere else its records hold that word, as `held` says: so every
-level computes the same, whether or not it knows of links.
+In a core with both programs, the reader reads the word in the register of the other program
+(`gateware.schedule.links`). Everywhere else its records contain that word (`linked_words`), so all
+levels compute the same.
 """
 
 from __future__ import annotations
@@ -14,33 +14,33 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import Given
+from boresight.model.declarations import SourceFormat
 from boresight.model.errors import InputError, closest
 from boresight.model.estimator import Estimator
 from boresight.model.places import placed
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
-__all__ = ["first_word", "held", "linked_estimators"]
+__all__ = ["first_word", "linked_words", "linked_estimators"]
 
 
 def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> list[Estimator]:
-    """The estimators of one core, with linked inputs in the format of what they read.
+    """Return the estimators of one core, with linked inputs in the format of their sources.
 
     Parameters
     ----------
     estimators : sequence of Estimator
-        In the order of their numbers; those without links are returned as they are.
+        In the order of their numbers; those without links are returned unchanged.
     word : int
         W.
 
     Raises
     ------
     InputError
-        A source that its program does not give, has another unit, or lies beyond the input's
-        range; programs that read each other; no input left that comes with the record.
+        A source that is not an output of its program, has another unit, or exceeds the input's
+        range; programs that read each other; an estimator without an input from the record.
     """
-    made = {e.name: e for e in estimators}
+    linked = {e.name: e for e in estimators}
     programs: dict[str, Program] = {}
     at_work: list[str] = []
 
@@ -54,21 +54,21 @@ def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> lis
             )
         if name not in programs:
             at_work.append(name)
-            made[name] = _fed(made[name], program_of, made.keys(), word)
-            programs[name] = made[name].compile(word=word)
+            linked[name] = _fed(linked[name], program_of, linked.keys(), word)
+            programs[name] = linked[name].compile(word=word)
             at_work.pop()
         return programs[name]
 
     for estimator in estimators:
-        if any(i.source.partition(".")[0] in made for i in estimator.inputs):
+        if any(i.source.partition(".")[0] in linked for i in estimator.inputs):
             program_of(estimator.name)
-    return [made[e.name] for e in estimators]
+    return [linked[e.name] for e in estimators]
 
 
 def _fed(
     estimator: Estimator, program_of: Callable[[str], Program], names: Collection[str], word: int
 ) -> Estimator:
-    """``estimator`` with the formats of its sources in its inputs."""
+    """Return the estimator with the formats of its sources in its inputs."""
     where = f"estimator {estimator.name}"
     if not any(i.source.partition(".")[0] in names for i in estimator.inputs):
         return estimator
@@ -88,8 +88,8 @@ def _fed(
             )
         value = program.values[program.outputs[program.output_names.index(output)]]
         unit = {port.name: port.unit for port in program.ports}.get(output, value.unit)
-        given = Given(value.frac, value.low, value.high)
-        inputs.append(declared.taking(given, word, of=declared.source, unit=unit, where=where))
+        words = SourceFormat(value.frac, value.low, value.high)
+        inputs.append(declared.with_source(words, word, of=declared.source, unit=unit, where=where))
     if all(i.source.partition(".")[0] in names for i in inputs):
         raise InputError.at(
             where,
@@ -97,30 +97,30 @@ def _fed(
             found="only inputs of other programs",
             fix="add one, for example the time step dt",
         )
-    fed = copy.copy(estimator)
-    fed.inputs = tuple(inputs)
-    return fed
+    linked = copy.copy(estimator)
+    linked.inputs = tuple(inputs)
+    return linked
 
 
 def first_word(program: Program, output: str) -> int:
-    """The word that a reader of ``output`` sees before the program's first update."""
+    """Word that a reader of ``output`` reads before the program's first update."""
     number = program.outputs[program.output_names.index(output)]
     value = program.values[number]
     first = next((port.first for port in program.ports if port.name == output), 0.0)
     return int(program.format(number).quantise(min(max(first, value.low), value.high)))
 
 
-def held(words: npt.NDArray[Any], done: IntArray, first: float) -> npt.NDArray[Any]:
-    """What each update of a reader sees of an output.
+def linked_words(words: npt.NDArray[Any], done: IntArray, first: float) -> npt.NDArray[Any]:
+    """Word of an output that each update of its reader reads.
 
     Parameters
     ----------
     words : (n,)
         The output's words, or values, after each update of the program that gives it.
     done : int (m,)
-        How many of those were complete when each of the reader's updates began.
+        Number of those updates complete when each of the reader's updates began.
     first : number
-        What there is before the first one (`first_word`).
+        Word before the first update (`first_word`).
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The operations estimators are written in: the same code on float64 arrays and on the tracer.
+"""Operations for estimators: the same code runs on float64 arrays and on the tracer.
 
 On numpy arrays each function computes in float64, element by element; on traced values
 (`model.lowering.trace.Scalar`) it is recorded. On plain numbers its result is correctly rounded
@@ -48,18 +48,18 @@ __all__ = [
 
 
 def _plain(*numbers: Any) -> bool:
-    """Whether these are numbers of Python's own, and no elements of arrays."""
+    """Whether all are Python numbers, not elements of arrays."""
     return all(type(x) in (int, float) for x in numbers)
 
 
 def _record(kind: str, *numbers: Any) -> Any:
-    """The function of numbers of which some are traced; None where none is."""
+    """Record a function if one of its arguments is traced; else return None."""
     tracer = next((x.tracer for x in numbers if isinstance(x, Scalar)), None)
     return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
 
 
 def _is_traced(condition: Any) -> bool:
-    """Whether a condition is recorded; refuses a number in its place, as ~ of a Python bool."""
+    """Whether a condition is recorded; raises for a number, such as ~ of a Python bool."""
     if isinstance(condition, Scalar) or (type(condition) is int and condition not in (0, 1)):
         negated = type(condition) is int
         raise InputError.at(
@@ -77,10 +77,10 @@ def named(name: str, x: Any) -> Any:
 
 
 def bounded(x: Any, low: float, high: float, reason: str) -> Any:
-    """``x``, which its author knows to lie in [low, high] because of ``reason``.
+    """Return ``x``, declared to lie in [low, high] for ``reason``.
 
-    The fixed-point value takes its format from this range and saturates (with the sticky flag)
-    should it ever be wrong. On floats nothing happens.
+    The fixed-point value takes its format from this range, and saturates (with the sticky flag)
+    outside it. Floats are returned unchanged.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def saturated(x: Any, limit: float) -> Any:
     Raises
     ------
     InputError
-        The limit is no power of two.
+        The limit is not a power of two.
     """
     power = math.frexp(limit)[0] == 0.5
     require(power, author_line, "a power of two as limit", limit, "use ops.clip for any other")
@@ -147,7 +147,7 @@ def clip(x: Any, low: Any, high: Any) -> Any:
     Raises
     ------
     InputError
-        The limits are numbers and not ordered.
+        The limits are numbers in the wrong order.
     """
     if isinstance(low, Scalar) or isinstance(high, Scalar):
         return maximum(minimum(x, high), low)
@@ -168,7 +168,7 @@ def wrap_ht(x: Any) -> Any:
 def wrap_turns(x: Any) -> Any:
     """``x`` turns wrapped to [-1/2, 1/2), exact in fixed point.
 
-    An output of unit ``turn`` is told as [0, 1): the same word, read as an unsigned number.
+    An output of unit ``turn`` is shown in [0, 1): the same word, read as an unsigned number.
     """
     return _record("wrap_turns", x) if isinstance(x, Scalar) else (x + 0.5) % 1.0 - 0.5
 
@@ -208,7 +208,7 @@ def sqrt(x: Any) -> Any:
 def exp(x: Any) -> Any:
     """e^x of x up to 44.
 
-    In fixed point what is 2^31 times below the range's largest value counts as that.
+    In fixed point, results below the range's largest value times 2^-31 are computed as that limit.
     """
     if isinstance(x, Scalar):
         return _record("exp", x)

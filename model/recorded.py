@@ -1,4 +1,4 @@
-"""Whether an estimator's record is what its ``step`` computes in numpy.
+"""Comparison of an estimator's trace with what its ``step`` computes in numpy.
 
 Python lets a step do what no record shows: ``is``, ``isinstance``, the number that a file holds
 today. So both are computed on the same rows, and an output or next state that differs is refused.

@@ -1,7 +1,7 @@
-"""From what a user writes to an object: ``mekf``, ``vqf(rate_hz=256)``, ``file.py:Class(sites=2)``.
+"""Names as users write them: ``mekf``, ``vqf(rate_hz=256)``, ``file.py:Class(sites=2)``.
 
-A name stands for one of ours or for an entry point of an installed package; a file may hold several
-classes, and needs no class name where it holds one. Classes and objects stand for themselves.
+A name stands for a shipped class or an entry point of an installed package. The class name may be
+left out if the file holds one class. Classes and objects stand for themselves.
 """
 
 from __future__ import annotations
@@ -36,34 +36,34 @@ __all__ = [
 #: Entry points of installed packages that are estimators.
 ESTIMATOR_GROUP = "boresight.estimators"
 
-#: What stands for an estimator: a text, a class or an object.
+#: An estimator as an argument: a text, a class or an object.
 Named: TypeAlias = str | type[Estimator] | Estimator
 
 T = TypeVar("T")
 
 
 def estimator_of(what: Named) -> Estimator:
-    """The estimator that is meant, its declarations checked.
+    """Return the estimator that a name, class or object stands for, with checked declarations.
 
     Parameters
     ----------
     what : str, class or Estimator
-        See the module.
+        Texts have the form given at the head of this module.
 
     Raises
     ------
     InputError
-        Nothing of that name; a file that does not exist, does not import, or holds no estimator
-        or several; arguments that its constructor does not take; declarations that contradict
-        each other.
+        Unknown name; a file that does not exist, does not import, or holds no estimator or
+        several; arguments that the constructor does not take; declarations that contradict each
+        other.
     """
-    found = load(what, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
-    found.check_declarations()
-    return found
+    estimator = load(what, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
+    estimator.check_declarations()
+    return estimator
 
 
 def split_names(*texts: str) -> list[str]:
-    """Names of texts that hold one or several with commas, but for commas in brackets."""
+    """Split texts at commas outside brackets."""
     out = []
     for text in texts:
         depth, start = 0, 0
@@ -77,14 +77,14 @@ def split_names(*texts: str) -> list[str]:
 
 
 def names_of_entry_points(group: str) -> list[str]:
-    """Names that installed packages offer."""
+    """Names of the entry points of a group in installed packages."""
     return sorted({point.name for point in metadata.entry_points(group=group)})
 
 
 def offered(
-    base: type[T], kind: str, known: Mapping[str, type[T]], group: str
+    base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str
 ) -> tuple[dict[str, type[T]], tuple[str, ...]]:
-    """Classes by name, ours before those of installed packages; see `load` for the parameters.
+    """Return classes by name, shipped ones first; see `load` for the parameters.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def offered(
     unusable : tuple of str
         One line for each entry point that cannot be loaded.
     """
-    classes, unusable = dict(known), []
+    classes, unusable = dict(shipped), []
     for point in sorted(metadata.entry_points(group=group), key=lambda point: point.name):
         try:
             classes.setdefault(point.name, _loaded(point, base, f"{kind} {point.name}"))
@@ -101,22 +101,22 @@ def offered(
     return classes, tuple(unusable)
 
 
-def load(what: Any, base: type[T], kind: str, known: Mapping[str, type[T]], group: str) -> T:
-    """An object of class ``base``: see `estimator_of`.
+def load(what: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str) -> T:
+    """Return an object of class ``base``, as `estimator_of` does.
 
     Parameters
     ----------
     kind : str
         For messages: "estimator", "world".
-    known : mapping
-        Ours, by name.
+    shipped : mapping
+        Classes of this package, by name.
     group : str
         Group of entry points.
     """
     if isinstance(what, base):
         return what
     if isinstance(what, type) and issubclass(what, base):
-        return _made(what, what.__name__, (), {})
+        return _constructed(what, what.__name__, (), {})
     if not isinstance(what, str):
         raise InputError.at(
             kind,
@@ -128,21 +128,21 @@ def load(what: Any, base: type[T], kind: str, known: Mapping[str, type[T]], grou
     path = f"{stem}.py" if colon else what
     if not colon and not what.endswith(".py"):
         name, args, options = _call(what, what) if what.endswith(")") else (what, (), {})
-        return _made(_named(name, base, kind, known, group), what, args, options)
+        return _constructed(_named(name, base, kind, shipped, group), what, args, options)
     module = _module(Path(path), kind)
     name, args, options = _call(rest, what) if colon else ("", (), {})
-    return _made(_class(module, name, base, kind, path), what, args, options)
+    return _constructed(_class(module, name, base, kind, path), what, args, options)
 
 
 def _named(
-    name: str, base: type[T], kind: str, known: Mapping[str, type[T]], group: str
+    name: str, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str
 ) -> type[T]:
-    if name in known:
-        return known[name]
+    if name in shipped:
+        return shipped[name]
     for point in metadata.entry_points(group=group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
-    names = sorted({*known, *names_of_entry_points(group)})
+    names = sorted({*shipped, *names_of_entry_points(group)})
     raise InputError.at(
         kind,
         wanted=f"one of {', '.join(names)}, or file.py:Class",
@@ -152,9 +152,9 @@ def _named(
 
 
 def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
-    fix = "mend or remove the package that offers it"
+    fix = "correct or remove the package that offers it"
     try:
-        found = point.load()
+        loaded = point.load()
     except Exception as error:
         raise InputError.at(
             where,
@@ -162,22 +162,22 @@ def _loaded(point: metadata.EntryPoint, base: type[T], where: str) -> type[T]:
             found=f"{type(error).__name__}: {error}",
             fix=fix,
         ) from error
-    if isinstance(found, type) and issubclass(found, base):
-        return found
+    if isinstance(loaded, type) and issubclass(loaded, base):
+        return loaded
     raise InputError.at(
         where,
         wanted=f"an entry point of a class derived from boresight.{base.__name__} ({point.value})",
-        found=type(found).__name__ if not isinstance(found, type) else found.__name__,
+        found=type(loaded).__name__ if not isinstance(loaded, type) else loaded.__name__,
         fix=fix,
     )
 
 
-#: Modules that users' files imported from beside them, by name: file and SHA-256 of its text.
+#: Modules that users' files imported from their own folder, by name: file and SHA-256.
 _helpers: dict[str, tuple[Path, str]] = {}
 
 
 def _module(path: Path, kind: str) -> ModuleType:
-    """The file as a module: imported once, until it or a module imported from beside it changes."""
+    """Import a file; once, until it or a module that it imports from its folder changes."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -187,25 +187,25 @@ def _module(path: Path, kind: str) -> ModuleType:
             found=(error.strerror or type(error).__name__).lower(),
             fix="check the path",
         ) from None
-    place = path.resolve()
-    name = f"_boresight_{hashlib.sha256(str(place).encode() + content).hexdigest()[:16]}"
+    file = path.resolve()
+    name = f"_boresight_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
     if name in sys.modules and all(map(_current, vars(sys.modules[name])["__helpers__"])):
         return sys.modules[name]
-    with _beside(place.parent):
-        spec = importlib.util.spec_from_file_location(name, place)
+    with _beside(file.parent):
+        spec = importlib.util.spec_from_file_location(name, file)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[name] = module
         try:
-            # No compiled file of before: of one second and one length, two texts share it.
-            exec(compile(content, place, "exec", dont_inherit=True), module.__dict__)
+            # No .pyc: two texts of the same second and length would share it.
+            exec(compile(content, file, "exec", dont_inherit=True), module.__dict__)
         except InputError:
             del sys.modules[name]
             raise
         except (Exception, SystemExit) as error:
             del sys.modules[name]
             raise InputError.at(
-                _place(error, place, path),
+                _error_line(error, file, path),
                 wanted="a file that imports",
                 found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
                 fix="correct it",
@@ -216,26 +216,25 @@ def _module(path: Path, kind: str) -> ModuleType:
 
 @contextmanager
 def _beside(folder: Path) -> Iterator[None]:
-    """Let imports find the modules in a user's folder, as their files are now.
+    """Let imports find the modules in a user's folder in their current state.
 
-    Modules of other folders, and those whose files have changed, are imported anew by whatever
-    imports them next.
+    Helper modules of other folders, and changed ones, are removed from `sys.modules`.
     """
     for name, helper in [*_helpers.items()]:
         if helper[0].parent != folder or not _current(helper):
             del _helpers[name]
             sys.modules.pop(name, None)
-            # Its compiled file would stand for a text of the same second and length.
+            # Its .pyc would serve for a text of the same second and length.
             Path(importlib.util.cache_from_source(str(helper[0]))).unlink(missing_ok=True)
-    known = {*sys.modules}
+    before = {*sys.modules}
     others = [entry for entry in sys.path if entry != str(folder)]
     sys.path[:] = [str(folder), *others]
     importlib.invalidate_caches()
     try:
         yield
     finally:
-        sys.path[:] = [*others, str(folder)]  # imports inside functions are found too
-        for name in {*sys.modules} - known:
+        sys.path[:] = [*others, str(folder)]  # for imports inside functions
+        for name in {*sys.modules} - before:
             file = Path(getattr(sys.modules[name], "__file__", None) or "")
             if file.parent == folder and not name.startswith("_boresight_"):
                 _helpers[name] = (file, _digest(file))
@@ -246,18 +245,16 @@ def _digest(file: Path) -> str:
 
 
 def _current(helper: tuple[Path, str]) -> bool:
-    """Whether a helper's file still holds the text that was imported."""
+    """Whether a helper's file is as it was imported."""
     file, digest = helper
     return file.is_file() and _digest(file) == digest
 
 
-def _place(error: BaseException, place: Path, path: Path) -> str:
-    """File and line of an error, as far as it happened in the user's file."""
-    if isinstance(error, SyntaxError) and error.filename == str(place) and error.lineno:
+def _error_line(error: BaseException, file: Path, path: Path) -> str:
+    """Path of a user's file, with the line of the error if it is in that file."""
+    if isinstance(error, SyntaxError) and error.filename == str(file) and error.lineno:
         return f"{path}, line {error.lineno}"
-    lines = [
-        f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(place)
-    ]
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
     return f"{path}, line {lines[-1]}" if lines else str(path)
 
 
@@ -282,7 +279,7 @@ def _call(text: str, what: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
 
 
 def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -> type[T]:
-    own: dict[str, type[T]] = {
+    classes: dict[str, type[T]] = {
         n: c
         for n, c in vars(module).items()
         if isinstance(c, type) and issubclass(c, base) and c.__module__ == module.__name__
@@ -291,18 +288,18 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
     if isinstance(named, type) and issubclass(named, base):
         return named
     if name and name in vars(module):
-        found = f"{name}, which is no {base.__name__}"
+        found = f"{name}, not derived from {base.__name__}"
     else:
-        found = _listed(own) if own or not name else f"no {name}"
-    if not name and len(set(own.values())) == 1:
-        return next(iter(own.values()))
+        found = _listed(classes) if classes or not name else f"no {name}"
+    if not name and len(set(classes.values())) == 1:
+        return next(iter(classes.values()))
     raise InputError.at(
         path,
         wanted=f"a class {name} derived from boresight.{base.__name__}"
         if name
         else f"one class derived from boresight.{base.__name__}",
         found=found,
-        fix=f"name one: {path}:{next(iter(own))}" if own else f"write {_a(kind)} in it",
+        fix=f"name one: {path}:{next(iter(classes))}" if classes else f"write {_a(kind)} in it",
     )
 
 
@@ -314,7 +311,7 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(names) or "none"
 
 
-def _made(cls: type[T], what: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:
+def _constructed(cls: type[T], what: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:
     try:
         inspect.signature(cls).bind(*args, **options)
     except TypeError as error:

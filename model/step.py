@@ -1,4 +1,4 @@
-"""What a ``step`` gets and must return, and what its mistakes mean."""
+"""Arguments and results of a ``step``, checked, and explanations of its errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from boresight.model.places import author_line, place_of, place_of_function, pla
 
 __all__ = ["Values", "check_constants", "checked"]
 
-#: Cures of errors that Python and numpy raise, by their texts.
+#: Remedies for errors of Python and numpy, by patterns of their texts.
 _CURES = (
     (
         r"does not support ufuncs|no callable \w+ method|ufunc '\w+' not supported",
@@ -36,11 +36,11 @@ _CURES = (
 
 
 class _NotThere(InputError, AttributeError):
-    """A name that is not declared; `getattr` and `hasattr` see an attribute that is not there."""
+    """A name that is not declared; for `getattr` and `hasattr` a missing attribute."""
 
 
 class Values(SimpleNamespace):
-    """Values by name: of one kind, as a step gets them.
+    """Values of one kind by name, the arguments of a step.
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ class Values(SimpleNamespace):
     __slots__ = ("_names",)
 
     def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
-        # numpy's own, so that comparisons give its bools: ~ of Python's is a number.
-        own = {n: np.float64(v) if type(v) in (float, int) else v for n, v in values.items()}
-        super().__init__(**own)
+        # numpy scalars, whose comparisons give numpy's bools: ~ of a Python bool is a number.
+        numbers = {n: np.float64(v) if type(v) in (float, int) else v for n, v in values.items()}
+        super().__init__(**numbers)
         self._names = (kind, tuple(values))
 
     def __getattr__(self, name: str) -> Any:
@@ -79,27 +79,27 @@ def checked(
     *,
     arrays: bool = False,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What ``step`` of the estimator ``name`` returns.
+    """Call ``step`` of the estimator ``name`` and check what it returns.
 
     Parameters
     ----------
     arrays : bool
-        Whether each value may be an array, one element for each of several runs.
+        Whether each value may be an array with one element for each of several runs.
 
     Raises
     ------
     InputError
-        It raises, or returns other than two dictionaries of numbers, one for each declared state
-        and output.
+        ``step`` raises, or returns anything but two dictionaries with a number for each declared
+        state and output.
     """
     begins = place_of_function(step)
     where = placed(begins, f"step of {name}")
     try:
         result = step(*arguments)
     except InputError as error:
-        place = place_of(error)
+        line = place_of(error)
         raise (
-            error if not place or str(error).startswith(place) else InputError(f"{place}, {error}")
+            error if not line or str(error).startswith(line) else InputError(f"{line}, {error}")
         ) from error
     except (Exception, SystemExit) as error:
         raise _explained(name, step, arguments, where, error) from error
@@ -112,8 +112,12 @@ def checked(
             found=kinds or type(result).__name__,
             fix="return {states by name}, {outputs by name}",
         )
-    for kind, declared, given in zip(("state", "output"), (states, outputs), result, strict=True):
-        _check_returned(f"{where}, {kind}", kind, [d.name for d in declared], given, arrays=arrays)
+    for kind, declared, returned in zip(
+        ("state", "output"), (states, outputs), result, strict=True
+    ):
+        _check_returned(
+            f"{where}, {kind}", kind, [d.name for d in declared], returned, arrays=arrays
+        )
     states_and_outputs: tuple[dict[str, Any], dict[str, Any]] = result
     return states_and_outputs
 
@@ -125,8 +129,8 @@ def _explained(
     where: str,
     error: BaseException,
 ) -> InputError:
-    """What a step that raised did wrong."""
-    place = place_of(error)
+    """Explain the error of a step that raised."""
+    line = place_of(error)
     try:
         inspect.signature(step).bind(*arguments)
     except TypeError:
@@ -137,9 +141,9 @@ def _explained(
             fix="take these three, also where one is not needed",
         )
     text = f"{type(error).__name__}: {error}".splitlines()[0]
-    cure = next((cure for known, cure in _CURES if re.search(known, text)), None)
+    cure = next((cure for pattern, cure in _CURES if re.search(pattern, text)), None)
     return InputError.at(
-        place or where,
+        line or where,
         wanted=f"a step of {name} that computes",
         found=text,
         fix=cure or "use + - * /, comparisons and boresight.ops",
@@ -153,10 +157,10 @@ def check_constants(
     after: Mapping[str, Any],
     outputs: Mapping[str, Any],
 ) -> None:
-    """Refuse constants among what a recorded step returns that no word of theirs can be."""
+    """Refuse constants returned by a recorded step that lie outside the declared range."""
     ranges = {("state", s.name): (s.low, s.high) for s in states}
-    given = [("state", *item) for item in after.items()]
-    for kind, key, value in [*given, *(("output", *item) for item in outputs.items())]:
+    returned = [("state", *item) for item in after.items()]
+    for kind, key, value in [*returned, *(("output", *item) for item in outputs.items())]:
         number = value.data[0] if isinstance(value, Scalar) and value.kind == "const" else value
         low, high = ranges.get((kind, key), (-sys.float_info.max, sys.float_info.max))
         if isinstance(number, int | float) and not low <= number <= high:
@@ -171,17 +175,17 @@ def check_constants(
 
 
 def _check_returned(
-    where: str, kind: str, declared: Sequence[str], given: Mapping[str, Any], *, arrays: bool
+    where: str, kind: str, declared: Sequence[str], returned: Mapping[str, Any], *, arrays: bool
 ) -> None:
-    """Refuse what is missing, not declared, or no number."""
-    for name in sorted({*declared} ^ {*given}, key=str):
+    """Refuse names that are missing or not declared, and values that are not numbers."""
+    for name in sorted({*declared} ^ {*returned}, key=str):
         raise InputError.at(
             f"{where} {name}",
             wanted=f"each declared {kind} once: {', '.join(declared)}",
             found="none" if name in declared else "one that is not declared",
             fix=f"return it with the {kind}s, or change the declaration",
         )
-    for name, value in given.items():
+    for name, value in returned.items():
         if isinstance(value, np.ndarray) and value.ndim and not arrays:
             raise InputError.at(
                 f"{where} {name}",

@@ -1,7 +1,7 @@
-"""What the functions of `boresight` give: frozen dataclasses that tell themselves.
+"""Results of the functions of `boresight`: frozen dataclasses with documented fields.
 
-An answer's fields are documented and typed; `Answer.to_json` has them as plain data, what
-``--json`` prints; ``str`` is what the command line prints; a notebook shows tables.
+`Answer.to_json` gives the fields as plain data, printed by ``--json``; ``str`` is the text of the
+command line; a notebook shows tables.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 
 __all__ = ["Answer", "Json", "JsonObject", "plain"]
 
-#: What JSON can say.
+#: Values of JSON.
 Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
 JsonObject: TypeAlias = dict[str, Json]
 
-#: Most characters of a cell.
+#: Maximum length of a cell, characters.
 _WIDEST = 160
 
 
@@ -28,15 +28,15 @@ class Answer:
     """Base of the dataclasses that functions return."""
 
     def to_json(self) -> JsonObject:
-        """Its fields as plain data: arrays are lists, what is no finite number is None."""
+        """Return the fields as plain data; arrays become lists, NaN and infinity None."""
         return {f.name: plain(getattr(self, f.name)) for f in fields(self)}  # type: ignore[arg-type]
 
     def _shown(self) -> JsonObject:
-        """What a notebook shows."""
+        """Data shown in a notebook."""
         return self.to_json()
 
     def _repr_html_(self) -> str:
-        """Its fields as tables: numbers and texts in one, each list of rows in one of its own."""
+        """Return the fields as tables: numbers and texts in one, each list of rows in another."""
         data = self._shown()
         alone = {k: v for k, v in data.items() if not isinstance(v, list | dict)}
         parts = [_table([{"": k, type(self).__name__: v} for k, v in alone.items()])]
@@ -48,16 +48,16 @@ class Answer:
 
 
 def plain(value: Any) -> Json:
-    """A value as plain data.
+    """Convert a value to plain data.
 
     Raises
     ------
     TypeError
-        JSON has nothing for it.
+        The value has no form in JSON.
     """
     if hasattr(value, "to_json"):
-        found: JsonObject = value.to_json()
-        return found
+        data: JsonObject = value.to_json()
+        return data
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     if hasattr(value, "_asdict"):
@@ -79,11 +79,11 @@ def plain(value: Any) -> Json:
 
 def _numbers(values: np.ndarray[Any, Any]) -> Json:
     """An array as lists, or a number."""
-    made = values.astype(object)
+    objects = values.astype(object)
     if values.dtype.kind == "f":
-        made[~np.isfinite(values)] = None
-    found: Json = made.tolist()
-    return found
+        objects[~np.isfinite(values)] = None
+    data: Json = objects.tolist()
+    return data
 
 
 def _rows(value: Json) -> Sequence[JsonObject]:
@@ -93,16 +93,16 @@ def _rows(value: Json) -> Sequence[JsonObject]:
     if not isinstance(value, dict):
         return []
     rows: list[JsonObject] = []
-    for name, one in value.items():
-        if isinstance(one, dict):
-            rows.append({"": name, **one})
-        elif not isinstance(one, list):
-            rows.append({"": name, " ": one})
+    for name, entry in value.items():
+        if isinstance(entry, dict):
+            rows.append({"": name, **entry})
+        elif not isinstance(entry, list):
+            rows.append({"": name, " ": entry})
     return rows
 
 
 def _table(rows: Sequence[JsonObject]) -> str:
-    """Rows below the names of what any of them has; lists are left out."""
+    """Table of rows, with a column for every name in any row; lists are left out."""
     rows = [_flat(row) for row in rows]
     heads = dict.fromkeys(k for row in rows for k, v in row.items() if v is not None)
     if not heads:
@@ -114,7 +114,7 @@ def _table(rows: Sequence[JsonObject]) -> str:
 
 
 def _flat(row: JsonObject) -> JsonObject:
-    """A row's own values, and those of its objects as ``mean pos``."""
+    """Values of a row, and those of its objects as ``mean pos``."""
     out: JsonObject = {}
     for name, value in row.items():
         if isinstance(value, dict):
@@ -126,7 +126,7 @@ def _flat(row: JsonObject) -> JsonObject:
 
 
 def _cell(value: Json) -> str:
-    """One value, short."""
+    """Text of a value, shortened."""
     if isinstance(value, list | dict) or value is None:
         return ""
     if isinstance(value, float):

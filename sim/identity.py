@@ -1,6 +1,6 @@
-"""What results depend on beside arguments: source files with all that they import, and versions.
+"""Identity of results beside their arguments: source files, with all imports, and versions.
 
-A campaign that was interrupted continues only where this is unchanged.
+An interrupted campaign continues only if this identity is unchanged.
 """
 
 from __future__ import annotations
@@ -22,16 +22,15 @@ __all__ = ["identity"]
 def identity(*things: object, packages: Sequence[str] = ()) -> str:
     """Digest of the source files of modules, classes and functions, and of all that they import.
 
-    Of an installed distribution its version counts, of everything else the text of each file; of
-    Python's own modules nothing does. Imports inside functions count, those for type checkers only
-    do not.
+    The digest covers the version of an installed distribution and the text of other files, but not
+    Python's own modules. It includes imports inside functions, but not those for type checkers.
 
     Parameters
     ----------
     things : module, class, function or object
         An object stands for its class.
     packages : sequence of str
-        Modules of installed distributions whose versions count too, imported or not.
+        Modules of installed distributions whose versions are included, imported or not.
     """
     here = Path()
     names = [(name, here) for name in (*map(_module_of, things), *packages)]
@@ -61,7 +60,7 @@ def _module_of(thing: object) -> str:
 
 
 def _file_of(name: str, beside: Path) -> Path | None:
-    """The file of a module that a file in a folder imports; None if there is none."""
+    """File of a module that a file in a folder imports; None if it is not found."""
     module = sys.modules.get(name)
     file = getattr(module, "__file__", None)
     if module is None and (beside / f"{name}.py").is_file():
@@ -69,7 +68,7 @@ def _file_of(name: str, beside: Path) -> Path | None:
     if module is None:
         try:
             spec = importlib.util.find_spec(name)
-        except (ImportError, ValueError):  # a name of a module, not a module
+        except (ImportError, ValueError):  # a name in a module, not a module
             return None
         file = spec and spec.origin
     path = Path(file) if file else None
@@ -84,13 +83,13 @@ def _installed(file: Path) -> bool:
 
 @cache
 def _version(package: str) -> str:
-    """Names and versions of the distributions that hold a package."""
+    """Names and versions of the distributions of a package."""
     names = sorted(set(metadata.packages_distributions().get(package, ())))
     return " ".join(f"{name} {metadata.version(name)}" for name in names)
 
 
 def _imports(text: bytes, package: str) -> Iterator[str]:
-    """Names of modules that a file imports, or names in them."""
+    """Names of modules that a file imports, and of objects in them."""
     nodes: list[ast.AST] = [ast.parse(text)]
     while nodes:
         node = nodes.pop()

@@ -1,4 +1,4 @@
-"""Pages: HTML files that need nothing else, with one style sheet (``base.html``).
+"""Pages: self-contained HTML files with one style sheet (``base.html``).
 
 A page of text, tables and plots is made of `Section`; one with more has a template beside the code
 that fills it.
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 __all__ = ["UNKNOWN", "Section", "Verdict", "number", "page", "page_of", "unit"]
 
-#: What stands where nothing is known.
+#: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
 
 
@@ -50,7 +50,7 @@ class Section:
 
 
 def number(x: Any, digits: int = 4) -> str:
-    """A number for people: thousands apart, no more digits than say something."""
+    """Format a number with grouped thousands and its significant digits."""
     if x is None:
         return UNKNOWN
     if x == 0 or 1e-3 <= abs(x) < 1e9:
@@ -73,16 +73,16 @@ _RAISED = str.maketrans(
 
 
 def unit(text: str) -> str:
-    """A unit as people write it."""
+    """Format a unit."""
     text = "half turns" if text == "ht" else text
     return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
 
 
-def page(package: str, name: str, /, **given: Any) -> str:
-    """The text of the jinja2 template in file ``name`` of a package, filled with what is given.
+def page(package: str, name: str, /, **values: Any) -> str:
+    """Render the jinja2 template in file ``name`` of a package.
 
-    There are the filters ``number`` and ``unit``. What a template asks for and nobody gives is an
-    error; what it is given is escaped.
+    Templates have the filters ``number`` and ``unit``. A missing value is an error; values are
+    escaped.
     """
     import jinja2
 
@@ -101,7 +101,7 @@ def page(package: str, name: str, /, **given: Any) -> str:
         keep_trailing_newline=True,
     )
     environment.filters |= {"number": number, "unit": unit}
-    return environment.get_template(name).render(given)
+    return environment.get_template(name).render(values)
 
 
 def page_of(

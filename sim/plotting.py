@@ -1,4 +1,4 @@
-"""What every plot shares: ink, colours, and inline SVG whose text is the same for the same data."""
+"""Style of all plots, and inline SVG whose text is the same for the same data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from boresight.model.tools.folders import matplotlib_environment
 
 __all__ = ["COLOUR", "INK", "RED", "band", "figure_and_axes", "legend", "settings", "svg"]
 
-#: Okabe and Ito's colours: apart for every kind of colour vision.
+#: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {
     "heading": "#0072B2",
     "pitch": "#D55E00",
@@ -26,17 +26,17 @@ COLOUR = {
     "grey": "#8a8f98",
 }
 INK = "#222222"
-#: What is wrong.
+#: Colour of errors.
 RED = "#b3400a"
 
 
 def _matplotlib() -> Any:
-    """The package, with a folder for its list of fonts where the home is closed."""
+    """Import matplotlib, with a folder for its font cache if the home cannot be written."""
     wanted = matplotlib_environment()
     os.environ.update(wanted)
     try:
         import matplotlib
-        import matplotlib.font_manager  # asks for the folder once more
+        import matplotlib.font_manager  # reads the folder once more
     finally:
         for name in wanted:
             del os.environ[name]
@@ -44,7 +44,7 @@ def _matplotlib() -> Any:
 
 
 def settings() -> Any:
-    """The style, as a context."""
+    """Context with the style."""
     return _matplotlib().rc_context(
         {
             "svg.fonttype": "none",
@@ -74,9 +74,9 @@ def figure_and_axes(
     figure = Figure(figsize=(10.4, height), layout="constrained")
     FigureCanvasSVG(figure)
     axes = figure.subplots(rows, columns, **keywords)
-    for one in getattr(axes, "flat", [axes]):
-        one.grid(True, which="major", color="#dddddd", linewidth=0.6)
-        one.spines[["top", "right"]].set_visible(False)
+    for axis in getattr(axes, "flat", [axes]):
+        axis.grid(True, which="major", color="#dddddd", linewidth=0.6)
+        axis.spines[["top", "right"]].set_visible(False)
     return figure, axes
 
 
@@ -93,7 +93,7 @@ def legend(axes: Any, columns: int) -> None:
 
 
 def band(axes: Any, values: npt.NDArray[np.float64], step: float, parts: int, **style: Any) -> None:
-    """Least and most of each of ``parts`` lengths of a curve too long to draw, ``step`` apart."""
+    """Plot minimum and maximum in each of ``parts`` pieces of a long curve, ``step`` apart."""
     each = max(1, len(values) // parts)
     whole = values[: len(values) // each * each].reshape(-1, each)
     t = step * each * (np.arange(len(whole)) + 0.5)

@@ -1,8 +1,8 @@
-"""Tasks run by processes of this machine; results as they come.
+"""Tasks run by processes of this machine; results in the order of completion.
 
-Each process has a pipe of its own, and waits for the next task while it has none. The main thread
-alone writes to them, one task at a time, and waits for results: there is no queue that somebody
-has to empty before the work can be ended.
+Each process has its own pipe and waits there for the next task. Only the main thread writes to the
+pipes, one task at a time, and waits for results, so there is no queue that must be emptied before
+the work can end.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class _Worker:
-    """A process, and the pipe that connects it."""
+    """A process and its pipe."""
 
     process: BaseProcess
     pipe: Connection
@@ -47,18 +47,18 @@ class _Worker:
         return cls(process, pipe)
 
     def put(self, work: Callable[..., Any], arguments: tuple[object, ...]) -> None:
-        """Give it a task; what is wrong with the process is told by `get`."""
+        """Send a task; errors of the process are raised by `get`."""
         task = pickle.dumps((work, arguments))
         with suppress(BrokenPipeError, ConnectionResetError):
             self.pipe.send_bytes(task)
 
     def get(self) -> Any:
-        """Wait for the result of its task.
+        """Wait for the result of the task.
 
         Raises
         ------
         Exception
-            Whatever the task raised.
+            The exception of the task.
         ToolFailed
             The process has ended.
         """
@@ -73,7 +73,7 @@ class _Worker:
         return result
 
     def end(self) -> None:
-        """Wait until it has ended, for want of tasks."""
+        """Wait until the process has ended after its last task."""
         self.pipe.close()
         self.process.join()
 
@@ -88,19 +88,18 @@ def dispatch(
     tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]],
     executor: Executor | None = None,
 ) -> Iterator[tuple[Label, Result]]:
-    """Run tasks (label, function, arguments) and yield their results as they come.
+    """Run tasks (label, function, arguments) and yield results in the order of completion.
 
     ``jobs`` is the number of processes, by default one for each processor. One job or one task
-    needs no other process: they run in this one, in order. Other processes begin anew (`spawn`):
-    a script that asks for more than one needs ``if __name__ == "__main__"``, and functions,
-    arguments and results are such as can be pickled. Whatever ends the work also ends the
-    processes. An executor, as of a Dask cluster, runs them instead if there is one; after an error
-    it begins no more tasks.
+    runs in this process, in order. Other processes are spawned: a script that uses more than one
+    job needs ``if __name__ == "__main__"``, and functions, arguments and results must be picklable.
+    The processes end with the work. An executor, for example of a Dask cluster, replaces the
+    processes; after an error it begins no more tasks.
 
     Raises
     ------
     ToolFailed
-        A process ended before its task, killed for example.
+        A process ended before its task, for example because it was killed.
     """
     if executor is not None:
         yield from _submit(executor, tasks)
@@ -141,7 +140,7 @@ def dispatch(
 def _submit(
     executor: Executor, tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]]
 ) -> Iterator[tuple[Label, Result]]:
-    """Results of an executor as they come."""
+    """Yield results of an executor in the order of completion."""
     futures = {executor.submit(work, *arguments): label for label, work, arguments in tasks}
     try:
         for future in as_completed(futures):
@@ -153,14 +152,14 @@ def _submit(
 
 
 def _serve(pipe: Connection) -> None:
-    """Run the tasks that come through a pipe, until it is closed."""
+    """Run the tasks from a pipe, until it is closed."""
     with suppress(EOFError, OSError):
         while True:
             pipe.send_bytes(_reply(pipe.recv_bytes()))
 
 
 def _reply(task: bytes) -> bytes:
-    """Result of a task, or what it raised, with its traceback as a note."""
+    """Result of a task, or its exception with the traceback as a note."""
     try:
         work, arguments = pickle.loads(task)
         return pickle.dumps((work(*arguments), None))
@@ -177,7 +176,7 @@ def _reply(task: bytes) -> bytes:
 
 
 def _end(code: int) -> str:
-    """What an exit code says of a process that should not have ended."""
+    """Explain the exit code of a process that ended unexpectedly."""
     if code < 0:
         return (
             f"a worker process was killed by signal {-code}, as by the system where memory runs "
@@ -191,7 +190,7 @@ def _end(code: int) -> str:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Processes that begin meanwhile ignore Ctrl-C: the one that began them ends them."""
+    """Let processes started in the block ignore Ctrl-C; their parent ends them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,1 +1,1 @@
-"""The host end of a board: serial line and plot."""
+"""The host side of a board: serial line and plot."""

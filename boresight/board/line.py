@@ -1,4 +1,4 @@
-"""The host's end of a board's serial line: attitudes, answers, register accesses."""
+"""The host side of a board's serial line: attitudes, replies, register accesses."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ from boresight.model.errors import InputError
 from boresight.model.tools.typed import Malformed
 from boresight.sim.records.reading import kind_of, read_json, reason
 
-#: Seconds without an answer after which an access is tried again, and how often.
+#: Timeout of a reply, s, and number of tries.
 _ANSWER_S, _TRIES = 0.5, 3
-#: Most bytes of a frame; more without an END are no frame.
+#: Maximum length of a frame, bytes.
 _FRAME_MAX = 256
 
 
 @dataclass(frozen=True)
 class Reply:
-    """Answer to a register access: the address that was written, or the word that was read."""
+    """Reply to a register access: the address written, or the word read."""
 
     kind: Kind
     word: int
 
 
 class Listener:
-    """Gathers attitudes, of frames and of lines of text, and answers from a board's bytes.
+    """Decoder of a board's bytes: attitudes in frames or lines of text, and replies.
 
     Parameters
     ----------
     formats : mapping
         Fraction bits of quaternion and status by filter (`gateware.system.attitude_frame.FORMATS`).
     others : mapping, optional
-        Of estimators whose outputs are no attitude: by number, the fraction bits by name.
+        Fraction bits by name, for estimators by number whose outputs are not an attitude.
 
     Attributes
     ----------
     bad : int
-        Frames and lines so far that were damaged or of another kind; the very first piece, which
-        may have begun before anybody listened, is not counted.
+        Number of frames and lines that were damaged or of another kind, without the very first
+        piece, which may be incomplete.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Listener:
         self._piece = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Update | Reply]:
-        """Yield what ends in ``data``."""
+        """Yield the updates and replies whose last byte is in ``data``."""
         for byte in data:
             self._piece.append(byte)
             # The body of a frame begins with a byte below 32, no line does.
@@ -104,7 +104,7 @@ class Listener:
         return None
 
 
-#: What a register map has to be.
+#: Description of a register map for messages.
 _WANTED = "a registers.json of `boresight compile`"
 
 
@@ -114,7 +114,7 @@ class RegisterTable:
     Raises
     ------
     InputError
-        The file cannot be read, or is no register map; the message says where.
+        The file cannot be read, or is not a register map; the message gives the location.
     """
 
     def __init__(self, path: str | Path | None = None) -> None:
@@ -130,9 +130,9 @@ class RegisterTable:
             except Malformed as error:
                 kind = kind_of(error.value)
                 raise InputError.at(
-                    f"{path}{error.place}",
+                    f"{path}{error.location}",
                     wanted=_WANTED,
-                    found=f"{kind} there" if error.place else kind,
+                    found=f"{kind} there" if error.location else kind,
                     fix="give the file of this board's bitstream",
                 ) from None
         self._by_name = {r.name: r for r in registers}
@@ -140,13 +140,13 @@ class RegisterTable:
 
     @staticmethod
     def _clock_of(registers: Sequence[Register]) -> float:
-        """Clock of the system; 100 MHz if no register says."""
+        """Clock of the system, Hz; 100 MHz if the map lacks the register."""
         resets = [r.reset for r in registers if r.name == "clock_hz" and r.reset is not None]
         return float(resets[0]) if resets else 100e6
 
     @property
     def formats(self) -> Mapping[int, tuple[int, int]]:
-        """As `FORMATS`."""
+        """Fraction bits of quaternion and status by filter, as in `FORMATS`."""
         formats = {}
         for number, outputs in self._outputs.items():
             if {"qw", "status"} <= outputs.keys():
@@ -155,7 +155,7 @@ class RegisterTable:
 
     @property
     def others(self) -> dict[int, dict[str, int]]:
-        """Outputs of estimators that give no attitude: by number, fraction bits by name."""
+        """Fraction bits of outputs by name, for estimators by number without an attitude."""
         return {k: outputs for k, outputs in self._outputs.items() if tuple(outputs) != OUTPUTS}
 
     @property
@@ -163,17 +163,17 @@ class RegisterTable:
         return {k: {w.name: w.frac for w in p.outputs} for k, p in enumerate(self.programs)}
 
     def find(self, name: str) -> Register:
-        """The register of a name or a number.
+        """Return the register with a name or address.
 
         Raises
         ------
         InputError
-            There is none.
+            No such register.
         """
         if name in self._by_name:
             return self._by_name[name]
-        known = "an address, or a name and --map registers.json"
-        wanted = f"a register of {self.path}" if self.path else known
+        either = "an address, or a name and --map registers.json"
+        wanted = f"a register of {self.path}" if self.path else either
         address, shown = -1, repr(name)
         with suppress(ValueError):
             address, wanted, shown = int(name, 0), "an address from 0 to 4095", name
@@ -191,12 +191,12 @@ class RegisterTable:
 
 
 def word_of(register: Register, text: str) -> int:
-    """The word for a value: a number in the register's unit, or one of its names.
+    """Convert a value to a word: a number in the register's unit, or one of its names.
 
     Raises
     ------
     InputError
-        The register cannot hold it.
+        The register cannot hold the value.
     """
     where = f"--write {register.name}"
     if register.access is Access.READ_ONLY:
@@ -227,7 +227,7 @@ def word_of(register: Register, text: str) -> int:
 
 
 def _range_of(register: Register) -> tuple[int, int]:
-    """Least and largest word; without a map a word may be meant either way."""
+    """Least and largest word; without a map, of both the signed and the unsigned reading."""
     if register.minimum is not None and register.maximum is not None:
         return register.minimum, register.maximum
     bits = register.width or 32
@@ -238,7 +238,7 @@ def _range_of(register: Register) -> tuple[int, int]:
 
 
 def value_of(register: Register, word: int) -> Any:
-    """What a word says: number in the register's unit, name, or fields."""
+    """Value of a word: a number in the register's unit, a name, or fields."""
     width = register.width or 32
     bits = word & (1 << width) - 1
     if register.signed and bits >> width - 1:
@@ -251,7 +251,7 @@ def value_of(register: Register, word: int) -> Any:
 
 
 def _serial(source: str, baud: int) -> Any:
-    """The port, open; OSError says in its text what is wrong."""
+    """Open a serial port; the text of an OSError is fit for a message."""
     import termios
 
     import serial
@@ -272,7 +272,7 @@ def _capture(source: str, _: int) -> Any:
 
 
 class BoardLine:
-    """A serial port, or a file of what came from one.
+    """A serial port, or a file of bytes captured from one.
 
     Parameters
     ----------
@@ -281,12 +281,12 @@ class BoardLine:
     baud : int
         Bits per second.
     listener : Listener
-        Who understands the bytes.
+        Decoder of the bytes.
 
     Raises
     ------
     InputError
-        It cannot be opened.
+        The port or file cannot be opened.
     """
 
     def __init__(self, source: str, *, baud: int, listener: Listener) -> None:
@@ -313,12 +313,12 @@ class BoardLine:
         self._file.close()
 
     def items(self, *, silence_s: float) -> Iterator[Update | Reply]:
-        """What comes, until the file ends.
+        """Yield updates and replies, until the file ends.
 
         Raises
         ------
         InputError
-            The port says nothing that is understood for ``silence_s``, or is gone.
+            No update or reply came for ``silence_s``, or the port is gone.
         """
         understood, heard = time.monotonic(), 0
         while True:
@@ -344,12 +344,12 @@ class BoardLine:
         *,
         also: Callable[[Update], object] = lambda attitude: None,
     ) -> int:
-        """Send a register access and wait for its answer; attitudes meanwhile go to ``also``.
+        """Send a register access and wait for its reply; attitudes meanwhile go to ``also``.
 
         Raises
         ------
         InputError
-            No port, or no answer.
+            Not a port, or no reply.
         """
         if not self.is_port:
             raise InputError.at(

@@ -1,4 +1,4 @@
-"""The picture that `boresight monitor` makes."""
+"""Plot of `boresight monitor`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["plot_image"]
 
 
 def _broken(values: Sequence[float], gaps: set[int]) -> list[float]:
-    """The values with a hole where the line would run through a wrap or a gap."""
+    """Values, with NaN where the line would cross a wrap or a gap."""
     out: list[float] = []
     for k, value in enumerate(values):
         if k and (abs(value - values[k - 1]) > 180.0 or k - 1 in gaps):
@@ -47,7 +47,7 @@ def plot_image(
     times : sequence of float
         Seconds; numbers of updates if not ``timed``.
     attitudes : sequence of Attitude
-        As many.
+        One for each time.
     gaps : sequence of (int, int)
         Index of the attitude before a gap, frames missing there.
     format : str

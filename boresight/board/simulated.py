@@ -1,4 +1,4 @@
-"""What the simulation of the board found: each filter's run, and each fault's trial."""
+"""Results of the simulated board: the run of each filter and the trial of each fault."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ __all__ = ["BoardFigures", "BoardResult", "FaultsResult", "runs_table"]
 
 @dataclass(frozen=True)
 class BoardFigures:
-    """What one filter did on the board.
+    """Metrics of one filter's run on the board.
 
     Attributes
     ----------
     filter : str
     updates, frames : int
-        Updates of the filter, and frames to the host; the same if all is well.
+        Updates of the filter, and frames to the host; equal in a good run.
     mismatches, first_mismatch
         Frames that differ from the integer models, and the first of them (empty: none).
     lost_samples : int
-        Samples that made no update.
+        Samples without an update.
     fields, compass_lines : int
         Updates with a fresh field; good lines of the compass.
     transfer_cycles, core_cycles : (int, int)
         Least and most clock cycles of the reader and of the core.
     program_cycles : int
-        Those that the schedules of the chain have.
+        Cycles of the schedules of the chain.
     beside_program_us, in_registers_us, predicted_us, frame_end_us : float
         Most time of the core beside its programs; from data ready to the registers, as counted and
         as predicted; to the last bit of the frame.
     timing_violations, damaged_frames : int
-        Of the devices' timing; frames whose check failed.
+        Violations of the devices' timing; frames whose check failed.
     cycles, cycles_per_s : int
-        Simulated, and the simulator's rate.
+        Simulated cycles, and the simulator's rate.
     good : bool
-        Nothing was lost, differs or is damaged.
+        Whether nothing was lost, differs or is damaged.
     """
 
     filter: str
@@ -67,22 +67,22 @@ class BoardFigures:
 
 @dataclass(frozen=True)
 class BoardResult(Answer):
-    """What `boresight.simulate` gives; ``board.json`` holds it.
+    """Result of `boresight.simulate`, stored in ``board.json``.
 
     Attributes
     ----------
     config, source, log : str
-        Configuration of the core, what the compass sends, name of the motion.
+        Configuration of the core, output of the compass, name of the motion.
     clock_mhz : float
         The system's clock.
     good : bool
-        All runs are good.
+        Whether all runs are good.
     runs : tuple of BoardFigures
-        One for each filter.
+        Metrics of each filter.
     timelines : tuple of Timeline
-        One update of each filter, in time.
+        One update of each filter.
     setup : Setup
-        What the system is built with.
+        Parameters of the system.
     build : str
         Number of the build, hexadecimal.
     """
@@ -102,7 +102,7 @@ class BoardResult(Answer):
 
 
 def runs_table(runs: tuple[BoardFigures, ...]) -> str:
-    """The figures of runs as a table."""
+    """Metrics of runs as a table of text."""
     lines = [
         f"{'filter':16s}{'updates':>9s}{'lost':>6s}{'differ':>8s}{'fields':>8s}"
         f"{'in registers':>14s}{'beside program':>16s}{'last bit':>10s}{'cycles/s':>12s}"
@@ -120,14 +120,14 @@ def runs_table(runs: tuple[BoardFigures, ...]) -> str:
 
 @dataclass(frozen=True)
 class FaultsResult(Answer):
-    """What `boresight.simulate_faults` gives.
+    """Result of `boresight.simulate_faults`.
 
     Attributes
     ----------
     filter : str
-        Which ran.
+        Filter that ran.
     trials : tuple of FaultTrial
-        What each fault did.
+        Result of each fault.
     """
 
     filter: str
@@ -135,11 +135,11 @@ class FaultsResult(Answer):
 
     @property
     def good(self) -> bool:
-        """All trials are good."""
+        """Whether all trials are good."""
         return all(t.good for t in self.trials)
 
     def to_json(self) -> JsonObject:
-        """Plain data, with what is good."""
+        """Plain data, with ``good``."""
         rows: Any = [{**_object(t), "good": t.good} for t in self.trials]
         return {"filter": self.filter, "good": self.good, "trials": rows}
 
@@ -152,14 +152,14 @@ class FaultsResult(Answer):
 
 
 def _object(trial: FaultTrial) -> JsonObject:
-    """A trial's fields."""
+    """Fields of a trial."""
     data = plain(trial)
     assert isinstance(data, dict)
     return data
 
 
 def _fault_line(t: FaultTrial) -> str:
-    """A row of the table."""
+    """Row of the table."""
 
     def s(value: float | None) -> str:
         return "never" if value is None else f"{value:.4f} s"

@@ -1,4 +1,4 @@
-"""The complete board in simulation with every filter, written down as page and data."""
+"""Simulation of the complete board with every filter, written as page and JSON."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from boresight.sim.worlds.synthetic import synthetic_log
 
 __all__ = ["BOARD_FILES", "SHORT", "SOURCES", "default_log", "feed_words", "write_board"]
 
-#: What is written.
+#: Files written.
 BOARD_FILES = ("board.html", "board.json")
-#: Source of the compass: its number and the compass' mode.
+#: Sources of the field: number of the source and mode of the compass.
 SOURCES = {"counts": (1, 2), "heading": (2, 1)}
-#: Samples of the runs that only show how long things take.
+#: Samples of the short runs, which only measure durations.
 SHORT = 24
 
 
 def default_log(updates: int) -> Record:
-    """A synthetic motion of so many samples."""
+    """Synthetic motion with this number of samples."""
     return synthetic_log(
         seconds=max(updates + 64, 128) / REAL.rate_hz,
         rate_hz=REAL.rate_hz,
@@ -57,12 +57,10 @@ def write_board(
     what = stimulus(log, board)
     number, mode = SOURCES[source]
     runs, timelines = [], []
-    for filter, each in enumerate(filters):
-        length = updates if each == name else SHORT
-        say(
-            f"{each}: {length} samples, {length * board.setup.period_cycles / 1e6:.1f} million "
-            "cycles"
-        )
+    for filter, filter_name in enumerate(filters):
+        length = updates if filter_name == name else SHORT
+        cycles = length * board.setup.period_cycles
+        say(f"{filter_name}: {length} samples, {cycles / 1e6:.1f} million cycles")
         run = run_board(
             board,
             what,
@@ -76,7 +74,7 @@ def write_board(
             },
         )
         verdict = judge(board, what, run, filter=filter, source=number, feed=words)
-        runs.append(_row(board, each, filter, run, verdict))
+        runs.append(_row(board, filter_name, filter, run, verdict))
         timelines.append(timeline_of(board, run, filter=filter, update=SHORT // 2))
     result = BoardResult(
         config=core.machine.name,
@@ -96,12 +94,12 @@ def write_board(
 
 
 def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> dict[str, int]:
-    """Words of the input registers that are given values.
+    """Words of the input registers for these values.
 
     Raises
     ------
     InputError
-        There is no such register, or it cannot hold the value.
+        Unknown register, or a value outside its range.
     """
     words = {}
     for name, number in values.items():
@@ -109,7 +107,7 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
         if value is None:
             raise InputError.at(
                 f"feed {name}",
-                wanted=f"an input that no sensor gives: {', '.join(registers) or 'there is none'}",
+                wanted=f"an input without a sensor: {', '.join(registers) or 'none declared'}",
                 found=repr(name),
                 fix="leave it out, or correct the name",
             )
@@ -125,7 +123,7 @@ def feed_words(registers: Mapping[str, Value], values: Mapping[str, float]) -> d
 
 
 def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement) -> BoardFigures:
-    """What a run says."""
+    """Metrics of a run."""
     us = 1e6 / board.setup.clock_hz
     trace = run.trace
     good = (

@@ -1,9 +1,9 @@
-"""The build cache: what compilers, simulators and yosys made, by the hash of what it was made from.
+"""The build cache: outputs of compilers, simulators and yosys, by the hash of their inputs.
 
-An entry is a folder that is complete or absent: it is made under another name and renamed. Its
-``entry.json`` lists its files with their hashes; an entry that does not agree with it is made anew.
-Beyond a limit the least recently used entries go, but never one that a living process uses: who
-uses an entry holds a shared claim on its folder (`boresight.disk.claims`).
+An entry is a folder that is complete or absent: it is filled under another name and renamed. Its
+``entry.json`` lists its files with their hashes; an entry that differs from its list is made anew.
+Beyond a limit the least recently used entries are removed, but never one that a running process
+uses: it holds a shared lock on the entry's folder (`boresight.disk.locks`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Any
 
 from filelock import FileLock
 
-from boresight.disk.claims import Claim, claim
+from boresight.disk.locks import FolderLock, lock_folder
 from boresight.disk.manifest import digest
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import cache_folder
@@ -31,7 +31,7 @@ __all__ = ["LIMIT_MB", "LIMIT_VARIABLE", "Cache", "Cleared", "Entry", "Usage"]
 
 #: Environment variable with another limit, in megabytes.
 LIMIT_VARIABLE = "BORESIGHT_CACHE_MB"
-#: Size above which entries go, in megabytes of 1,000,000 bytes.
+#: Size above which entries are removed, in megabytes of 1,000,000 bytes.
 LIMIT_MB = 1000
 
 _LIST = "entry.json"
@@ -50,14 +50,14 @@ class Entry:
         Its folder.
     """
 
-    def __init__(self, path: Path, held: Claim) -> None:
+    def __init__(self, path: Path, lock: FolderLock) -> None:
         self.path = path
-        self._held = held
+        self._lock = lock
 
 
 @dataclass(frozen=True)
 class Usage:
-    """How full the cache is; sizes in bytes."""
+    """Size of the cache and its limit, in bytes."""
 
     path: Path
     entries: int
@@ -67,7 +67,7 @@ class Usage:
 
 @dataclass(frozen=True)
 class Cleared:
-    """What went: entries and bytes; and how many are in use and stayed."""
+    """Number and bytes of the entries removed; number of those kept because they are in use."""
 
     entries: int
     size: int
@@ -75,14 +75,14 @@ class Cleared:
 
 
 @dataclass(frozen=True)
-class _Kept:
+class _Stored:
     folder: Path
     size: int
     used_ns: int
 
 
 class Cache:
-    """The build cache, or one at another place.
+    """The build cache, or one in another folder.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ class Cache:
         Its folder; ``boresight`` in the user's cache folder by default, or a private one in the
         temporary folder where that cannot be written.
     limit_mb : float, optional
-        Another limit than `LIMIT_MB` or what `LIMIT_VARIABLE` says.
+        Limit instead of that in `LIMIT_VARIABLE`, or else `LIMIT_MB`.
 
     Raises
     ------
     InputError
-        That variable holds no number.
+        `LIMIT_VARIABLE` is not a number.
     """
 
     def __init__(self, root: Path | None = None, *, limit_mb: float | None = None) -> None:
@@ -103,45 +103,45 @@ class Cache:
         self.limit = int(1e6 * (_limit_mb() if limit_mb is None else limit_mb))
 
     def get(self, name: str, identity: str, make: Callable[[Path], None]) -> Entry:
-        """The entry of what ``identity`` describes, made if it is not here.
+        """Return the entry with this identity; make it if it is absent.
 
-        Of several processes or threads that want the same, one makes it and the others wait.
+        If several processes or threads need the same entry, one makes it and the others wait.
 
         Parameters
         ----------
         name : str
-            For people: the entry's folder begins with it.
+            Readable name with which the entry's folder begins.
         identity : str
-            All that the result depends on.
+            Everything that the result depends on.
         make : callable
-            Makes the entry's files in the empty folder that it is given. The folder's name
-            changes afterwards.
+            Writes the entry's files into the empty folder that is its argument. The folder is
+            renamed afterwards.
         """
         key = hashlib.sha256(identity.encode()).hexdigest()[:32]
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:40] or "entry"
         folder = self.root / f"{plain}-{key}"
-        found = self._use(folder)
-        if found is not None:
-            return found
+        entry = self._use(folder)
+        if entry is not None:
+            return entry
         (self.root / "locks").mkdir(parents=True, exist_ok=True)
         with FileLock(self.root / "locks" / f"{key[:2]}.lock"):
-            found = self._use(folder)
-            if found is None:
-                found = self._make(folder, make)
+            entry = self._use(folder)
+            if entry is None:
+                entry = self._make(folder, make)
         self.trim()
-        return found
+        return entry
 
     def usage(self) -> Usage:
-        """How full it is."""
-        kept = self._kept()
-        return Usage(self.root, len(kept), sum(k.size for k in kept), self.limit)
+        """Return the size of the cache."""
+        entries = self._stored()
+        return Usage(self.root, len(entries), sum(k.size for k in entries), self.limit)
 
     def trim(self) -> Cleared:
-        """Remove what dead processes left, and the least recently used entries beyond the limit."""
+        """Remove leftovers of ended processes, and least recently used entries beyond the limit."""
         return self._remove(self.limit)
 
     def clear(self) -> Cleared:
-        """Remove everything that was put here, but for entries in use, and nothing else."""
+        """Remove all entries, locks and logs of the cache, except entries in use."""
         cleared = self._remove(-1)
         for path in sorted((self.root / "locks").glob("*")):
             lock = FileLock(path)
@@ -151,85 +151,85 @@ class Cache:
         for log in (self.root / "logs").glob("*.log"):
             log.unlink(missing_ok=True)
         for folder in (self.root / "locks", self.root / "logs", self.root):
-            with suppress(OSError):  # not there, or something is left in it
+            with suppress(OSError):  # missing, or not empty
                 folder.rmdir()
         return cleared
 
     def _use(self, folder: Path) -> Entry | None:
-        """The entry, if it is here and sound."""
+        """Return the entry, or None if it is absent or damaged."""
         try:
-            held = claim(folder, shared=True, wait=True)
-            if held is None or not _same(held, folder) or not _sound(folder):
+            lock = lock_folder(folder, shared=True, wait=True)
+            if lock is None or not _same(lock, folder) or not _sound(folder):
                 return None
             os.utime(folder / _LIST)
         except OSError:
             return None
-        return Entry(folder, held)
+        return Entry(folder, lock)
 
     def _make(self, folder: Path, make: Callable[[Path], None]) -> Entry:
-        with self._claimed():
+        with self._locked():
             work = Path(tempfile.mkdtemp(prefix="work-", dir=self.root))
-            held = claim(work, shared=True)
-        assert held is not None
+            lock = lock_folder(work, shared=True)
+        assert lock is not None
         try:
             make(work)
             _list(work)
-            with self._claimed():
-                if folder.exists():  # not sound, else it would be in use
+            with self._locked():
+                if folder.exists():  # damaged, or `_use` would have returned it
                     self._rename_away(folder)
                 work.rename(folder)
         except BaseException:
             shutil.rmtree(work, ignore_errors=True)
             raise
-        return Entry(folder, held)
+        return Entry(folder, lock)
 
-    def _kept(self) -> list[_Kept]:
-        """Entries, the least recently used first."""
-        out = []
+    def _stored(self) -> list[_Stored]:
+        """Return the entries, least recently used first."""
+        entries = []
         for path in self.root.glob("*-*"):
             with suppress(OSError, ValueError, KeyError, TypeError):
                 if _ENTRY.fullmatch(path.name) and not path.is_symlink():
                     size = sum(f["size"] for f in _listed(path).values())
-                    out.append(_Kept(path, size, (path / _LIST).stat().st_mtime_ns))
-        return sorted(out, key=lambda kept: kept.used_ns)
+                    entries.append(_Stored(path, size, (path / _LIST).stat().st_mtime_ns))
+        return sorted(entries, key=lambda entry: entry.used_ns)
 
     def _remove(self, limit: int) -> Cleared:
-        """Remove entries until those left are within a limit; below 0: all."""
+        """Remove entries until the size is within a limit in bytes; all if it is negative."""
         if not self.root.is_dir():
             return Cleared(0, 0, 0)
         gone: list[Path] = []
         entries = size = in_use = 0
-        with self._claimed():
+        with self._locked():
             for path in self.root.glob("work-*"):
                 if _WORK.fullmatch(path.name):
                     with _unused(path) as unused:
                         gone += [path] if unused else []
-            kept = self._kept()
-            left = sum(k.size for k in kept)
-            for each in kept:
-                if left <= limit:
+            stored = self._stored()
+            size_left = sum(k.size for k in stored)
+            for entry in stored:
+                if size_left <= limit:
                     break
-                with _unused(each.folder) as unused:
+                with _unused(entry.folder) as unused:
                     if not unused:
                         in_use += 1
                         continue
-                    gone.append(self._rename_away(each.folder))
-                left -= each.size
-                entries, size = entries + 1, size + each.size
+                    gone.append(self._rename_away(entry.folder))
+                size_left -= entry.size
+                entries, size = entries + 1, size + entry.size
         for path in gone:
             shutil.rmtree(path, ignore_errors=True)
         return Cleared(entries, size, in_use)
 
     def _rename_away(self, folder: Path) -> Path:
-        """Make an entry absent, at once."""
+        """Rename an entry's folder, so that the entry is absent at once."""
         away = Path(tempfile.mkdtemp(prefix="work-", dir=self.root))
         return folder.rename(away)
 
     @contextmanager
-    def _claimed(self) -> Iterator[None]:
-        held = claim(self.root, wait=True)
-        assert held is not None
-        with held:
+    def _locked(self) -> Iterator[None]:
+        lock = lock_folder(self.root, wait=True)
+        assert lock is not None
+        with lock:
             yield
 
 
@@ -251,20 +251,20 @@ def _limit_mb() -> float:
     return limit
 
 
-def _same(held: Claim, folder: Path) -> bool:
-    """Whether the claimed folder still has its name."""
-    return os.path.samestat(os.fstat(held.descriptor), folder.stat())
+def _same(lock: FolderLock, folder: Path) -> bool:
+    """Whether the locked folder still has this name."""
+    return os.path.samestat(os.fstat(lock.descriptor), folder.stat())
 
 
 @contextmanager
 def _unused(folder: Path) -> Iterator[bool]:
-    """Whether nobody uses a folder; nobody will in the block."""
-    held = None
+    """Lock a folder for the block; False if another process uses it."""
+    lock = None
     with suppress(OSError):
-        held = claim(folder)
-    yield held is not None
-    if held is not None:
-        held.release()
+        lock = lock_folder(folder)
+    yield lock is not None
+    if lock is not None:
+        lock.release()
 
 
 def _list(folder: Path) -> None:
@@ -277,27 +277,27 @@ def _list(folder: Path) -> None:
 
 
 def _listed(folder: Path) -> dict[str, dict[str, Any]]:
-    """Files of an entry; an exception of some kind if there is no good list."""
+    """Files of an entry; a missing or malformed list raises."""
     data = json.loads((folder / _LIST).read_text(encoding="utf-8"))
     if data["format"] != _FORMAT:
         raise ValueError("another format")
     return dict(data["files"])
 
 
-#: Entries whose contents this process has looked at: folder and its inode.
+#: Entries whose contents this process has checked: folder and its inode.
 _known_sound: set[tuple[str, int]] = set()
 
 
 def _sound(folder: Path) -> bool:
-    """Whether all files of an entry are as they were; their contents once in a process."""
-    known = (str(folder), folder.stat().st_ino)
+    """Whether an entry's files have their sizes and, checked once in a process, their hashes."""
+    entry = (str(folder), folder.stat().st_ino)
     try:
         for name, wanted in _listed(folder).items():
             if (folder / name).stat().st_size != wanted["size"]:
                 return False
-            if known not in _known_sound and digest(folder / name) != wanted["sha256"]:
+            if entry not in _known_sound and digest(folder / name) != wanted["sha256"]:
                 return False
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return False
-    _known_sound.add(known)
+    _known_sound.add(entry)
     return True

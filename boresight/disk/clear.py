@@ -1,6 +1,6 @@
-"""``python -m boresight.disk.clear FOLDER...``: remove results, and nothing else.
+"""``python -m boresight.disk.clear FOLDER...``: remove results and nothing else.
 
-Files that Boresight wrote below the folders and nobody changed, and folders that are empty then.
+Removes unchanged files that Boresight wrote below the folders, and folders that are then empty.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from boresight.disk.claims import claim
-from boresight.disk.deferred import deferred
+from boresight.disk.locks import lock_folder
 from boresight.disk.manifest import Manifest, State, path_in, state
+from boresight.disk.signals import deferred_signals
 from boresight.disk.staging import recover
 from boresight.model.errors import InputError
 
@@ -25,12 +25,12 @@ def clear(folder: Path) -> list[Path]:
     Returns
     -------
     list of Path
-        Files and folders that stay: they are somebody's.
+        Files and folders that stay: Boresight did not write them, or they were changed since.
 
     Raises
     ------
     InputError
-        A file named ``.boresight.json`` is no list of results.
+        A file named ``.boresight.json`` is not a list of results.
     OSError
         Something cannot be removed.
     """
@@ -38,15 +38,15 @@ def clear(folder: Path) -> list[Path]:
         return [folder] if folder.exists() else []
     inner = [p for p in folder.rglob("*") if p.is_dir() and not p.is_symlink()]
     for each in (*sorted(inner, reverse=True), folder):
-        held = claim(each, wait=True)
-        with deferred():
+        lock = lock_folder(each, wait=True)
+        with deferred_signals():
             recover(each)
             results = path_in(each).exists()
             _clear(each)
-        if held is not None:
-            held.release()
+        if lock is not None:
+            lock.release()
         if results:
-            with suppress(OSError):  # something is left in it
+            with suppress(OSError):  # not empty
                 each.rmdir()
     return sorted(folder.rglob("*"))
 
@@ -56,7 +56,7 @@ _STAY = (State.CHANGED, State.UNREADABLE)
 
 
 def _clear(folder: Path) -> None:
-    """What the manifest of one folder lists."""
+    """Remove what the manifest of one folder lists."""
     manifest = Manifest.load(folder)
     for name in list(manifest.files):
         path = folder / name
@@ -66,14 +66,14 @@ def _clear(folder: Path) -> None:
             path.unlink()
         del manifest.files[name]
     for name in sorted(manifest.folders, key=len, reverse=True):
-        with suppress(OSError):  # somebody's files are in it
+        with suppress(OSError):  # not empty
             (folder / name).rmdir()
     if not manifest.files:
         path_in(folder).unlink(missing_ok=True)
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Clear each folder; say what stays."""
+    """Clear each folder and print how much stays."""
     for name in arguments:
         try:
             left = clear(Path(name)) if name else []
@@ -81,7 +81,9 @@ def main(arguments: Sequence[str]) -> int:
             print(f"error: {error}", file=sys.stderr)
             return 2
         if left:
-            print(f"{name}: {len(left)} files and folders stay, boresight did not write them so")
+            print(
+                f"{name}: {len(left)} files and folders stay: changed, or not written by boresight"
+            )
     return 0
 
 

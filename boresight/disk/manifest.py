@@ -22,7 +22,7 @@ _ABOUT = "Files that boresight wrote here. It overwrites and removes these alone
 
 
 class State(Enum):
-    """Whose a file is."""
+    """Relation of a file to the manifests of its folders."""
 
     ABSENT = "absent"
     OURS = "as boresight wrote it"
@@ -33,14 +33,14 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of a file.
+    """A file that a verb wrote.
 
     Attributes
     ----------
     by, of : str
-        The verb that wrote it, and what about (estimators, an experiment).
+        The verb that wrote it, and its subject (estimators, an experiment).
     sha256 : tuple of str
-        Of its contents; two while the file is being replaced.
+        Of its contents; two hashes while the file is being replaced.
     """
 
     by: str
@@ -57,12 +57,12 @@ class Manifest:
 
     @classmethod
     def load(cls, folder: Path) -> Manifest:
-        """That of a folder; an empty one if there is none.
+        """Read the manifest of a folder; an empty one if the file is missing.
 
         Raises
         ------
         InputError
-            The file of that name is something else.
+            The file with the manifest's name is not one.
         OSError
             It cannot be read.
         """
@@ -93,7 +93,7 @@ class Manifest:
         return cls(files, {inside(name) for name in data["folders"]})
 
     def to_json(self) -> str:
-        """As it stands in the file: the same text for the same files."""
+        """Contents of the file; equal manifests give equal texts."""
         data = {
             "boresight_manifest": _FORMAT,
             "about": _ABOUT,
@@ -106,19 +106,19 @@ class Manifest:
         return json.dumps(data, indent=1) + "\n"
 
     def by(self, verb: str) -> Mapping[str, Entry]:
-        """Files of one verb."""
+        """Return the files of one verb."""
         return {name: e for name, e in self.files.items() if e.by == verb}
 
 
 def path_in(folder: Path) -> Path:
-    """Where the manifest of a folder stands; each user has his own where all may write (sticky)."""
+    """Path of a folder's manifest; one for each user in a folder with the sticky bit."""
     if folder.stat().st_mode & stat.S_ISVTX:
         return folder / f"{Path(NAME).stem}-{os.geteuid()}.json"
     return folder / NAME
 
 
 def inside(name: str) -> str:
-    """The name, if it is a relative path that does not leave its folder; else ValueError."""
+    """Return a relative path that does not leave its folder; raise ValueError for any other."""
     path = PurePosixPath(name)
     if not path.parts or path.is_absolute() or ".." in path.parts:
         raise ValueError(f"not inside: {name!r}")
@@ -132,23 +132,23 @@ def digest(path: Path) -> str:
 
 
 def state(path: Path) -> State:
-    """Whose a plain file, or a link to one, is: its folder's manifest says so, or one above it."""
+    """State of a plain file, or a link to one, by the manifests of its folder and those above."""
     if not path.exists():
         return State.ABSENT
     if not path.is_file():
         return State.FOREIGN
     listed = False
-    found = ""
+    contents = ""
     for folder in path.parents:
         entry = _entry(folder, path)
         if entry is None:
             continue
         listed = True
         try:
-            found = found or digest(path)
+            contents = contents or digest(path)
         except OSError:
             return State.UNREADABLE
-        if found in entry.sha256:
+        if contents in entry.sha256:
             return State.OURS
     return State.CHANGED if listed else State.FOREIGN
 

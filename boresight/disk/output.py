@@ -1,8 +1,8 @@
-"""Results of a verb: all of them or none, and nobody else's file touched.
+"""Results of a verb: written completely or not at all, without touching other files.
 
-`output_folder` for verbs that fill a folder, `OutputFile` for a single file. Both look at the place
-before the work. What they wrote stands in the folder's manifest (`boresight.disk.manifest`); only
-such files, unchanged, are ever overwritten or removed.
+`output_folder` serves verbs that fill a folder, `OutputFile` a single file. Both check the path
+before the work. The folder's manifest lists what they wrote (`boresight.disk.manifest`); only
+files listed there and unchanged since are overwritten or removed.
 """
 
 from __future__ import annotations
@@ -14,15 +14,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from boresight.disk.claims import claim
-from boresight.disk.deferred import deferred
+from boresight.disk.locks import lock_folder
 from boresight.disk.manifest import Manifest
-from boresight.disk.place import (
+from boresight.disk.paths import (
     StrPath,
     absolute,
+    created_folders,
     descriptor_of,
     is_stream,
-    made_folders,
     refusal,
     refuse_inputs,
     require_folder,
@@ -33,10 +32,11 @@ from boresight.disk.place import (
     same_file,
     shown,
 )
+from boresight.disk.signals import deferred_signals
 from boresight.disk.staging import Staging, recover
 from boresight.model.errors import InputError
 
-__all__ = ["OutputFile", "apart", "free_name", "output_folder"]
+__all__ = ["OutputFile", "require_distinct", "free_name", "output_folder"]
 
 
 @contextmanager
@@ -49,37 +49,37 @@ def output_folder(
     inputs: Iterable[StrPath] = (),
     option: str = "-o",
 ) -> Iterator[Path]:
-    """A folder to write into; when the block ends well, its files move to ``path``.
+    """Give an empty folder to write into; if the block succeeds, its files move to ``path``.
 
-    Files that the same verb wrote there before and not now are removed.
+    Files that the same verb wrote there before and does not write now are removed.
 
     Parameters
     ----------
     path : path
         Folder for the results; made if need be.
     by, of : str
-        Verb, and what about: the manifest keeps them.
+        Verb and its subject, for the manifest.
     files : iterable of str
-        Relative paths that will be written, as far as they are known: looked at before the work.
-        At the end those that were written are looked at again.
+        Relative paths that will be written, as far as known; checked before the work. The files
+        written are checked again at the end.
     inputs : iterable of paths
         Files that are read: none of them may be overwritten.
     option : str
-        How users name another place.
+        Command-line option by which users choose the path, for messages.
 
     Raises
     ------
     InputError
-        The place cannot be written, or a file in the way is somebody's: raised before the work,
-        unless it came to be so meanwhile.
+        The path cannot be written, or holds a file that Boresight did not write. Raised before
+        the work, unless the folder changed meanwhile.
     """
     read = list(inputs)
     with _refusing(path, option):
         folder = Path(os.path.realpath(absolute(path, option)))
     with ExitStack() as stack:
-        with _refusing(path, option), deferred():
-            stack.enter_context(made_folders(folder))
-            with _claimed(folder):
+        with _refusing(path, option), deferred_signals():
+            stack.enter_context(created_folders(folder))
+            with _locked(folder):
                 recover(folder)
                 _look(folder, by, files, read, option)
                 staging = Staging(folder)
@@ -93,16 +93,16 @@ def output_folder(
         with _refusing(path, option):
             _look(folder, by, staging.files(), read, option)
             _write_through(folder, staging, option)
-            with deferred(), _claimed(folder):
+            with deferred_signals(), _locked(folder):
                 _look(folder, by, staging.files(), read, option)
                 staging.commit(by, of, clears=True)
 
 
 class OutputFile:
-    """A single file to write, looked at now and written later, once or more often.
+    """A single file, checked now and written later, once or repeatedly.
 
-    What is no plain file is written through: the file that a symbolic link leads to, a device, a
-    FIFO, or the open file that ``/dev/stdout`` stands for.
+    A path that is not a plain file is written through: the target of a symbolic link, a device, a
+    FIFO, or the open file behind ``/dev/stdout``.
 
     Parameters
     ----------
@@ -112,12 +112,12 @@ class OutputFile:
     Attributes
     ----------
     written : bool
-        Whether `write` has been done.
+        Whether `write` has succeeded.
 
     Raises
     ------
     InputError
-        The place cannot be written, is an input, or holds a file that is somebody's.
+        The path cannot be written, is an input, or holds a file that Boresight did not write.
     """
 
     def __init__(
@@ -137,25 +137,25 @@ class OutputFile:
             if self._descriptor is not None:
                 require_open(self._descriptor)
                 return
-            self._place = absolute(path, option)
+            self._target = absolute(path, option)
             self._stream = self._look()
             if self._stream:
-                require_open_stream(self._place)
+                require_open_stream(self._target)
             else:
-                folder = Path(os.path.realpath(self._place)).parent
-                with deferred(), made_folders(folder, keep=False), _claimed(folder):
+                folder = Path(os.path.realpath(self._target)).parent
+                with deferred_signals(), created_folders(folder, keep=False), _locked(folder):
                     recover(folder)
-                    Manifest.load(folder)  # refused if it is something else
+                    Manifest.load(folder)  # raises if it is not a manifest
                     Staging(folder).remove()
 
     def _look(self) -> bool:
-        """Refuse what must not be written; whether it is written through."""
-        path, option = self._place, self._option
+        """Refuse a path that must not be written; True if it is a device or a FIFO."""
+        path, option = self._target, self._option
         if os.fspath(self._path).endswith(os.sep):
             raise InputError.at(
                 shown(self._path),
                 wanted="the name of a file",
-                found="a folder's",
+                found="a path that ends like a folder's",
                 fix=f"choose another with {option}",
             )
         refuse_inputs(path, self._inputs, option)
@@ -166,14 +166,14 @@ class OutputFile:
         return False
 
     def write(self, content: str | bytes) -> None:
-        """Write the file, whole.
+        """Write the whole file.
 
         Raises
         ------
         InputError
-            It cannot be written any more, or somebody's file stands there now.
+            The path cannot be written any more, or now holds a file of other origin.
         BrokenPipeError
-            Who read from it has gone.
+            The reader of the FIFO or pipe has closed it.
         """
         data = content.encode("utf-8") if isinstance(content, str) else content
         with _refusing(self._path, self._option):
@@ -183,16 +183,16 @@ class OutputFile:
                 with os.fdopen(os.dup(self._descriptor), "wb") as file:
                     file.write(data)
             elif self._stream:
-                with self._place.open("wb") as file:
+                with self._target.open("wb") as file:
                     file.write(data)
             else:
                 self._replace(data)
         self.written = True
 
     def _replace(self, data: bytes) -> None:
-        target = Path(os.path.realpath(self._place))
+        target = Path(os.path.realpath(self._target))
         folder = target.parent
-        with deferred(), made_folders(folder), _claimed(folder):
+        with deferred_signals(), created_folders(folder), _locked(folder):
             recover(folder)
             self._look()
             staging = Staging(folder)
@@ -201,47 +201,47 @@ class OutputFile:
                 staging.commit(self._by, self._of, clears=False)
 
 
-def apart(**outputs: StrPath | None) -> None:
-    """Refuse two outputs that are one file; their options are their names.
+def require_distinct(**outputs: StrPath | None) -> None:
+    """Refuse two outputs that are one file; the keywords are their options.
 
     Raises
     ------
     InputError
-        Two are the same.
+        Two paths lead to the same file.
     """
-    given = [(f"--{name}", path) for name, path in outputs.items() if path is not None]
-    for k, (option, path) in enumerate(given):
-        for other, before in given[:k]:
+    outputs_given = [(f"--{name}", path) for name, path in outputs.items() if path is not None]
+    for k, (option, path) in enumerate(outputs_given):
+        for other, before in outputs_given[:k]:
             alike = os.path.realpath(path) == os.path.realpath(before)
             if (alike or same_file(path, before)) and os.path.realpath(path) != os.devnull:
                 raise InputError.at(
                     shown(path),
-                    wanted="two outputs that are two files",
-                    found=f"the same file behind {other}",
+                    wanted="a file of its own for each output",
+                    found=f"the same file as {other}",
                     fix=f"choose another with {option}",
                 )
 
 
 def free_name(name: str, by: str, *, option: str) -> Path | None:
-    """A default name, with a number where somebody's file has it; None: nothing can be written."""
+    """Return a name, numbered if another file has it; None if no file can be written."""
     path = Path(name)
     for number in range(1, 100):
-        found = path if number == 1 else path.with_stem(f"{path.stem}-{number}")
+        candidate = path if number == 1 else path.with_stem(f"{path.stem}-{number}")
         try:
-            OutputFile(found, by, option=option)
+            OutputFile(candidate, by, option=option)
         except InputError:
             continue
-        return found
+        return candidate
     return None
 
 
-#: What a disk without room says.
+#: Errors of a full disk.
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
 def _refusing(path: StrPath, option: str) -> Iterator[None]:
-    """What the system says inside is a refusal of this path."""
+    """Turn errors of the operating system in the block into an InputError for this path."""
     try:
         yield
     except (InputError, BrokenPipeError):
@@ -251,14 +251,14 @@ def _refusing(path: StrPath, option: str) -> Iterator[None]:
 
 
 @contextmanager
-def _claimed(folder: Path) -> Iterator[None]:
-    """The folder for us alone: to look and to move."""
-    held = claim(folder, wait=True)
+def _locked(folder: Path) -> Iterator[None]:
+    """Lock the folder exclusively for the block."""
+    lock = lock_folder(folder, wait=True)
     try:
         yield
     finally:
-        if held is not None:
-            held.release()
+        if lock is not None:
+            lock.release()
 
 
 @contextmanager
@@ -267,12 +267,12 @@ def _removed(staging: Staging) -> Iterator[None]:
     try:
         yield
     finally:
-        with deferred():
+        with deferred_signals():
             staging.remove()
 
 
 def _write_through(folder: Path, staging: Staging, option: str) -> None:
-    """Write what goes to a device or a FIFO; nobody waits for a FIFO's reader in the moves."""
+    """Write to devices and FIFOs before the moves, which must not wait for a FIFO's reader."""
     for name in staging.files():
         if is_stream(folder / name, option):
             with (folder / name).open("wb") as file:
@@ -283,7 +283,7 @@ def _write_through(folder: Path, staging: Staging, option: str) -> None:
 def _look(
     folder: Path, by: str, files: Iterable[str], inputs: Sequence[StrPath], option: str
 ) -> None:
-    """Refuse a folder in which files to be written, or cleared, are somebody's."""
+    """Refuse a folder in which files to be written or removed are not those of an earlier run."""
     old = Manifest.load(folder).by(by)
     for name in sorted({*files, *old}):
         target = folder / name

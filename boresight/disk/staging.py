@@ -1,13 +1,13 @@
-"""New files beside their places, then moved there in a way that a killed process cannot spoil.
+"""Staging of new files, moved to their paths in a way that a killed process cannot spoil.
 
-A staging folder ``.boresight-XXXXXXXX`` stands in the output folder, for both to be on one file
-system. Its process holds a claim on it; one that nobody claims is of a dead process. What is in it:
+The staging folder ``.boresight-XXXXXXXX`` is in the output folder, so that both are on one file
+system. Its process locks it; an unlocked one is left from a process that ended. It contains:
 
 ``new/``
     the files, by relative path;
 ``journal.json``
-    once they are complete: what moves where. From then on the moves will be finished, if not by
-    this process then by the next that looks.
+    written when the files are complete: which file moves where. From then on the moves will be
+    finished, by this process or by the next that opens the output folder.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from boresight.disk.claims import claim
+from boresight.disk.locks import lock_folder
 from boresight.disk.manifest import Entry, Manifest, State, digest, inside, path_in, state
 
 __all__ = ["Journal", "Staging", "recover"]
@@ -35,7 +35,7 @@ _CONTENTS = {"new", "journal.json", "journal.part", "manifest.part"}
 
 @dataclass(frozen=True)
 class Journal:
-    """What becomes of staged files.
+    """The moves of staged files.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Journal:
     files : dict
         SHA-256 by relative path.
     clears : bool
-        Files that the same verb wrote before and does not write now are removed.
+        Whether files that the same verb wrote before and does not write now are removed.
     """
 
     by: str
@@ -54,12 +54,12 @@ class Journal:
 
 
 class Staging:
-    """A staging folder, claimed.
+    """A locked staging folder.
 
     Raises
     ------
     OSError
-        Nothing can be written there.
+        The folder cannot be written.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -67,8 +67,8 @@ class Staging:
         self.path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
         self.new = self.path / "new"
         try:
-            self._claim = claim(self.path)
-            (self.path / "journal.part").write_bytes(bytes(4096))  # a full disk says so now
+            self._lock = lock_folder(self.path)
+            (self.path / "journal.part").write_bytes(bytes(4096))  # fails now on a full disk
             (self.path / "journal.part").unlink()
             self.new.mkdir()
         except BaseException:
@@ -76,11 +76,11 @@ class Staging:
             raise
 
     def remove(self) -> None:
-        """Remove it, with all that is still in it."""
+        """Remove the folder and its contents."""
         shutil.rmtree(self.path, ignore_errors=True)
 
     def files(self) -> list[str]:
-        """Relative paths of the staged files."""
+        """Return the relative paths of the staged files."""
         return sorted(
             path.relative_to(self.new).as_posix()
             for path in self.new.rglob("*")
@@ -88,7 +88,7 @@ class Staging:
         )
 
     def commit(self, by: str, of: str, *, clears: bool) -> None:
-        """Move all files into place; the folder is claimed by the caller."""
+        """Move all files to their paths; the caller has locked the output folder."""
         journal = Journal(by, of, {name: digest(self.new / name) for name in self.files()}, clears)
         part = self.path / "journal.part"
         part.write_text(json.dumps(asdict(journal)), encoding="utf-8")
@@ -97,10 +97,10 @@ class Staging:
 
 
 def recover(folder: Path) -> None:
-    """Finish or remove what killed processes left in a folder that the caller claims."""
+    """Finish or remove what killed processes left in a folder that the caller has locked."""
     for path in sorted(folder.glob(f"{_PREFIX}*")):
-        if _is_staging(path) and (held := claim(path)) is not None:
-            with held:
+        if _is_staging(path) and (lock := lock_folder(path)) is not None:
+            with lock:
                 journal = _journal(path)
                 if journal is not None:
                     _apply(folder, path, journal)
@@ -111,8 +111,8 @@ def _is_staging(path: Path) -> bool:
     """Whether a path is a staging folder by name, kind, owner and contents."""
     if not _STAGING.fullmatch(path.name):
         return False
-    found = path.lstat()
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid():
+    status = path.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
         return False
     return {entry.name for entry in os.scandir(path)} <= _CONTENTS
 
@@ -120,23 +120,25 @@ def _is_staging(path: Path) -> bool:
 def _journal(path: Path) -> Journal | None:
     try:
         data = json.loads((path / "journal.json").read_text(encoding="utf-8"))
-        files = {inside(name): str(found) for name, found in data["files"].items()}
+        files = {inside(name): str(sha256) for name, sha256 in data["files"].items()}
         return Journal(str(data["by"]), str(data["of"]), files, bool(data["clears"]))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
 
 def _apply(folder: Path, staging: Path, journal: Journal) -> None:
-    """Do what a journal says, whatever of it has been done: each file is complete at any time.
+    """Carry out a journal, also one partly carried out; each file is complete at any time.
 
-    The manifest first takes the new contents beside the old, then, when all is done, alone.
+    The manifest first lists the new hashes beside the old, and only the new when all is done.
     """
     manifest = Manifest.load(folder)
     gone = [n for n in manifest.by(journal.by) if n not in journal.files] if journal.clears else []
-    for name, found in journal.files.items():
+    for name, sha256 in journal.files.items():
         before = manifest.files.get(name)
-        known = () if before is None else before.sha256
-        manifest.files[name] = Entry(journal.by, journal.of, tuple(dict.fromkeys((*known, found))))
+        earlier = () if before is None else before.sha256
+        manifest.files[name] = Entry(
+            journal.by, journal.of, tuple(dict.fromkeys((*earlier, sha256)))
+        )
     _save(manifest, folder, staging)
     for name in journal.files:
         _move(staging / "new" / name, folder, name, manifest)
@@ -145,24 +147,24 @@ def _apply(folder: Path, staging: Path, journal: Journal) -> None:
             (folder / name).unlink()
         del manifest.files[name]
     for name in sorted(manifest.folders, key=len, reverse=True):
-        with suppress(OSError):  # somebody's files are in it
+        with suppress(OSError):  # not empty
             (folder / name).rmdir()
         if not (folder / name).is_dir():
             manifest.folders.discard(name)
-    for name, found in journal.files.items():
-        manifest.files[name] = Entry(journal.by, journal.of, (found,))
+    for name, sha256 in journal.files.items():
+        manifest.files[name] = Entry(journal.by, journal.of, (sha256,))
     _save(manifest, folder, staging)
 
 
 def _save(manifest: Manifest, folder: Path, staging: Path) -> None:
-    """Replace the manifest at once."""
+    """Replace the manifest atomically."""
     part = staging / "manifest.part"
     part.write_text(manifest.to_json(), encoding="utf-8")
     part.replace(path_in(folder))
 
 
 def _move(source: Path, folder: Path, name: str, manifest: Manifest) -> None:
-    """Move a staged file, if it has not been moved and its place is free or ours."""
+    """Move a staged file unless that is done, or a file of other origin has its path."""
     target = folder / name
     if not source.exists():
         return

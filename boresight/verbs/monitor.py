@@ -16,7 +16,7 @@ from typing import Annotated, Any
 from boresight.arguments import check_number
 from boresight.board.line import BoardLine, Listener, RegisterTable, value_of, word_of
 from boresight.board.plot import plot_image
-from boresight.disk.output import OutputFile, apart
+from boresight.disk.output import OutputFile, require_distinct
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.system.attitude_frame import Attitude, Update, Values
@@ -321,7 +321,7 @@ def monitor(
             found=str(plot),
             fix="give such a name",
         )
-    apart(csv=csv, plot=plot)
+    require_distinct(csv=csv, plot=plot)
     inputs = [source] if register_map is None else [source, register_map]
     table_file, picture_file = (
         None if path is None else OutputFile(path, "monitor", inputs=inputs, option=option)

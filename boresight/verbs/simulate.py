@@ -20,7 +20,7 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.system.programs import system_core
-from boresight.loop import WORLD_GROUP, simulate_world, world_of
+from boresight.loop import simulate_world, world_of
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS, FILTERS
@@ -38,6 +38,7 @@ from boresight.options import (
 from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
 from boresight.sim.board.setup import REAL
 from boresight.sim.records.files import record_of
+from boresight.sim.worlds.world import WORLD_GROUP
 
 __all__ = ["simulate", "simulate_faults"]
 

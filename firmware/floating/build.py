@@ -1,4 +1,4 @@
-"""Compiles the floating-point C of an estimator for this computer and runs it."""
+"""Compile the floating-point C of an estimator for this computer and run it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from boresight.model.estimator import Estimator
 
 
 def _host_source(estimator: Estimator, precision: Precision) -> str:
-    """Entry points for many updates. The structures hold nothing but floats, one after another."""
+    """Entry points for many updates. The structures consist of consecutive floats."""
     name = float_prefix(estimator, precision)
     params = "".join(
         f"    self->params.{identifier(p.name)} = params[{k}];\n"
@@ -47,11 +47,11 @@ class FloatCModel:
     Parameters
     ----------
     estimator : Estimator
-        What to run.
+        Estimator to run.
     precision : Precision
         `SINGLE`, or `DOUBLE` for the compiled float64 reference.
     params : mapping, optional
-        Parameter values other than the defaults.
+        Parameter values; by default those declared.
     cflags, cache
         See `firmware.build.compiled_library`.
     """
@@ -80,7 +80,7 @@ class FloatCModel:
         self.set_params(params)
 
     def set_params(self, params: Mapping[str, float] | None) -> None:
-        """Take these parameter values, and the defaults of the others."""
+        """Set these parameter values, and the others to their defaults."""
         values = list(self.estimator.param_values(params).values())
         self._call["set_params"](np.array(values, dtype=self.precision.numpy))
 

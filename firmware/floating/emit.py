@@ -1,8 +1,8 @@
-"""Writes an estimator as C99 in single or double precision, as one would write it by hand.
+"""Write an estimator as readable C99 in single or double precision.
 
-The mathematics is that of the float reference: what `step` says (`model.lowering.trace`), with the
-functions of ``math.h``. Units and formats are those of the estimator's declarations: SI, angles in
-half turns. The interface has the form of the integer C's.
+The mathematics is that of the float reference, traced from `step` (`model.lowering.trace`), with
+the functions of ``math.h``. Units and formats are those of the estimator's declarations: SI, angles
+in half turns. The interface has the form of the integer C's.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _WIDTH = 92
 
 
 def float_prefix(estimator: Estimator, precision: Precision = SINGLE) -> str:
-    """Name of the files and beginning of every public name."""
+    """Name of the files and prefix of every public name."""
     return f"{identifier(estimator.name)}_{precision.type}"
 
 
@@ -41,8 +41,8 @@ def _folded(line: str) -> list[str]:
     return [*lines, line]
 
 
-def _member(name: str, said: str) -> str:
-    return f"float {identifier(name)};" + (f" // {comment(said)}" if said else "")
+def _member(name: str, meaning: str) -> str:
+    return f"float {identifier(name)};" + (f" // {comment(meaning)}" if meaning else "")
 
 
 def _members(declared: Iterable[Input | Param | State]) -> list[str]:
@@ -58,7 +58,7 @@ def emit_float_c(estimator: Estimator, precision: Precision = SINGLE) -> dict[st
     Raises
     ------
     InputError
-        The estimator's ``step`` raises, or returns other than its states and outputs.
+        The estimator's ``step`` raises, or does not return its states and outputs.
     """
     e, name = estimator, float_prefix(estimator, precision)
     expressions, literal = Expressions(e.record(), precision), precision.literal

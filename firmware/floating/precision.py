@@ -1,4 +1,4 @@
-"""Single or double precision: type, literals and functions of the C that is written."""
+"""Single or double precision: type, literals and functions of the emitted C."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Precision:
     Attributes
     ----------
     type : str
-        Its name in C.
+        Name of the type in C.
     numpy : type
-        Its counterpart in numpy.
+        The same type in numpy.
     suffix : str
-        Ends its literals and the names of its functions in ``math.h``.
+        Suffix of literals and of the names of functions in ``math.h``.
     """
 
     type: str
@@ -33,13 +33,12 @@ class Precision:
     def literal(self, number: float) -> str:
         """The constant nearest to ``number``, in the fewest digits.
 
-        One that is smaller than every normal number becomes the least of these: it guards a
-        division.
+        A constant below every normal number, which guards a division, becomes the least of these.
 
         Raises
         ------
         ValueError
-            It is not finite, or too large.
+            The number is not finite, or too large.
         """
         least = float(np.finfo(self.numpy).tiny)
         if 0.0 < abs(number) < least:
@@ -53,7 +52,7 @@ class Precision:
         return (plain if len(plain) <= len(text) + 3 else text) + self.suffix
 
     def of_single(self, text: str) -> str:
-        """C that is written for ``float``, in this precision: type, literals, functions."""
+        """Convert C for ``float`` to this precision: type, literals, functions."""
         if self.suffix == "f":
             return text
         text = re.sub(r"\bfloat\b", self.type, text)

@@ -11,7 +11,7 @@ from boresight.firmware.floating.precision import FUNCTIONS, SINGLE, Precision
 from boresight.firmware.names import identifier
 from boresight.model.lowering.trace import Condition, Expression, Trace
 
-#: Longest expression that is written into the one that uses it.
+#: Longest expression that is written inline.
 _INLINE = 60
 
 # Precedences of C.
@@ -28,7 +28,7 @@ _FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
     "less": ("{} < {}", _LESS, (_LESS, _LESS + 1)),
     "invert": ("!{}", _UNARY, (_UNARY,)),
     "both": ("{} && {}", _AND, (_AND, _AND + 1)),
-    "either": ("{} || {}", _OR, (_LESS, _LESS)),  # && inside || is clear to C, not to the reader
+    "either": ("{} || {}", _OR, (_LESS, _LESS)),  # brackets around && inside || for readers
     "differs": ("{} != {}", _LESS - 1, (_LESS + 1, _LESS + 1)),
     "select": ("{} ? {} : {}", _CHOICE, 3 * (_CHOICE + 1,)),
     "flip": ("{0} ? -{1} : {1}", _CHOICE, (_CHOICE + 1, _PRIMARY)),
@@ -50,7 +50,7 @@ _FORMS: Mapping[str, tuple[str, int, tuple[int, ...]]] = {
     "atan2": ("wrap_half_turns({turns} * arc_tangent({}, {}))", _PRIMARY, (0, 0)),
 }
 
-#: What no variable may be called: parameters, and functions in single and double precision.
+#: Reserved names: parameters, and functions in single and double precision.
 _RESERVED = ("self", "in", "out", *FUNCTIONS, *(f"{name}f" for name in FUNCTIONS))
 
 _HELPERS = {
@@ -96,22 +96,22 @@ def float_helpers(text: str) -> str:
 
 
 def operation_counts(trace: Trace) -> dict[str, int]:
-    """How many operations of each kind one update has, leaves not counted."""
+    """Number of operations of each kind in one update, without leaves."""
     return dict(sorted(Counter(e.kind for e in trace.needed if e.kind in _FORMS).items()))
 
 
 class Expressions:
-    """Which expressions get a variable, and the text of each.
+    """Texts of expressions, some of them in variables.
 
-    What is used once is written where it is used, as long as the line stays readable; so is what
-    only one side of a selection needs, and then only that side computes it.
+    An expression used once is written inline, as long as the line stays readable; so is one needed
+    only on one side of a selection, so that only that side computes it.
 
     Parameters
     ----------
     trace : Trace
-        What to write. Ranges that its author knows do nothing here.
+        Trace to write; declared ranges have no effect.
     precision : Precision
-        Of the constants; functions are named as for single precision (`Precision.of_single`).
+        Precision of constants; functions have single precision's names (`Precision.of_single`).
     """
 
     def __init__(self, trace: Trace, precision: Precision = SINGLE) -> None:
@@ -123,13 +123,13 @@ class Expressions:
         used += [e.args[1] for e in trace.needed if e.kind == "flip"]
         self._uses = Counter([*(_plain(e).number for e in used), *(n for n, _ in self._results)])
         self._text: dict[int, tuple[str, int]] = {}
-        self._taken = {*_RESERVED, *_HELPERS}
+        self._used = {*_RESERVED, *_HELPERS}
 
     def _name(self, e: Expression) -> str:
-        """Of a result that it is, else by its number."""
+        """Name of an expression: that of a result, else by its number."""
         names = [identifier(name) for number, name in self._results if number == e.number]
         return next(
-            (name for name in names if name not in self._taken),
+            (name for name in names if name not in self._used),
             f"{'c' if isinstance(e, Condition) else 't'}{e.number}",
         )
 
@@ -160,12 +160,12 @@ class Expressions:
         stores += [
             (f"self->state.{identifier(s.data[1])}", self.text(e)) for s, _, e in trace.states
         ]
-        return [f"{place} = {text};" for place, text in stores if place != text]
+        return [f"{target} = {text};" for target, text in stores if target != text]
 
     def _store(self, e: Expression, name: str, lines: list[str]) -> None:
-        while name in self._taken:
+        while name in self._used:
             name += "_"
-        self._taken.add(name)
+        self._used.add(name)
         kind = "bool" if isinstance(e, Condition) else "float"
         lines.append(f"const {kind} {name} = {self._text[e.number][0]};")
         self._text[e.number] = (name, _PRIMARY)

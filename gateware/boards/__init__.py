@@ -1,16 +1,16 @@
 """Boards with an XC6SLX9: designs on their pins, a core that the host feeds, ISE projects.
 
 ========== ====================================================================
-module     what it holds
+module     contents
 ========== ====================================================================
-board      the boards, and where a design's lines meet their pins
+board      the boards, and the pins of a design's lines
 frames     the frames on the serial line, in software: `encode`, `Decoder`
-unpack     bytes to whole, checked frames
+unpack     bytes to complete, checked frames
 dispatch   frames to the core's input stream and register bus
-pack       output records and answers to the bodies of frames
+pack       output records and replies to the bodies of frames
 framer     bodies to frames
 top        `Top`: the core with all of these; pins rx, tx and two LEDs
-clock      clock of the core from the board's oscillator, by PLL if need be
+clock      clock of the core from the board's oscillator, by PLL if needed
 ise        `write_ise_project` for the boards in `BOARDS`
 ========== ====================================================================
 """

@@ -1,4 +1,4 @@
-"""The two boards, and where a design's lines meet their pins."""
+"""The two boards, and the pins of a design's lines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
 
 @dataclass(frozen=True)
 class Line:
-    """A line between a design and the world.
+    """A line between a design and a board's connector.
 
     Parameters
     ----------
@@ -23,11 +23,11 @@ class Line:
     place : str
         Key of `Board.positions`; "led0", "led1" for the LEDs.
     meaning : str
-        What it is, for people.
+        Description, for README and pin table.
     input : bool
-        To the FPGA. All inputs are asynchronous to the clock and go through two flip-flops.
+        Whether the line is an input of the FPGA. Inputs are asynchronous and pass two flip-flops.
     pull_up : bool
-        Keeps an open input high.
+        Whether a pull-up keeps an open input high.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Board:
     leds: tuple[str, ...] = ()
 
     def make(self, lines: Sequence[Line]) -> Any:
-        """The platform, with a resource for each of the lines, called by its name."""
+        """Return the platform, with a resource for each line, named like it."""
         platform = self.platform()
         for line in lines:
             if line.place.startswith("led"):
@@ -86,7 +86,7 @@ class Board:
         return platform
 
     def where(self, line: Line) -> str:
-        """Position on the connector, for people."""
+        """Position on the connector, for texts."""
         if not line.place.startswith("led"):
             return f"{self.header} position {self.positions[line.place]}"
         number = int(line.place.removeprefix("led"))
@@ -108,7 +108,7 @@ _ROW = (
     "console_rx console_tx"
 )
 
-#: Boards by name. No project asks for their flash memory: amaranth-boards has a wrong pin for it.
+#: Boards by name. Projects do not use the flash memory: amaranth-boards has a wrong pin for it.
 BOARDS = {
     "mimas": Board(
         "Numato Mimas",

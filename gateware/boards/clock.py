@@ -53,7 +53,7 @@ def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
 
 
 class PllClock(Elaboratable):
-    """Drives the clock of domain ``sync`` from the board's oscillator through a PLL.
+    """Clock of domain ``sync`` from the board's oscillator through a PLL.
 
     The domain is to be defined by the parent, without reset. The clock starts when the
     configuration has ended and the PLL is locked.

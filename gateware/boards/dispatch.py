@@ -17,12 +17,12 @@ __all__ = ["Dispatcher"]
 
 
 class Dispatcher(wiring.Component):
-    """Does what the frame in the `Unpacker` asks for, one frame at a time.
+    """Executes the frames in the `Unpacker`, one at a time.
 
-    Register accesses wait until the record before them has been put out, so that answers come in
-    the order of the frames. A record is whole before its first word goes out, so the core never
-    waits inside an update for the serial line. Everything that the core and its bus see comes out
-    of flip-flops, but for ``request``.
+    Register accesses wait until the record before them has left, so that replies have the order of
+    the frames. A record is complete before its first word goes to the core, so the core never
+    waits inside an update for the serial line. All outputs to the core and its bus except
+    ``request`` are registered.
 
     **Latency** 2 cycles per word of a record.
 
@@ -31,7 +31,7 @@ class Dispatcher(wiring.Component):
     word : int
         Bits of a word, W.
     inputs : int, >= 0
-        Words of an input record; 0: there are no records.
+        Words of an input record; 0: no records.
     depth : int
         Words of the unpacker's buffer.
     address : int
@@ -51,7 +51,7 @@ class Dispatcher(wiring.Component):
         The bus is needed; the target sees it in this cycle. A read word comes in the cycle after
         the first one with a grant, a write is acknowledged only with one. 1 for an only initiator.
     o_reply : Out(stream of {data: W, kind: 2})
-        Answers to WRITE and READ.
+        Replies to WRITE and READ.
     """
 
     def __init__(self, *, word: int, inputs: int, depth: int, address: int = 10) -> None:
@@ -80,7 +80,7 @@ class Dispatcher(wiring.Component):
         m = Module()
         reply = self.o_reply
         answer = Signal(self.word)
-        record = Signal()  # asked for
+        record = Signal()  # requested
         busy = Signal()  # in the core
         m.d.comb += [
             self.bus.w_data.eq(self.word_data),
@@ -117,7 +117,7 @@ class Dispatcher(wiring.Component):
         return m
 
     def _fetch(self, m: Module, record: Value) -> None:
-        """Read a word of the frame: what it is for."""
+        """Read a word of the frame."""
         m.d.comb += self.read.eq(1)
         with m.If(self.index == 0):
             m.next = "ADDRESS"
@@ -134,7 +134,7 @@ class Dispatcher(wiring.Component):
                 m.next = "RECORD"
 
     def _access(self, m: Module, answer: Signal) -> None:
-        """States of a register access, up to its answer."""
+        """States of a register access, up to its reply."""
         bus, reply = self.bus, self.o_reply
         with m.State("ADDRESS"):
             m.d.sync += [bus.addr.eq(self.word_data), self.index.eq(1)]

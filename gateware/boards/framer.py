@@ -13,12 +13,12 @@ from boresight.gateware.boards.frames import CRC, END, END_ESCAPED, ESC, ESC_ESC
 
 __all__ = ["Framer", "body_layout"]
 
-#: A byte of a body, or of text that goes as it is (``raw``), whether it is the last.
+#: A byte of a body, or of text sent unchanged (``raw``), and whether it is the last.
 body_layout = data.StructLayout({"data": 8, "last": 1, "raw": 1})
 
 
 class _Part(IntEnum):
-    """Of a frame."""
+    """Parts of a frame."""
 
     BEGIN = 0
     BODY = 1
@@ -30,7 +30,7 @@ class _Part(IntEnum):
 class Framer(wiring.Component):
     """Adds END, escapes and the CRC to a body: `gateware.boards.frames`.
 
-    Raw bytes pass as they are, outside frames: ``raw`` is the same for all bytes up to the last.
+    Raw bytes pass unchanged, outside frames: ``raw`` is the same for all bytes up to the last.
 
     **Latency** 1 cycle from the first byte to END; a byte takes 2 cycles and what the line needs.
 
@@ -59,7 +59,7 @@ class Framer(wiring.Component):
             self.o.payload.eq(byte),
         ]
         with m.If(special):
-            # Bit 0 tells ESC from END.
+            # Bit 0 distinguishes ESC from END.
             m.d.comb += self.o.payload.eq(Mux(escaped, Mux(byte[0], ESC_ESCAPED, END_ESCAPED), ESC))
         with m.If(full & self.o.ready):
             m.d.sync += [full.eq(special & ~escaped), escaped.eq(special & ~escaped)]
@@ -97,6 +97,6 @@ class Framer(wiring.Component):
                 ]
                 with m.If(self.i.valid & ~raw):
                     m.d.sync += part.eq(_Part.BODY)
-            with m.Default():  # FINISH, and codes that are no part
+            with m.Default():  # FINISH, and unused codes
                 m.d.sync += [byte.eq(END), literal.eq(1), full.eq(1), part.eq(_Part.BEGIN)]
         return m

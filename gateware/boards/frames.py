@@ -1,8 +1,8 @@
-"""Frames on the serial line: the software's side, and the constants of both sides.
+"""Frames on the serial line: the side of software, and the constants of both sides.
 
 A frame is ``END body END``, with the bytes END and ESC of the body escaped as in SLIP (RFC 1055),
-so that END stands nowhere else: after any fault the next frame is understood again. The END before
-a frame ends what noise may have begun; empty frames count for nothing.
+so that END occurs nowhere else: after any fault the next frame is decoded again. The END before a
+frame ends garbage from noise; empty frames are ignored.
 
 The body is one byte for the kind, words of ``(W + 7) // 8`` bytes (least significant first), and a
 CRC-16 of all of that, least significant byte first: the frame check of HDLC and PPP (RFC 1662;
@@ -10,21 +10,21 @@ CRC-16/IBM-SDLC, polynomial 0x1021 reflected, initial value and final exclusive-
 host bits above the word's W are ignored; to the host words are sign-extended.
 
 ======== =================================== ========================================
-kind     from the host                       answer, same kind
+kind     from the host                       reply, same kind
 ======== =================================== ========================================
 RECORD   the words of an input record        the words of the output record
 WRITE    register address, word              register address, when the word is written
 READ     register address                    word of the register
-ATTITUDE                                     sent unasked: `gateware.system.attitude_frame`
+ATTITUDE                                     sent by itself: `gateware.system.attitude_frame`
 ======== =================================== ========================================
 
-Boards that read their sensors themselves know no RECORD, boards that are fed by the host no
-ATTITUDE. Bits of a register address beyond those of the bus are ignored, and are 0 in the answer.
+Boards that read their sensors themselves have no RECORD, boards that are fed by the host no
+ATTITUDE. Bits of a register address beyond those of the bus are ignored, and are 0 in the reply.
 
-Every good frame is answered once, in order (a register read right behind a record may still tell of
-before that update's end). A frame that is damaged, of another kind or of the
-wrong length is dropped and not answered. One frame may be sent ahead of the answer to the one
-before; a third is dropped.
+Every good frame gets one reply, in order (a register read directly after a record may still give
+its value before the end of that update). A frame that is damaged, of another kind or of the wrong
+length is dropped without reply. One frame may be sent before the reply to the one before; a third
+is dropped.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ END, ESC, END_ESCAPED, ESC_ESCAPED = 0xC0, 0xDB, 0xDC, 0xDD
 _ESCAPES = {END: END_ESCAPED, ESC: ESC_ESCAPED}
 _PLAIN = {escaped: plain for plain, escaped in _ESCAPES.items()}
 
-#: The check of a frame.
+#: Check of a frame.
 CRC = catalog.CRC16_IBM_SDLC(data_width=8)
-#: Its bytes.
+#: Bytes of the check.
 CRC_BYTES = 2
 
 
 class Kind(IntEnum):
-    """First byte of a frame's body. None needs an escape; 0 is free to mean none."""
+    """First byte of a frame's body. No kind needs an escape; 0 means no kind."""
 
     RECORD = 1
     WRITE = 2
@@ -81,7 +81,7 @@ def encode(kind: int, words: Iterable[int], *, word: int) -> bytes:
 
 
 class Decoder:
-    """Gathers frames from the bytes that come from the board.
+    """Decoder of frames from a board's bytes.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Decoder:
     Attributes
     ----------
     dropped : int
-        Frames that were not empty and not good.
+        Number of frames that were neither empty nor good.
     """
 
     def __init__(self, *, word: int) -> None:

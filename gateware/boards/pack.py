@@ -1,4 +1,4 @@
-"""Output records and answers to the bodies of frames."""
+"""Output records and replies to the bodies of frames."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ __all__ = ["Packer", "reply_layout"]
 
 
 def reply_layout(word: int) -> data.StructLayout:
-    """Payload of the stream of answers to register accesses."""
+    """Payload of the stream of replies to register accesses."""
     return data.StructLayout({"data": word, "kind": 2})
 
 
 class Packer(wiring.Component):
-    """Makes bodies of frames (`gateware.boards.frames`) of records and answers; records go first.
+    """Converts records and replies to bodies of frames (`gateware.boards.frames`), records first.
 
-    An answer is taken with the last of its bytes. A record's word is stored when it is taken, and
-    ``i.ready`` comes out of a flip-flop.
+    A reply is taken with the last of its bytes. A record's word is stored when it is taken, and
+    ``i.ready`` is registered.
 
     **Latency** 1 cycle from the first word to the first byte.
 
@@ -40,7 +40,7 @@ class Packer(wiring.Component):
     i : In(stream of {data: W, last: 1})
         Output records. Only with records.
     i_reply : In(stream of {data: W, kind: 2})
-        Answers: bodies of one word.
+        Replies: bodies of one word.
     o : Out(stream of {data: 8, last: 1, raw: 1})
         Bodies.
     """
@@ -91,7 +91,7 @@ class Packer(wiring.Component):
     def _states(
         self, m: Module, place: Signal, word: Signal, kind: Signal, *, sent: Value, whole: Value
     ) -> None:
-        """Records and answers in turn: ``word`` and ``kind`` are a record's, or the answer's."""
+        """Records and replies in turn: ``word`` and ``kind`` are a record's, or the reply's."""
         reply = self.i_reply
         held = Signal(self.word)
         last = Signal()

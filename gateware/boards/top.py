@@ -1,4 +1,4 @@
-"""A core that talks over a serial line: all it needs is a clock and four pins."""
+"""A core with a serial line, for a clock and four pins."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Top(wiring.Component):
     Parameters
     ----------
     core : Core
-        The compiled programs, each with one output or more, all with as many inputs.
+        The compiled programs, all with the same number of inputs, each with one output or more.
     clock_hz : float, > 0
         Frequency of the clock.
     baud : float
@@ -57,7 +57,7 @@ class Top(wiring.Component):
     tx : Out(1)
         Serial line to the host.
     heartbeat : Out(1)
-        Blinks with the updates that are put out.
+        Blinks with the updates.
     saturated : Out(1)
         In the last completed update a result was clamped.
     """
@@ -104,7 +104,7 @@ class Top(wiring.Component):
     readme = "board_records"
 
     def facts(self) -> dict[str, Any]:
-        """What a project's README says of the core."""
+        """Values of the core for a project's README."""
         core = describe(self.core)
         first = core.programs[0]
         return {
@@ -130,7 +130,7 @@ class Top(wiring.Component):
         }
 
     def elaborate(self, platform: Any) -> Module:
-        """The parts in a row."""
+        """Connect the parts."""
         m = Module()
         word = self.core.machine.arithmetic.word
         inputs = len(self.core.program.streamed)
@@ -178,12 +178,12 @@ class Top(wiring.Component):
 
 
 def records_design(core: Core, *, baud: int = 115_200) -> Callable[[int], Top]:
-    """What `gateware.boards.ise.write_ise_project` makes a project of: `Top` for a clock.
+    """Return the design for `gateware.boards.ise.write_ise_project`: `Top` for a clock.
 
     Raises
     ------
     InputError
-        Programs with unequally many inputs; when called, a baud rate that cannot be had.
+        Programs with different numbers of inputs; when called, an impossible baud rate.
     """
     if len({len(part.program.streamed) for part in core.parts}) > 1:
         raise InputError.at(

@@ -1,4 +1,4 @@
-"""Received bytes to whole, checked frames."""
+"""Received bytes to complete, checked frames."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ __all__ = ["Unpacker"]
 
 
 class Unpacker(wiring.Component):
-    """Takes every byte, keeps good frames of the right length, drops all others.
+    """Receives bytes, stores good frames of the right length, drops all others.
 
-    There is room for two frames: one that waits or is read, one that is being received. A frame
-    that ends while the one before is not ``done`` is dropped. See `gateware.boards.frames`.
+    The buffer has room for two frames: one that waits or is read, one that is being received. A
+    frame that ends while the one before is not ``done`` is dropped. See `gateware.boards.frames`.
 
     **Latency** ``pending`` rises one cycle after the frame's last END; words are read with a
     latency of one cycle.
@@ -37,24 +37,24 @@ class Unpacker(wiring.Component):
     word : int
         Bits of a word, W.
     lengths : mapping of Kind to int, >= 1
-        Words of a frame, for each kind that is taken; kinds below 4.
+        Words of a frame, for each accepted kind; kinds below 4.
 
     Members
     -------
     data : In(8), valid : In(1)
         Received bytes.
     error : In(1)
-        Something that was no byte.
+        A byte without stop bit.
     pending : Out(1)
-        A frame is there, until ``done``.
+        A frame waits, until ``done``.
     kind : Out(2)
         Its `Kind`.
     index : In(range(depth)), read : In(1)
-        Which of its words to read, in this cycle.
+        Index of the word to read in this cycle.
     word_data : Out(W)
         The word, from the next cycle on.
     done : In(1)
-        The frame is not needed any longer.
+        The frame is no longer needed.
     dropped : Out(1)
         A frame that was not empty has been dropped.
     """
@@ -117,7 +117,7 @@ class Unpacker(wiring.Component):
             self.word_data.eq(reader.data),
         ]
 
-        # Whatever is wrong is remembered until the next END.
+        # Any error is stored until the next END.
         foreign = take & escaped & (self.data != END_ESCAPED) & (self.data != ESC_ESCAPED)
         with m.If(self.error | foreign):
             m.d.sync += bad.eq(1)
@@ -149,7 +149,7 @@ class Unpacker(wiring.Component):
         return m
 
     def _bytes(self, m: Module, escaped: Signal) -> tuple[Signal, Signal, Signal]:
-        """A byte without its escape, when there is one, and when a frame ends."""
+        """A byte without its escape, its valid bit, and the end of a frame."""
         byte = Signal(8)
         take = Signal()
         end = Signal()
@@ -165,11 +165,11 @@ class Unpacker(wiring.Component):
         return byte, take, end
 
     def _expected(self, m: Module, kind: Signal, count: Signal) -> tuple[Signal, Signal]:
-        """Whether there is such a kind, and how many words before the CRC it has."""
+        """Whether the kind is known, and its number of words before the CRC."""
         known = Signal()
         expected = Signal.like(count)
         with m.Switch(kind):
-            for each, words in self.lengths.items():
-                with m.Case(each):
+            for kind_of_frame, words in self.lengths.items():
+                with m.Case(kind_of_frame):
                     m.d.comb += [known.eq(1), expected.eq(words)]
         return known, expected

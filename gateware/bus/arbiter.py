@@ -14,7 +14,7 @@ __all__ = ["BusArbiter"]
 
 
 class BusArbiter(wiring.Component):
-    """Gives the bus to one initiator at a time, for one transfer, in turns.
+    """Grants the bus to one initiator at a time, for one transfer, in turns.
 
     A transfer that has been granted is finished before another begins: a write with ``w_ack``, a
     read with the cycle of its grant (the word comes in the next one).
@@ -26,17 +26,17 @@ class BusArbiter(wiring.Component):
     count : int, >= 2
         Initiators.
     word, address : int
-        Of the bus.
+        Bits of a word and of an address.
 
     Members
     -------
     initiators : In(BusSignature) array
         The initiators. ``r_data`` goes to all of them.
     request : In(count)
-        Bit k: initiator k needs the bus; to be held, with what it drives, until the transfer's
+        Bit k: initiator k requests the bus; held, with its other signals, until the transfer's
         end. With ``w_stb`` it writes, else it reads.
     grant : Out(count)
-        It has the bus in this cycle.
+        Bit k: initiator k has the bus in this cycle.
     bus : Out(BusSignature)
         The bus.
     read : Out(1)
@@ -59,13 +59,13 @@ class BusArbiter(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """An owner, who changes with the end of a transfer or if it wants none."""
+        """An owner, which changes at the end of a transfer or without a request."""
         m = Module()
         owner = Signal(range(self.count))
         ended = Signal(init=1)
         with m.Switch(owner):
             for k, initiator in enumerate(self.initiators):
-                # The last one's, too: numbers that nobody has.
+                # Also for the last one: unused numbers.
                 with m.Case(k) if k < self.count - 1 else m.Default():
                     m.d.comb += [
                         self.bus.addr.eq(initiator.addr),
@@ -78,7 +78,7 @@ class BusArbiter(wiring.Component):
                     ]
         for k in range(self.count):
             m.d.comb += self.initiators[k].r_data.eq(self.bus.r_data)
-            # The next one that asks, the owner last.
+            # The next requesting initiator, the owner last.
             with m.If(ended & (owner == k)):
                 for after in reversed(range(1, self.count)):
                     with m.If(self.request[(k + after) % self.count]):

@@ -18,7 +18,7 @@ _ADDRESS = 10
 
 
 def _flat(prefix: str, signature: Signature) -> dict[str, Member]:
-    """The members as ports of their own; tools infer an interface from ``s_axis_tdata``."""
+    """The members as separate ports; tools infer an interface from names like ``s_axis_tdata``."""
     return {f"{prefix}_{name}": member for name, member in signature.members.items()}
 
 
@@ -32,7 +32,7 @@ _MEMBERS = {
 
 
 class AxiCore(wiring.Component):
-    """Records over AXI4-Stream, registers over AXI4-Lite; inside, the module ``core`` as it is.
+    """Records over AXI4-Stream, registers over AXI4-Lite, around the unchanged module ``core``.
 
     **Latency** two cycles more than the core's: one for each stream.
 
@@ -52,7 +52,7 @@ class AxiCore(wiring.Component):
     s_axi_awaddr : In(12), s_axi_awvalid : In(1), s_axi_awready : Out(1)
         Registers (`gateware.bus.axi_lite`): address of a write.
     s_axi_wdata : In(32), s_axi_wstrb : In(4), s_axi_wvalid : In(1), s_axi_wready : Out(1)
-        Its word.
+        Word of a write.
     s_axi_bresp : Out(2), s_axi_bvalid : Out(1), s_axi_bready : In(1)
         Its response.
     s_axi_araddr : In(12), s_axi_arvalid : In(1), s_axi_arready : Out(1)
@@ -72,22 +72,22 @@ class AxiCore(wiring.Component):
         m = Module()
         m.domains.sync = ClockDomain()
         m.d.comb += [ClockSignal().eq(self.aclk), ResetSignal().eq(~self.aresetn)]
-        m.submodules.records_in = taken = StreamFromAxi(word=self.word)
-        m.submodules.records_out = given = StreamToAxi(word=self.word)
+        m.submodules.records_in = records_in = StreamFromAxi(word=self.word)
+        m.submodules.records_out = records_out = StreamToAxi(word=self.word)
         m.submodules.registers = slave = AxiLiteSlave(word=self.word, address=_ADDRESS)
-        self._outside(m, "s_axis", taken.axi)
-        self._outside(m, "m_axis", given.axi)
+        self._outside(m, "s_axis", records_in.axi)
+        self._outside(m, "m_axis", records_out.axi)
         self._outside(m, "s_axi", slave.axi)
         m.submodules.core = Instance(
             "core",
             i_clk=ClockSignal(),
             i_rst=ResetSignal(),
-            i_i__payload=taken.o.payload,
-            i_i__valid=taken.o.valid,
-            o_i__ready=taken.o.ready,
-            o_o__payload=given.i.payload,
-            o_o__valid=given.i.valid,
-            i_o__ready=given.i.ready,
+            i_i__payload=records_in.o.payload,
+            i_i__valid=records_in.o.valid,
+            o_i__ready=records_in.o.ready,
+            o_o__payload=records_out.i.payload,
+            o_o__valid=records_out.i.valid,
+            i_o__ready=records_out.i.ready,
             i_bus__addr=slave.bus.addr,
             i_bus__w_data=slave.bus.w_data,
             i_bus__w_stb=slave.bus.w_stb,
@@ -98,12 +98,12 @@ class AxiCore(wiring.Component):
         return m
 
     def _outside(self, m: Module, prefix: str, inner: Any) -> None:
-        """The ports with that prefix are those of an adapter's interface."""
+        """Connect the ports with a prefix to an adapter's interface."""
         for name in inner.signature.members:
             outer = f"{prefix}_{name}"
-            port, own = getattr(self, outer), getattr(inner, name)
+            port, inside = getattr(self, outer), getattr(inner, name)
             is_input = self.signature.members[outer].flow == In
-            m.d.comb += own.eq(port) if is_input else port.eq(own)
+            m.d.comb += inside.eq(port) if is_input else port.eq(inside)
 
 
 def axi_ports() -> tuple[tuple[str, str, int], ...]:

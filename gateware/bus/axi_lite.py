@@ -15,7 +15,7 @@ __all__ = ["AxiLiteSignature", "AxiLiteSlave", "Response"]
 
 
 class Response(IntEnum):
-    """How a transfer ended."""
+    """Response to a transfer."""
 
     OKAY = 0
     SLVERR = 2
@@ -24,7 +24,7 @@ class Response(IntEnum):
 class AxiLiteSignature(wiring.Signature):
     """AXI4-Lite (ARM IHI 0022E, part B) as its master sees it; 32 bits of data.
 
-    The protection bits are left out: they change nothing here.
+    The protection bits are left out, since they have no effect here.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class AxiLiteSignature(wiring.Signature):
     awaddr : Out(A), awvalid : Out(1), awready : In(1)
         Address of a write.
     wdata : Out(32), wstrb : Out(4), wvalid : Out(1), wready : In(1)
-        Its word.
+        Word of a write.
     bresp : In(2), bvalid : In(1), bready : Out(1)
         Its response.
     araddr : Out(A), arvalid : Out(1), arready : In(1)
@@ -73,9 +73,9 @@ class AxiLiteSlave(wiring.Component):
     """An AXI4-Lite slave that is an initiator of the register bus.
 
     One write and one read are under way at a time, and neither waits for more than one of the
-    other. Every output comes
-    from a register. Word k of the bus stands at byte 4 k; the two low bits of an address are
-    ignored. A write of fewer than four bytes changes nothing: SLVERR, and OKAY if it is of none.
+    other. All outputs are registered. Word k of the bus is at byte 4 k; the two low bits of an
+    address are ignored. A write of fewer than four bytes has no effect and returns SLVERR, or OKAY
+    for no bytes.
 
     **Latency** from a request that is taken to its response 3 cycles for a write, if the bus
     acknowledges at once, and 4 for a read.
@@ -106,13 +106,13 @@ class AxiLiteSlave(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Keep what is asked for, do it on the bus, answer."""
+        """Store requests, execute them on the bus, respond."""
         m = Module()
         axi, bus = self.axi, self.bus
         asked, writes, fetch = (Signal(name=name) for name in ("asked", "writes", "fetch"))
-        aw, aw_full = _kept(m, "aw", axi.awvalid, axi.awready, axi.awaddr)
-        data, w_full = _kept(m, "w", axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb))
-        ar, ar_full = _kept(m, "ar", axi.arvalid, axi.arready, axi.araddr)
+        aw, aw_full = _stored(m, "aw", axi.awvalid, axi.awready, axi.awaddr)
+        data, w_full = _stored(m, "w", axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb))
+        ar, ar_full = _stored(m, "ar", axi.arvalid, axi.arready, axi.araddr)
         w, strobes = data[:32], data[32:]
         m.d.comb += [
             self.request.eq(asked),
@@ -134,7 +134,7 @@ class AxiLiteSlave(wiring.Component):
             written.eq(asked & writes & bus.w_ack),
         ]
         with m.If(~asked & ~fetch):
-            # A read does not wait for ever: behind a write the next one is not there at once.
+            # A read does not wait forever: after a write the next one needs a cycle.
             with m.If(write):
                 m.d.sync += [asked.eq(1), writes.eq(1)]
                 m.d.comb += written.eq(~strobes.all())
@@ -152,12 +152,12 @@ class AxiLiteSlave(wiring.Component):
         return m
 
 
-def _kept(
+def _stored(
     m: Module, name: str, valid: Value, ready: Value, payload: Value
 ) -> tuple[Signal, Signal]:
-    """What a channel last gave, and whether it is still needed: no other is taken until then."""
-    kept, full = Signal(payload.shape(), name=name), Signal(name=f"{name}_full")
+    """Last payload of a channel, and whether it is still needed; until then no other is taken."""
+    payload_stored, full = Signal(payload.shape(), name=name), Signal(name=f"{name}_full")
     m.d.comb += ready.eq(~full)
     with m.If(valid & ~full):
-        m.d.sync += [kept.eq(payload), full.eq(1)]
-    return kept, full
+        m.d.sync += [payload_stored.eq(payload), full.eq(1)]
+    return payload_stored, full

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["AxiStreamSignature", "StreamFromAxi", "StreamToAxi"]
 
-#: Bits of TDATA, whatever the word.
+#: Bits of TDATA, for all word widths.
 DATA = 32
 
 
@@ -33,15 +33,15 @@ class AxiStreamSignature(wiring.Signature):
 
 
 def _words(word: int) -> stream.Signature:
-    """A core's stream: the word, above it ``last``."""
+    """A core's stream: the word, with ``last`` as the next higher bit."""
     return stream.Signature(word + 1)
 
 
 class StreamFromAxi(wiring.Component):
-    """Takes packets from AXI and offers them as records; two words fit between.
+    """Converts packets from AXI to records, with a buffer of two words.
 
-    Every output comes from a register: AXI wants no path from input to output, and the core's
-    clock enable sees no signal of the interconnect.
+    All outputs are registered: AXI permits no path from input to output, and the core's clock
+    enable must not depend on signals of the interconnect.
 
     **Latency** 1 cycle; a word in each.
 
@@ -77,7 +77,7 @@ class StreamFromAxi(wiring.Component):
 
 
 class StreamToAxi(wiring.Component):
-    """Takes records and sends them as packets; two words fit between.
+    """Converts records to packets, with a buffer of two words.
 
     **Latency** 1 cycle; a word in each.
 

@@ -1,4 +1,4 @@
-"""Register bus of the engine: status, identity, and the way to its parameters."""
+"""Register bus of the engine: status, identity, parameters."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Registers(wiring.Component):
                 parameters. Writes of numbers that no program has are ignored; with a selector, all
                 are.
 
-    With a ``selector`` the program is chosen not by the bus but by a port, without the bus.
+    With a ``selector`` a port chooses the program instead of the bus.
 
     **Latency** 1 cycle for reading, 2 for writing to an idle machine.
 
@@ -43,7 +43,7 @@ class Registers(wiring.Component):
     programs : int, >= 1
         Number of programs.
     selector : bool
-        The program follows the port ``choice``.
+        Whether the program follows the port ``choice``.
 
     Members
     -------
@@ -53,9 +53,9 @@ class Registers(wiring.Component):
         A word waits for the register file, or with ``switch`` for ``program``. Registered: what
         follows from it is the machine's clock enable.
     grant : In(1)
-        It is written in this cycle.
+        The word is written in this cycle.
     program : Out
-        The program that runs.
+        Number of the selected program.
     choice : In, chosen : Out(1)
         With a selector: the program that shall run, changed as by a write, at the next first word
         of a record; whether it did in the cycle before.
@@ -122,7 +122,7 @@ class Registers(wiring.Component):
             with m.If(self.grant & self.switch):
                 m.d.sync += self.program.eq(self.choice)
         elif self.programs > 1:
-            # Without bit 8 of the address no other lane's bank is written either.
+            # Bit 8 of the address must be 0, or another lane's bank would be written.
             with m.If(fixed & ~bus.addr[8] & (offset == PROGRAM - FIRST)):
                 m.d.comb += waits.eq(bus.w_data < self.programs)
             m.d.sync += self.switch.eq(fixed)
@@ -134,7 +134,7 @@ class Registers(wiring.Component):
             **{"saturated": saturated, "framing": framing},
             **{"idle": self.idle, "parity": self.parity},
         }
-        # A shift by 0 would be a cell of its own.
+        # A shift by 0 would be a separate cell.
         bits = (flags[f.name] << f.bit if f.bit else flags[f.name] for f in STATUS.fields)
         mask = (1 << word) - 1
         with m.Switch(offset):
@@ -151,7 +151,7 @@ class Registers(wiring.Component):
         return m
 
     def _of_state(self) -> Value:
-        """The address is below the fixed ones, but none of a bank's lower half."""
+        """Whether the address is below the fixed ones, but outside the banks' lower halves."""
         lower = self.machine.bank_depth // 2
         if lower == self.machine.bus_bank_words:
             return Const(0)

@@ -10,20 +10,19 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["EventCounters"]
 
-#: Cycles that each counter gets in turn.
+#: Cycles of each counter's turn.
 _SLOT = 4
 
 
 class EventCounters(wiring.Component):
     """Counts one-cycle events of several kinds.
 
-    Every event turns over a flip-flop of its kind. Each counter in turn gets 4 cycles in which it
-    is read from the memory together with the flip-flop's state of the last time, and written back
-    with 1 more if that has changed. So events of a kind are counted one by one as long as they are
-    at least `interval` cycles apart; of more in that time pairs go uncounted. Different kinds do
-    not concern each other.
+    Every event toggles a flip-flop of its kind. Each counter in turn has 4 cycles in which it is
+    read from the memory together with the flip-flop's last state, and incremented if that has
+    changed. So events of a kind are all counted if they are at least `interval` cycles apart; of
+    more events in that time, pairs are lost. Kinds are independent of each other.
 
-    Counters wrap. They keep their values, as memories do, when domain ``sync`` is reset.
+    Counters wrap. Like all memories, they keep their values in a reset of domain ``sync``.
 
     **Latency** an event is counted after at most `interval` + 4 cycles; 1 cycle for reading.
 
@@ -61,11 +60,11 @@ class EventCounters(wiring.Component):
 
     @property
     def interval(self) -> int:
-        """Least cycles between events of one kind that are counted one by one."""
+        """Minimum cycles between events of one kind for which all are counted."""
         return _SLOT << self.index_bits - 1
 
     def elaborate(self, platform: Any) -> Module:
-        """A turn: read, see whether the flip-flop has changed, write."""
+        """A turn: read, compare the flip-flop with its last state, write."""
         m = Module()
         word = data.StructLayout({"value": self.bits, "seen": 1})
         m.submodules.memory = words = memory.Memory(
@@ -79,22 +78,22 @@ class EventCounters(wiring.Component):
         m.d.sync += turned.eq(turned ^ self.events)
 
         turn = Signal(self.index_bits - 1 + 2)
-        place, step = turn[2:], turn[:2]
+        number, step = turn[2:], turn[:2]
         now = Signal()
         clearing = Signal()
         left = Signal.like(turn)
         m.d.sync += [
             turn.eq(turn + 1),
-            now.eq(Array(turned)[place] if self.count > 1 else turned[0]),
+            now.eq(Array(turned)[number] if self.count > 1 else turned[0]),
         ]
         with m.If(self.clear):
             m.d.sync += [clearing.eq(1), left.eq(turn)]
         with m.Elif(left == turn):
             m.d.sync += clearing.eq(0)
         m.d.comb += [
-            scan.addr.eq(place),
+            scan.addr.eq(number),
             scan.en.eq(step == 1),
-            w_port.addr.eq(place),
+            w_port.addr.eq(number),
             w_port.en.eq(step == 3),
             w_port.data.seen.eq(now),
             w_port.data.value.eq(Mux(clearing, 0, scan.data.value) + (now ^ scan.data.seen)),

@@ -23,7 +23,7 @@ def layout_of(fields: Sequence[BitField], *, width: int | None = None) -> data.L
 
 
 def packed(fields: Sequence[BitField], values: Mapping[str, Any], *, first: int = 0) -> Value:
-    """The word, from bit ``first`` on, that has these values in its fields and 0 between them."""
+    """Word, from bit ``first`` on, with these values in its fields and 0 between them."""
     parts: list[Any] = []
     end = first
     for field in sorted(fields, key=lambda field: field.bit):
@@ -43,18 +43,18 @@ class Csr(wiring.Component):
     """A block of registers.
 
     ============================ =======================================================
-    access                       what it is
+    access                       hardware
     ============================ =======================================================
     read-only with a ``reset``   a constant
     read-only without one        an input, ``name``: In(width)
-    read-write                   an output that keeps what is written, ``name``: Out(width)
+    read-write                   an output with the written word, ``name``: Out(width)
     write-only                   an order: ``name``: Out(width), not 0 only in one cycle, and
                                  ``name_stb``: Out(1), 1 in that cycle
     ============================ =======================================================
 
     A memory holds the constants and copies of the written words, so that only inputs need a
-    multiplexer. With ``names`` a register takes no number that has none: such a write is ignored.
-    As the memory is, written registers are spared by a reset of domain ``sync``.
+    multiplexer. Writes of a number without a name are ignored if a register has ``names``. Like the
+    memory, written registers are not changed by a reset of domain ``sync``.
 
     **Latency** 1 cycle for reading; outputs change 1 cycle after the write.
 
@@ -69,9 +69,9 @@ class Csr(wiring.Component):
         Address less that of the first register, with one bit more: with that bit, or if no
         register is there, ``r_data`` is 0.
     w_data : In(32), w_en : In(1)
-        Write in this cycle, whatever the offset's highest bit is.
+        Write in this cycle, for any highest bit of the offset.
     r_data : Out(32), known : Out(1)
-        The register at the ``offset`` of the cycle before; whether there is one.
+        The register at the ``offset`` of the cycle before; whether it exists.
     """
 
     def __init__(self, registers: Sequence[Register]) -> None:
@@ -120,7 +120,7 @@ class Csr(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Memory, inputs, outputs."""
         m = Module()
-        there = 1 << WORD  # a bit more, that says that a register is there
+        there = 1 << WORD  # an additional bit that marks existing registers
         init = [0] * (1 << self.bits)
         for register in self.registers:
             init[register.address - self.first] = there | (register.reset or 0)
@@ -167,7 +167,7 @@ class Csr(wiring.Component):
     def _write(
         self, m: Module, register: Register, enable: Signal, copy: Signal, stored: Signal
     ) -> None:
-        """Take a word, and a copy of it."""
+        """Store a word, and a copy of it."""
         legal = self.w_en
         if register.names and len(register.names) < 1 << len(stored):
             legal = legal & (self.w_data[: len(stored)] < len(register.names))

@@ -1,4 +1,4 @@
-"""Inputs of estimators that no sensor gives: registers, taken by an update all together."""
+"""Registers for inputs of estimators without a sensor; an update reads them as one set."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ __all__ = ["FeedRegisters"]
 
 
 class FeedRegisters(wiring.Component):
-    """Words that wait until all of them are written, then go to the conductor's memory.
+    """Words that are written one by one, then copied to the update controller's memory together.
 
-    ``take`` asks for it. From then on, until the last word is there, ``busy`` is high and nothing
-    can be written; the words go while no estimator is being fed, so that an update has all of one
-    set or all of another.
+    ``take`` starts the copy. Until its last word, ``busy`` is high and nothing can be written. The
+    words are copied while no estimator is being fed, so that every update reads one complete set.
 
     **Latency** the words of a set are there `count` + 2 cycles after ``take`` and ``free``, and one
     more for each cycle without ``ready``.
@@ -27,20 +26,20 @@ class FeedRegisters(wiring.Component):
     word : int
         W.
     init : sequence of int
-        First words, one for each register.
+        Initial words, one for each register.
 
     Members
     -------
     w_en : In(1), w_index : In(5), w_data : In(W)
         Write a word; not while ``busy``.
     take : In(1), busy : Out(1)
-        The words are a set; it has not all gone yet.
+        Copy the set of words; the copy is under way.
     free : In(1)
-        A set may begin to go.
+        A copy may begin.
     valid : Out(1), index : Out(5), data : Out(W), ready : In(1)
-        A word for the conductor's memory.
+        A word for the update controller's memory.
     done : Out(1)
-        With this cycle's word the set is complete.
+        The word of this cycle completes the set.
     """
 
     def __init__(self, *, word: int, init: Sequence[int]) -> None:

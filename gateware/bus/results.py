@@ -1,4 +1,4 @@
-"""Memory of results: one writer, readers that never see two updates mixed."""
+"""Memory of results: one writer, and readers that never see a mixture of two updates."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ INDEX_BITS = 6
 
 
 class ResultPort(wiring.Signature):
-    """What a reader of the results drives and sees.
+    """Port of a reader of the results.
 
     Members
     -------
     take : Out(1)
-        From the next cycle on read the newest whole update. Held high, always the newest.
+        Read the newest complete update from the next cycle on. Held high: always the newest.
     index : Out(6)
-        Which word.
+        Index of the word to read.
     value : In(W)
         The word at the ``index`` of the cycle before.
     """
@@ -32,11 +32,11 @@ class ResultPort(wiring.Signature):
 
 
 class Results(wiring.Component):
-    """Whole updates of up to 64 words, in banks.
+    """Complete updates of up to 64 words, in banks.
 
     There is a bank for each reader, one with the newest update and one to write: so an update that
-    a reader has taken stays until that reader takes another, however long that is, and the writer
-    never waits. ``begin`` picks a bank that nobody has. Each reader has a copy of the memory.
+    a reader has taken stays until that reader takes another, after any time, and the writer never
+    waits. ``begin`` selects an unused bank. Each reader has a copy of the memory.
 
     **Latency** 1 cycle for reading; an update is the newest from the cycle after ``complete``.
 
@@ -56,7 +56,7 @@ class Results(wiring.Component):
     w_en : In(1), w_index : In(6), w_data : In(W)
         Write a word of the update.
     ports : In(ResultPort) array
-        The readers. Words that an update has not written are those of an older one.
+        The readers. Words not written by an update are those of an older one.
     """
 
     def __init__(self, *, word: int, readers: int = 2) -> None:
@@ -81,12 +81,12 @@ class Results(wiring.Component):
         bits = (self.readers + 1).bit_length()
         write = Signal(bits, init=1)
         newest = Signal(bits)
-        held = [Signal(bits, name=f"held{k}") for k in range(self.readers)]
+        banks = [Signal(bits, name=f"held{k}") for k in range(self.readers)]
         with m.If(self.begin):
-            m.d.sync += write.eq(_free(newest, *held))
+            m.d.sync += write.eq(_free(newest, *banks))
         with m.If(self.complete):
             m.d.sync += newest.eq(write)
-        for k, (bank, port) in enumerate(zip(held, self.ports, strict=True)):
+        for k, (bank, port) in enumerate(zip(banks, self.ports, strict=True)):
             with m.If(port.take):
                 m.d.sync += bank.eq(newest)
             m.submodules[f"copy{k}"] = words = memory.Memory(
@@ -108,9 +108,9 @@ class Results(wiring.Component):
 
 
 def _free(*used: Value) -> Value:
-    """The first bank that is none of ``used``."""
+    """The first bank that is not in ``used``."""
     choice: Value = Const(len(used))
     for k in reversed(range(len(used))):
-        taken = Cat(bank == k for bank in used).any()
-        choice = Mux(taken, choice, k)
+        used_bank = Cat(bank == k for bank in used).any()
+        choice = Mux(used_bank, choice, k)
     return choice

@@ -45,11 +45,11 @@ class WishboneSignature(wiring.Signature):
 class WishboneSlave(wiring.Component):
     """A Wishbone slave that is an initiator of the register bus.
 
-    Address, word and direction are stored when a transfer begins. If the master gives it up, a
-    write is finished on the bus all the same, and nobody gets an ``ack``.
+    Address, word and direction are stored when a transfer begins. If the master aborts it, a write
+    is still finished on the bus, without an ``ack``.
 
-    **Latency** ``ack`` comes 3 cycles after the strobe if the bus is free and nobody waits for the
-    core; one transfer in 4 cycles.
+    **Latency** ``ack`` comes 3 cycles after the strobe if the bus is free and no write waits for
+    the core; one transfer in 4 cycles.
 
     Parameters
     ----------

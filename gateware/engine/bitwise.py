@@ -78,9 +78,9 @@ class Bitwise(wiring.Component):
         return self.o
 
 
-def choose(select: Any, one: Any, zero: Any) -> Any:
+def choose(select: Any, high: Any, low: Any) -> Any:
     """``select ? one : zero``, bit by bit."""
-    return select & one | ~select & zero
+    return select & high | ~select & low
 
 
 def multiplex(w0: Any, w1: Any, w2: Any, w3: Any, s0: Any, s1: Any) -> Any:

@@ -27,8 +27,8 @@ def word_layout(word: int) -> data.StructLayout:
 class Engine(wiring.Component):
     """Estimators as a core: records of input words in, records of output words out.
 
-    `docs/engine.md` is the contract. One of the image's programs runs, as a register says. It
-    stands still, all of it, while an input word is missing or an output word is not taken.
+    `docs/engine.md` is the contract. A register selects the program of the image that runs. The
+    whole engine stalls while an input word is missing or an output word is not taken.
 
     **Latency** that of the program: its word c is at work c cycles after the first input
     word of the record was taken, stalls not counted.
@@ -40,7 +40,7 @@ class Engine(wiring.Component):
     image : Image
         Programs and initial memory contents.
     selector : bool
-        The program that runs is chosen by a port, not by the bus.
+        Whether a port chooses the program instead of the bus.
 
     Members
     -------
@@ -102,14 +102,14 @@ class Engine(wiring.Component):
 
         granted = sequencer.grant
         if self.selector:
-            granted = granted & ~registers.switch  # the bus may ask for a parameter meanwhile
+            granted = granted & ~registers.switch  # the bus may request a parameter meanwhile
             m.d.comb += [
                 registers.choice.eq(self.choice),
                 self.chosen.eq(registers.chosen),
                 self.framing.eq(sequencer.framing),
             ]
-        # Which of a lane's writes from outside a result gives way to is told apart without the
-        # handshakes: the write enable sees those.
+        # The choice among a lane's writes from outside does not depend on the handshakes; these
+        # only affect the write enable.
         claimed = sequencer.word.get & sequencer.claim
         saturated = [
             self._lane(m, k, sequencer, operands, claimed=claimed, granted=granted)
@@ -119,7 +119,7 @@ class Engine(wiring.Component):
         return m
 
     def _streams(self, sequencer: Sequencer, emitted: Value) -> list[Any]:
-        """Words in and out; what is put out is an operand."""
+        """Input and output words; an output word is an operand."""
         return [
             sequencer.i_valid.eq(self.i.valid),
             sequencer.i_last.eq(self.i.payload.last),
@@ -131,7 +131,7 @@ class Engine(wiring.Component):
         ]
 
     def _control(self, sequencer: Sequencer, registers: Registers) -> list[Any]:
-        """Which program runs, who wants to write meanwhile, how an update ended."""
+        """Selected program, requests to write, end of an update."""
         return [
             sequencer.program.eq(registers.program),
             sequencer.request.eq(registers.request),
@@ -158,7 +158,7 @@ class Engine(wiring.Component):
         """
         m.submodules[f"lane{k}"] = lane = Lane(machine=self.machine, sources=1 if k else 2)
         word = sequencer.word
-        own = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
+        fields = {name: word[f"{name}{k}"] for name in (*FIELDS, "we", "dest")}
         write = sequencer.write[k]
         saturated = lane.saturated & write
         offset: Value = self.bus.addr
@@ -177,7 +177,7 @@ class Engine(wiring.Component):
             m.d.comb += lane.outside.eq(claimed)
         m.d.comb += [
             lane.en.eq(sequencer.en),
-            *(getattr(lane, name).eq(own[name]) for name in FIELDS),
+            *(getattr(lane, name).eq(fields[name]) for name in FIELDS),
             operands.a_addr[k].eq(word[f"a_addr{k}"]),
             operands.b_addr[k].eq(word[f"b_addr{k}"]),
             operands.table[k].eq(word[f"table{k}"]),
@@ -186,13 +186,13 @@ class Engine(wiring.Component):
             lane.b.eq(operands.b[k]),
             lane.words[0].eq(self.bus.w_data),
             operands.w_en[k].eq(write),
-            operands.w_addr[k].eq(Mux(claimed, offset, own["dest"])),
+            operands.w_addr[k].eq(Mux(claimed, offset, fields["dest"])),
             operands.w_data[k].eq(lane.result),
         ]
         return saturated
 
     def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> tuple[Signal, Signal]:
-        """Which copy of the states is the current one: of the program that runs; of each."""
+        """Parity, the current copy of the states, of the selected program and of each program."""
         parity = Signal(reset_less=True)
         kept = Signal(len(self.image.lengths), reset_less=True)
         with m.If(sequencer.commit):

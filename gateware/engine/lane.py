@@ -17,7 +17,7 @@ from boresight.gateware.microcode.layout import lane_fields
 
 __all__ = ["Lane"]
 
-#: Fields of the microword that the lane itself obeys.
+#: Fields of the microword for the lane itself.
 FIELDS = (
     "frac_a",
     "frac_b",
@@ -58,7 +58,7 @@ class Lane(wiring.Component):
     machine : Machine
         Configuration.
     sources : int, 1 or 2
-        Outside words that may replace a result.
+        Number of outside words that may replace a result.
 
     Members
     -------
@@ -73,7 +73,7 @@ class Lane(wiring.Component):
     outside : In(1)
         Stage 6: replace the result by an outside word.
     which : In(1)
-        Which one.
+        Number of the outside word.
     words : In(W) array
         Outside words.
     result : Out(W)
@@ -88,13 +88,13 @@ class Lane(wiring.Component):
         self.machine = machine
         self.sources = sources
         word = machine.arithmetic.word
-        known = lane_fields(machine)
+        fields = lane_fields(machine)
         super().__init__(
             {
                 "en": In(1),
                 "a": In(word),
                 "b": In(word),
-                **{name: In(known[name].width) for name in FIELDS},
+                **{name: In(fields[name].width) for name in FIELDS},
                 "index": Out(machine.arithmetic.INDEX_BITS),
                 "outside": In(1),
                 "which": In(1),
@@ -122,7 +122,7 @@ class Lane(wiring.Component):
         return m
 
     def _captures(self, m: Module) -> Signal:
-        """Stage 1: sign flag and segment index of the raw ``a``, plus a quarter if asked."""
+        """Stage 1: sign flag and segment index of the raw ``a``, plus a quarter if requested."""
         arith = self.machine.arithmetic
         top = self.a[arith.fraction_bits :]
         # Plus 2^(W-2): the bit below the sign flips and carries into the sign.
@@ -236,7 +236,7 @@ class Lane(wiring.Component):
             clamp.eq(Cat(differs).any() & ~self.wrap),
             self.saturated.eq(clamp & self.sticky & ~self.outside),
         ]
-        # Two more lines: equal, they tell the sign of acc; unlike, one outside word or the other.
+        # Two more lines: equal, they give the sign of acc; unequal, they select an outside word.
         line = []
         for k, decide in enumerate((_line0, _line1)):
             m.submodules[f"line{k}"] = unit = Bitwise(function=decide, inputs=3)
@@ -282,7 +282,7 @@ def _result_sign(clamp: Any, line0: Any, line1: Any, q: Any, *words: Any) -> Any
     return _outside(choose(clamp, line0, q), line0, line1, words)
 
 
-def _outside(own: Any, line0: Any, line1: Any, words: tuple[Any, ...]) -> Any:
-    """A bit of the lane's own, or of the outside word that the lines choose."""
-    out = choose(line0 & ~line1, words[0], own)
+def _outside(result: Any, line0: Any, line1: Any, words: tuple[Any, ...]) -> Any:
+    """A bit of the lane's result, or of the outside word that the lines select."""
+    out = choose(line0 & ~line1, words[0], result)
     return choose(line1 & ~line0, words[1], out) if len(words) > 1 else out

@@ -59,7 +59,7 @@ class LeadingSignCount(wiring.Component):
         word, limit = self.arithmetic.word, self.arithmetic.norm_max
         differs = [self.i[word - 1 - k] ^ self.i[word - 2 - k] for k in range(limit)]
         take = self.en & self.capture
-        # The last group needs no hit: when no bit at all differs its place is that of the limit.
+        # The last group needs no hit: if no bit differs, its position is that of the limit.
         firsts = range(0, limit + 1, self.GROUP)
         hits, places = [], []
         for first in firsts:
@@ -67,7 +67,7 @@ class LeadingSignCount(wiring.Component):
             hit = Signal(name=f"hit{first}", reset_less=True)
             place = Signal(2, name=f"place{first}", reset_less=True)
             with m.If(take):
-                m.d.sync += [hit.eq(Cat(bits).any()), place.eq(self._place(bits))]
+                m.d.sync += [hit.eq(Cat(bits).any()), place.eq(self._position(bits))]
             hits.append(hit)
             places.append(place)
 
@@ -86,10 +86,10 @@ class LeadingSignCount(wiring.Component):
         return m
 
     @staticmethod
-    def _place(bits: list[Value]) -> Value:
-        """Position 0..3 of the first set bit; their number when there is none."""
+    def _position(bits: list[Value]) -> Value:
+        """Position 0..3 of the first set bit; the number of bits if none is set."""
         below = [~bit for bit in bits] + [Const(1)] * 3
-        one = below[0] & (bits[1] if len(bits) > 1 else Const(len(bits) == 1))
+        second = below[0] & (bits[1] if len(bits) > 1 else Const(len(bits) == 1))
         two_or_three = below[0] & below[1] & Const(len(bits) > 1)
         three = two_or_three & below[2] & Const(len(bits) > 2)
-        return Cat(one | three, two_or_three)
+        return Cat(second | three, two_or_three)

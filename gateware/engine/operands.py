@@ -127,13 +127,13 @@ class Operands(wiring.Component):
         for store in (a_store, b_store):
             self._write(m, store, 0)
         # With 512 registers block k is quarter k + 1 of the memory, with 1,024 quarter k + 2.
-        apart = len(self.image.tables) > shared
-        quarter = Cat(field[2], 1) if apart else Cat(~field[2], field[2] ^ field[3])
+        separate = len(self.image.tables) > shared
+        quarter = Cat(field[2], 1) if separate else Cat(~field[2], field[2] ^ field[3])
         place = Cat(field[:2], self.index[0])
         offset = self._reads(field)
         address = Mux(self.table[0], Cat(place, quarter), Cat(offset, Const(0, 11 - len(offset))))
         a, b = self._read(m, a_store, self._reads(self.a_addr[0])), self._read(m, b_store, address)
-        if apart:
+        if separate:
             rest = self._memory(m, "tables2", self.image.tables[shared:], block)
             chosen = Signal(name="tables2_select", reset_less=True)
             with m.If(self.en):

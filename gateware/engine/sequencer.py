@@ -23,7 +23,7 @@ class Sequencer(wiring.Component):
     The program counter addresses the ROM, whose registered output goes into one more register, the
     microword at work: behind the ROM there may be a multiplexer of several memories, and what
     decides about the clock enable must come early. In the cycles after a reset, an abandoned
-    update or a change of program there is none yet: ``active`` is low.
+    update or a change of program, ``active`` is low until the first word.
 
     A record is framed by ``last``: too early, or missing at ``get_last``, and the update is
     abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are
@@ -52,16 +52,16 @@ class Sequencer(wiring.Component):
     o_ready : In(1), o_valid : Out(1)
         Handshake of the output stream.
     program : In
-        The program that runs.
+        Number of the selected program.
     request : In(1)
-        Somebody wants to write to the register file while the machine is idle.
+        A write to the register file is requested, for when the machine is idle.
     switch : In(1)
         With ``request``: not to the register file, but to ``program``.
     claim : Out(1)
-        The next first word of a record waits for that somebody.
+        The next first word of a record waits for that write.
     grant : Out(1)
-        Somebody's turn is this cycle; the machine stands still. After a ``switch`` the program
-        begins anew: ``program`` has its new value in the next cycle.
+        The write is done in this cycle; the machine stands still. After a ``switch`` the new
+        program begins: ``program`` has its new value in the next cycle.
     start : Out(1)
         The program counter is being set to the first word of ``program``.
     write : Out(lanes)
@@ -112,8 +112,8 @@ class Sequencer(wiring.Component):
 
         started, swallow = Signal(name="started"), Signal(name="swallow")
         # A get proceeds when an input word is there, unless it is to be swallowed, or the bus
-        # claims the write port before the first one. These need nothing of the microword, whose
-        # bits come late: what decides about the clock enable is one look-up table behind them.
+        # claims the write port before the first one. These conditions do not depend on the
+        # microword, whose bits come late: the clock enable is one look-up table after them.
         offered = Signal()
         blocked = Signal()
         bad = Signal()
@@ -168,14 +168,14 @@ class Sequencer(wiring.Component):
         return homes[1]
 
     def _enables(self, m: Module, offered: Value, blocked: Value) -> list[Any]:
-        """What is written and whether the machine moves."""
+        """Write enables and the clock enable."""
         active, word, o_ready = self.active, self.word, self.o_ready
         for k in range(1, self.machine.lanes):
             result = (blocked, word[f"we{k}"], word.emit, o_ready)
             writes = _table(m, f"write{k}", _written_only, active, word.get, *result)
             m.d.comb += self.write[k].eq(writes)
-        taken = Mux(self.claim, ~self.switch, offered)
-        bits = (active, word.get, taken, word.we0, word.emit, o_ready)
+        input_moves = Mux(self.claim, ~self.switch, offered)
+        bits = (active, word.get, input_moves, word.we0, word.emit, o_ready)
         return [
             self.en.eq(_table(m, "en", _enabled, active, word.get, blocked, word.emit, o_ready)),
             self.write[0].eq(_table(m, "write0", _written, *bits)),
@@ -186,15 +186,15 @@ class Sequencer(wiring.Component):
         contents = self.image.hardware_rom(self.machine)
         chosen: Value | None = None
         for k, words in reversed(list(enumerate(contents))):
-            found = self._piece(m, f"rom{k}", words, pc)
+            piece = self._piece(m, f"rom{k}", words, pc)
             if chosen is None:
-                chosen = found
+                chosen = piece
                 continue
-            # This memory holds all words up to the bit of its depth, those behind it the rest.
+            # This memory holds all words up to the bit of its depth, the following ones the rest.
             behind = Signal(name=f"behind{k}", reset_less=True)
             with m.If(self.en):
                 m.d.sync += behind.eq(pc[(len(words) - 1).bit_length()])
-            chosen = Mux(behind, chosen, found)
+            chosen = Mux(behind, chosen, piece)
         word = Signal(self.machine.word_bits, reset_less=True)
         assert chosen is not None
         with m.If(self.en):
@@ -202,7 +202,7 @@ class Sequencer(wiring.Component):
         m.d.comb += self.word.eq(word)
 
     def _piece(self, m: Module, name: str, words: list[int], pc: Value) -> Value:
-        """What one memory, or several side by side, hold at an address."""
+        """Word of a memory, or of several in parallel, at an address."""
         data, low = [], 0
         for column, width in enumerate(self.machine.rom_columns(len(words))):
             m.submodules[name if column == 0 else f"{name}_{column}"] = rom = memory.Memory(
@@ -225,7 +225,7 @@ def _table(m: Module, name: str, function: Callable[..., Any], *bits: Value) -> 
 
 
 def _enabled(active: Any, get: Any, blocked: Any, emit: Any, o_ready: Any) -> Any:
-    """The machine moves: neither a get nor an emit waits."""
+    """The machine is enabled: neither a get nor an emit waits."""
     return ~(active & (get & blocked | emit & ~o_ready))
 
 

@@ -59,7 +59,7 @@ class Shifter(wiring.Component):
         """The three levels."""
         m = Module()
         value = self.i
-        # A level keeps only the bits that the levels after it can still reach.
+        # A level has only the bits that later levels can still reach.
         for name, low, reach in (("coarse", 3, 7), ("middle", 1, 1)):
             width = min(self.width_in, self.width_out + reach)
             m.submodules[name] = mux = Bitwise(function=multiplex, inputs=6, width=width)

@@ -23,7 +23,7 @@ Words = list[dict[str, int]]
 
 
 def assemble(schedule: Schedule, allocation: Allocation) -> Image:
-    """Contents of all memories for a schedule; the digest is that of the source program."""
+    """Return the contents of all memories for a schedule, with the source program's digest."""
     machine, program = schedule.machine, schedule.program
     words: Words = [{} for _ in range(schedule.length)]
     registers = allocation.addresses()
@@ -72,7 +72,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
 def _slot_fields(
     schedule: Schedule, registers: dict[int, int], slot: Slot
 ) -> Iterable[tuple[str, int]]:
-    """Fields of one slot by name; those left out are 0."""
+    """Fields of one slot by name; missing ones are 0."""
     lane = slot.lane
     yield f"a_addr{lane}", registers[slot.a]
     if slot.emit is not None:
@@ -115,17 +115,17 @@ def _slot_fields(
 
 
 def encode(machine: Machine, values: dict[str, int]) -> int:
-    """One microword from its fields; those left out are 0."""
+    """One microword from its fields; missing ones are 0."""
     word = at = 0
-    known = set()
+    names = set()
     for f in machine.fields():
         value = values.get(f.name, 0)
         if not 0 <= value < 1 << f.width:
             raise ValueError(f"field {f.name} must be 0 to {(1 << f.width) - 1}, not {value!r}")
         word |= value << at
         at += f.width
-        known.add(f.name)
-    if unknown := set(values) - known:
+        names.add(f.name)
+    if unknown := set(values) - names:
         raise ValueError(f"fields must be those of the machine, not {sorted(unknown)!r}")
     return word
 

@@ -1,7 +1,7 @@
 """Cycle-level emulator of the machine, written from `docs/engine.md` alone.
 
-It executes an image as the hardware does, stage by stage, one ROM word per cycle, so that a
-difference between model and core can be dated to the cycle.
+It executes an image like the hardware, stage by stage, one ROM word per cycle, so that a difference
+between model and core can be located to the cycle.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Write:
 
 @dataclass
 class Record:
-    """What one update did: output words with the cycle each was taken, register writes."""
+    """Result of one update: output words with their cycles, register writes."""
 
     outputs: list[int] = field(default_factory=list)
     emitted: list[int] = field(default_factory=list)
@@ -54,12 +54,12 @@ class _Lane:
     acc6: int = 0
     index: int = 0
     flag: bool = False
-    norm2: int = 0  #: count in force for the slot at stage 2
+    norm2: int = 0  #: count for the slot at stage 2
     norm3: int = 0  #: ... and at stage 3
 
 
 class Emulator:
-    """The machine with an image in its memories; its first program runs until `select`.
+    """The machine with an image in its memories; program 0 runs until `select`.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ class Emulator:
     registers : list of int
         The register file, signed words.
     number : int
-        The program that runs.
+        Number of the selected program.
     parities : list of int
-        Which copy of each program's states is the current one.
+        Parity of each program: the current copy of its states.
     saturated, framing : bool
         Sticky flags.
     """
@@ -113,23 +113,23 @@ class Emulator:
 
     @property
     def rom(self) -> list[dict[str, int]]:
-        """Decoded words of the program that runs."""
+        """Decoded words of the selected program."""
         return self._roms[self.number]
 
     @property
     def parity(self) -> int:
-        """Which copy of the running program's states is the current one."""
+        """Current copy of the selected program's states."""
         return self.parities[self.number]
 
     def _physical(self, address: int, parity: int) -> int:
-        """Register address with the parity folded into bit c of the state region."""
+        """Register address with the parity in bit c of the state region."""
         half = self.machine.bank_depth // 2
         if address % self.machine.bank_depth >= half and parity:
             address ^= half // 2
         return address
 
     def _read(self, address: int) -> int:
-        """The word that a lane reads: a state in the window by the parity of its owner."""
+        """The word that a lane reads; a state in the window by the parity of its owner."""
         window, owner = self.image.window, None
         offset, slots = address % self.machine.bank_depth, self.machine.state_slots
         if window is not None and offset >= 2 * slots:
@@ -157,7 +157,7 @@ class Emulator:
         return self.feed((w, k == len(words) - 1) for k, w in enumerate(words))
 
     def feed(self, stream: Iterator[tuple[int, bool]]) -> Record:
-        """Run on words with ``last`` flags until the stream is dry and the machine waits for it."""
+        """Run on words with ``last`` flags until the stream is empty and the machine waits."""
         record = Record()
         pending = next(stream, None)
         while True:
@@ -178,7 +178,7 @@ class Emulator:
             elif self.pc == 0 and not self.rom[0]["get"]:
                 return record
 
-    def _step(self, taken: tuple[int, bool] | None, record: Record) -> None:
+    def _step(self, input_word: tuple[int, bool] | None, record: Record) -> None:
         """One cycle in which the machine runs."""
         word = self.rom[self.pc]
         writes: list[tuple[int, int]] = []
@@ -188,7 +188,7 @@ class Emulator:
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
             field_of = self._lane_roms[self.number][self.pc][k]
-            written = self._stages(lane, field_of, taken[0] if taken and k == 0 else None)
+            written = self._stages(lane, field_of, input_word[0] if input_word and k == 0 else None)
             if written is not None:
                 address = k * self.machine.bank_depth + field_of["dest"]
                 writes.append((self._physical(address, self.parity), written))
@@ -197,24 +197,24 @@ class Emulator:
             record.writes.append(Write(self.cycle, address, value))
         self.cycle += 1
         record.cycles = self.cycle
-        if taken is not None and taken[1] != bool(word["get_last"]):
+        if input_word is not None and input_word[1] != bool(word["get_last"]):
             self.framing = True
-            self.swallowing = not taken[1]
+            self.swallowing = not input_word[1]
             self.pc = 0
             return
         if word["home"]:
             self.parities[self.number] ^= 1
         self.pc = 0 if word["home"] else self.pc + 1
 
-    def _stages(self, lane: _Lane, f: dict[str, int], taken: int | None) -> int | None:
-        """All stages of one lane, the last one first; the word written, if any."""
+    def _stages(self, lane: _Lane, f: dict[str, int], input_word: int | None) -> int | None:
+        """Run all stages of one lane, the last one first; return the word written, if any."""
         arith = self.machine.arithmetic
         # 6 write
         q = lane.acc6 >> arith.guard
         clamped = min(max(q, arith.min_int), arith.max_int)
         result: int | None = None
-        if taken is not None:
-            result = taken
+        if input_word is not None:
+            result = input_word
         elif f["we"]:
             result = self._signed(q) if f["wrap"] else clamped
             self.saturated |= bool(f["sticky"] and not f["wrap"] and clamped != q)
@@ -251,7 +251,7 @@ class Emulator:
         return result
 
     def _captures(self, lane: _Lane, f: dict[str, int]) -> int:
-        """Captures of stage 1; returns the index in force for addresses of this very cycle."""
+        """Captures of stage 1; returns the index for addresses of this cycle."""
         arith = self.machine.arithmetic
         seen = self._signed(lane.a1 + (f["quarter"] << (arith.word - 2)))
         if f["cap_index"]:

@@ -1,4 +1,4 @@
-"""What is loaded into an engine: microcode and initial memory contents."""
+"""Images: microcode and initial memory contents of an engine."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from boresight.gateware.schedule.links import Window
 
 
 def rom_pieces(words: int) -> tuple[int, ...]:
-    """Depths of the memories that make a ROM of so many words, the deepest first.
+    """Depths of the memories that form a ROM of ``words`` words, the deepest first.
 
-    Each is a power of two, as block RAM is, and half of the one before it or less: which of them
-    holds a word can be told from one address bit each.
+    Each is a power of two, like block RAM, and at most half of the one before, so that one address
+    bit each selects the memory of a word.
     """
     if words <= 512:
         return (512,)
@@ -40,7 +40,7 @@ class Image:
     digest : int
         Identifier of the build; its low 2 W bits can be read on the bus.
     window : Window, optional
-        States that other programs read than the one that keeps them.
+        States that other programs read.
     """
 
     rom: list[int]
@@ -62,12 +62,12 @@ class Image:
 
     @classmethod
     def join(cls, images: Sequence[Image], *, digest: int, window: Window | None = None) -> Image:
-        """One image of all programs; their registers are common already.
+        """Join the images of programs with common registers.
 
         Raises
         ------
         ValueError
-            If registers differ, or tables that both are in use.
+            Registers differ, or tables that both use.
         """
         tables = next((x.tables for x in images if any(x.tables)), images[0].tables)
         for image in images:
@@ -121,7 +121,7 @@ class Image:
             self._check_program(machine, number)
 
     def _check_program(self, machine: Machine, number: int) -> None:
-        """Where the program returns, gets and emits."""
+        """Check where a program returns, gets and emits."""
         bit = self._positions(machine)
         base, words = self.bases[number], self.program(number)
         for k, value in enumerate(words):
@@ -148,8 +148,8 @@ class Image:
     def hardware_rom(self, machine: Machine) -> tuple[list[int], ...]:
         """Contents of each of `rom_pieces`, with ``home`` two words earlier.
 
-        The program counter runs two words ahead of the word at work, so that it is the last word
-        but two that must send it back.
+        The program counter is two words ahead of the executed word, so the last word but two must
+        return it.
         """
         home = 1 << self._positions(machine)["home"]
         rom = [value & ~home for value in self.rom]

@@ -1,8 +1,7 @@
 """Listing: microcode, read back from its bits, as text with the names of the values.
 
-One line per cycle: what each lane issues, gets, writes and emits in it. Fields of one slot are
-collected from the words in which they stand, so the listing shows what the machine will do, not
-what the assembler was asked for.
+One line per cycle: issues, gets, writes and emits of each lane. Fields of one slot are collected
+from their words, so the listing shows the machine's actions, not the assembler's input.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ _SCALE = ("", "-n", "-(n&~1)", "-(n>>1)")
 def listing(rom: Sequence[int], schedule: Schedule, allocation: Allocation) -> str:
     """Text of an assembled program, ``rom`` its microwords.
 
-    Registers appear by the value that owns them in that cycle, as ``name``; a register that nobody
-    owns appears as ``r17``.
+    Registers appear as the ``name`` of the value in them in that cycle; a register without a value
+    appears as ``r17``.
     """
     return _Listing(rom, schedule.machine, schedule.program, allocation).text()
 
@@ -37,7 +36,7 @@ class _Listing:
         self.words = [decode(machine, w) for w in rom]
         self.stage = {f.name: f.stage for f in machine.fields()}
         self.names: dict[int, list[tuple[int, int, str]]] = {}
-        for t in allocation.tenants:
+        for t in allocation.live_ranges:
             name = program.values[t.value].name
             self.names.setdefault(t.address, []).append((t.start, t.end, name))
 
@@ -47,14 +46,14 @@ class _Listing:
         return self.words[word][name] if word < len(self.words) else 0
 
     def register(self, address: int, cycle: int) -> str:
-        """Owner of a register in a cycle."""
+        """Name of the value in a register in a cycle."""
         for start, end, name in self.names.get(address, ()):
             if start <= cycle <= end:
                 return name
         return f"r{address}"
 
     def written(self, lane: int, offset: int, cycle: int) -> str:
-        """Owner from the cycle after."""
+        """Name of the value in a register from the next cycle on."""
         address = lane * self.machine.bank_depth + offset
         for start, _, name in self.names.get(address, ()):
             if start == cycle + 1:
@@ -62,7 +61,7 @@ class _Listing:
         return f"r{address}"
 
     def text(self) -> str:
-        """All lines."""
+        """Text of the listing."""
         issued = [
             [self.issue(cycle, k) for k in range(self.machine.lanes)]
             for cycle in range(len(self.words))
@@ -76,7 +75,7 @@ class _Listing:
         return "\n".join(lines) + "\n"
 
     def issue(self, cycle: int, lane: int) -> str:
-        """The slot of a lane."""
+        """Text of a lane's slot."""
 
         def f(name: str) -> int:
             return self.field(f"{name}{lane}", cycle)
@@ -106,7 +105,7 @@ class _Listing:
         return out.rstrip()
 
     def events(self, cycle: int) -> str:
-        """What happens in a cycle besides issuing."""
+        """Gets, writes and emits of a cycle."""
         word = self.words[cycle]
         out = []
         for k in range(self.machine.lanes):

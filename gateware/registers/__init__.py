@@ -1,1 +1,1 @@
-"""Declared registers, and the texts made of them: JSON, C header, SVD, page."""
+"""Declared registers, and those of every core."""

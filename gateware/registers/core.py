@@ -1,11 +1,11 @@
-"""Registers of every core, after its parameters: what hardware decodes and texts describe."""
+"""Registers of every core, after its parameters; decoded by hardware, described by texts."""
 
 from __future__ import annotations
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.registers.model import Access, BitField, Register
 
-#: Address of the first of them, behind those of parameters.
+#: First address, after those of parameters.
 FIRST = Machine.PARAMETER_ADDRESSES
 
 STATUS = Register(
@@ -24,9 +24,9 @@ UPDATES = Register("updates", FIRST + 1, Access.READ_ONLY, "completed updates, m
 BUILD_LOW = Register("build_low", FIRST + 2, Access.READ_ONLY, "build identifier, bits W-1 to 0")
 BUILD_HIGH = Register("build_high", FIRST + 3, Access.READ_ONLY, "build identifier, bits 2W-1 to W")
 FIXED = (STATUS, UPDATES, BUILD_LOW, BUILD_HIGH)
-#: Number of the program that runs; a core of one program does not have it.
+#: Number of the selected program; absent in a core of one program.
 CHOICE = Register("program", FIRST + 4, Access.READ_WRITE, "number of the program that runs")
-#: Its address, the last one of a core.
+#: Address of `CHOICE`, the last one of a core.
 PROGRAM = CHOICE.address
 #: Bits of a core's address.
 ADDRESS_BITS = PROGRAM.bit_length()

@@ -1,6 +1,6 @@
-"""What a register is: address, access, format, range, bits with names.
+"""Registers: address, access, format, range, named bits.
 
-Addresses count words. Where a bridge puts the bus into a memory, word address k stands at byte 4 k,
+Addresses count words. If a bridge maps the bus into a memory, word address k is at byte 4 k,
 in the low W bits of 32.
 """
 
@@ -16,7 +16,7 @@ Whole = Annotated[int | None, Within(-(1 << 31), (1 << 32) - 1)]
 
 
 class Access(StrEnum):
-    """What the bus can do with a register, in the words of CMSIS-SVD."""
+    """Access of the bus to a register, in the terms of CMSIS-SVD."""
 
     READ_ONLY = "read-only"
     WRITE_ONLY = "write-only"
@@ -35,7 +35,7 @@ class BitField:
 
     @property
     def mask(self) -> int:
-        """These bits of the register."""
+        """Mask of these bits in the register."""
         return ((1 << self.width) - 1) << self.bit
 
     def of(self, word: int) -> int:
@@ -53,7 +53,7 @@ class Register:
     unless they are ``signed``, and numbers of ``unit`` times 2^-frac if there is a ``frac``;
     ``reset`` is then the word after power-up, or the word that a register always reads.
     ``width`` is the number of bits, a word's if None; bits above it read 0, also of signed ones.
-    ``names`` are those of the numbers 0, 1, ... that the register may hold, if they have names.
+    ``names`` are those of the numbers 0, 1, ... of the register, if they have names.
     """
 
     name: str
@@ -74,16 +74,16 @@ class Register:
 
     @property
     def is_parameter(self) -> bool:
-        """Whether it is a parameter of the estimator."""
+        """Whether the register is a parameter of the estimator."""
         return self.minimum is not None
 
     @property
     def is_live(self) -> bool:
-        """Whether its word comes from the hardware and is only read."""
+        """Whether the word comes from the hardware and is read-only."""
         return self.access is Access.READ_ONLY and self.reset is None
 
     def field(self, name: str) -> BitField:
-        """The field called ``name``; KeyError if there is none."""
+        """Field called ``name``; raises KeyError for others."""
         for field in self.fields:
             if field.name == name:
                 return field

@@ -1,6 +1,6 @@
-"""When and where each operation of a program runs: search, registers, independent proof.
+"""Cycle and lane of each operation of a program: search, registers, independent proof.
 
 `slots` < `arrange`, `captures`, `copies`, `priorities` < `problem`, `state`, `list_pass` <
-`search`; `allocate` and `state_rooms` give registers; `check` and `check_core` share no code with
+`search`; `allocate` and `state_quotas` give registers; `check` and `check_core` share no code with
 the search.
 """

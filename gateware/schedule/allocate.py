@@ -1,23 +1,22 @@
-"""Register allocation: every value of a schedule gets a register, for as long as it is needed.
+"""Register allocation: every value of a schedule gets a register for its live range.
 
-The lower half of the banks holds the parameters of all programs of a core, in order (their
-addresses depend on nothing else: the host writes them; `Machine.parameter_register`), then what
-lives for a while (inputs in bank 0, results in the bank of their lane), then the constants. Only
-one program runs at a time, so all share the registers of inputs and results; constants with the
-same word share a register too. The upper half holds the states, current ones at ``1 0 ...`` and
-next ones at ``1 1 ...``, in the bank of the lane that computes the next value; no two programs
-share them, so a program that does not run keeps its own. Those that other programs read stand in
+The lower half of the banks holds the parameters of all programs of a core, in order (the host
+writes them, so their addresses depend on nothing else; `Machine.parameter_register`), then
+temporary values (inputs in bank 0, results in the bank of their lane), then the constants. Only one
+program runs at a time, so all share the registers of inputs and results; constants with the same
+word share a register, too. The upper half holds the states, current ones at ``1 0 ...`` and next
+ones at ``1 1 ...``, in the bank of the lane that computes the next value. Programs do not share
+them, so a program that does not run preserves its states. States that other programs read are in
 the window (`gateware.schedule.links`), at the end.
 
-Where the lower half does not suffice, results that are needed no longer by then also live where a
-next state of their own program is yet to be written.
+If the lower half does not suffice, temporary values also use the registers of next states of their
+own program, until these are written.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.links import open_states, window_of
@@ -26,10 +25,10 @@ from boresight.model.words.program import Kind
 
 
 @dataclass(frozen=True)
-class Tenant:
-    """``value`` owns register ``address`` from cycle ``start`` (readable) to ``end`` (last read).
+class LiveRange:
+    """``value`` is in register ``address`` from cycle ``start`` (readable) to ``end`` (last read).
 
-    Parameters, constants and current states own theirs from cycle 0 to the end of the program.
+    Parameters, constants and current states are live from cycle 0 to the end of the program.
     """
 
     value: int
@@ -40,22 +39,22 @@ class Tenant:
 
 @dataclass(frozen=True)
 class Allocation:
-    """Where every value of a program lives.
+    """Registers of the values of a program.
 
-    ``tenants`` has one entry for each value that has a register, in the order of values;
+    ``live_ranges`` has one entry for each value with a register, in the order of values;
     ``initial`` are the unsigned words of all registers of the core before the first update.
     """
 
-    tenants: tuple[Tenant, ...]
+    live_ranges: tuple[LiveRange, ...]
     initial: tuple[int, ...]
 
     def addresses(self) -> dict[int, int]:
         """Register of each value."""
-        return {t.value: t.address for t in self.tenants}
+        return {t.value: t.address for t in self.live_ranges}
 
     def occupant(self, address: int, cycle: int) -> int | None:
-        """Value that a read of ``address`` in ``cycle`` is meant for."""
-        for t in self.tenants:
+        """Value in register ``address`` in a cycle."""
+        for t in self.live_ranges:
             if t.address == address and t.start <= cycle <= t.end:
                 return t.value
         return None
@@ -65,7 +64,7 @@ class Allocation:
         depth = machine.bank_depth
         lower: list[set[int]] = [set() for _ in range(machine.lanes)]
         state: list[set[int]] = [set() for _ in range(machine.lanes)]
-        for t in self.tenants:
+        for t in self.live_ranges:
             bank, offset = divmod(t.address, depth)
             if offset < depth // 2:
                 lower[bank].add(offset)
@@ -73,34 +72,24 @@ class Allocation:
                 state[bank].add(offset % machine.state_slots)
         return tuple((len(a), len(b)) for a, b in zip(lower, state, strict=True))
 
-    def to_json(self) -> str:
-        """The allocation as JSON."""
-        return json.dumps(asdict(self), indent=1, sort_keys=True)
-
-    @classmethod
-    def from_json(cls, text: str) -> Allocation:
-        """Inverse of `to_json`."""
-        d = json.loads(text)
-        return cls(tuple(Tenant(**t) for t in d["tenants"]), tuple(d["initial"]))
-
 
 def result_bank(schedule: Schedule, op: int) -> int:
-    """Bank that the result of an op is written to: that of its lane."""
+    """Bank of the result of an op: that of its lane."""
     return schedule.ends[op].lane
 
 
 def allocate(schedule: Schedule) -> Allocation:
-    """Registers of a program that has the core for itself; see `allocate_together`."""
+    """Registers of a program alone in a core; see `allocate_together`."""
     return allocate_together([schedule])[0]
 
 
 def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
-    """Give every value of the schedules, all on one machine, a register.
+    """Assign registers to all values of the schedules, which have one machine.
 
     Raises
     ------
     ScheduleError
-        If a bank is full; the message counts what was wanted and what there is.
+        A bank is full; the message has the numbers required and available.
     """
     core = _Core(schedules[0].machine)
     window = window_of(schedules)
@@ -131,7 +120,7 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
 
 
 class _Core:
-    """What the programs of a core share: how far each bank is taken."""
+    """Registers in use by the programs of a core."""
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
@@ -139,14 +128,14 @@ class _Core:
         self.parameters = 0
         #: State pairs of each bank.
         self.states = [0] * machine.lanes
-        #: First offset of each bank's lower half that nobody has owned yet.
+        #: First unused offset of each bank's lower half.
         self.top = [0] * machine.lanes
         #: Register of each constant word.
         self.constants: dict[int, int] = {}
 
 
 class _Allocator:
-    """One program's part."""
+    """Allocation of one program."""
 
     def __init__(self, schedule: Schedule, core: _Core) -> None:
         self.schedule = schedule
@@ -154,27 +143,29 @@ class _Allocator:
         self.program = schedule.program
         self.machine = schedule.machine
         self.last_read = _last_reads(schedule)
-        self.tenants: dict[int, Tenant] = {}
+        self.live_ranges: dict[int, LiveRange] = {}
         self.end = schedule.length - 1
 
     def result(self, initial: Iterable[int]) -> Allocation:
-        """Where everything is."""
-        return Allocation(tuple(self.tenants[n] for n in sorted(self.tenants)), tuple(initial))
+        """Return the allocation."""
+        return Allocation(
+            tuple(self.live_ranges[n] for n in sorted(self.live_ranges)), tuple(initial)
+        )
 
     def fill(self, initial: list[int]) -> None:
-        """Put this program's first words into the core's."""
+        """Put this program's initial words into the core's."""
         program = self.program
         mask = (1 << self.machine.arithmetic.word) - 1
         following = dict(program.states)
-        for n, t in self.tenants.items():
+        for n, t in self.live_ranges.items():
             value = program.values[n]
             if value.kind in (Kind.PARAM, Kind.CONST, Kind.STATE):
                 initial[t.address] = value.initial & mask
-            if value.kind is Kind.STATE:  # both copies: whatever the parity is
-                initial[self.tenants[following[n]].address] = value.initial & mask
+            if value.kind is Kind.STATE:  # both copies, for either parity
+                initial[self.live_ranges[following[n]].address] = value.initial & mask
 
-    def own(self, value: int, address: int, start: int, end: int) -> None:
-        self.tenants[value] = Tenant(value, address, start, end)
+    def assign(self, value: int, address: int, start: int, end: int) -> None:
+        self.live_ranges[value] = LiveRange(value, address, start, end)
 
     def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
         return ScheduleError(
@@ -192,10 +183,10 @@ class _Allocator:
                 raise self.full("parameters", machine.lanes - 1, offset + 1, core.half)
             core.parameters += 1
             core.top[bank] = offset + 1
-            self.own(n, address, 0, self.end)
+            self.assign(n, address, 0, self.end)
 
     def states(self, opened: set[int], first: int) -> None:
-        """Pairs of current and next states; those that others read from slot ``first`` on."""
+        """Pairs of current and next states; those read by other programs from slot ``first`` on."""
         machine, core = self.machine, self.core
         producer = {op.dest: k for k, op in enumerate(self.program.ops)}
         shown = [first] * machine.lanes
@@ -203,64 +194,64 @@ class _Allocator:
             bank = result_bank(self.schedule, producer[after])
             slots = shown if state in opened else core.states
             base = bank * machine.bank_depth + core.half + slots[bank]
-            self.own(state, base, 0, self.end)
+            self.assign(state, base, 0, self.end)
             written = self.schedule.write_cycle(producer[after])
-            self.own(after, base + machine.state_slots, written + 1, self.end)
+            self.assign(after, base + machine.state_slots, written + 1, self.end)
             slots[bank] += 1
         for bank, n in enumerate(core.states):
             if n > machine.state_slots:
                 raise self.full("states", bank, n, machine.state_slots)
 
     def links(self, parts: Mapping[str, _Allocator]) -> None:
-        """Inputs that stand where another program keeps them."""
+        """Linked inputs: registers of other programs."""
         for n, link in self.program.linked.items():
             assert link.state is not None
-            self.own(n, parts[link.program].tenants[link.state].address, 0, self.end)
+            self.assign(n, parts[link.program].live_ranges[link.state].address, 0, self.end)
 
     def temporaries(self, *, spread: bool) -> list[int]:
         """Inputs and results, in the order in which they are written; registers are reused.
 
-        With ``spread`` those of next states come first, each for what is last read before it is
-        written. Returns how far each bank's lower half is taken, or would have to be.
+        With ``spread``, registers of next states are used first, each for values last read before
+        it is written. Returns the offset up to which each bank's lower half is needed.
         """
         schedule, program = self.schedule, self.program
-        kept = {after for _, after in program.states}
+        next_states = {after for _, after in program.states}
         unwritten = self._unwritten() if spread else [{} for _ in self.core.top]
         births = [(g, n, 0) for g, n in zip(schedule.gets, program.streamed, strict=True)]
         births += [
             (schedule.write_cycle(k), op.dest, result_bank(schedule, k))
             for k, op in enumerate(program.ops)
-            if op.dest not in kept
+            if op.dest not in next_states
         ]
         top = list(self.core.top)
-        # Offset -> last read of its owner.
+        # Offset -> last read of its value.
         busy = [dict.fromkeys(offsets, -1) for offsets in unwritten]
         for written, n, bank in sorted(births):
             end = max(self.last_read.get(n, 0), written)
             free = [k for k, last in sorted(busy[bank].items()) if last < written]
             fit = [k for k in free if end < unwritten[bank].get(k, 0)]
-            if fit:  # as short a time as suffices
+            if fit:  # the shortest sufficient time
                 offset = min(fit, key=unwritten[bank].__getitem__)
             else:
                 offset = next((k for k in free if k not in unwritten[bank]), top[bank])
                 top[bank] = max(top[bank], offset + 1)
             busy[bank][offset] = end
-            self.own(n, bank * self.machine.bank_depth + offset, written + 1, end)
+            self.assign(n, bank * self.machine.bank_depth + offset, written + 1, end)
         return top
 
     def _unwritten(self) -> list[dict[int, int]]:
-        """For each bank, the offsets of the program's next states: when each is written."""
+        """For each bank, the cycles in which the program's next states are written, by offset."""
         out: list[dict[int, int]] = [{} for _ in self.core.top]
         for _, after in self.program.states:
-            bank, offset = divmod(self.tenants[after].address, self.machine.bank_depth)
-            out[bank][offset] = self.tenants[after].start - 1
+            bank, offset = divmod(self.live_ranges[after].address, self.machine.bank_depth)
+            out[bank][offset] = self.live_ranges[after].start - 1
         return out
 
     def check_room(self, top: Sequence[int]) -> None:
-        """Raise ScheduleError if the lower half of a bank has to be taken further than it goes."""
-        for bank, taken in enumerate(top):
-            if taken > self.core.half:
-                raise self.full("parameters, inputs and results", bank, taken, self.core.half)
+        """Raise ScheduleError if more registers are needed than the lower half of a bank has."""
+        for bank, used in enumerate(top):
+            if used > self.core.half:
+                raise self.full("parameters, inputs and results", bank, used, self.core.half)
 
     def constant_words(self) -> set[int]:
         """Words of the constants that are read."""
@@ -284,7 +275,7 @@ class _Allocator:
                 bank = min(range(len(core.top)), key=core.top.__getitem__)
                 owner[word] = bank * self.machine.bank_depth + core.top[bank]
                 core.top[bank] += 1
-            self.own(n, owner[word], 0, self.end)
+            self.assign(n, owner[word], 0, self.end)
 
 
 def _last_reads(schedule: Schedule) -> dict[int, int]:

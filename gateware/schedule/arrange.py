@@ -1,9 +1,9 @@
-"""Arrangements: the ways in which one op can become consecutive slots.
+"""Arrangements: orders of the consecutive slots of one op.
 
-Terms are free in order, and the operands of a product may change ports. Captures are what ties the
-order down: a flag or normalisation count must be captured no later than the first slot that uses
-it, a segment index strictly before. A capture rides on a term that has the value on port ``a``, or
-takes a slot of its own.
+The order of terms is free, and the operands of a product may change ports. Only captures restrict
+the order: a flag or normalisation count must be captured no later than the first slot that uses it,
+a segment index strictly before. A capture shares the slot of a term with the value on port ``a``,
+or has a separate slot.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from itertools import product
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Negate, Op, Scale, When
 
-#: Captures that an op has to make itself: index, flag, norm.
+#: Captures that an op must make itself: index, flag, norm.
 Need = tuple[bool, bool, bool]
 
 _MOST = 12  # arrangements kept per op and need
@@ -23,7 +23,7 @@ _MOST = 12  # arrangements kept per op and need
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Slots of one op, not yet in order (cycle and lane of `slots` mean nothing).
+    """Slots of one op, not yet in order (cycle and lane of `slots` have no meaning).
 
     ``before`` lists (earlier, later) pairs in an order in which release times propagate.
     """
@@ -62,7 +62,7 @@ def needs(op: Op) -> Need:
 
 
 def reads(op: Op) -> set[int]:
-    """Values that the op cannot do without: operands, and captures that its terms use."""
+    """Values required by the op: operands, and captures that its terms use."""
     out = {v for t in op.terms for v in (t.a, t.b) if v is not None}
     for value, due in zip((op.index, op.flag, op.norm), needs(op), strict=True):
         if due and value is not None:
@@ -71,7 +71,7 @@ def reads(op: Op) -> set[int]:
 
 
 def _carriers(op: Op, value: int, *, index: bool) -> list[tuple[int, bool] | None]:
-    """Terms (with swap) that can have ``value`` on port a; None is a slot of its own."""
+    """Terms (with swap) that can have ``value`` on port a; None is a separate slot."""
     out: list[tuple[int, bool] | None] = []
     for k, t in enumerate(op.terms):
         if t.a == value and not (index and t.coefficient is not None):
@@ -87,7 +87,7 @@ def _build(
     wanted: dict[str, tuple[int, bool]],
     choice: dict[str, tuple[int, bool] | None],
 ) -> Arrangement | None:
-    """One arrangement, or None if the choice of carriers contradicts itself."""
+    """One arrangement, or None if the choice of carriers is contradictory."""
     swaps: dict[int, bool] = {}
     for carrier in choice.values():
         if carrier is not None and swaps.setdefault(*carrier) != carrier[1]:
@@ -102,7 +102,7 @@ def _build(
     for kind, carrier in choice.items():
         value, quarter = wanted[kind]
         if carrier is None:
-            for k in range(len(op.terms), len(slots)):  # share a slot that captures already
+            for k in range(len(op.terms), len(slots)):  # share a slot that already captures
                 if slots[k].a == value and (kind == "norm" or quarters.get(k, quarter) == quarter):
                     break
             else:
@@ -141,7 +141,7 @@ def _topological(count: int, edges: list[tuple[int, int]]) -> tuple[tuple[int, i
 
 
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
-    """Ways to lay out an op that has to make the captures ``need``; the shortest first."""
+    """Arrangements of an op that makes the captures ``need``; the shortest first."""
     wanted: dict[str, tuple[int, bool]] = {}
     for kind, value, quarter, due in (
         ("index", op.index, op.index_quarter, need[0]),
@@ -153,11 +153,11 @@ def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
                 raise ValueError(f"op {number} uses a captured {kind} but names no value for it")
             wanted[kind] = (value, quarter)
     kinds = list(wanted)
-    found: list[Arrangement] = []
+    ways: list[Arrangement] = []
     for carriers in product(*(_carriers(op, wanted[k][0], index=k == "index") for k in kinds)):
         choice: dict[str, tuple[int, bool] | None] = dict(zip(kinds, carriers, strict=True))
         if (built := _build(op, number, wanted, choice)) is not None:
-            found.append(built)
-    found.sort(key=lambda x: len(x.slots))
-    found = found[:_MOST]
-    return found
+            ways.append(built)
+    ways.sort(key=lambda x: len(x.slots))
+    ways = ways[:_MOST]
+    return ways

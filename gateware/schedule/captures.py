@@ -1,8 +1,7 @@
-"""Who could capture what for whom: captures that ride on the slots of other ops.
+"""Captures that an op makes for later ops of its lane.
 
-A lane's index, flag and count registers persist. A slot that has a value on port ``a`` anyway can
-capture from it for ops that follow in the lane: they then need no slot of their own for it. Such a
-capture is a *gift*.
+A lane's index, flag and count registers persist. A slot with a value on port ``a`` can capture it
+for later ops in the lane, which then need no separate slot for it. Such a capture is a *gift*.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Op, Program, Scale
 
 KINDS = ("index", "flag", "norm")
-#: What a capture register holds: value, and whether a quarter was added.
+#: Content of a capture register: value, and whether a quarter was added.
 Key = tuple[int, bool]
 
 
@@ -23,7 +22,7 @@ Key = tuple[int, bool]
 class Gift:
     """The slot of ``term`` has the value of ``key`` on port a, or on b with ``swap``.
 
-    ``kind`` counts in `KINDS`.
+    ``kind`` is an index of `KINDS`.
     """
 
     kind: int
@@ -33,7 +32,7 @@ class Gift:
 
 
 def keys(op: Op) -> tuple[Key | None, Key | None, Key | None]:
-    """What the op wants its lane's registers to hold."""
+    """Required content of the lane's capture registers for an op."""
     pairs = ((op.index, op.index_quarter), (op.flag, op.flag_quarter), (op.norm, False))
     index, flag, norm = (
         (v, q) if due and v is not None else None
@@ -51,13 +50,13 @@ def gifts(program: Program) -> list[list[Gift]]:
                 wanted[key[0]].append((kind, key))
     out = []
     for op in program.ops:
-        found = []
-        for k in reversed(range(len(op.terms))):  # a late slot disturbs less
+        offers = []
+        for k in reversed(range(len(op.terms))):  # prefer late slots, with less effect on others
             t = op.terms[k]
-            found += [Gift(kind, key, k, False) for kind, key in wanted.get(t.a, ())]
+            offers += [Gift(kind, key, k, False) for kind, key in wanted.get(t.a, ())]
             if t.b is not None and t.b != t.a:
-                found += [Gift(kind, key, k, True) for kind, key in wanted.get(t.b, ())]
-        out.append(found)
+                offers += [Gift(kind, key, k, True) for kind, key in wanted.get(t.b, ())]
+        out.append(offers)
     return out
 
 
@@ -75,17 +74,17 @@ def give(
     slots: Sequence[Slot],
     op: Op,
     offers: Sequence[Gift],
-    held: list[Key | None],
+    registers: list[Key | None],
     wish: Callable[[int, Key], bool],
 ) -> list[Slot]:
-    """``slots`` (one op's, in order) with those offers that ``wish`` wants; updates ``held``.
+    """Add gifts to ``slots`` (one op's, in order) if ``wish`` accepts them; updates ``registers``.
 
-    ``wish`` is asked only for captures that the op's own terms survive.
+    ``wish`` is called only for captures that do not disturb the op's terms.
     """
     out = list(slots)
     for gift in offers:
         kind, key = gift.kind, gift.key
-        if held[kind] == key:
+        if registers[kind] == key:
             continue
         at = next(i for i, s in enumerate(out) if s.term == gift.term)
         s = out[at]
@@ -105,5 +104,5 @@ def give(
             continue
         quarter = s.quarter if kind == 2 else key[1]
         out[at] = replace(s, **{f"cap_{KINDS[kind]}": True}, quarter=quarter)
-        held[kind] = key
+        registers[kind] = key
     return out

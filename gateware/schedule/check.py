@@ -1,8 +1,8 @@
 """Checker: proves a schedule and its registers against the program, apart from the scheduler.
 
 It replays the schedule cycle by cycle with *names* in place of words: each register holds the value
-that was last written there, each capture register the value it was captured from. A schedule passes
-if every slot finds what its op asks for. Nothing here uses the code that made the schedule.
+last written to it, each capture register the value captured. A schedule passes if every slot reads
+the values of its op. Nothing here uses the code that made the schedule.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def check_schedule(
     program : Program
         The source program.
     schedule, allocation
-        What was made of it.
+        Its schedule and registers.
     parameters_before : int
         Parameters of the programs that come before it in the core. What programs must leave to
         each other is the matter of `gateware.schedule.check_core`.
@@ -83,7 +83,7 @@ def _check_copies(program: Program, schedule: Schedule) -> None:
 
 
 def _copies(program: Program, op: Op | None, value: int) -> bool:
-    """Whether ``op`` is value * 2^k >> (k - G), which is the value."""
+    """Whether ``op`` is value * 2^k >> (k - G), which equals the value."""
     if op is None or len(op.terms) != 1:
         return False
     t = op.terms[0]
@@ -157,14 +157,14 @@ def _parameter_register(depth: int, lanes: int, number: int) -> int:
 def _check_groups(schedule: Schedule) -> None:
     """Every op once, with exactly its terms, in consecutive slots of one lane."""
     program, machine = schedule.program, schedule.machine
-    taken: set[tuple[int, int]] = set()
+    occupied: set[tuple[int, int]] = set()
     groups: dict[int, list[Slot]] = defaultdict(list)
     for s in schedule.slots:
         if s.cycle < 0 or not 0 <= s.lane < machine.lanes:
             raise _fail(schedule, s.cycle, s.op, f"there is no lane {s.lane} or cycle {s.cycle}")
-        if (s.cycle, s.lane) in taken:
+        if (s.cycle, s.lane) in occupied:
             raise _fail(schedule, s.cycle, s.op, f"two slots in lane {s.lane}")
-        taken.add((s.cycle, s.lane))
+        occupied.add((s.cycle, s.lane))
         if s.op is not None:
             groups[s.op].append(s)
         elif (
@@ -286,7 +286,7 @@ class _Replay:
         program = schedule.program
         self.where = allocation.addresses()
         lanes = schedule.machine.lanes
-        #: Values whose word each register holds; several only where constants are equal.
+        #: Values whose word each register holds; several only for equal constants.
         self.contents: dict[int, set[int]] = defaultdict(set)
         self.fixed: set[int] = set()
         for n, address in self.where.items():
@@ -313,7 +313,7 @@ class _Replay:
             self.write(cycle, n, 0, None)
 
     def write(self, cycle: int, value: int, lane: int, op: int | None) -> None:
-        """Note a write for later and check where it goes."""
+        """Record a write and check its register."""
         address = self.where.get(value)
         if address is None or address // self.schedule.machine.bank_depth != lane:
             raise _fail(
@@ -362,16 +362,16 @@ class _Replay:
         if s.op is None:
             return
         op = self.schedule.program.ops[s.op]
-        held = self.captured[s.lane]
+        captured = self.captured[s.lane]
         term = None if s.term is None else op.terms[s.term]
         if term is not None and term.coefficient is not None:
             self.holds(s, "index", op.index, op.index_quarter)
         if s.cap_index:
-            held["index"] = (s.a, s.quarter)
+            captured["index"] = (s.a, s.quarter)
         if s.cap_flag:
-            held["flag"] = (s.a, s.quarter)
+            captured["flag"] = (s.a, s.quarter)
         if s.cap_norm:
-            held["norm"] = (s.a, False)
+            captured["norm"] = (s.a, False)
         if term is None:
             return
         if term.negate in (Negate.IF, Negate.UNLESS) or term.when in (When.IF, When.UNLESS):
@@ -380,7 +380,7 @@ class _Replay:
             self.holds(s, "norm", op.norm, False)
 
     def read(self, s: Slot, value: int) -> None:
-        """The register of ``value`` must hold it now, and not be written in this very cycle."""
+        """Check that the register of ``value`` holds it and is not written in this cycle."""
         schedule = self.schedule
         name, address = _name(schedule, value), self.where.get(value)
         if address is None:
@@ -391,12 +391,12 @@ class _Replay:
                 schedule, s.cycle, s.op, f"reads {name}, which is written in cycle {landed}"
             )
         if value not in self.contents[address]:
-            found = ", ".join(_name(schedule, n) for n in sorted(self.contents[address]))
+            contents = ", ".join(_name(schedule, n) for n in sorted(self.contents[address]))
             raise _fail(
                 schedule,
                 s.cycle,
                 s.op,
-                f"reads {name} from register {address}, which holds {found or 'nothing'}",
+                f"reads {name} from register {address}, which holds {contents or 'nothing'}",
             )
         if address in self.writes[s.cycle]:
             raise _fail(
@@ -404,13 +404,13 @@ class _Replay:
             )
 
     def holds(self, s: Slot, kind: str, value: int | None, quarter: bool) -> None:
-        """The lane's capture register must come from ``value``."""
-        found = self.captured[s.lane].get(kind)
-        if value is None or found != (value, quarter):
+        """Check that the lane's capture register was captured from ``value``."""
+        captured = self.captured[s.lane].get(kind)
+        if value is None or captured != (value, quarter):
             got = (
                 "nothing"
-                if found is None
-                else _name(self.schedule, found[0]) + (" plus quarter" if found[1] else "")
+                if captured is None
+                else _name(self.schedule, captured[0]) + (" plus quarter" if captured[1] else "")
             )
             want = _name(self.schedule, value) + (" plus quarter" if quarter else "")
             raise _fail(

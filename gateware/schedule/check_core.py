@@ -1,13 +1,13 @@
-"""Checker: proves that the programs of a core leave each other's words alone.
+"""Checker: proves that the programs of a core do not disturb each other's words.
 
-`gateware.schedule.check` proves each program by itself: a slot that reads a register finds there
-what its op asks for, so a program reads no word of another but those that its links name. Here it
-is shown that what one of them relies on between its updates (constants, parameters, its states) is
-written by no other, and that a link leads where it says: to the state of the program it names whose
-next value is the output it names, in the same format, in the window block of that program, and to
-the current copy of it. The copies change places at the end of a complete update alone (`home` is
-the last word of a program, `gateware.microcode.image`), and one program runs at a time, so a reader
-sees the words of one complete update.
+`gateware.schedule.check` proves each program by itself: every slot reads the values of its op, so a
+program reads words of another one only through its links. This module proves that the words that a
+program needs between its updates (constants, parameters, its states) are not written by others, and
+that a link reads its source: the state of the named program whose next value is the named output,
+in the same format, in the window block of that program, and its current copy. The copies are
+exchanged only at the end of a complete update (`home` is the last word of a program,
+`gateware.microcode.image`), and one program runs at a time, so a reader sees the words of one
+complete update.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ def check_core(
     programs : sequence of Program
         The source programs, in the order of their numbers.
     schedules, allocations, window
-        What was made of them.
+        Their schedules, registers and window.
     """
     before = 0
     for program, schedule, allocation in zip(programs, schedules, allocations, strict=True):
         check_schedule(program, schedule, allocation, parameters_before=before)
         before += len(program.of_kind(Kind.PARAM))
-    for k, (mine, own) in enumerate(zip(schedules, allocations, strict=True)):
-        kept = _kept(mine, own)
+    for k, (mine, registers) in enumerate(zip(schedules, allocations, strict=True)):
+        preserved = _preserved(mine, registers)
         for j, (other, foreign) in enumerate(zip(schedules, allocations, strict=True)):
-            if other.machine != mine.machine or foreign.initial != own.initial:
+            if other.machine != mine.machine or foreign.initial != registers.initial:
                 raise ScheduleError(
                     f"{mine.program.name} and {other.program.name} must share the "
                     "machine and its first words"
                 )
-            common = kept & _written(other, foreign) if j != k else set()
+            common = preserved & _written(other, foreign) if j != k else set()
             if common:
                 raise ScheduleError(
                     f"{other.program.name} writes register {min(common)}, which "
@@ -65,7 +65,7 @@ def _check_links(
     machine: Machine,
     window: Window | None,
 ) -> None:
-    """What one program reads of another, and whose parity the hardware takes for it."""
+    """Check the links between programs, and the parities by which the hardware reads them."""
     where = [a.addresses() for a in allocations]
     numbers = {p.name: k for k, p in enumerate(programs)}
     for k, program in enumerate(programs):
@@ -83,9 +83,9 @@ def _check_links(
             if other == k:
                 raise ScheduleError(f"{name} must be of another program, not of {link.program}")
             source = programs[other]
-            kept = dict(source.states).get(-1 if link.state is None else link.state)
+            following = dict(source.states).get(-1 if link.state is None else link.state)
             outputs = dict(zip(source.output_names, source.outputs, strict=True))
-            if kept is None or outputs.get(link.output) != kept:
+            if following is None or outputs.get(link.output) != following:
                 raise ScheduleError(f"{name} must be what keeps {link.program}.{link.output}")
             assert link.state is not None
             if program.format(number) != source.format(link.state):
@@ -102,7 +102,7 @@ def _check_links(
 
 
 def _owner(address: int, machine: Machine, window: Window | None) -> int | None:
-    """The program whose parity reads of a state go by; None for the one that runs."""
+    """Program whose parity applies to reads of a state; None for the one that runs."""
     if window is None:
         return None
     slot = address % machine.bank_depth - machine.bank_depth // 2
@@ -110,7 +110,7 @@ def _owner(address: int, machine: Machine, window: Window | None) -> int | None:
 
 
 def _pair(schedule: Schedule, address: int) -> set[int]:
-    """A register, or for a state both of its copies: the parity says which one an address means."""
+    """A register, or both copies of a state, between which the parity selects."""
     depth = schedule.machine.bank_depth
     if address % depth < depth // 2:
         return {address}
@@ -118,7 +118,7 @@ def _pair(schedule: Schedule, address: int) -> set[int]:
     return {low, low + depth // 4}
 
 
-def _kept(schedule: Schedule, allocation: Allocation) -> set[int]:
+def _preserved(schedule: Schedule, allocation: Allocation) -> set[int]:
     """Registers whose words must survive while other programs run."""
     values = schedule.program.values
     lasting = (Kind.CONST, Kind.PARAM, Kind.STATE)
@@ -131,7 +131,7 @@ def _kept(schedule: Schedule, allocation: Allocation) -> set[int]:
 
 
 def _written(schedule: Schedule, allocation: Allocation) -> set[int]:
-    """Registers that the program writes, whatever its parity."""
+    """Registers that the program writes, for either parity."""
     values = schedule.program.values
     written = (Kind.INPUT, Kind.OP)
     return {

@@ -1,4 +1,4 @@
-"""Copies: every state gets a next value of its own, so that the machine can write it.
+"""Copies: every state gets a separate next value, so that the machine can write it.
 
 The machine writes a next state as the result of a group. A state whose next value is something
 else (itself, an input, a constant, or a result that already is another state's next value) gets a
@@ -14,7 +14,7 @@ from boresight.model.words.program import Kind, Op, Overflow, Program, Term, Val
 
 
 def copy_shift(word: int, arith: Arithmetic) -> int | None:
-    """Shift that makes a product with the constant ``word`` a copy; None if there is none."""
+    """Shift that makes a product with the constant ``word`` a copy; None if impossible."""
     k = word.bit_length() - 1
     shift = k - arith.guard
     exact = word > 0 and word == 1 << k and k <= arith.word - 2
@@ -22,7 +22,7 @@ def copy_shift(word: int, arith: Arithmetic) -> int | None:
 
 
 def with_copies(program: Program) -> Program:
-    """``program`` with copies added: same values and ops, then the added ones.
+    """Return ``program`` with copies added after its values and ops.
 
     Outputs, saturation and states are those of ``program`` word for word.
     """
@@ -30,7 +30,7 @@ def with_copies(program: Program) -> Program:
     values = list(program.values)
     ops = list(program.ops)
     names = {v.name for v in values}
-    taken: set[int] = set()
+    computed: set[int] = set()
     states: list[tuple[int, int]] = []
 
     def add(value: Value) -> int:
@@ -41,26 +41,26 @@ def with_copies(program: Program) -> Program:
         values.append(replace(value, name=name))
         return len(values) - 1
 
-    one: int | None = None
+    unit: int | None = None
     for state, after in program.states:
-        if values[after].kind is not Kind.OP or after in taken:
-            if one is None:
+        if values[after].kind is not Kind.OP or after in computed:
+            if unit is None:
                 usable = (
                     n
                     for n in program.of_kind(Kind.CONST)
                     if copy_shift(values[n].initial, arith) is not None
                 )
-                one = next(usable, None)
-            if one is None:
+                unit = next(usable, None)
+            if unit is None:
                 frac = arith.guard
-                one = add(Value("one", Kind.CONST, frac, 1.0, 1.0, "constant", initial=1 << frac))
-            shift = copy_shift(values[one].initial, arith)
+                unit = add(Value("one", Kind.CONST, frac, 1.0, 1.0, "constant", initial=1 << frac))
+            shift = copy_shift(values[unit].initial, arith)
             assert shift is not None
             source = after
             after = add(
                 replace(values[source], name=f"{values[state].name}.next", kind=Kind.OP, initial=0)
             )
-            ops.append(Op(after, (Term(source, one, shift),), Overflow.WRAP))
-        taken.add(after)
+            ops.append(Op(after, (Term(source, unit, shift),), Overflow.WRAP))
+        computed.add(after)
         states.append((state, after))
     return replace(program, values=tuple(values), ops=tuple(ops), states=tuple(states))

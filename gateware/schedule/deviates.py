@@ -12,12 +12,12 @@ class Deviates:
     """Normal deviates by the method of Box and Muller, in pairs, correctly rounded.
 
     `random.Random.gauss` computes the same with the C library's functions, whose last bits differ
-    between machines: enough for another schedule.
+    between machines, which could change a schedule.
 
     Parameters
     ----------
     rng : random.Random
-        Where the uniform numbers come from; its ``random`` alone is used.
+        Source of uniform numbers; only its ``random`` is used.
     """
 
     def __init__(self, rng: random.Random) -> None:

@@ -1,12 +1,12 @@
-"""Programs that read what another program of their core keeps (`Input.source`).
+"""Links between the programs of a core (`Input.source`).
 
-The output that is read becomes a state of the program that computes it, unless it is the next value
-of one already. So it changes when an update of that program is complete and at no other time,
-whatever stalls, faults or resets there are; and the reader finds it as it finds a state of its own,
-but under the parity of the program that owns it. The states that others may read stand in a
-`Window` of the state region, by which the hardware tells whose parity counts.
+The output that is read becomes a state of the program that computes it, unless it is already the
+next value of one. So it changes only when an update of that program is complete, with any stalls,
+faults or resets. The reader reads it like one of its own states, but with the parity of the other
+program. States that others may read are in a `Window` of the state region, from which the hardware
+determines whose parity applies.
 
-`gateware.schedule.check_core` proves that a reader reads nothing else of other programs.
+`gateware.schedule.check_core` proves that a reader reads no other words of other programs.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from boresight.model.words.program import Kind, Program, Value
 
 @dataclass(frozen=True)
 class Window:
-    """The last state slots of every bank: those that other programs may read.
+    """The last state slots of every bank, which other programs may read.
 
     Parameters
     ----------
     size : int
-        How many of each bank, a power of two.
+        Number of slots in each bank, a power of two.
     owners : tuple of int
-        Whose they are, in equal blocks of a power of two: numbers of programs.
+        Numbers of the programs that own equal blocks of slots, a power of two each.
     """
 
     size: int
@@ -45,29 +45,29 @@ class Window:
         return slots - self.size + self.owners.index(owner) * self.block
 
     def owner(self, slot: int, slots: int) -> int | None:
-        """The program whose parity a slot goes by; None for that of the program that runs."""
+        """Program whose parity applies to a slot; None for the program that runs."""
         index = (slot - (slots - self.size)) // self.block
         return self.owners[index] if 0 <= index < len(self.owners) else None
 
 
 def tied(programs: Sequence[Program]) -> list[Program]:
-    """The programs of one core, with their links to each other made.
+    """Return the programs of one core with links to each other.
 
     Parameters
     ----------
     programs : sequence of Program
-        Of `model.linking.linked_estimators`, in the order of their numbers.
+        Programs of `model.linking.linked_estimators`, in the order of their numbers.
 
     Raises
     ------
     ValueError
-        A linked input has not the binary point of its source: the estimators were not linked.
+        A linked input and its source differ in the binary point: the estimators were not linked.
     """
-    made = {p.name: p for p in programs}
+    linked = {p.name: p for p in programs}
     for program in programs:
         links = []
         for link in program.links:
-            owner = made.get(link.program)
+            owner = linked.get(link.program)
             if owner is None:
                 links.append(replace(link, state=None))
                 continue
@@ -77,34 +77,34 @@ def tied(programs: Sequence[Program]) -> list[Program]:
                     f"{program.name} must take {link.program}.{link.output} as "
                     f"{owner.format(state)}, not as {program.format(link.value)}"
                 )
-            made[owner.name] = owner
+            linked[owner.name] = owner
             links.append(replace(link, state=state))
         if links:
-            made[program.name] = replace(made[program.name], links=tuple(links))
-    return [made[p.name] for p in programs]
+            linked[program.name] = replace(linked[program.name], links=tuple(links))
+    return [linked[p.name] for p in programs]
 
 
 def _keeping(program: Program, output: str) -> tuple[Program, int]:
-    """The program with a state that is the output of its last complete update, and that state."""
+    """Return the program with a state for the output of its last complete update, and the state."""
     number = program.outputs[program.output_names.index(output)]
     for state, after in program.states:
         if after == number:
             return program, state
-    of, taken = program.values[number], {v.name for v in program.values}
+    of, names = program.values[number], {v.name for v in program.values}
     name = f"{output}.kept"
-    while name in taken:
+    while name in names:
         name += "_"
     first = first_word(program, output)
-    kept = Value(name, Kind.STATE, of.frac, of.low, of.high, of.range_source, of.unit, first)
+    copy = Value(name, Kind.STATE, of.frac, of.low, of.high, of.range_source, of.unit, first)
     state = len(program.values)
     return (
-        replace(program, values=(*program.values, kept), states=(*program.states, (state, number))),
+        replace(program, values=(*program.values, copy), states=(*program.states, (state, number))),
         state,
     )
 
 
 def open_states(programs: Sequence[Program]) -> list[set[int]]:
-    """For each program, its states that others read."""
+    """For each program, its states that other programs read."""
     return [
         {
             link.state
@@ -117,14 +117,14 @@ def open_states(programs: Sequence[Program]) -> list[set[int]]:
 
 
 def window_of(schedules: Sequence[Schedule]) -> Window | None:
-    """The window for the programs of a core: as large as the other states leave room.
+    """The window for the programs of a core, as large as the other states permit.
 
-    None if nobody reads what another keeps.
+    None without links.
 
     Raises
     ------
     ScheduleError
-        There is no room for it.
+        The window does not fit.
     """
     opened = open_states([s.program for s in schedules])
     owners = tuple(k for k, states in enumerate(opened) if states)

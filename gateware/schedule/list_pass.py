@@ -1,7 +1,7 @@
-"""One pass of list scheduling: cycle by cycle, the most urgent group that can start, starts.
+"""One pass of list scheduling: in each cycle the most urgent group that can start is placed.
 
-Time only moves forward, so what each lane's capture registers hold is known when a group is placed:
-a group that finds its index, flag or count there needs no capture of its own.
+Time only moves forward, so the content of each lane's capture registers is known when a group is
+placed; a group whose index, flag or count is there needs no separate capture.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ def list_pass(
 ) -> Attempt | None:
     """Place every node once.
 
-    ``limit`` is the latency and length to stay within: the pass gives up, and returns None, as
-    soon as it is sure to exceed the latency, or the length at exactly that latency.
+    ``limit`` is the largest latency and length: the pass returns None as soon as it is certain to
+    exceed the latency, or the length at exactly that latency.
     """
     return _Pass(problem, priority, style, limit).run()
 
@@ -46,7 +46,7 @@ class _Pass(ListState):
         self.reads = [reads(op) for op in problem.program.ops]
 
     def run(self) -> Attempt | None:
-        """The pass."""
+        """Place every node; return the attempt, or None beyond the limit."""
         problem = self.p
         t = 0
         limit = 64 + 8 * problem.machine.rom_words
@@ -79,15 +79,15 @@ class _Pass(ListState):
         return self.result()
 
     def need(self, node: int, lane: int) -> Need:
-        """Captures that a node would have to make itself in a lane."""
+        """Captures that a node must make itself in a lane."""
         if node >= self.p.n_ops:
             return NOTHING
         a, b, c = self.p.keys[node]
-        held = self.held[lane]
+        captured = self.held[lane]
         return (
-            a is not None and a != held[0],
-            b is not None and b != held[1],
-            c is not None and c != held[2],
+            a is not None and a != captured[0],
+            b is not None and b != captured[1],
+            c is not None and c != captured[2],
         )
 
     def choose(self, t: int, lanes: list[int], skip: set[int]) -> tuple[int, int, Fit] | None:
@@ -109,8 +109,8 @@ class _Pass(ListState):
                 if is_op and not self.may_keep(node, lane):
                     continue
                 need = self.need(node, lane)
-                found = self.fit(node, need)
-                for f in found:
+                fits = self.fit(node, need)
+                for f in fits:
                     if f[0] <= t:
                         break
                 else:
@@ -121,7 +121,7 @@ class _Pass(ListState):
                 if is_op:
                     full = problem.needs[node]
                     if need != full:
-                        key += style.reuse * (self.fit(node, full)[0][1] - found[0][1])
+                        key += style.reuse * (self.fit(node, full)[0][1] - fits[0][1])
                     if style.keep:
                         for kind in (0, 1, 2):
                             if need[kind] and self.wanted(kind, self.held[lane][kind]):
@@ -152,7 +152,7 @@ class _Pass(ListState):
         return None
 
     def impatient(self, t: int, node: int, lane: int, length: int) -> bool:
-        """Whether a group would stand in the way of one that is more urgent and nearly ready."""
+        """Whether a group would delay one that is more urgent and nearly ready."""
         assert self.style.patience is not None
         if length == 1:
             return False
@@ -171,7 +171,7 @@ class _Pass(ListState):
         return False
 
     def dummies(self, arrangement: Arrangement) -> list[tuple[int, Key]]:
-        """Captures of an arrangement that take slots of their own."""
+        """Captures of an arrangement in separate slots."""
         out = []
         for s in arrangement.slots:
             if s.term is None and s.op is not None:

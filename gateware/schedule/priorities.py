@@ -1,4 +1,4 @@
-"""How urgent each op is: longest paths to the outputs that matter, and lower bounds from them."""
+"""Urgency of ops: longest paths to the urgent outputs, and lower bounds from them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from boresight.model.words.program import Kind, Op, Program, Scale
 class Paths:
     """Longest paths from the end of each node. Nodes are the ops, then the emits.
 
-    ``urgent`` counts cycles to the emit of the last urgent output (None: it does not lead there),
+    ``urgent`` counts cycles to the emit of the last urgent output (None: no path to it),
     ``total`` the cycles to the end of the program. ``slots`` is the fewest slots of each node.
-    ``latency_bound`` and ``length_bound`` are what no schedule can beat.
+    ``latency_bound`` and ``length_bound`` are lower bounds for every schedule.
     """
 
     urgent: tuple[int | None, ...]
@@ -43,12 +43,12 @@ def slots_after(op: Op, value: int) -> int:
 
 
 def _shown(program: Program) -> set[int | None]:
-    """Values that some term reads, and so can have on port a."""
+    """Values that some term reads, so that they can be on port a."""
     return {v for op in program.ops for t in op.terms for v in (t.a, t.b)}
 
 
 def _captures_apart(program: Program, nodes: list[int]) -> int:
-    """Captures for these ops that no term of the program can carry: each takes a slot."""
+    """Number of captures for these ops that no term of the program can carry."""
     shown = _shown(program)
     wanted = {
         v
@@ -93,7 +93,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
         min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
         for k, op in enumerate(program.ops)
     ]
-    # An emit can ride on a slot that reads its value.
+    # An emit can share a slot that reads its value.
     shown = _shown(program)
     slots += [int(v not in shown) for v in program.outputs]
     # Earliest end of every op, from the inputs.
@@ -112,7 +112,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
         + [e + total[n_ops + j] for j, e in enumerate(emits)]
         + [len(program.streamed)]
     )
-    # Lanes: every slot that leads to an urgent output comes before its last emit.
+    # Lanes: every slot with a path to an urgent output comes before its last emit.
     hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
     busy = sum(slots[k] for k in hot) + sum(slots[n_ops : n_ops + urgent])
     busy += _captures_apart(program, hot)
@@ -122,22 +122,22 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
 
 
 def topological(program: Program) -> list[int]:
-    """Ops so that each comes after those it reads; ScheduleError if there is a cycle."""
-    known = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
+    """Ops in an order in which each follows those it reads; raises ScheduleError for a cycle."""
+    defined = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
     order: list[int] = []
     left = list(range(len(program.ops)))
     while left:
         rest = []
         for k in left:
-            if all(v in known for v in reads(program.ops[k])):
-                known.add(program.ops[k].dest)
+            if all(v in defined for v in reads(program.ops[k])):
+                defined.add(program.ops[k].dest)
                 order.append(k)
             else:
                 rest.append(k)
         if len(rest) == len(left):
             name = program.values[program.ops[rest[0]].dest].name
             raise ScheduleError(
-                f"{program.name}: op {name} waits for itself or for a value that nobody makes"
+                f"{program.name}: op {name} waits for itself or for a value that is never computed"
             )
         left = rest
     return order

@@ -1,4 +1,4 @@
-"""What list scheduling works on: nodes, their order, and the captures between them."""
+"""The problem of list scheduling: nodes, their order, and the captures between them."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from boresight.model.words.program import Program
 
 @dataclass(frozen=True)
 class Style:
-    """Habits of one pass.
+    """Parameters of one pass.
 
     Parameters
     ----------
     reuse : float
         Priority gained per slot saved by captures that the lane already holds.
     keep : float
-        Priority lost by overwriting a capture that other ops still wait for.
+        Priority lost by overwriting a capture that other ops need.
     patience : float or None
         A lane is kept free for a node that will be ready within the group's length and is more
         urgent by this much. None: never.
     hold : bool
-        A result of lane 0 may push later gets back by a cycle.
+        Whether a result of lane 0 may delay later gets by a cycle.
     detour : int
-        Longest group that is let ahead because it makes a capture for the one behind it.
+        Longest group that is placed first because it makes a capture for the next one.
     stay : int
-        A node that needs a capture of its own waits so many cycles for a lane that holds it.
+        Cycles for which a node waits for a lane that already holds its capture.
     carry : bool
-        An emit whose turn it is leaves with an op that reads its value, where one can start.
+        Whether the next emit shares a slot with an op that reads its value and can start.
     """
 
     reuse: float = 4.0
@@ -48,7 +48,7 @@ class Style:
 
 @dataclass(frozen=True)
 class Attempt:
-    """Result of a pass; ``score`` is what is compared (lower is better).
+    """Result of a pass; a lower ``score`` is better.
 
     ``groups`` are (node, lane, first cycle, slots in order).
     """
@@ -60,10 +60,10 @@ class Attempt:
 
 
 class ListProblem:
-    """Schedules one lowered program, as often as wanted, under changing priorities.
+    """A lowered program, for any number of passes with changing priorities.
 
-    Nodes are the ops (0 ...), then the emits in stream order. ``state_room`` is the most next
-    states that each lane may compute; by default what its bank holds.
+    Nodes are the ops (0 ...), then the emits in stream order. ``state_quota`` is the maximum number
+    of next states that each lane may compute; by default the capacity of its bank.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class ListProblem:
         *,
         far: Paths,
         urgent: int,
-        state_room: Sequence[int] | None = None,
+        state_quota: Sequence[int] | None = None,
     ) -> None:
         self.program = program
         self.machine = machine
@@ -91,7 +91,7 @@ class ListProblem:
                     self.givers[g.kind, g.key].append(k)
         self.streamed = program.streamed
         self.awaited = set(self.streamed)
-        self.state_room = tuple(state_room or [machine.state_slots] * machine.lanes)
+        self.state_quota = tuple(state_quota or [machine.state_slots] * machine.lanes)
         after = {n for _, n in program.states}
         self.makes_state = [op.dest in after for op in program.ops]
         self.consumers: list[list[int]] = [[] for _ in range(self.nodes)]
@@ -110,15 +110,15 @@ class ListProblem:
         self._arranged: dict[tuple[int, Need], list[Arrangement]] = {}
 
     def arranged(self, node: int, need: Need) -> list[Arrangement]:
-        """Ways to lay out a node that has to make the captures ``need``."""
+        """Arrangements of a node that makes the captures ``need``."""
         key = (node, need)
         if key not in self._arranged:
             if node < self.n_ops:
-                found = arrangements(self.program.ops[node], node, need)
+                ways = arrangements(self.program.ops[node], node, need)
             else:
                 j = node - self.n_ops
-                found = [Arrangement((Slot(0, 0, self.program.outputs[j], emit=j),), ())]
-            self._arranged[key] = found
+                ways = [Arrangement((Slot(0, 0, self.program.outputs[j], emit=j),), ())]
+            self._arranged[key] = ways
         return self._arranged[key]
 
     def slots(self, attempt: Attempt) -> tuple[Slot, ...]:

@@ -21,19 +21,19 @@ from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.words.program import Kind, Program
 
-#: How far urgent nodes stand above the others, in cycles.
+#: Priority of urgent nodes above the others, in cycles.
 _LEAD = 1000.0
-#: First style tried, and what the search varies.
+#: First style tried, and the variations of the search.
 _FIRST = Style(reuse=16.0, keep=0.0)
 _REUSE = (2.0, 4.0, 8.0, 16.0, 32.0)
 _KEEP = (0.0, 4.0, 8.0)
 _PATIENCE = (None, 0.0, 4.0)
 _DETOUR = (1, 2, 3)
 _STAY = (0, 1, 2, 4)
-#: Fewest and most passes by default, and nodes placed in all of them.
+#: Minimum and maximum passes by default, and nodes placed in all of them.
 _PASSES = (20, 300)
 _EFFORT = 80_000
-#: Share of the passes that look for a style; the others keep the best one.
+#: Share of the passes that try styles; the others use the best one.
 _STYLE_SHARE = 0.2
 
 
@@ -44,30 +44,30 @@ def schedule(
     urgent: int | None = None,
     restarts: int | None = None,
     seed: int = 0,
-    state_room: Sequence[int] | None = None,
+    state_quota: Sequence[int] | None = None,
 ) -> Schedule:
-    """Lay out a program on a machine.
+    """Schedule a program on a machine.
 
     Parameters
     ----------
     program : Program
         Source program; states get their copies here (`gateware.schedule.copies`).
     machine : Machine
-        Its arithmetic must be the program's.
+        Machine with the program's arithmetic.
     urgent : int, 0..number of outputs, optional
         Leading outputs whose latency counts first. Default: all.
     restarts : int, >= 0, optional
-        Passes beyond the first one: more time, a little better schedules. Default: fewer for longer
-        programs, so that the time is a few seconds for any.
+        Passes after the first one; more passes give slightly better schedules. Default: fewer for
+        longer programs, so that every search takes a few seconds.
     seed : int
         Seed of the local search.
-    state_room : sequence of int, optional
-        For each lane, the most states whose next values it may compute. Default: what a bank holds.
+    state_quota : sequence of int, optional
+        Maximum number of next states for each lane. Default: the capacity of its bank.
 
     Raises
     ------
     ScheduleError
-        If the program does not fit.
+        The program does not fit.
     """
     if urgent is None:
         urgent = len(program.outputs)
@@ -82,11 +82,11 @@ def schedule(
         )
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
-    problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_room=state_room)
-    if sum(problem.state_room) < len(lowered.states):
+    problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_quota=state_quota)
+    if sum(problem.state_quota) < len(lowered.states):
         raise ScheduleError(
             f"{program.name}: {len(lowered.states)} states, the {machine.name} "
-            f"machine has room for {sum(problem.state_room)}{machine.remedy}"
+            f"machine has room for {sum(problem.state_quota)}{machine.remedy}"
         )
     _check_size(lowered, machine, far)
     if restarts is None:
@@ -109,7 +109,7 @@ def schedule(
 
 
 def _check_size(program: Program, machine: Machine, far: Paths) -> None:
-    """Raise ScheduleError where no schedule can fit, before one is searched for."""
+    """Raise ScheduleError, before the search, if no schedule can fit."""
     if far.length_bound > machine.rom_words:
         raise ScheduleError(
             f"{program.name}: program takes {far.length_bound} microwords or more, the "
@@ -126,7 +126,7 @@ def _check_size(program: Program, machine: Machine, far: Paths) -> None:
 
 
 def _priorities(far: Paths) -> list[float]:
-    """Base priority of every node: cycles that follow its start, urgent nodes on top."""
+    """Base priority of every node: cycles after its start, plus `_LEAD` for urgent nodes."""
     return [
         (total if urgent is None else urgent + _LEAD) + slots - 1.0
         for urgent, total, slots in zip(far.urgent, far.total, far.slots, strict=True)
@@ -134,7 +134,7 @@ def _priorities(far: Paths) -> list[float]:
 
 
 def _style(rng: random.Random) -> Style:
-    """Some style."""
+    """A random style."""
     return Style(
         reuse=rng.choice(_REUSE),
         keep=rng.choice(_KEEP),
@@ -152,7 +152,7 @@ def _disturb(
     rng: random.Random,
     deviates: Deviates,
 ) -> list[float]:
-    """Priorities with a few nodes moved, or a node with all that lead to it or follow from it."""
+    """Priorities with a few nodes changed, or a node with all its predecessors or successors."""
     trial = list(priority)
     some = hot if hot and rng.random() < 0.8 else range(len(trial))
     size = rng.choice((2.0, 5.0, 12.0, 40.0))
@@ -169,7 +169,7 @@ def _disturb(
 
 
 def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
-    """``node`` and all that ``edges`` lead to from it."""
+    """``node`` and all nodes that ``edges`` reach from it."""
     seen = [False] * len(edges)
     seen[node] = True
     out = [node]
@@ -185,7 +185,7 @@ def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
     """Best attempt: first under many styles, then with priorities disturbed."""
     far = problem.far
     deviates = Deviates(rng)
-    # Where outputs are a good part of all, each is best read by an op as it leaves.
+    # If outputs are a large part of all nodes, each is best read by an op while it is emitted.
     carry = 2 * len(problem.program.outputs) >= problem.n_ops
     priority, style = _priorities(far), replace(_FIRST, carry=carry)
     best = list_pass(problem, priority, style)
@@ -202,7 +202,7 @@ def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
             trial = _disturb(priority, problem, hot, rng, deviates)
             if rng.random() < 0.1:
                 habit = replace(_style(rng), carry=carry)
-        found = list_pass(problem, trial, habit, (latency, length))
-        if found is not None and found.score <= best.score:
-            best, priority, style = found, trial, habit
+        attempt = list_pass(problem, trial, habit, (latency, length))
+        if attempt is not None and attempt.score <= best.score:
+            best, priority, style = attempt, trial, habit
     return best

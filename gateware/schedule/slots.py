@@ -1,4 +1,4 @@
-"""What a schedule is: issue slots, cycles of the gets, length."""
+"""Schedules: issue slots, cycles of the gets, length."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Slot:
 
     ``cycle`` is the cycle of stage 0. ``op`` numbers `Program.ops` (None: only an emit), ``term``
     its terms (None: the slot contributes nothing). ``a`` and ``b`` are the values on the two
-    operand ports (``b`` None: table or nothing); with ``swap`` they are exchanged against the
-    term. ``emit`` is the position in `Program.outputs` of the value ``a`` that leaves here.
+    operand ports (``b`` None: table or nothing); with ``swap`` they are exchanged relative to the
+    term. ``emit`` is the position in `Program.outputs` of the value ``a`` that is emitted.
     """
 
     cycle: int
@@ -42,7 +42,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Schedule:
-    """A program laid out in time.
+    """A scheduled program.
 
     ``program`` is the lowered program (`gateware.schedule.copies`): the source program, ``source``
     its digest, with copies for states that need them. ``slots`` are in order of (cycle, lane),

@@ -1,4 +1,4 @@
-"""State of a list scheduling pass: what is placed, when and where, and what follows from that."""
+"""State of a list scheduling pass: placed nodes, and what follows from them."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _NEVER = 1 << 30
 
 
 class ListState:
-    """Everything placed so far.
+    """Nodes placed so far.
 
     Parameters
     ----------
     problem : ListProblem
-        What is scheduled.
+        Problem to schedule.
     priority : sequence of float
-        Of every node.
+        Priority of every node.
     hold : bool
-        A result of lane 0 may push later gets back by a cycle.
+        Whether a result of lane 0 may delay later gets by a cycle.
     limit : (latency, length) or None
-        Beyond which `over` becomes true.
+        Limit beyond which `over` becomes true.
     """
 
     def __init__(
@@ -63,28 +63,28 @@ class ListState:
         self.fits: dict[tuple[int, Need], list[Fit]] = {}
         self.free = [0] * machine.lanes
         self.held: list[list[Key | None]] = [[None, None, None] for _ in self.free]
-        #: How many ops still want each key.
+        #: Number of unplaced ops that need each key.
         self.pending: list[Counter[Key]] = [Counter() for _ in KINDS]
         for wanted in problem.keys:
             for kind, key in enumerate(wanted):
                 if key is not None:
                     self.pending[kind][key] += 1
         #: Next states that each lane may still compute.
-        self.state_room = list(problem.state_room)
+        self.state_quota = list(problem.state_quota)
         self.writes0: set[int] = set()
         self.groups: list[tuple[int, int, int, Sequence[Slot]]] = []
         self.waits = list(problem.waits)
         self.emits: list[int] = []
-        #: Nodes whose operands are all on their way, until they could start.
+        #: Nodes whose operands are all scheduled, until they can start.
         self.asleep: list[tuple[int, int]] = []
-        #: Nodes that could start about now, the most urgent first.
+        #: Nodes that can start about now, the most urgent first.
         self.awake: list[tuple[float, int]] = []
         for k in range(problem.nodes):
             if not self.waits[k]:
-                self.known(k)
+                self.enqueue(k)
 
-    def known(self, node: int) -> None:
-        """All operands of a node have their times: it waits for its earliest start."""
+    def enqueue(self, node: int) -> None:
+        """Queue a node whose operands are all scheduled, until its earliest start."""
         dummies = 0
         if node < self.p.n_ops:
             full = self.p.arranged(node, self.p.needs[node])
@@ -92,25 +92,25 @@ class ListState:
         heappush(self.asleep, (self.fit(node, NOTHING)[0][0] - dummies, node))
 
     def fit(self, node: int, need: Need) -> list[Fit]:
-        """Ways to place a node, the shortest first; a longer one only if it ends before it."""
-        found = self.fits.get((node, need))
-        if found is None:
-            found = []
+        """Ways to place a node, the shortest first; longer ones only if they end earlier."""
+        fits = self.fits.get((node, need))
+        if fits is None:
+            fits = []
             for x in self.p.arranged(node, need):
                 start, order = x.place(self.ready)
                 n = len(order)
-                if all(start + n < f[0] + f[1] or n == f[1] and start < f[0] for f in found):
-                    found = [f for f in found if f[1] < n]
-                    found.append((start, n, x, order))
-            self.fits[node, need] = found
-        return found
+                if all(start + n < f[0] + f[1] or n == f[1] and start < f[0] for f in fits):
+                    fits = [f for f in fits if f[1] < n]
+                    fits.append((start, n, x, order))
+            self.fits[node, need] = fits
+        return fits
 
     def wanted(self, kind: int, key: Key | None) -> bool:
-        """Whether ops still to come want a capture."""
+        """Whether unplaced ops need a capture."""
         return key is not None and self.pending[kind][key] > 0
 
     def may_write(self, cycle: int) -> bool:
-        """Whether lane 0 may write its result in this cycle, if need be by delaying a get."""
+        """Whether lane 0 may write its result in this cycle, if necessary by delaying a get."""
         return (
             not self.gets
             or cycle > self.gets[-1]
@@ -121,7 +121,7 @@ class ListState:
 
     def may_keep(self, node: int, lane: int) -> bool:
         """Whether the lane's bank has room for the result of an op, if that is a state."""
-        return not self.p.makes_state[node] or self.state_room[lane] > 0
+        return not self.p.makes_state[node] or self.state_quota[lane] > 0
 
     def place(self, t: int, node: int, lane: int, fit: Fit, forced: tuple[int, Key] | None) -> None:
         """Put a group into a lane."""
@@ -138,23 +138,23 @@ class ListState:
             end = t + length - 1
             op = problem.program.ops[node]
             if problem.makes_state[node]:
-                self.state_room[lane] -= 1
+                self.state_quota[lane] -= 1
             self.ready[op.dest] = end + problem.machine.latency
-            held = self.held[lane]
+            captured = self.held[lane]
             for kind, key in enumerate(problem.keys[node]):
                 if key is not None:
-                    held[kind] = key
+                    captured[kind] = key
                     self.pending[kind][key] -= 1
             if problem.gifts[node]:
                 slots = give(
                     slots,
                     op,
                     problem.gifts[node],
-                    held,
+                    captured,
                     lambda kind, key: (
                         (kind, key) == forced
                         or self.pending[kind][key] > 0
-                        and not self.wanted(kind, held[kind])
+                        and not self.wanted(kind, captured[kind])
                     ),
                 )
             self.watch(t, node, end)
@@ -171,7 +171,7 @@ class ListState:
             self.follow(k)
 
     def ride(self, t: int, slots: Sequence[Slot]) -> Sequence[Slot]:
-        """Emits that come next in the stream leave with slots that read their value anyway."""
+        """Let the next emits of the stream share slots that read their values."""
         problem = self.p
         out = list(slots)
         for i, s in enumerate(out):
@@ -201,7 +201,7 @@ class ListState:
         return len(self.emits)
 
     def emit(self, t: int, node: int, cycle: int) -> None:
-        """Note an emit as placed in ``cycle`` by a decision of cycle ``t``."""
+        """Record an emit in ``cycle``, placed by a decision of cycle ``t``."""
         self.emits.append(cycle)
         self.watch(t, node, cycle)
         for k in self.p.consumers[node]:
@@ -211,16 +211,16 @@ class ListState:
         """One of the nodes that ``node`` waits for is placed."""
         self.waits[node] -= 1
         if not self.waits[node]:
-            self.known(node)
+            self.enqueue(node)
 
     def watch(self, t: int, node: int, end: int) -> None:
-        """Note when, with a node placed in cycle ``t``, the limit can no longer be met."""
+        """Record whether, with a node placed in cycle ``t``, the limit can still be met."""
         far, (latency, length) = self.p.far, self.limit
         tail = far.urgent[node]
         read = Machine.STAGE_READ
         if tail is not None:
             self.urgent_slots -= far.slots[node]
-            more = self.urgent_slots // len(self.free)  # cycles that the rest needs at least
+            more = self.urgent_slots // len(self.free)  # minimum cycles of the rest
             if max(end + tail, t + more) + read + 1 > latency:
                 self.over = True
             if node == self.p.n_ops + self.p.urgent - 1 and end + read + 1 < latency:
@@ -230,7 +230,7 @@ class ListState:
             self.over = True
 
     def delay(self, cycle: int) -> None:
-        """Move gets from ``cycle`` on out of the way of lane 0's writes."""
+        """Delay gets from ``cycle`` on that collide with writes of lane 0."""
         if cycle not in self.gets:
             return
         following = cycle

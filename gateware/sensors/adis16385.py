@@ -30,31 +30,31 @@ __all__ = ["Adis16385"]
 
 #: Cycles from an edge at a pin until it is seen.
 _SYNCHRONISER = 2
-#: Cycles from a frame's answer to the sample.
+#: Cycles from a frame's reply to the sample.
 _JUDGE = 2
 #: Largest exponent of the decimation in SMPL_PRD.
 _DECIMATION_MAX = 12
 
 
 class Adis16385(wiring.Component):
-    """Reads a whole sample at each data-ready edge, and gives it away only if it can be trusted.
+    """Reads a complete sample at each data-ready edge, and outputs it only if its checks pass.
 
     Start: reset pulse, wait, identity, settings (low byte, then high byte of each), all of them
-    read back. Then 9 frames per sample: each asks for a register and brings what the frame before
-    asked for. The first one brings the temperature, which is as of the sample before; the last one
-    brings a register whose contents are known: identity and the three settings in turn
-    (`CHECKED`). So stuck lines, a device that is absent, a slip of the pipeline, a device that was
-    reset and forgot its settings: all of it shows as a wrong word there, and the sample is dropped.
-    The same register is then checked until it is right again, and the first sample that passes is
-    dropped as well: the fault may have ended in its middle. What no check can see is a fault that
-    begins and ends between two of them: shorter than the time between samples.
+    read back. Then 9 frames per sample: each requests a register and returns the one requested by
+    the frame before. The first one returns the temperature of the sample before; the last one
+    returns a register with known contents: identity and the three settings in turn (`CHECKED`). So
+    stuck lines, an absent device, a slip of the pipeline, and a device that was reset and lost its
+    settings all show as a wrong word there, and the sample is dropped. The same register is then
+    checked until it is right again, and the first sample that passes is dropped as well, since the
+    fault may have ended within it. A fault that begins and ends between two checks, shorter than
+    the time between samples, is not detected.
 
-    ``bad_limit`` samples in a row that are dropped or fail to come, or a wrong word during the
-    start: the reader starts over from the reset pulse, for as long as it takes.
+    After ``bad_limit`` consecutive samples that are dropped or missing, or a wrong word during the
+    start, the reader starts again from the reset pulse, until a start succeeds.
 
-    DIAG_STAT: bits of ``alarm_mask`` raise the alarm, and the sample counts. Bits of
-    ``invalid_mask`` drop it; by default the one that says that a frame had a wrong number of
-    clocks, so that nobody knows which registers were read (a sibling part's bit).
+    DIAG_STAT: bits of ``alarm_mask`` raise the alarm, and the sample is used. Bits of
+    ``invalid_mask`` drop it; by default the one for a frame with a wrong number of clocks, after
+    which the registers read are unknown (a sibling part's bit).
 
     Waits are counted in ticks of ``tick_cycles`` from ``time``, in the time-out of ``2**D`` ticks
     with the decimation exponent D of SMPL_PRD (bits 11:8, up to 12; inferred from a sibling part).
@@ -66,9 +66,9 @@ class Adis16385(wiring.Component):
     clock_hz : float
         Clock of domain ``sync``, Hz.
     timing : Timing
-        Of the device.
+        Times of the device.
     settings : Settings
-        Its words, and what counts as bad.
+        Words of the device, and limits of the checks.
 
     Members
     -------
@@ -85,17 +85,17 @@ class Adis16385(wiring.Component):
     msc_ctrl, smpl_prd, sens_avg : In(16)
         Settings of the device.
     sample : Out(1)
-        A checked sample is there, in this cycle.
+        A checked sample is available in this cycle.
     index : In(3), word : Out(16)
         Its words as in `WORDS`, combinational: 3 gyro, 3 accelerometer counts, temperature
         (sign-extended), DIAG_STAT.
     stamp : Out(32)
         ``time`` when its data-ready edge was seen, `stamp_delay` cycles after the edge.
     number : Out(16)
-        Its number among the data-ready edges since the first start, modulo 2**16.
+        Number of its data-ready edge since the first start, modulo 2**16.
         Words, stamp and number hold for `hold_cycles` after ``sample``.
     temperature, diag_stat : Out(16)
-        The latest of both that were read, good sample or not.
+        The latest values read, also of dropped samples.
     flags : Out(len(FLAGS)), events : Out(len(EVENTS))
         See `gateware.sensors.adis16385_flags`.
     """
@@ -180,7 +180,7 @@ class Adis16385(wiring.Component):
         return self.spi.stall_cycles - _JUDGE
 
     def check_cycles(self, period: int) -> int:
-        """Most clock cycles until a fault that spoils answers has spoilt a check.
+        """Maximum clock cycles until a fault that spoils replies has spoilt a check.
 
         With a sample each ``period`` cycles. For a fault in one of the `CHECKED` registers alone,
         as many periods more as there are others.
@@ -189,7 +189,7 @@ class Adis16385(wiring.Component):
 
     @property
     def start_cycles(self) -> int:
-        """Most clock cycles from a restart to ``flags.running``."""
+        """Maximum clock cycles from a restart to ``flags.running``."""
         return (
             (self.reset_ticks + self.startup_ticks + 2) * self.tick_cycles
             + (CONFIG_FRAMES + 1) * self.spi.frame_cycles
@@ -197,18 +197,18 @@ class Adis16385(wiring.Component):
         )
 
     def timeout_cycles(self, decimation: int = 0) -> int:
-        """Most clock cycles without data-ready edge until it is said to be missing."""
+        """Maximum clock cycles without a data-ready edge until it counts as missing."""
         return ((self.timeout_ticks + 1) * self.tick_cycles << decimation) + 1
 
     def detection_cycles(self, decimation: int = 0) -> int:
-        """Most clock cycles from a good sample to a restart after ``bad_limit`` missing ones.
+        """Maximum clock cycles from a good sample to a restart after ``bad_limit`` missing ones.
 
-        See `check_cycles` for faults that spoil answers.
+        See `check_cycles` for faults that spoil replies.
         """
         return self.burst_cycles + self.settings.bad_limit * self.timeout_cycles(decimation) + 8
 
     def recovery_cycles(self, period: int, decimation: int = 0) -> int:
-        """Most clock cycles from the end of a fault to the next good sample.
+        """Maximum clock cycles from the end of a fault to the next good sample.
 
         Of a device that brings one each ``period`` cycles: a start that has just begun in vain is
         given up, the next one succeeds.
@@ -264,7 +264,7 @@ class Adis16385(wiring.Component):
         return m
 
     def _buffer(self, m: Module, r: _Registers) -> None:
-        """Words of the sample, and what they say by themselves."""
+        """Words of the sample, and their own checks."""
         spi, settings = self.spi, self.settings
         m.submodules.buffer = buffer = memory.Memory(
             shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
@@ -348,7 +348,7 @@ class Adis16385(wiring.Component):
             m.next = "RESET"
 
     def _judge(self, m: Module, r: _Registers, in_frames: Value) -> None:
-        """At the answer that is checked: what it says of the sample and of the device."""
+        """Judge sample and device by the checked reply."""
         flags, event = self.flags, r.event
         judging = Signal()
         whole = Signal()
@@ -387,7 +387,7 @@ class Adis16385(wiring.Component):
         self._count(m, r, bad)
 
     def _count(self, m: Module, r: _Registers, bad: Value) -> None:
-        """What good and bad samples leave behind."""
+        """Counts and flags of good and bad samples."""
         flags, event = self.flags, r.event
         with m.If(event["sample"]):
             m.d.comb += [event["alarm"].eq(r.alarm), event["over_range"].eq(r.over)]
@@ -406,7 +406,7 @@ class Adis16385(wiring.Component):
             m.d.sync += r.timer.eq(self.reset_ticks)
 
     def _frames(self, m: Module, r: _Registers) -> None:
-        """The table of frames: command of ``step``, and what its answer is."""
+        """The table of frames: command of ``step``, and use of its reply."""
         writes = Signal()
         with m.Switch(r.step):
             for number, each in STEPS.items():
@@ -429,29 +429,29 @@ class Adis16385(wiring.Component):
         )
 
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
-        """A tick at each change of a bit of ``time``: of a higher one, the rarer samples are."""
+        """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
         bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
         bit = Signal()
         before = Signal()
         ran = Signal()
         m.d.comb += bit.eq(Mux(running, Array(bits)[exponent], bits[0]))
         m.d.sync += [before.eq(bit), ran.eq(running)]
-        # The change to another bit is no tick.
+        # The change to another bit is not a tick.
         m.d.comb += tick.eq((bit ^ before) & (ran == running))
 
 
 class _Registers:
-    """Registers of the reader, and what its parts tell each other."""
+    """Registers of the reader, and signals between its parts."""
 
     def __init__(self, reader: Adis16385) -> None:
         settings = reader.settings
         self.step = Signal(5, init=FIRST)
         self.checking = Signal(range(len(CHECKED)))  # with this sample
-        #: Settings that the device was given.
+        #: Settings written to the device.
         self.used = {
             name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
         }
-        # Of the frame whose answer comes.
+        # Of the frame whose reply comes.
         self.stores = Signal()
         self.checks = Signal()
         self.place = Signal(3)

@@ -1,4 +1,4 @@
-"""What the reader of the ADIS16385 says about itself: one table of flags, one of events."""
+"""Status of the reader of the ADIS16385: a table of flags and one of events."""
 
 from __future__ import annotations
 

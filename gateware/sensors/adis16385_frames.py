@@ -1,4 +1,4 @@
-"""What the ADIS16385 understands: registers, commands, and the reader's row of frames.
+"""Registers and commands of the ADIS16385, and the reader's sequence of frames.
 
 Addresses, identity and word formats are the maker's (register map of the iSensor evaluation
 software); the meaning of the bits of DIAG_STAT, MSC_CTRL, SMPL_PRD and SENS_AVG is a sibling
@@ -37,16 +37,16 @@ WORDS: Final = (
     "TEMP_OUT",
     "DIAG_STAT",
 )
-#: Registers whose contents are known, in the order in which they are checked.
+#: Registers with known contents, in the order of their checks.
 CHECKED: Final = ("PROD_ID", "MSC_CTRL", "SMPL_PRD", "SENS_AVG")
-#: What PROD_ID holds.
+#: Contents of PROD_ID.
 IDENTITY: Final = 0x4001
 #: Bit of DIAG_STAT: a frame had not 16 clocks (sibling part).
 COMM_FAILURE: Final = 1 << 3
 
 
 def read(register: str) -> int:
-    """Command that asks for a register."""
+    """Command that requests a register."""
     return REGISTERS[register] << 8
 
 
@@ -57,7 +57,7 @@ def write(register: str, byte: int, value: int) -> int:
 
 @dataclass(frozen=True)
 class Step:
-    """A frame: what is sent, and what comes back.
+    """A frame: its command, and the use of its reply.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Step:
     byte : int or None
         Byte that is written (0 low, 1 high); None: a read.
     store : int or None
-        Index of the sample's word that the answer is.
+        Index of the sample's word in the reply.
     check : int or None
         Place in `CHECKED` of the register that the answer is; always the step's number modulo 4,
         and the step is no write.
@@ -79,7 +79,7 @@ class Step:
 
 
 def _steps() -> dict[int, Step]:
-    # Nothing is written into a device that is not known.
+    # Nothing is written to an unidentified device.
     steps = {3: Step("PROD_ID"), 4: Step("PROD_ID", check=0), 11: Step("PROD_ID")}
     for k, name in enumerate(CHECKED[1:]):
         steps[5 + 2 * k], steps[6 + 2 * k] = Step(name, 0), Step(name, 1)

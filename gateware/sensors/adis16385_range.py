@@ -1,4 +1,4 @@
-"""Is a word of a sample at full scale?"""
+"""Comparison of a sample's word with full scale."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value:
     word : Value
         16 bits.
     select : Value
-        0 or 1: which limit.
+        0 or 1: number of the limit.
     limits : (int, int)
         1 to 32767.
     """

@@ -1,4 +1,4 @@
-"""What an `Adis16385` is built for: times of the device, and its settings and limits."""
+"""Parameters of an `Adis16385`: times of the device, its settings, limits of the checks."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Settings:
-    """Words of the device, and what the reader takes for bad.
+    """Words of the device, and limits of the reader's checks.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Settings:
     identity : int
         PROD_ID.
     msc_ctrl, smpl_prd, sens_avg : int
-        Settings before anybody drives the members of the same names: data-ready on DIO1, active
+        Settings while the members of the same names are not driven: data-ready on DIO1, active
         high; 1024 samples/s; +-300 deg/s and a filter of 2**2 taps per stage.
     gyro_limit, accel_limit : int
         Full scale, counts: a magnitude from there on is over-range.

@@ -21,7 +21,7 @@ BAUD = 19_200
 #: Sentences a second (maker).
 LINES_HZ = 8.0
 
-#: Level flags, and what each says.
+#: Level flags and their meanings.
 FLAGS = {
     "stale": "no good sentence for the stale time, or none yet",
     "counts": "the last good sentence was magnetometer counts",
@@ -34,7 +34,7 @@ _TICK_S = 0.05
 
 
 class Hmr3300(wiring.Component):
-    r"""Reads both kinds of sentences, and commands the compass to send the wanted kind.
+    r"""Reads both kinds of sentences, and commands the compass to send the selected kind.
 
     A line in which no byte comes for one to two ticks of `tick_cycles` is spoiled.
 
@@ -71,7 +71,7 @@ class Hmr3300(wiring.Component):
     time : In(32)
         Clock cycles, free-running: beat of the slow counters.
     mode : In(2)
-        0 take what comes, 1 heading sentences wanted, 2 and 3 magnetometer counts wanted.
+        0 any sentences, 1 heading sentences, 2 and 3 magnetometer counts.
     command : In(stream of 8)
         Letter to send as ``*X\r\n``, when no sequence of commands is under way.
     line : Out(1)
@@ -158,12 +158,12 @@ class Hmr3300(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Most cycles from the start edge of LF to ``line``."""
+        """Maximum cycles from the start edge of LF to ``line``."""
         return self._receiver.latency + self._parser.latency
 
     @property
     def timeout_cycles(self) -> int:
-        """Most cycles of a time-out of the commands."""
+        """Maximum cycles of a time-out of the commands."""
         return (self._commander.timeout_ticks + 1) * self.tick_cycles
 
     def elaborate(self, platform: Any) -> Module:

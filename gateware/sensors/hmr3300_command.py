@@ -1,4 +1,4 @@
-"""Commands to the HMR3300: the kind of sentence that is wanted, and single letters."""
+"""Commands to the HMR3300: selection of the kind of sentence, and single letters."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ TRIES = 4
 
 
 class Stage(Enum):
-    """Where a sequence of commands is."""
+    """State of a sequence of commands."""
 
-    WATCH = 0  #: nowhere: what comes is what is wanted
+    WATCH = 0  #: no sequence: sentences are of the selected kind
     STOP = 1  #: ``*S`` (if sentences come); until the line is quiet
     SELECT = 2  #: ``*H`` or ``*M``; until the line is quiet
     START = 3  #: ``*S``; until a sentence comes that is wanted
@@ -42,22 +42,21 @@ class _Sequence:
 
 
 class Commander(wiring.Component):
-    r"""Brings the compass to send what is wanted, and passes single letters on.
+    r"""Makes the compass send the selected kind of sentence, and passes single letters on.
 
-    The compass takes ``*H`` (heading sentences) and ``*M`` (counts) while it is stopped, and
-    ``*S`` stops and starts it in turn; it answers ``#I`` to what it does not take (maker), and
-    nothing else is known that it would answer. So a command is acknowledged by its effect: silence
-    after a stop, a sentence of the wanted kind after a start. Without it the attempt ends with a
-    time-out, or with ``#I`` at once. A new one begins when a sentence of the other kind comes, or
-    none at all for the time-out; after `TRIES` that failed in a row it waits for four time-outs.
+    The compass accepts ``*H`` (heading sentences) and ``*M`` (counts) while it is stopped, and
+    ``*S`` stops and starts it in turn; it replies ``#I`` to rejected commands (maker), and no other
+    reply is known. So a command is acknowledged by its effect: silence after a stop, a sentence of
+    the selected kind after a start. Without the effect the attempt ends with a time-out, or with
+    ``#I`` at once. A new attempt begins when a sentence of the other kind comes, or none for the
+    time-out; after `TRIES` consecutive failures it waits for four time-outs.
 
-    An attempt stops the compass only if the line is not quiet: ``*S`` would start one that is
-    stopped. If that goes wrong nevertheless, because nothing is heard of one that sends, the next
-    attempt puts it right: six time-outs and two silences after a line that was dead works again at
-    the latest.
+    An attempt stops the compass only if the line is not quiet, since ``*S`` would start a stopped
+    one. If the line was quiet because of a fault, the next attempt corrects the state: at most six
+    time-outs and two silences after the line works again.
 
-    With ``mode`` 0 no attempt begins. One under way goes on to its end, so that the compass is not
-    left stopped.
+    With ``mode`` 0 no attempt begins. One under way is finished, so that the compass is not left
+    stopped.
 
     Parameters
     ----------
@@ -74,7 +73,7 @@ class Commander(wiring.Component):
     Members
     -------
     mode : In(2)
-        0 take what comes, 1 heading sentences, 2 and 3 counts.
+        0 any sentences, 1 heading sentences, 2 and 3 counts.
     command : In(stream of 8)
         Letter X, sent as ``*X\r\n``; waits for the end of a sequence.
     o : Out(stream of 8)
@@ -82,13 +81,13 @@ class Commander(wiring.Component):
     tick : In(1)
         Beat of the time-outs.
     heard : In(1)
-        A byte, or something that is none, has come.
+        A byte has come, with or without a framing error.
     line, is_counts, invalid : In(1)
         From the parser.
     sent : Out(1)
-        A command is out.
+        A command has been sent.
     acknowledged, timed_out : Out(1)
-        A command of a sequence had its effect; had it not in time, or was not taken.
+        A command of a sequence had its effect; had none in time, or was rejected.
     busy, paused : Out(1)
         A sequence is under way; waits after attempts that failed.
     """
@@ -203,7 +202,7 @@ class Commander(wiring.Component):
                 m.d.sync += at.go_to(Stage.WATCH)
 
     def _characters(self, at: _Sequence) -> list[Any]:
-        """The command, character by character: its letter is the stage's, or the user's."""
+        """The characters of the command, with the letter of the stage or of the user."""
         left, of_stage = at.left, Mux(self.mode[1], ord("M"), ord("H"))
         of_stage = Mux(at.stage != Stage.SELECT, ord("S"), of_stage)
         letter = Mux(at.manual, self.command.payload, of_stage)

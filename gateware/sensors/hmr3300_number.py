@@ -38,13 +38,13 @@ class DecimalNumber(wiring.Component):
     digit : In(4), take : In(1)
         A digit.
     store : In(1), negative : In(1)
-        The end; ``negative`` has to stay.
+        End of the number; ``negative`` must be stable.
     tenths, first : In(1)
-        Which limit it has.
+        Selection of the limit.
     over : Out(1)
-        It is beyond its limit; right for numbers of up to five digits.
+        The number exceeds its limit; valid for numbers of up to five digits.
     values : Out(48)
-        The last three.
+        The last three numbers.
     """
 
     def __init__(self, *, angle_max: int) -> None:

@@ -1,4 +1,4 @@
-"""Sentences of the HMR3300: bytes to three whole, checked numbers."""
+"""Sentences of the HMR3300: bytes to three checked numbers."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from boresight.gateware.sensors.hmr3300_number import BITS, DecimalNumber
 
 __all__ = ["SPACES_MAX", "SentenceParser", "Step"]
 
-#: Most spaces in front of a number.
+#: Maximum spaces before a number.
 SPACES_MAX = 7
 #: Digits in front of a point, digits of a count.
 WHOLE_MAX, DIGITS_MAX = 3, 5
 
 
 class Step(Enum):
-    """What the parser waits for."""
+    """State of the parser: the part that it expects."""
 
     NUMBER = 0  #: a number, or spaces in front of it; also the begin of a line
     FIRST = 1  #: the first digit after a sign
@@ -49,7 +49,7 @@ _SIGNS = {
 
 @dataclass(frozen=True)
 class _Line:
-    """Where in a line the parser is."""
+    """State of the parser within a line."""
 
     step: Signal
     field: Signal  # 0 to 2
@@ -88,11 +88,11 @@ class SentenceParser(wiring.Component):
     data : In(8)
         A byte.
     valid : In(1)
-        There is one.
+        ``data`` is valid.
     error : In(1)
-        There was one with a framing error.
+        A byte had a framing error.
     pause : In(1)
-        There was none for a time that no good line pauses.
+        A pause longer than in any good line.
     line : Out(1)
         A good line has come; ``values`` and ``is_counts`` are new with this cycle and stay.
     is_counts : Out(1)
@@ -100,9 +100,9 @@ class SentenceParser(wiring.Component):
     values : Out(signed(16)) array
         Counts, or tenths of a degree.
     rejected : Out(1)
-        A line is not good.
+        A line is rejected.
     invalid : Out(1)
-        The compass does not take a command.
+        The compass has rejected a command.
     """
 
     #: Fewest cycles from byte to byte.
@@ -200,7 +200,7 @@ class SentenceParser(wiring.Component):
     def _following(
         self, m: Module, byte: Mapping[str, Signal], line: _Line, over: Value
     ) -> tuple[Signal, Signal]:
-        """Whether a line has not begun yet, and the grammar: what comes after this byte."""
+        """Whether a line has not begun yet, and the parser's next state."""
         step, count, field = line.step, line.count, line.field
         at_begin = Signal()
         following = Signal(Step)
@@ -242,7 +242,7 @@ class SentenceParser(wiring.Component):
         return at_begin, following
 
     def _advance(self, m: Module, byte: Mapping[str, Signal], line: _Line) -> None:
-        """What is known of the line after this byte."""
+        """Update the state of the line."""
         with m.If(line.step == Step.NUMBER):
             m.d.sync += line.negative.eq(byte["minus"])
         with m.If((line.step == Step.MORE) & byte["point"]):

@@ -14,7 +14,7 @@ __all__ = ["BITS", "HALF_MIN", "SpiController", "cycles_for"]
 
 #: Bits of a frame.
 BITS = 16
-#: Fewest clock cycles per half period: the answer passes two flip-flops within one.
+#: Minimum clock cycles per half period: the reply passes two flip-flops within one.
 HALF_MIN = 3
 
 
@@ -24,7 +24,7 @@ def cycles_for(*, clock_hz: float, seconds: float) -> int:
     Raises
     ------
     ValueError
-        Not positive.
+        An argument is not positive.
     """
     for name, value in (("clock_hz", clock_hz), ("seconds", seconds)):
         if (
@@ -33,12 +33,12 @@ def cycles_for(*, clock_hz: float, seconds: float) -> int:
             or not 0 < value < math.inf
         ):
             raise ValueError(f"{name} must be a positive number, not {value!r}")
-    # Rounding errors of the product are no reason for a cycle more.
+    # Rounding errors of the product must not add a cycle.
     return math.ceil(clock_hz * seconds * (1 - 1e-12))
 
 
 class SpiController(wiring.Component):
-    r"""One frame per command word; the word that comes back belongs to the same frame.
+    r"""One frame per command word; the reply belongs to the same frame.
 
     A frame is a row of equal half periods, counted down by one counter::
 
@@ -70,13 +70,13 @@ class SpiController(wiring.Component):
     Members
     -------
     cs_n, sclk, mosi : Out(1)
-        Pins, straight from flip-flops.
+        Pins, registered.
     miso : In(1)
         Pin, asynchronous to the clock.
     i : In(stream of 16)
         Commands.
     o_data : Out(16)
-        Word that came back, from ``o_valid`` until the next command is taken.
+        Reply, from ``o_valid`` until the next command is taken.
     o_valid : Out(1)
         The word is new in this cycle: the first one with ``cs_n`` high.
     busy : Out(1)

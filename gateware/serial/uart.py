@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["DIVISOR_MIN", "Receiver", "Transmitter", "divisor_for"]
 
-#: Fewest clock cycles per bit.
+#: Minimum clock cycles per bit.
 DIVISOR_MIN = 8
 #: Largest relative error of the bit time.
 TOLERANCE = 0.02
@@ -23,7 +23,7 @@ def divisor_for(*, clock_hz: float, baud: float) -> int:
     Raises
     ------
     ValueError
-        Not positive, fewer than `DIVISOR_MIN` cycles per bit, or more than 2 % beside ``baud``.
+        Not positive, fewer than `DIVISOR_MIN` cycles per bit, or more than 2 % from ``baud``.
     """
     for name, value in (("clock_hz", clock_hz), ("baud", baud)):
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
@@ -45,16 +45,16 @@ def _check_divisor(divisor: int) -> None:
 class Receiver(wiring.Component):
     """Bytes from a serial line.
 
-    The line is looked at every `spacing` cycles, 8 to 15 times in a bit, and what counts is the
-    majority of the last three looks: for the start edge, in the middle of the start bit, which has
-    to be low still, and in the middle of every other bit. A pulse shorter than `spacing` cycles is
-    seen at most once in three looks and changes nothing.
+    The line is sampled every `spacing` cycles, 8 to 15 times in a bit. The majority of the last
+    three samples counts: for the start edge, in the middle of the start bit, which must still be
+    low, and in the middle of every other bit. A pulse shorter than `spacing` cycles occurs in at
+    most one of three samples and has no effect.
 
     A byte without stop bit is an error; after it the line has to be high once before the next
     start bit counts, so that a line held low is one error, not many bytes.
 
     **Latency** ``valid`` comes `latency` cycles after the start edge, or up to `spacing` less one
-    sooner: 9.5 bits, the looks, 3 cycles of synchronisation and output.
+    sooner: 9.5 bits, the samples, 3 cycles of synchronisation and output.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Receiver(wiring.Component):
     data : Out(8)
         A byte, valid in the cycle of ``valid``.
     valid : Out(1)
-        A byte is there in this cycle. It cannot be made to wait.
+        A byte is received in this cycle; there is no back-pressure.
     error : Out(1)
         A byte had no stop bit.
     """
@@ -90,12 +90,12 @@ class Receiver(wiring.Component):
 
     @property
     def to_middle(self) -> int:
-        """Cycles from the second look at a start bit to the last of those around its middle."""
+        """Cycles from the second sample of a start bit to the last of those around its middle."""
         return (self.divisor + 1 - self.spacing) // 2
 
     @property
     def latency(self) -> int:
-        """Most cycles from the cycle in which ``rx`` falls to that of ``valid``."""
+        """Maximum number of cycles from the fall of ``rx`` to ``valid``."""
         return 2 + self.spacing + self.spacing - 1 + self.to_middle + 9 * self.divisor + 1
 
     @property
@@ -107,7 +107,7 @@ class Receiver(wiring.Component):
         return min(early / 9, late / 10) / self.divisor
 
     def elaborate(self, platform: Any) -> Module:
-        """One timer, up to 0: looks are where its low bits are 0, and a wait begins at 0."""
+        """One timer, counting up to 0: samples where its low bits are 0, next wait at 0."""
         m = Module()
         divisor, spacing = self.divisor, self.spacing
         rx = Signal(init=1)

@@ -35,7 +35,7 @@ CONSOLE = (
 class AttitudeSoc(wiring.Component):
     """`AttitudeSystem`, its registers in the slot of a `Soc`, its updates as the interrupt.
 
-    The attitude system works by itself, whatever the software does.
+    The attitude system is independent of the software.
 
     Parameters
     ----------
@@ -89,11 +89,11 @@ class AttitudeSoc(wiring.Component):
     readme = "board_soc"
 
     def facts(self) -> dict[str, Any]:
-        """What a project's README says of the system and the soft core."""
+        """Values of the system and the soft core for a project's README."""
         return {**self.system.facts(), "memory": 4 * self.words, "console_baud": self.console_baud}
 
     def elaborate(self, platform: Any) -> Module:
-        """Two parts and what is between them."""
+        """Connect the two parts."""
         m = Module()
         m.submodules.system = system = self.system
         m.submodules.soc = soc = self.soc

@@ -21,7 +21,7 @@ class ProcessorBus(wiring.Signature):
     sel : Out(4)
         Bytes that are written.
     cyc, stb, we : Out(1)
-        The processor asks; held until ``ack``.
+        The processor's request; held until ``ack``.
     cti : Out(3)
         `BURST` if another word follows.
     ack : In(1)

@@ -1,4 +1,4 @@
-"""Control block of the soft core: cycle counter, timer, console, watchdog, causes of trouble."""
+"""Control block of the soft core: cycle counter, timer, console, watchdog, error flags."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STATUS = {name: k for k, name in enumerate(CONTROL[_ADDRESS["status"]].bits)}
 
 
 class Control(wiring.Component):
-    """What every program needs besides memory; registers: `gateware.soc.layout.CONTROL`.
+    """Timer, console, watchdog and error flags; registers: `gateware.soc.layout.CONTROL`.
 
     **Latency** 1 cycle to ``ack``.
 
@@ -29,8 +29,8 @@ class Control(wiring.Component):
     divisor : int, >= 8
         Clock cycles per bit of the console, 8N1.
     watchdog_cycles : int, >= 1024
-        The processor restarts when it has not written to the watchdog for so many cycles; counted
-        to the next power of two.
+        Cycles without a write to the watchdog after which the processor restarts, rounded up to
+        a power of two.
     pages : int
         Pages of the memory.
 
@@ -41,7 +41,7 @@ class Control(wiring.Component):
     rx : In(1), tx : Out(1)
         Console, asynchronous.
     bus_error, asks : In(1)
-        An access went wrong, the device in the slot asks, in this cycle.
+        An access failed, the device in the slot requests an interrupt, in this cycle.
     timer, device, console_full, error : Out(1)
         Interrupt requests, levels.
     fence : Out
@@ -72,7 +72,7 @@ class Control(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Registers; what happens in a cycle wins over a flag's being cleared in it."""
+        """Registers; an event has priority over clearing its flag in the same cycle."""
         m = Module()
         bus = self.bus
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
@@ -133,7 +133,7 @@ class Control(wiring.Component):
         return m
 
     def _timer(self, m: Module, written: Mapping[str, Value]) -> tuple[Signal, Signal, Signal]:
-        """The cycle counter, the time of the alarm, and whether it is on."""
+        """The cycle counter, the time of the alarm, and its enable."""
         cycles = Signal(32)
         alarm = Signal(32)
         on = Signal()

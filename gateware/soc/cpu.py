@@ -1,4 +1,4 @@
-"""The soft core: VexRiscv as the package `pythondata-cpu-vexriscv` brings it."""
+"""The soft core: VexRiscv of the package `pythondata-cpu-vexriscv`."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def cpu_verilog() -> str:
     """
     spec = importlib.util.find_spec(_PACKAGE)
     places = [] if spec is None else list(spec.submodule_search_locations or [])
-    for place in places:
-        path = Path(place) / "verilog" / "VexRiscv.v"
+    for folder in places:
+        path = Path(folder) / "verilog" / "VexRiscv.v"
         if path.is_file():
             return path.read_text(encoding="utf-8")
     raise ToolMissing(
@@ -44,8 +44,8 @@ def cpu_verilog() -> str:
 class Cpu(wiring.Component):
     """The processor and its two buses.
 
-    Addresses from 0x8000_0000 on go past the caches. The bus has no way to report an error to
-    this processor, so every access has to be acknowledged. ``wfi`` does nothing.
+    Addresses from 0x8000_0000 on bypass the caches. The bus cannot report an error to this
+    processor, so every access must be acknowledged. ``wfi`` has no effect.
 
     Members
     -------
@@ -70,9 +70,9 @@ class Cpu(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """The instance of the package's module; its text stands beside ours."""
+        """Instance of the package's module, whose Verilog is a separate file."""
         m = Module()
-        # On a board nothing else resets it after power-up.
+        # On a board there is no other reset after power-up.
         starting = Signal(3, init=-1)
         m.d.sync += starting.eq(starting - starting.any())
         ports: dict[str, Any] = {}

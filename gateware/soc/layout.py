@@ -1,4 +1,4 @@
-"""Where the soft core finds what: one table that gateware, header and documentation read."""
+"""Memory map of the soft core, read by gateware, C header and documentation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ CONTROL_BASE = 0x8000_0000
 SLOT_BASE = 0x8000_4000
 #: Words of the slot for a device.
 SLOT_WORDS = 4096
-#: What has to be written to the watchdog.
+#: Word that restarts the watchdog's count.
 KICK = 0x57A9
 
 
@@ -67,7 +67,7 @@ INTERRUPTS = {
 
 
 def soc_header() -> str:
-    """A C99 header with all of it."""
+    """C99 header with the memory map."""
     return render(
         "soc_registers.h",
         control_base=CONTROL_BASE,

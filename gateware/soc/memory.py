@@ -1,4 +1,4 @@
-"""Memory of the soft core: block RAM that both buses read at once."""
+"""Memory of the soft core: block RAM, read by both buses at the same time."""
 
 from __future__ import annotations
 
@@ -61,24 +61,24 @@ class Ram(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Acknowledge a cycle later; in a burst look up the next word meanwhile."""
+        """Acknowledge a cycle later; in a burst read the next word meanwhile."""
         m = Module()
         width = (self.words - 1).bit_length()
-        answer, address, known = {}, {}, {}
+        answer, address, inside_memory = {}, {}, {}
         for name, bus in (("i", self.ibus), ("d", self.dbus)):
             answer[name] = Signal(32, name=f"{name}_answer")
             address[name] = Signal(width, name=f"{name}_address")
-            known[name] = Signal(name=f"{name}_known")
+            inside_memory[name] = Signal(name=f"{name}_known")
             inside = Signal(name=f"{name}_inside")
             goes_on = bus.ack & (bus.cti == BURST)
             m.d.comb += [
                 inside.eq(bus.adr < self.words),
                 address[name].eq(bus.adr + goes_on),
-                bus.dat_r.eq(Mux(known[name], answer[name], 0)),
+                bus.dat_r.eq(Mux(inside_memory[name], answer[name], 0)),
             ]
             m.d.sync += [
                 bus.ack.eq(bus.cyc & bus.stb & (~bus.ack | goes_on)),
-                known[name].eq(inside),
+                inside_memory[name].eq(inside),
             ]
         write = self.dbus.cyc & self.dbus.stb & self.dbus.we & self.dbus.ack
         page = self.dbus.adr[(PAGE_WORDS - 1).bit_length() :]
@@ -86,8 +86,8 @@ class Ram(wiring.Component):
         m.d.comb += allowed.eq((self.dbus.adr < self.words) & (page >= self.fence))
         m.d.comb += self.refused.eq(
             (write & ~allowed)
-            | (self.dbus.ack & ~self.dbus.we & ~known["d"])
-            | (self.ibus.ack & ~known["i"])
+            | (self.dbus.ack & ~self.dbus.we & ~inside_memory["d"])
+            | (self.ibus.ack & ~inside_memory["i"])
         )
         m.submodules.memory = Instance(
             "boresight_ram",

@@ -23,9 +23,9 @@ _SLOT_BITS = (SLOT_WORDS - 1).bit_length()
 class Soc(wiring.Component):
     """A computer; addresses: `gateware.soc.layout`.
 
-    An access that no device answers to is acknowledged, reads 0, and sets the status bit
-    ``bus_error``, as does a device that has not answered after `patience` cycles: nothing on the
-    bus stops the processor.
+    An access without a device is acknowledged, reads 0, and sets the status bit ``bus_error``; so
+    is one to a device that has not acknowledged after `patience` cycles. So the bus never stops
+    the processor.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Soc(wiring.Component):
     Attributes
     ----------
     patience : int
-        Cycles that a device in the slot may take.
+        Maximum cycles of a device in the slot.
 
     Members
     -------
@@ -50,9 +50,9 @@ class Soc(wiring.Component):
     slot : Out(WishboneSignature)
         A device: 12 address bits, whole words.
     interrupt : In(1)
-        It asks, in this cycle; kept in the status register until the firmware clears it.
+        Interrupt of the device, in this cycle; stored in the status register until cleared.
     restart : Out(1)
-        The watchdog restarts the processor; a device may want to drop what it does.
+        The watchdog restarts the processor; a device may abort its work.
     """
 
     patience = 4096
@@ -95,7 +95,7 @@ class Soc(wiring.Component):
             control.asks.eq(self.interrupt),
             ram.fence.eq(control.fence),
         ]
-        # Instructions come from memory only; elsewhere there are none.
+        # Instructions come from memory only.
         outside = Signal()
         m.d.comb += [
             outside.eq(cpu.ibus.adr[-1]),
@@ -108,7 +108,7 @@ class Soc(wiring.Component):
         return m
 
     def _data(self, m: Module, dbus: Any) -> Signal:
-        """Address decoder: memory, control, slot, nobody; 1 when an access is given up."""
+        """Address decoder: memory, control, slot, unmapped; 1 when an access is aborted."""
         ram, control, slot = self.ram, self.control, self.slot
 
         def at(base: int, words: int) -> Any:
@@ -126,13 +126,15 @@ class Soc(wiring.Component):
             *self._forward(dbus, control.bus, dbus.cyc & is_control),
             *self._forward(dbus, slot, dbus.cyc & is_slot),
         ]
-        # Whoever does not answer in time, and nobody at all.
+        # Devices that do not acknowledge in time, and unmapped addresses.
         waited = Signal(range(self.patience + 1))
         gives_up = Signal()
-        nobody = ~(is_ram | is_control | is_slot)
+        unmapped = ~(is_ram | is_control | is_slot)
         m.d.sync += [
             waited.eq(Mux(dbus.cyc & dbus.stb & ~dbus.ack, waited + 1, 0)),
-            gives_up.eq(dbus.cyc & dbus.stb & ~dbus.ack & (nobody | (waited == self.patience - 1))),
+            gives_up.eq(
+                dbus.cyc & dbus.stb & ~dbus.ack & (unmapped | (waited == self.patience - 1))
+            ),
         ]
         m.d.comb += [
             dbus.ack.eq(
@@ -157,14 +159,14 @@ class Soc(wiring.Component):
 
     @staticmethod
     def _forward(source: Any, target: Any, asks: Any) -> list[Any]:
-        """What the processor says, to a target that is meant while ``asks``."""
-        known = target.signature.members
+        """Connect the processor's outputs to a target that is selected while ``asks``."""
+        members = target.signature.members
         return [
             target.cyc.eq(asks),
             *(
                 getattr(target, name).eq(getattr(source, name))
                 for name in ("adr", "dat_w", "stb", "we", "sel", "cti")
-                if name in known
+                if name in members
             ),
         ]
 

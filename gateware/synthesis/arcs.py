@@ -1,4 +1,4 @@
-"""What a cell can say about timing, before any delay has a number.
+"""Timing arcs of a cell, by names of delays.
 
 A cell's outputs are grouped into *nodes*: all output bits of a node become valid together. An
 :class:`Arc` runs from an input pin through the cell to a node, a :class:`Launch` starts a path at

@@ -1,4 +1,4 @@
-"""How much of the part a netlist takes.
+"""Resources of the part that a netlist uses.
 
 Figures are what yosys mapped, before packing: ISE may share a LUT between two small functions, or
 add route-through LUTs, so its map report can differ either way.
@@ -108,10 +108,10 @@ def count_area(netlist: Netlist) -> Area:
         The netlist holds a type that is not a known Spartan-6 primitive.
     """
     count = Counter(cell.type for cell in netlist.cells.values())
-    known = {*LUTS, *FLIP_FLOPS, *LATCHES, *SHIFT_REGISTERS, *LUTRAMS, *BLOCK_RAMS, *SPECIALS}
-    known |= {"INV", "CARRY4", "MUXF7", "MUXF8", "DSP48A1"}
+    counted = {*LUTS, *FLIP_FLOPS, *LATCHES, *SHIFT_REGISTERS, *LUTRAMS, *BLOCK_RAMS, *SPECIALS}
+    counted |= {"INV", "CARRY4", "MUXF7", "MUXF8", "DSP48A1"}
     for cell in netlist.cells.values():
-        if cell.type not in known:
+        if cell.type not in counted:
             raise UnknownCell(cell=cell.name, type=cell.type, use="area")
 
     def total(types: frozenset[str]) -> int:

@@ -1,4 +1,4 @@
-"""The primitives that a netlist for Spartan-6 may hold, sorted by what they are.
+"""The primitives that a netlist for Spartan-6 may hold, by kind.
 
 Area counting and timing both ask here, so that a primitive known to one cannot be forgotten by
 the other. A primitive in none of the sets is an error, never ignored.

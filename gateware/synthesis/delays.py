@@ -21,7 +21,7 @@ from typing import Final
 
 #: Speed grades with data, slow first.
 GRADES: Final = (2, 3)
-#: Which statistic of routed net delays stands for a net.
+#: Statistics of routed net delays, used for a net.
 NET_MODELS: Final = ("median", "p75")
 
 
@@ -93,12 +93,12 @@ def _pair(
 ) -> tuple[Delay, Delay]:
     """Make the -2 and -3 records of one constant; a non-empty guess text marks a guess."""
 
-    def one(grade: int, ns: float, guess: str) -> Delay:
+    def delay(grade: int, ns: float, guess: str) -> Delay:
         if guess:
             return Delay(ns, f"{what}: guess, {guess}", True)
         return Delay(ns, f"{what}: {_REPORTS[grade]}")
 
-    return one(2, ns2, guess2), one(3, ns3, guess3)
+    return delay(2, ns2, guess2), delay(3, ns3, guess3)
 
 
 def _guess(what: str, ns2: float, ns3: float, why: str, why2: str = "") -> tuple[Delay, Delay]:

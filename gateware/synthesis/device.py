@@ -55,8 +55,8 @@ class Device:
     def capacity(self, key: str) -> int:
         """Return how many of the resource ``key`` the part holds."""
         if key not in self.resources:
-            known = ", ".join(sorted(self.resources))
-            raise ValueError(f"resource must be one of {known}, not {key!r}")
+            names = ", ".join(sorted(self.resources))
+            raise ValueError(f"resource must be one of {names}, not {key!r}")
         return self.resources[key].count
 
     def percent(self, key: str, used: float) -> float:
@@ -66,11 +66,11 @@ class Device:
     def ise_part(self, *, package: str, grade: int) -> str:
         """Return the part name as the ISE tools take it, e.g. ``xc6slx9-2-tqg144``."""
         if package not in self.packages:
-            known = ", ".join(sorted(self.packages))
-            raise ValueError(f"package must be one of {known}, not {package!r}")
+            names = ", ".join(sorted(self.packages))
+            raise ValueError(f"package must be one of {names}, not {package!r}")
         if grade not in self.grades:
-            known = ", ".join(str(g) for g in self.grades)
-            raise ValueError(f"grade must be one of {known}, not {grade!r}")
+            names = ", ".join(str(g) for g in self.grades)
+            raise ValueError(f"grade must be one of {names}, not {grade!r}")
         return f"{self.name}-{grade}-{package}"
 
 

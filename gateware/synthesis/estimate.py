@@ -18,7 +18,7 @@ _THIN: Final = 60
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """What yosys and the delay tables say about a design.
+    """Area and timing of a design, by yosys and the delay tables.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Estimate:
     timing : tuple of Timing
         One result per speed grade and net model.
     command, version : str
-        How the netlist was made, and by what.
+        Command and tool version that made the netlist.
     warnings : tuple of str
-        What a reader of the figures has to know.
+        Warnings about the figures.
     """
 
     top: str
@@ -121,21 +121,21 @@ def estimate(
     cache_dir : path, optional
         Folder that keeps netlists between calls; None keeps nothing.
     clock_mhz : float, optional
-        Clock that slacks refer to; None: at each corner the clock that just works.
+        Clock that slacks refer to; None: at each corner the highest one.
     device : Device
         Part whose capacity is compared with.
 
     Raises
     ------
     ToolMissing
-        No yosys was found.
+        Yosys is not installed.
     SynthesisError
-        Yosys refused the design.
+        Yosys rejected the design.
     UnknownCell, NetlistError
-        The netlist holds what this package cannot time.
+        The netlist has cells without timing.
     """
-    made = synthesise(verilog, top=top, cache_dir=cache_dir)
-    netlist = Netlist.from_json(made.netlist, top=top)
+    synthesis = synthesise(verilog, top=top, cache_dir=cache_dir)
+    netlist = Netlist.from_json(synthesis.netlist, top=top)
     area = count_area(netlist)
     graph = build_graph(netlist)
     timing = tuple(
@@ -148,33 +148,33 @@ def estimate(
         device=device,
         area=area,
         timing=timing,
-        command=made.command,
-        version=made.version,
+        command=synthesis.command,
+        version=synthesis.version,
         warnings=_warnings(area, timing, device),
     )
 
 
 def _warnings(area: Area, timing: tuple[Timing, ...], device: Device) -> tuple[str, ...]:
-    found = [f"timing is an {NOTE}"]
+    warnings = [f"timing is an {NOTE}"]
     for key in area.overfull(device):
         used, available = area.used()[key], device.capacity(key)
-        found.append(f"{key}: {used:g} needed, {device.name} has {available}")
+        warnings.append(f"{key}: {used:g} needed, {device.name} has {available}")
     clocks = timing[0].clocks
     if len(clocks) > 1:
-        found.append(
+        warnings.append(
             f"{len(clocks)} clocks ({', '.join(clocks)}) are taken for one: paths between them "
             "are timed as if they met at every edge"
         )
     guessed = sorted({name for t in timing for name in t.guessed if name != "clock_uncertainty"})
     if guessed:
-        found.append("worst paths depend on guessed constants: " + ", ".join(guessed))
+        warnings.append("worst paths depend on guessed constants: " + ", ".join(guessed))
     crowded = {p.net: p.fanout for t in timing if t.worst for p in t.worst.points}
     for net, fanout in crowded.items():
         if fanout > _THIN:
-            found.append(
+            warnings.append(
                 f"a worst path crosses net {net} with {fanout} loads: few such nets stand behind "
                 "the net delays, and this one may well be slower"
             )
     if timing[0].worst is None:
-        found.append("no path from register to register: nothing limits the clock")
-    return tuple(found)
+        warnings.append("no path from register to register: nothing limits the clock")
+    return tuple(warnings)

@@ -62,7 +62,7 @@ class Endpoint:
 
 @dataclass
 class Graph:
-    """All that timing needs of a netlist.
+    """Timing graph of a netlist.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def cell_timing(cell: Cell) -> CellTiming:
     Raises
     ------
     UnknownCell
-        There is no data for its type.
+        The cell's type has no data.
     """
     timing = slice_timing(cell)
     if timing is not None:
@@ -161,17 +161,17 @@ class _Builder:
             )
 
     def _add_edge(self, load: Pin, target: int, keys: Keys) -> None:
-        found = self._connect(load)
-        if found:
-            source, bit, driver, hop, fanout = found
+        connection = self._connect(load)
+        if connection:
+            source, bit, driver, hop, fanout = connection
             self.graph.incoming[target].append(
                 Edge(source, target, bit, driver, load, hop, keys, fanout)
             )
 
     def _add_endpoint(self, load: Pin, register: str, keys: Keys) -> None:
-        found = self._connect(load)
-        if found:
-            source, bit, driver, hop, fanout = found
+        connection = self._connect(load)
+        if connection:
+            source, bit, driver, hop, fanout = connection
             if hop.in_slice and keys == ("ff_d",):
                 keys = ("ff_d_lut",)
             self.graph.endpoints.append(

@@ -13,7 +13,7 @@ Bit = int | str
 
 
 class NetlistError(ValueError):
-    """The netlist is not one that this package can read."""
+    """The netlist cannot be read by this package."""
 
 
 class Pin(NamedTuple):
@@ -96,30 +96,30 @@ class Netlist:
     @cached_property
     def drivers(self) -> Mapping[int, Pin]:
         """Net bit -> the output pin that drives it; bits from input ports are absent."""
-        found: dict[int, Pin] = {}
+        pins: dict[int, Pin] = {}
         for cell in self.cells.values():
             for port, bits in cell.outputs.items():
                 for index, bit in enumerate(bits):
                     if not isinstance(bit, int):
                         continue
-                    if bit in found:
+                    if bit in pins:
                         raise NetlistError(
                             f"net {self.name_of(bit)} must have one driver, not both "
-                            f"{found[bit].cell}.{found[bit].port} and {cell.name}.{port}"
+                            f"{pins[bit].cell}.{pins[bit].port} and {cell.name}.{port}"
                         )
-                    found[bit] = Pin(cell.name, port, index)
-        return found
+                    pins[bit] = Pin(cell.name, port, index)
+        return pins
 
     @cached_property
     def loads(self) -> Mapping[int, tuple[Pin, ...]]:
         """Net bit -> the input pins it feeds."""
-        found: dict[int, list[Pin]] = {}
+        loads: dict[int, list[Pin]] = {}
         for cell in self.cells.values():
             for port, bits in cell.inputs.items():
                 for index, bit in enumerate(bits):
                     if isinstance(bit, int):
-                        found.setdefault(bit, []).append(Pin(cell.name, port, index))
-        return {bit: tuple(pins) for bit, pins in found.items()}
+                        loads.setdefault(bit, []).append(Pin(cell.name, port, index))
+        return {bit: tuple(pins) for bit, pins in loads.items()}
 
     def fanout(self, bit: int) -> int:
         """Return the number of pins on the net ``bit``, leaving the module counted as one."""
@@ -211,7 +211,7 @@ def _first_source(text: str) -> str:
 
 
 def _read_names(netnames: Mapping[str, Any]) -> dict[int, str]:
-    """Choose for each bit the name a person wrote, and of several the shortest."""
+    """Choose for each bit a name from the source, of several the shortest."""
     best: dict[int, tuple[tuple[bool, int, str], str]] = {}
     for name, raw in netnames.items():
         hidden = bool(raw.get("hide_name")) or name.startswith("$")

@@ -1,8 +1,8 @@
-"""What lies between an output pin and an input pin: a routed net, or a wire inside the slice.
+"""Connections of output and input pins: a routed net, or a wire inside the slice.
 
 Slice geometry decides: a carry chain's S input and an F7 multiplexer's data inputs are fed by the
-LUT of the same place and by nothing else, so a LUT there costs no routing, and anything that is
-not a LUT has to pass through one.
+LUT of the same position only, so a LUT there costs no routing, and any other driver passes through
+one.
 """
 
 from dataclasses import dataclass
@@ -37,12 +37,12 @@ class Hop:
 
 
 def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, *, fanout: int) -> Hop:
-    """Return how the net ``bit`` gets from ``driver`` to ``load``.
+    """Return the path of the net ``bit`` from ``driver`` to ``load``.
 
     Parameters
     ----------
     fanout : int
-        Pins on the net, absorbed inverters looked through.
+        Pins on the net, including those after absorbed inverters.
     """
     source = netlist.cells[driver.cell].type
     target = netlist.cells[load.cell].type
@@ -69,7 +69,7 @@ def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, *, fanout: int) ->
 
 
 def _only_such(netlist: Netlist, bit: int, load: Pin) -> bool:
-    """True if no other input of the same kind wants the same LUT beside it."""
+    """True if no other input of the same kind needs the same LUT."""
     kind = netlist.cells[load.cell].type
     rivals = [
         pin

@@ -1,4 +1,4 @@
-"""Timing of what a slice holds: flip-flops, LUTs, carry, wide multiplexers, SRL and LUT RAM."""
+"""Timing of slices: flip-flops, LUTs, carry, wide multiplexers, SRL and LUT RAM."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Static timing of a netlist: the longest register-to-register path, and the clock that allows.
+"""Static timing of a netlist: the longest register-to-register path, and the highest clock.
 
 This is an **estimate, not ISE; sign-off needs trce**. Nets are not placed: each costs the median
 or upper quartile of nets of its fanout. Paths from and to the module's own ports are not counted,
@@ -14,7 +14,7 @@ from boresight.gateware.synthesis.delays import Delay, DelayTable, delay_table
 from boresight.gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
 from boresight.gateware.synthesis.netlist import Netlist, Pin
 
-#: What every report of these figures has to say.
+#: Note in every report of these figures.
 NOTE = "estimate, not ISE; sign-off needs trce"
 
 
@@ -69,7 +69,7 @@ class TimingPath:
         Clock-to-output, logic, nets, setup and clock uncertainty; inside one cell, as
         the cell's own limit states it, without uncertainty.
     slack_ns : float
-        Period asked for minus ``delay_ns``.
+        Requested period minus ``delay_ns``.
     points : tuple of PathPoint
         The steps; empty for paths that were not traced.
     """
@@ -144,7 +144,7 @@ class Timing:
 
     @property
     def source(self) -> str:
-        """Say in one line what the figures are."""
+        """Return a line about the kind of figures."""
         number = len(self.guessed)
         guesses = f"{number} guessed constant{'' if number == 1 else 's'} on the worst path"
         return f"static timing, grade -{self.grade}, {self.nets} nets: {NOTE}, {guesses}"
@@ -170,9 +170,9 @@ def analyse(
     nets : str
         Net model, ``median`` or ``p75``.
     clock_mhz : float, optional
-        Clock that slacks refer to, > 0; None: the clock that just works.
+        Clock that slacks refer to, > 0; None: the highest one.
     top : int
-        How many endpoints to list, >= 1.
+        Number of endpoints to list, >= 1.
     table : DelayTable, optional
         Delays to use in place of those of ``grade`` and ``nets``.
     """
@@ -228,19 +228,19 @@ class _Analysis:
         return time + self.delays["clock_uncertainty"].ns
 
     def timing(self, *, clock_mhz: float | None, top: int) -> Timing:
-        found = [(d, e) for e in self.graph.endpoints if (d := self._delay(e)) is not None]
-        found.sort(key=lambda item: (-item[0], item[1].cell, item[1].register))
-        longest = found[0][0] if found else 0.0
+        delays = [(d, e) for e in self.graph.endpoints if (d := self._delay(e)) is not None]
+        delays.sort(key=lambda item: (-item[0], item[1].cell, item[1].register))
+        longest = delays[0][0] if delays else 0.0
         period = longest if clock_mhz is None else 1000.0 / clock_mhz
-        worst = self._path(*found[0], period, traced=True) if found else None
+        worst = self._path(*delays[0], period, traced=True) if delays else None
         keys = [k for p in worst.points for k in p.keys] if worst else []
         return Timing(
             grade=self.delays.grade,
             nets=self.delays.nets,
             period_ns=round(period, 3),
             worst=worst,
-            ends=tuple(self._path(d, e, period, traced=False) for d, e in found[:top]),
-            groups=self._groups(found),
+            ends=tuple(self._path(d, e, period, traced=False) for d, e in delays[:top]),
+            groups=self._groups(delays),
             guessed={k: self.delays[k] for k in dict.fromkeys(keys) if self.delays[k].guessed},
             clocks=self.graph.clocks,
         )
@@ -251,9 +251,9 @@ class _Analysis:
             return f"{kind}.{end.load.port}"
         return f"{kind} period" if end.is_period else f"{kind} inside"
 
-    def _groups(self, found: list[tuple[float, Endpoint]]) -> tuple[Group, ...]:
+    def _groups(self, delays: list[tuple[float, Endpoint]]) -> tuple[Group, ...]:
         members: dict[str, list[float]] = {}
-        for delay, end in found:
+        for delay, end in delays:
             members.setdefault(self._group_of(end), []).append(delay)
         return tuple(
             Group(
@@ -317,21 +317,21 @@ class _Analysis:
             load.cell, step.hop.entry + step.keys, entry=_text(load), leave=leave
         )
         net, net_ns = step.hop.net, self._net_ns(step.hop.net)
-        found = replace(
+        arrival = replace(
             point,
             net=self.graph.netlist.name_of(step.bit),
             fanout=step.fanout,
             net_ns=round(net_ns, 3),
             keys=(net, *point.keys) if net else point.keys,
         )
-        return found, net_ns + ns
+        return arrival, net_ns + ns
 
     def _point(
         self, cell: str, keys: tuple[str, ...], *, entry: str = "", leave: str = ""
     ) -> tuple[PathPoint, float]:
         """A cell on a path, and its delay [ns]."""
-        known, ns = self.graph.netlist.cells.get(cell), self._ns(keys)
-        kind, src = (known.type, known.src) if known else ("clock", "")
+        netlist_cell, ns = self.graph.netlist.cells.get(cell), self._ns(keys)
+        kind, src = (netlist_cell.type, netlist_cell.src) if netlist_cell else ("clock", "")
         point = PathPoint(
             cell=cell, type=kind, entry=entry, exit=leave, cell_ns=round(ns, 3), src=src, keys=keys
         )

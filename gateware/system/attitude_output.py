@@ -1,4 +1,4 @@
-"""Attitudes to the host: frames or lines of text, as many as the line can take."""
+"""Attitudes to the host: frames or lines of text, as many as the line can carry."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["AttitudeOutput", "OutputMode"]
 
 
 class OutputMode(IntEnum):
-    """What is sent."""
+    """Form of the output."""
 
     OFF = 0
     BINARY = 1
@@ -27,7 +27,7 @@ class OutputMode(IntEnum):
 
 
 class _State(IntEnum):
-    """Of a byte: address of the result, the byte in it, the character, the line's turn."""
+    """States for a byte: address of the result, byte of the result, character, transmission."""
 
     IDLE = 0
     FETCH = 1
@@ -46,10 +46,10 @@ _BIT_DELAY = 2
 class AttitudeOutput(wiring.Component):
     """Sends every n-th update, unless the one before is still being sent: then that is skipped.
 
-    What is being sent is an update that this reader of the results has taken, so it stays as it is
-    however long the line needs, and nothing ever waits for the line.
+    An update being sent is held by this reader of the results, so it does not change while the
+    line needs it, and nothing ever waits for the line.
 
-    `gateware.system.attitude_frame` says what is sent, and does the same in software.
+    `gateware.system.attitude_frame` defines frames and lines, and makes them in software.
 
     Words have 32 bits. Without ``text`` there are frames only, of 2 words and as many as the update
     has outputs; lines need the outputs of an attitude (`gateware.system.attitude_frame.OUTPUTS`).
@@ -60,14 +60,14 @@ class AttitudeOutput(wiring.Component):
     Parameters
     ----------
     text : bool
-        Every update has the outputs of an attitude.
+        Whether every update has the outputs of an attitude.
     most : int, 1 to 16
-        Most outputs of an update.
+        Maximum number of outputs of an update.
 
     Members
     -------
     updated : In(1)
-        There is a new update.
+        A new update is complete.
     last_output : In(4)
         Number of its last output word, taken with it.
     mode : In(2)
@@ -107,7 +107,7 @@ class AttitudeOutput(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """When to send; where in the frame or line; the byte there; its character."""
+        """Start of a transmission; position in the frame or line; its byte; its character."""
         m = Module()
         s = _Place(self.bits)
         start, flags = self._begin(m, s)
@@ -130,7 +130,7 @@ class AttitudeOutput(wiring.Component):
         return m
 
     def _begin(self, m: Module, s: _Place) -> tuple[Signal, Signal]:
-        """Which updates are sent; what is kept of one."""
+        """Select the updates to send, and store their data."""
         left = Signal(10)  # updates until the next one that is sent
         due = Signal()
         later = left[1:].any()
@@ -155,7 +155,7 @@ class AttitudeOutput(wiring.Component):
         return start, flags
 
     def _entry(self, m: Module, s: _Place) -> None:
-        """What stands at the place, in flip-flops from LOAD on; the next place.
+        """Entry at the place, registered from LOAD on; the next place.
 
         Places of a frame are 0 to 7, then those of the outputs, so that high bits say which word.
         """
@@ -174,7 +174,7 @@ class AttitudeOutput(wiring.Component):
             m.d.comb += s.next_place.eq(4 << self.bits)
 
     def _character(self, m: Module, s: _Place) -> Signal:
-        """The character of a line that stands for the byte."""
+        """Character of a line for the byte."""
         m.submodules.digits = digits = AngleDigits()
         low = Signal(3)
         multiplying = s.state == _State.MULTIPLY
@@ -247,7 +247,7 @@ class AttitudeOutput(wiring.Component):
 
 
 class _Place:
-    """Where in a frame or line the output is, and what stands there."""
+    """Position in a frame or line, and its entry."""
 
     def __init__(self, bits: int) -> None:
         self.state = Signal(_State)

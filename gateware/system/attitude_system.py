@@ -37,12 +37,12 @@ from boresight.model.errors import InputError
 
 __all__ = ["AttitudeSystem", "system_design"]
 
-#: Bit of the time with which the LED changes, at most: about three times a second at 100 MHz.
+#: Bit of the time at which the LED may change: about three times a second at 100 MHz.
 _BLINK_BIT = 25
 
 
 class AttitudeSystem(wiring.Component):
-    r"""Readers, core, registers and output: what the bitstream of a board is.
+    r"""Readers, core, registers and output: the design of a board's bitstream.
 
     ::
 
@@ -51,24 +51,24 @@ class AttitudeSystem(wiring.Component):
         HMR3300 ---- Hmr3300 ----/                    \-- AttitudeOutput --------/
                                                                      Wishbone slave
 
-    All in one clock domain; every asynchronous input goes through two flip-flops. What the host
-    or anybody on the Wishbone does cannot hold up the filter.
+    There is one clock domain; every asynchronous input passes two flip-flops. Accesses of the host
+    or the Wishbone cannot delay the filter.
 
     **Latency** `latency_cycles`: data-ready edge at the pin to new results.
 
     Parameters
     ----------
     core : Core
-        From `gateware.system.programs.system_core`.
+        Core of `gateware.system.programs.system_core`.
     clock_hz : float
         Clock, Hz.
     host_baud : float
         Line to the host.
     wishbone : bool
-        With a Wishbone slave, for a processor.
+        Whether to add a Wishbone slave, for a processor.
     inertial : Adis16385, optional
     compass : Hmr3300, optional
-        The readers, where they are other than usual.
+        The readers, if not the default ones.
 
     Members
     -------
@@ -81,13 +81,13 @@ class AttitudeSystem(wiring.Component):
     led_running : Out(1)
         Blinks as long as updates come, about once a second; else stands still.
     led_fault : Out(1)
-        A sensor is not all right.
+        A sensor has a fault.
     interrupt : Out(1)
         One cycle: new results. Only with Wishbone.
     wb : In(WishboneSignature)
         Only with Wishbone.
     probe_* : Out
-        For simulation; a board leaves them open.
+        For simulation; unconnected on a board.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class AttitudeSystem(wiring.Component):
         self._output = AttitudeOutput(text=text, most=max(self.plan.outputs))
         self.title = "attitude system"
         self.lines = _LINES
-        #: Counted events, by their bits: whose, and which.
+        #: Counted events, by their bits: source and name.
         self._sources = (
             ("inertial", self._inertial),
             ("compass", self._compass),
@@ -185,7 +185,7 @@ class AttitudeSystem(wiring.Component):
     readme = "board_system"
 
     def facts(self) -> dict[str, Any]:
-        """What a project's README says of the system, with each filter's latency."""
+        """Values of the system for a project's README, with each filter's latency."""
         cycles = [self.latency_cycles(k) for k in range(self.plan.filters)]
         return {
             "core": describe(self.core),
@@ -202,7 +202,7 @@ class AttitudeSystem(wiring.Component):
         }
 
     def elaborate(self, platform: Any) -> Module:
-        """The parts, and who is connected to whom."""
+        """Connect the parts."""
         m = Module()
         m.submodules.inertial, m.submodules.compass = self._inertial, self._compass
         m.submodules.attitude = attitude = self._attitude
@@ -235,7 +235,7 @@ class AttitudeSystem(wiring.Component):
         return m
 
     def _order(self, bus: SystemBus) -> Any:
-        """What a write of register ``order`` does in this cycle, by name."""
+        """Orders of a write of register ``order`` in this cycle, by name."""
         fields = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
         return data.View(layout_of(fields), bus.order)
 
@@ -257,7 +257,7 @@ class AttitudeSystem(wiring.Component):
             csr.compass_flags.eq(compass.flags),
             *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
         ]
-        # A letter waits until the reader can send it; the next one replaces it.
+        # A letter waits until the reader can send it; another one replaces it.
         with m.If(compass.command.ready):
             m.d.sync += compass.command.valid.eq(0)
         with m.If(csr.compass_command_stb):
@@ -338,7 +338,7 @@ class AttitudeSystem(wiring.Component):
         ]
 
     def _initiators(self, m: Module, bus: SystemBus, bridge: Bridge) -> None:
-        """Who drives the register bus: the host, and a processor if there is one."""
+        """Initiators of the register bus: the host, and a processor if present."""
         if not self.wishbone:
             wiring.connect(m, bridge.bus, bus.bus)
             m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
@@ -357,7 +357,7 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [bus.read.eq(arbiter.read), self.interrupt.eq(self._attitude.updated)]
 
     def _lights(self, m: Module, time: Signal) -> None:
-        """One that blinks with updates, one for what is wrong with the sensors."""
+        """LEDs: one blinks with updates, one shows faults of the sensors."""
         came = Signal()
         beat = Signal()
         bit = min(_BLINK_BIT, int(self.clock_hz / 4).bit_length())
@@ -374,7 +374,7 @@ class AttitudeSystem(wiring.Component):
         )
 
 
-#: What a write of an input register is.
+#: Ports for a write of an input register.
 _FEED = ("feed_en", "feed_index", "feed_data")
 
 _LINES = (
@@ -406,12 +406,12 @@ _LINES = (
 
 
 def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], AttitudeSystem]:
-    """What `gateware.boards.ise.write_ise_project` makes a project of: the system for a clock.
+    """Return the design for `gateware.boards.ise.write_ise_project`: the system for a clock.
 
     Raises
     ------
     InputError
-        The core's words have not 32 bits; when called, a clock that the serial lines cannot use.
+        The core's words do not have 32 bits; when called, a clock unfit for the serial lines.
     """
     word = core.machine.arithmetic.word
     if word != 32:

@@ -1,4 +1,4 @@
-"""The line of text of an attitude: what stands at each of its places, and degrees by arithmetic."""
+"""The line of text of an attitude: entries of its columns, and degrees by arithmetic."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HUNDREDTHS = 36_000
 
 
 class Op(IntEnum):
-    """What stands at a place of the line."""
+    """Kind of entry in a column of the line."""
 
     LITERAL = 0
     HEX = 1
@@ -27,7 +27,7 @@ class Op(IntEnum):
 
 
 class Place(NamedTuple):
-    """A place. ``code``: a character below 64; 8 times a word's code plus a nibble; a digit."""
+    """A column. ``code``: a character below 64; 8 times a word's code plus a nibble; a digit."""
 
     op: Op
     code: int
@@ -51,7 +51,7 @@ def _literal(character: str) -> Place:
     return Place(Op.LITERAL, ord(character))
 
 
-#: The places of a line, in order (`gateware.system.attitude_frame.text_line`).
+#: The columns of a line, in order (`gateware.system.attitude_frame.text_line`).
 LINE = (
     *_angle("heading"),
     *_angle("pitch"),
@@ -77,15 +77,15 @@ class AngleDigits(wiring.Component):
     Members
     -------
     start : In(1)
-        Begin a new angle: nothing has come yet.
+        Begin a new angle.
     bit : In(1), negative : In(1), last : In(1), shift : In(1)
         With ``shift``: a bit of the word; the word's sign; whether the bit is the sign.
     power : In(3)
-        Which power of ten: 0 is 10000, 4 is 1.
+        Power of ten: 0 is 10000, 4 is 1.
     subtract : In(1)
-        Take it away if possible.
+        Subtract it if possible.
     possible : Out(1)
-        It is possible.
+        The subtraction is possible.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The host's serial line: register accesses, and what is pushed to the host."""
+"""The host's serial line: register accesses, and data pushed to the host."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Bridge"]
 
 
 class Bridge(wiring.Component):
-    r"""READ and WRITE frames to the register bus; answers and pushed bodies to the host.
+    r"""READ and WRITE frames to the register bus; replies and pushed bodies to the host.
 
     ::
 
@@ -29,8 +29,8 @@ class Bridge(wiring.Component):
                                         Packer -\
                                               i --> Framer -> Transmitter -> tx
 
-    `gateware.boards.frames` says what the frames look like. Answers and pushed bodies (or lines of
-    text) take turns, whole ones at a time. No sequence of bytes stops it.
+    `gateware.boards.frames` defines the frames. Replies and pushed bodies (or lines of text)
+    alternate as complete units. No sequence of bytes stops the bridge.
 
     **Latency** 8 cycles from the end of a frame's last byte to the begin of its answer for a
     register that does not wait, while nothing is being pushed.
@@ -77,7 +77,7 @@ class Bridge(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """The parts in a row, and who is next."""
+        """Connect the parts; arbitrate between replies and pushed bodies."""
         m = Module()
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
         m.submodules.unpacker = unpacker = Unpacker(word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
@@ -110,7 +110,7 @@ class Bridge(wiring.Component):
             self.events.eq(Cat(receiver.error, unpacker.dropped)),
         ]
 
-        # One of the two has the framer until its last byte; else who wants it.
+        # One of the two has the framer until its last byte.
         push = Signal()
         within = Signal()
         offered = framer.i

@@ -1,4 +1,4 @@
-"""The conductor: takes samples from the readers through the core and puts the results away."""
+"""The update controller: takes samples through the core and stores the results."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from boresight.gateware.system.plan import Plan
 
 
 class Conductor(wiring.Component):
-    """Drives the core: calibration, filter, results; then the field for the next update.
+    """The update controller: calibration, filter, results; then the field for the next update.
 
     Every good inertial sample goes through `calibrate_inertial`, then its words, with those of the
     field or zeros, through the filter, after those estimators whose words it reads (its chain). A
     line of the compass waits until the next update is complete, goes through the program for it,
-    and its field is used once, in the update after. The core's `calibrate_inertial` is selected as
-    long as nothing is to do.
+    and its field is used once, in the update after that. `calibrate_inertial` is selected while
+    the controller is idle.
 
     The time step is the difference of the stamps of the samples used. It is negative, which
     restarts the filter, for the first sample, after ``restart``, ``run`` low or a watchdog, when
@@ -34,9 +34,9 @@ class Conductor(wiring.Component):
     Words of a record that no sensor gives come from registers, whose words an update takes all
     together (`gateware.bus.feed_registers`).
 
-    A sample that comes while the last one is worked at is dropped, one that comes during the field
-    waits. If the core does not finish a job within `patience` the job is given up: one word with
-    ``last`` brings the core back to the start of a record.
+    A sample that comes during the update of the last one is dropped, one that comes while the field
+    is computed waits. If the core does not finish a job within `patience`, the job is aborted: one
+    word with ``last`` brings the core back to the start of a record.
 
     **Latency** `latency` of the filter: cycles from ``sample`` to ``updated``, without writes to
     the core's parameters or a new set of input registers, each of which can add a few.
@@ -53,7 +53,7 @@ class Conductor(wiring.Component):
     time : In(32)
         Running count of clock cycles, for the watchdog.
     sample : In(1)
-        A whole sample is there, with its ``stamp``; both must hold still for 500 cycles.
+        A complete sample with its ``stamp``; both must be stable for 500 cycles.
     stamp : In(32)
         Clock cycle of that sample.
     index : Out(3), word : In(16)
@@ -61,10 +61,10 @@ class Conductor(wiring.Component):
     line : In(1), is_counts : In(1), values : In(3 * 16)
         A line of the compass has come; magnetometer counts, or heading, pitch and roll.
     filter : In
-        Number of the filter; one that none has changes nothing.
+        Number of the filter; unused numbers are ignored.
     source : In(2)
         Lines that are used: 0 none, 1 counts, 2 headings, 3 any. After a change between the two
-        ``restart`` is wise: the strength of the field is another.
+        ``restart`` is advisable, since the strength of the field differs.
     run : In(1)
         Samples are used.
     restart : In(1)
@@ -78,13 +78,13 @@ class Conductor(wiring.Component):
     number : Out(16)
         Number of the update that was begun last.
     last_output : Out(4)
-        Number of the last output word of the update that ``updated`` tells of.
+        Number of the last output word of the update of ``updated``.
     ports : In(ResultPort) array
         Readers of the results (`gateware.system.interface.Place`).
     events : Out
         One-cycle pulses, by `EVENTS`.
     feed_en : In(1), feed_index : In(5), feed_data : In(W), feed_take : In(1), feed_busy : Out(1)
-        Input registers, as `FeedRegisters` says. Only where an estimator has some.
+        Input registers, see `FeedRegisters`; only if an estimator has some.
     """
 
     #: Meaning of the bits of ``events``.
@@ -140,7 +140,7 @@ class Conductor(wiring.Component):
 
     @property
     def _watch_bit(self) -> int:
-        """The bit of ``time`` that stays for longer than any update takes, half as much again."""
+        """Bit of ``time`` whose half period is longer than 1.5 times any update."""
         lengths = self.plan.lengths
         chains = [sum(lengths[k] for k in chain) for chain in self.plan.chains]
         longest = lengths[self.plan.inertial] + max(*chains, *lengths) + 32
@@ -148,7 +148,7 @@ class Conductor(wiring.Component):
 
     @property
     def patience(self) -> int:
-        """Most cycles from the start of a job until it is given up; half of that is the least."""
+        """Maximum cycles from the start of a job until it is aborted; the minimum is half of it."""
         return 2 << self._watch_bit
 
     def latency(self, number: int) -> int:
@@ -205,7 +205,7 @@ class Conductor(wiring.Component):
         return m
 
     def _requests(self, m: Module, s: Step, accepted: Value) -> Value:
-        """What samples, lines, the host and the clock ask for; events. Returns the watchdog."""
+        """Requests of samples, lines, host and clock; events. Returns the watchdog."""
         with m.If(accepted):
             m.d.sync += [s.line_waits.eq(1), s.line_counts.eq(self.is_counts)]
         busy = (s.state != State.IDLE) & ~s.job[1]
@@ -251,7 +251,7 @@ class Conductor(wiring.Component):
             ]
 
     def _feed(self, m: Module, s: Step, fire: Value) -> None:
-        """Give the record, then choose what comes behind it."""
+        """Feed the record, then choose the next state."""
         plan = self.plan
         is_inertial = s.job == Job.INERTIAL
         behind = Mux(s.last, plan.inertial, s.following)
@@ -265,7 +265,7 @@ class Conductor(wiring.Component):
             ]
 
     def _collect(self, m: Module, s: Step) -> None:
-        """Take the words that come."""
+        """Collect output words."""
         ended: Value = self.o.valid & self.o.payload.last
         if self.plan.early:
             ended = ended | s.ended
@@ -277,7 +277,7 @@ class Conductor(wiring.Component):
                 m.d.sync += s.restarting.eq(self.o.payload.data[-1])
 
     def _finish(self, m: Module, s: Step, accepted: Value, new_set: Value) -> None:
-        """What comes behind a job."""
+        """Choose the next job."""
         plan = self.plan
         m.d.comb += s.next_count.eq(0)
         with m.If(s.job == Job.INERTIAL):  # unless the registers' words are still on their way
@@ -304,7 +304,7 @@ class Conductor(wiring.Component):
                     s.field_counts.eq(s.line_counts),
                 ]
         with m.Else():
-            # A line that has come since may have changed the words on their way.
+            # A line received since may have changed the words being copied.
             good = ~s.line_waits & ~accepted
             m.d.sync += [s.state.eq(State.IDLE), s.fresh.eq(good), s.bank.eq(s.bank ^ good)]
 
@@ -321,7 +321,7 @@ class Conductor(wiring.Component):
             m.d.sync += s.state.eq(State.IDLE)
 
     def _registers(self, m: Module, s: Step, words: Words) -> Value:
-        """Input registers: their words to the memory. Returns whether some are on their way."""
+        """Copy input registers to the memory. Returns whether a copy is under way."""
         registers = self.plan.feed.registers
         if not registers:
             return Const(0)

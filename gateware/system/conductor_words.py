@@ -1,4 +1,4 @@
-"""The words of the conductor: where those for the core come from, and where its own go."""
+"""The words of the update controller: sources of those for the core, targets of its results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from boresight.gateware.system.plan import RAW, Plan
 
 
 class State(Enum):
-    """Where in its job the conductor is; codes that are no state count as FLUSH."""
+    """State within a job; unused codes count as FLUSH."""
 
     IDLE = 0
     FEED = 1
@@ -28,7 +28,7 @@ class State(Enum):
 
 
 class Job(Enum):
-    """What the core works at."""
+    """Job of the core."""
 
     INERTIAL = 0
     FILTER = 1
@@ -37,7 +37,7 @@ class Job(Enum):
 
 
 class Source(Enum):
-    """Where a word for the core comes from."""
+    """Source of a word for the core."""
 
     WAITING = 0
     STAMP = 1
@@ -46,10 +46,10 @@ class Source(Enum):
 
 
 class Step:
-    """Where the conductor is: its registers and what follows from them.
+    """Registers of the update controller, and signals derived from them.
 
     ``running`` is the estimator of the update; ``step`` counts along its chain, ``program`` is the
-    one there, ``following`` the next one, ``last`` says that there is none.
+    current program, ``following`` the next one, ``last`` marks the last one.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -70,7 +70,7 @@ class Step:
         self.set_fresh = Signal()  # the input registers' words are new
         self.begin = Signal()
         self.complete = Signal()
-        # What the core does in a cycle depends on ``valid``: a register of its own.
+        # The core's clock enable depends on ``valid``, so it is a separate register.
         self.offer = Signal()
         self.ends = Signal()
         self.ended = Signal()  # the last word has come before the record was given
@@ -88,7 +88,7 @@ class Step:
 
 
 def table(index: Value, entries: Sequence[Any]) -> Value:
-    """The entry of a number; of one beyond them, the last one."""
+    """Entry with a number; the last one for larger numbers."""
     entries = [Value.cast(e) for e in entries]
     first = entries[0]
     same = all(
@@ -104,7 +104,7 @@ def table(index: Value, entries: Sequence[Any]) -> Value:
 
 
 def last_words(plan: Plan, s: Step) -> Value:
-    """Number of the last word of the record that the job at work has."""
+    """Number of the last word of the current job's record."""
     counts = [len(record) - 1 for record in plan.feed.records]
     of_filter = table(s.program, counts)
     is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
@@ -114,8 +114,8 @@ def last_words(plan: Plan, s: Step) -> Value:
 class Words:
     """The words between the programs, to the core and to the results.
 
-    ``calibrated``: one of a program before the estimators goes to the memory in this cycle;
-    ``set_valid``, ``set_index``, ``set_data``: one of the input registers does, if it may.
+    ``calibrated``: a word of a program before the estimators is written to the memory in this
+    cycle; ``set_valid``, ``set_index``, ``set_data``: a word of an input register, if permitted.
     """
 
     def __init__(
@@ -173,7 +173,7 @@ class Words:
                 ]
 
     def _address(self, m: Module, address: Value) -> None:
-        """Place of the word of the next cycle: a table of count, ``fire`` and what is fresh."""
+        """Place of the next cycle's word: a table of count, ``fire`` and fresh data."""
         s = self.s
         records = self.plan.feed.records
         distinct = sorted(set(records), key=records.index)
@@ -184,27 +184,27 @@ class Words:
                 with case, m.Switch(Cat(s.count, self.fire)):
                     for k, fed in enumerate(record):
                         with m.Case(k, k - 1 + 16 if k else k):
-                            m.d.comb += address.eq(self._place(fed))
+                            m.d.comb += address.eq(self._address_of(fed))
 
-    def _place(self, fed: Fed) -> Any:
+    def _address_of(self, fed: Fed) -> Any:
         s = self.s
-        place: Any = fed.place
+        address: Any = fed.place
         if fed.place in FIELD and self.plan.feed.holds:
-            place = Mux(s.bank, fed.place + HELD, fed.place)
+            address = Mux(s.bank, fed.place + HELD, fed.place)
         if fed.absent is None:
-            return place
+            return address
         new = Const(1)
         if fed.field:
             new = s.use_field
         if fed.registers:
             new = s.set_fresh & new if fed.field else s.set_fresh
-        return Mux(new, place, fed.absent)
+        return Mux(new, address, fed.absent)
 
     def offered(self, m: Module) -> Value:
-        """The word for the core: out of the memory, or raw."""
+        """The word for the core: from the memory, or raw."""
         s, bits = self.s, self.plan.count_bits
         source = Signal(Source)
-        which = Signal(2)  # of the values
+        which = Signal(2)  # number of the value
         with m.Switch(s.job):
             with m.Case(Job.INERTIAL):
                 m.d.comb += [
@@ -232,14 +232,14 @@ class Words:
         return Cat(low.o, high.o)
 
     def put_away(self, m: Module, results: Results, header: Value) -> None:
-        """What goes to the result memory when."""
+        """Write words to the result memory."""
         s, i, o = self.s, self.i, self.o
         is_filter = (s.job == Job.FILTER) & s.last
         region = Signal(2)
         count = s.count
         taking = s.state
         if self.plan.early:
-            # Words may come while the record is being given, never both in a cycle.
+            # Words may come while the record is fed, but never both in a cycle.
             number = Signal(4)
             early = Signal()
             m.d.comb += early.eq((s.state == State.FEED) & o.valid)
@@ -285,10 +285,10 @@ class Words:
 
 
 def _either(waits: Any, stamp: Any, s0: Any, s1: Any) -> Any:
-    """What `multiplex` gives where the other two words have no bits."""
+    """`multiplex` of bits that the other two words lack."""
     return multiplex(waits, stamp, 0, 0, s0, s1)
 
 
-def _put(given: Any, taken: Any, header: Any, s0: Any, s1: Any) -> Any:
-    """By the state: FEED, COLLECT, FINISH."""
-    return multiplex(given, given, taken, header, s0, s1)
+def _put(offered: Any, collected: Any, header: Any, s0: Any, s1: Any) -> Any:
+    """Word to write, by the state: FEED, COLLECT, FINISH."""
+    return multiplex(offered, offered, collected, header, s0, s1)

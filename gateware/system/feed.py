@@ -1,8 +1,8 @@
-"""Where the words of an estimator's record come from on a board, by the names of its inputs.
+"""Input routing: sources of the words of an estimator's record on a board, by names of inputs.
 
-The conductor has a memory of words; a record is a list of places in it. Sensors' words stand there
-as the programs before the estimators gave them; words that never change are in it from the start;
-and inputs that no sensor gives are registers of the bus (`gateware.bus.feed_registers`).
+The update controller has a memory of words; a record is a list of places in it. The programs before
+the estimators write the sensors' words there; constants are in it from the start; and inputs
+without a sensor are registers of the bus (`gateware.bus.feed_registers`).
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ PLACES = {
 }
 FIELD, ZERO = (8, 9, 10), 15
 _CONSTANTS, REGISTERS = 16, 32
-#: By this a second field stands behind the first: the one that is complete is held meanwhile.
+#: Offset of a second copy of the field: the complete one is held while the other is written.
 HELD = 16
 _MOST_CONSTANTS, MOST_REGISTERS = 8, 32
 
 
 @dataclass(frozen=True)
 class Fed:
-    """Where a word of a record comes from.
+    """Source of a word of a record.
 
-    ``place`` in the memory; with ``absent``, that place instead where the update has no fresh field
-    (``field``) or no new set of the registers (``registers``).
+    ``place`` is that in the memory; ``absent`` replaces it in updates without a fresh field
+    (``field``) or without a new set of registers (``registers``).
     """
 
     place: int
@@ -43,7 +43,7 @@ class Fed:
 
 @dataclass(frozen=True)
 class Feed:
-    """What the conductor's memory holds, and the records that are made of it.
+    """Contents of the update controller's memory, and the records read from it.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Feed:
     constants : tuple of int
         Words from place 16 on.
     registers : dict of str to Value
-        Inputs that no sensor gives, by name, in the order of their registers.
+        Inputs without a sensor, by name, in the order of their registers.
     holds : bool
-        Some estimator reads the last field where there is no fresh one.
+        Whether an estimator reads the last field if there is no fresh one.
     """
 
     records: tuple[tuple[Fed, ...], ...]
@@ -64,17 +64,17 @@ class Feed:
 
     @property
     def wide(self) -> bool:
-        """Whether the memory has to have more than its first 16 places."""
+        """Whether the memory needs more than its first 16 places."""
         return bool(self.constants or self.registers or self.holds)
 
 
 def feed_of(programs: Sequence[Program]) -> Feed:
-    """The feed of a system's estimators.
+    """Input routing of a system's estimators.
 
     Raises
     ------
     ValueError
-        More constants or registers than there are places, a register of two formats.
+        Too many constants or registers, or a register of two formats.
     """
     makers = _Maker()
     records = tuple(
@@ -84,7 +84,7 @@ def feed_of(programs: Sequence[Program]) -> Feed:
 
 
 class _Maker:
-    """Gathers what the records need."""
+    """Collects constants and registers of the records."""
 
     def __init__(self) -> None:
         self.constants: list[int] = []
@@ -92,7 +92,7 @@ class _Maker:
         self.holds = False
 
     def constant(self, word: int) -> int:
-        """Place of a word that never changes."""
+        """Place of a constant."""
         if word == 0:
             return ZERO
         if word not in self.constants:
@@ -102,30 +102,30 @@ class _Maker:
         return _CONSTANTS + self.constants.index(word)
 
     def fed(self, program: Program, number: int) -> Fed:
-        """Where one input comes from."""
+        """Source of an input."""
         value, form = program.values[number], program.format(number)
         ports = dict(zip(program.inputs, program.in_ports, strict=False))
         port = ports.get(number, InPort(missing=0.0))
         if port.flags:
-            place = self.constant(int(form.quantise(1.0)))
+            address = self.constant(int(form.quantise(1.0)))
             by_field = any(PLACES.get(name, 0) in FIELD for name in port.flags)
             by_registers = not all(name in PLACES for name in port.flags)
             absent = ZERO if by_field or by_registers else None
-            return Fed(place, absent, by_field, by_registers)
+            return Fed(address, absent, by_field, by_registers)
         if value.name not in PLACES:
             return Fed(REGISTERS + self._register(value))
-        place = PLACES[value.name]
-        if place not in FIELD:
-            return Fed(place)
+        address = PLACES[value.name]
+        if address not in FIELD:
+            return Fed(address)
         if isinstance(port.missing, str):
             self.holds = True
-            return Fed(place)
-        return Fed(place, self.constant(int(form.quantise(port.missing or 0.0))), field=True)
+            return Fed(address)
+        return Fed(address, self.constant(int(form.quantise(port.missing or 0.0))), field=True)
 
     def _register(self, value: Value) -> int:
-        """Number of the register that gives an input."""
-        known = self.registers.setdefault(value.name, value)
-        if known.frac != value.frac:
+        """Number of an input's register."""
+        register = self.registers.setdefault(value.name, value)
+        if register.frac != value.frac:
             raise ValueError(f"register {value.name} must have one format, not two")
         if len(self.registers) > MOST_REGISTERS:
             raise ValueError(f"registers must be {MOST_REGISTERS} or fewer")
@@ -133,6 +133,6 @@ class _Maker:
 
 
 def reset_word(value: Value) -> int:
-    """What an input register holds at first: 0, or what of its range is nearest to it."""
+    """Initial word of an input register: 0, or the nearest value in its range."""
     nearest = min(max(0.0, value.low), value.high)
     return int(Format(32, value.frac).quantise(nearest))

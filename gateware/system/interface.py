@@ -1,7 +1,7 @@
 """The interface of a complete system, declared once: registers, result words, orders, events.
 
-Hardware, register map, host and the judge of a simulated board read it: the conductor packs
-`HEADER`, the frames to the host carry it with `FRAME_FLAGS`, a write of `ORDERS` does things once.
+Hardware, register map, host and the simulated board's comparison read it: the update controller
+packs `HEADER`, the frames to the host add `FRAME_FLAGS`, a write of `ORDERS` triggers actions.
 `system_registers` is the block that `gateware.bus.csr` makes, from the rows of ``registers.csv``;
 `system_map` is everything on the bus.
 """
@@ -25,7 +25,7 @@ from boresight.gateware.system.system_bus import COUNTERS, CSR, FEED, RESULTS
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Value
 
-#: "BORE", and the version of this map: it changes when an address or a meaning does.
+#: "BORE", and the version of this map, changed with an address or a meaning.
 IDENTIFICATION, VERSION = 0x424F_5245, 1
 
 _READ, _WRITE = Access.READ_ONLY, Access.WRITE_ONLY
@@ -55,7 +55,7 @@ HEADER = (
     BitField("restart", 21, "the filter was restarted"),
     BitField("saturated", 22, "a value of the filter was clamped"),
 )
-#: What a frame to the host has besides in its header.
+#: Additional flags in the header of a frame to the host.
 FRAME_FLAGS = (
     BitField("inertial_fault", 24, "the inertial sensor is not running"),
     BitField("inertial_alarm", 25, "an alarm of the inertial sensor"),
@@ -64,13 +64,13 @@ FRAME_FLAGS = (
     BitField("compass_stale", 28, "no good line of the compass for a while"),
     BitField("compass_fault", 29, "the compass does not answer as it should"),
 )
-#: What a write of register ``order`` does.
+#: Orders of a write of register ``order``.
 ORDERS = (
     BitField("restart_filter", 0, "the next update restarts the filter"),
     BitField("restart_inertial", 1, "reset the inertial sensor and set it up again"),
     BitField("clear_counters", 2, "all counters to 0"),
 )
-#: The same, of a system with input registers.
+#: Additional order of a system with input registers.
 TAKE_FEED = BitField(
     "take_feed", 3, "the feed registers' words, all together, from the next update on"
 )
@@ -123,13 +123,13 @@ def system_registers(
     inertial_flags, compass_flags : mapping
         Name and meaning of the readers' level flags, bit 0 first.
     text, feed : bool
-        The output can be text; there are input registers.
+        Whether the output can be text, and whether there are input registers.
     """
     if not 1 <= len(filters) <= 8:
         raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
     inertial, compass = _flags(inertial_flags), _flags(compass_flags)
     orders = (*ORDERS, TAKE_FEED) if feed else ORDERS
-    given: dict[str, dict[str, Any]] = {
+    details: dict[str, dict[str, Any]] = {
         "identification": {"reset": IDENTIFICATION},
         "map_version": {"reset": VERSION},
         "clock_hz": {"reset": round(clock_hz)},
@@ -141,15 +141,15 @@ def system_registers(
         "order": {"fields": orders, "width": len(orders)},
         **({} if text else {"output_mode": {"names": ("off", "binary")}}),
     }
-    return tuple(dataclasses.replace(r, **given.get(r.name, {})) for r in _declared())
+    return tuple(dataclasses.replace(r, **details.get(r.name, {})) for r in _declared())
 
 
 def result_registers(programs: Sequence[Records], *, word: int) -> tuple[Register, ...]:
     """The results of an update: header, time stamp, outputs, the estimator's input record.
 
-    A word has the estimators' name for it with ``result_`` or ``input_`` before it, or where they
-    have several its number. One whose fraction bits are not the same in all of them has no ``frac``
-    here: the records of the programs tell.
+    A word has the estimators' name with the prefix ``result_`` or ``input_``, or its number if the
+    names differ. A word whose fraction bits differ among estimators has no ``frac`` here; the
+    records of the programs have it.
     """
     outputs = {p.program: p.outputs for p in programs}
     inputs = {p.program: p.inputs for p in programs}
@@ -201,7 +201,7 @@ def _record(
 
 
 def feed_registers(values: Mapping[str, Value], *, word: int) -> tuple[Register, ...]:
-    """The input registers: what estimators read that no sensor gives."""
+    """The input registers: inputs of estimators without a sensor."""
     return tuple(
         Register(
             f"feed_{name}",
@@ -247,18 +247,18 @@ def system_map(
     Parameters
     ----------
     core : Core
-        Its core (`gateware.system.programs.system_core`).
+        Core of the system (`gateware.system.programs.system_core`).
     registers : sequence of Register
-        From `system_registers`.
+        Registers of `system_registers`.
     events : sequence of str
-        Names of the counted events, bit 0 first; ``bad_address`` comes behind them.
+        Names of the counted events, bit 0 first; ``bad_address`` is added after them.
     feed : mapping, optional
-        Inputs that registers give (`gateware.system.feed.Feed`).
+        Inputs read from registers (`gateware.system.feed.Feed`).
     counter_bits : int
         Bits of a counter.
     """
     whole = describe(core)
-    own = tuple(
+    core_registers = tuple(
         dataclasses.replace(r, access=_READ, meaning="number of the program that runs just now")
         if r.name == "program"
         else r
@@ -268,7 +268,7 @@ def system_map(
         whole,
         title="attitude system",
         registers=(
-            *own,
+            *core_registers,
             *registers,
             *result_registers(whole.programs[: -len(FRONT_NAMES)], word=whole.word),
             *counter_registers((*events, "bad_address"), bits=counter_bits),

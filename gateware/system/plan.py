@@ -1,7 +1,7 @@
-"""Which program of the system's core does what, and in which formats: what the conductor is told.
+"""The plan of a system's core: roles and formats of its programs, for the update controller.
 
-The core of a complete system holds the estimators, then the three programs of `model.front`. An
-estimator that reads what another keeps is run after that one, on the same sample: a chain.
+The core of a complete system has the estimators, then the three programs of `model.front`. An
+estimator that reads another one runs after it, on the same sample: a chain.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _FIELD = ("mx", "my", "mz")
 RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
 #: Inputs and outputs of the programs before the estimators; None: any inputs.
 _FRONT = ((RAW, (*_INERTIAL, "dt")), (tuple(f"{n}_counts" for n in _FIELD), _FIELD), (None, _FIELD))
-#: Most words of a record, and most estimators.
+#: Maximum words of a record, and maximum number of estimators.
 _MOST_WORDS, _MOST_ESTIMATORS = 16, 8
 #: Widths of the words of a complete system, bits.
 SYSTEM_WORDS = range(26, 33)
@@ -29,7 +29,7 @@ SYSTEM_WORDS = range(26, 33)
 
 @dataclass(frozen=True)
 class Plan:
-    """The programs of a core as the conductor sees them.
+    """The programs of a core, for the update controller.
 
     Attributes
     ----------
@@ -38,19 +38,19 @@ class Plan:
     names : tuple of str
         Names of the programs, by number.
     filters : int
-        How many of them, the first ones, are estimators.
+        Number of estimators, which come first.
     lengths : tuple of int
         Cycles of each.
     outputs : tuple of int
         Words of each estimator's output record.
     chains : tuple of tuple of int
-        For each estimator the programs that run for it: those that it reads, then itself.
+        For each estimator the programs of its update: those that it reads, then itself.
     feed : Feed
-        Where the words of their records come from.
+        Input routing of their records.
     count_bits : int
         Fraction bits of raw counts in the input words.
     early : bool
-        Some estimator gives out a word before it has taken the last one of its record.
+        Whether an estimator emits a word before it has taken the last word of its record.
     """
 
     word: int
@@ -91,7 +91,7 @@ class Plan:
 
 
 def chain_of(programs: Sequence[Program], number: int) -> tuple[int, ...]:
-    """The programs that run for an estimator: those that it reads, each once, then itself."""
+    """Programs of an estimator's update: those that it reads, each once, then itself."""
     numbers = {p.name: k for k, p in enumerate(programs)}
     chain: list[int] = []
     for link in programs[number].linked.values():
@@ -107,13 +107,13 @@ def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
     programs : sequence of Program
         By number.
     schedules : sequence of Schedule
-        What was made of them.
+        Schedules of the programs.
 
     Raises
     ------
     ValueError
-        The programs are not such, or their words do not fit together: the front programs' outputs
-        must have the binary points of every estimator's inputs.
+        The programs have another order or other records, or the front programs' outputs do not
+        have the binary points of every estimator's inputs.
     """
     filters = len(programs) - len(FRONT_NAMES)
     names = tuple(p.name for p in programs)
@@ -143,26 +143,26 @@ def plan_of(programs: Sequence[Program], schedules: Sequence[Schedule]) -> Plan:
 
 
 def _check_front(front: Sequence[Program]) -> None:
-    """The programs before the estimators have the records that the conductor gives and takes."""
+    """Check that the programs before the estimators have the update controller's records."""
     for program, (inputs, outputs) in zip(front, _FRONT, strict=True):
-        found = tuple(program.values[n].name for n in program.inputs)
+        names = tuple(program.values[n].name for n in program.inputs)
         if program.output_names != outputs:
             raise ValueError(
                 f"{program.name} must have the outputs {outputs}, not {program.output_names}"
             )
-        if inputs is not None and found != inputs:
-            raise ValueError(f"{program.name} must have the inputs {inputs}, not {found}")
+        if inputs is not None and names != inputs:
+            raise ValueError(f"{program.name} must have the inputs {inputs}, not {names}")
 
 
 def _check_estimator(program: Program, front: Sequence[Program]) -> None:
-    """Its words are the calibrations'."""
+    """Check that an estimator's inputs have the formats of the calibrations."""
     for number in program.streamed:
         name, want = program.values[number].name, program.format(number)
         if name not in PLACES:
             continue
-        for given in front:
-            if name in given.output_names:
-                have = given.format(given.outputs[given.output_names.index(name)])
+        for source in front:
+            if name in source.output_names:
+                have = source.format(source.outputs[source.output_names.index(name)])
                 if have != want:
                     raise ValueError(
                         f"input {name} of {program.name} must be {have} as it comes "

@@ -9,7 +9,7 @@ from dataclasses import replace
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.system.feed import MOST_REGISTERS
 from boresight.gateware.system.plan import FRONT_NAMES, SYSTEM_WORDS, Plan, plan_of
-from boresight.model.declarations import GRAVITY, Given, Input
+from boresight.model.declarations import GRAVITY, Input, SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.front import FRONT
@@ -26,8 +26,8 @@ _MOST_WORDS, _MOST = 16, 8
 def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estimator]:
     """Estimators, then the programs before them: in the order of their numbers in the core.
 
-    Inputs that a sensor gives, by name, take its words in its format; those that another of the
-    estimators gives take that one's; inputs of one name that nobody gives share a register.
+    Inputs with a sensor, by name, have the format of its words; linked inputs that of their source;
+    inputs of one name without a sensor share a register.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
     if len(registers) > MOST_REGISTERS:
         raise InputError.at(
             "estimators",
-            wanted=f"{MOST_REGISTERS} or fewer inputs that no sensor gives",
+            wanted=f"{MOST_REGISTERS} or fewer inputs without a sensor",
             found=f"{len(registers)}: {', '.join(registers)}",
             fix="give them fewer, or the names of what the sensors give",
         )
@@ -85,9 +85,9 @@ def _fed(
         else:
             first = registers.setdefault(i.name, i)
             form = Format.declared(word, first.low, first.high, first.unit)
-            words = Given(form.frac, first.low, first.high)
+            words = SourceFormat(form.frac, first.low, first.high)
             of = f"the input register {i.name}"
-            inputs.append(i.taking(words, word, of=of, unit=first.unit, where=where))
+            inputs.append(i.with_source(words, word, of=of, unit=first.unit, where=where))
     streamed = [i for i in inputs if i.source.partition(".")[0] not in names]
     for what, count in (("inputs", len(streamed)), ("outputs", len(estimator.outputs))):
         if count > _MOST_WORDS:
@@ -113,8 +113,8 @@ def _sensed(i: Input, sensor: Sensed, frac: int, word: int, where: str) -> Input
         )
     # A time step below the range asks for a restart, one above it comes after a gap.
     clamped = replace(i, clamp=True) if i.name == "dt" else i
-    words = Given(frac, sensor.low, sensor.high)
-    taken = clamped.taking(words, word, of="the sensor", unit=sensor.unit, where=where)
+    words = SourceFormat(frac, sensor.low, sensor.high)
+    taken = clamped.with_source(words, word, of="the sensor", unit=sensor.unit, where=where)
     return i if taken is clamped else taken
 
 
@@ -181,5 +181,5 @@ def system_core(
 
 
 def core_plan(core: Core) -> Plan:
-    """What the conductor is told about a core; see `plan_of` for the errors."""
+    """Plan of a core for the update controller; see `plan_of` for the errors."""
     return plan_of([part.program for part in core.parts], [part.schedule for part in core.parts])

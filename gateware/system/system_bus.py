@@ -20,11 +20,11 @@ __all__ = ["ADDRESS_BITS", "COUNTERS", "CSR", "FEED", "RESULTS", "SystemBus"]
 
 #: Bits of an address of the system's bus.
 ADDRESS_BITS = 12
-#: Where the blocks begin; the core is at 0.
+#: First addresses of the blocks; the core is at 0.
 CSR, RESULTS, COUNTERS, FEED = 0x400, 0x500, 0x600, 0x700
 #: The core's last address.
 _LAST = PROGRAM
-#: Place of the result memory that nobody writes: it reads 0.
+#: Place of the result memory that is never written and reads 0.
 _NO_RESULT = (1 << INDEX_BITS) - 1
 
 
@@ -50,7 +50,7 @@ class SystemBus(wiring.Component):
     registers : sequence of Register
         Of the block at 0x400.
     events : int
-        Kinds of events from outside. ``bad_address`` is counted behind them.
+        Kinds of events from outside; ``bad_address`` is counted after them.
     counter_bits : int
         Bits of a counter.
     feed : int
@@ -61,7 +61,7 @@ class SystemBus(wiring.Component):
     bus : In(BusSignature)
         32 bits, 12 bits of address; the core's words have 32 bits, too.
     read : In(1)
-        The initiator reads in this cycle; only tells bad addresses.
+        The initiator reads in this cycle; used for bad addresses only.
     core : Out(BusSignature)
         The core's registers.
     results : Out(ResultPort)
@@ -101,7 +101,7 @@ class SystemBus(wiring.Component):
         )
 
     def elaborate(self, platform: Any) -> Module:
-        """Which block, and whose answer."""
+        """Decode the address; multiplex the blocks' words."""
         m = Module()
         m.submodules.csr, m.submodules.counters = csr, counters = self.csr, self.counters
         bus, core, addr = self.bus, self.core, self.bus.addr
@@ -117,7 +117,7 @@ class SystemBus(wiring.Component):
             is_counter.eq((page == COUNTERS >> 8) & ~low[index_bits:].any()),
         ]
 
-        # A write of ours is done and acknowledged in its second cycle, when all this is decoded.
+        # A write to these blocks is done and acknowledged in its second cycle, after decoding.
         ours = Signal()
         ours_csr = Signal()
         access = Signal()
@@ -159,7 +159,7 @@ class SystemBus(wiring.Component):
         return m
 
     def _feed(self, m: Module, ours: Signal, elsewhere: Signal) -> None:
-        """The page of the input registers: a write is done, and acknowledged, when they can."""
+        """The page of the input registers; writes are done and acknowledged unless busy."""
         bus = self.bus
         is_feed = Signal()
         ours_feed = Signal()

@@ -1,1 +1,1 @@
-"""Texts about a core: templates, and what fills them in from its description."""
+"""Texts about a core: templates, filled in from its description."""

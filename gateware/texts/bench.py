@@ -1,4 +1,4 @@
-"""Words for the plain bench: what it feeds, what must come, and when."""
+"""Words for the plain bench: inputs, expected outputs, and their cycles."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, STATUS, UPD
 
 IntArray = npt.NDArray[np.int64]
 
-#: Marks of an input line, beside its word.
+#: Marks of an input line, besides its word.
 LAST, PAUSES, COMPARES, SATURATED = 1, 2, 4, 8
 
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Records of one program of a core, from its power-up on, and the integer model's answers.
+    """Records of one program of a core, from power-up on, and results of the integer model.
 
     Attributes
     ----------
     number : int
-        The program's.
+        Number of the program.
     inputs : int (n, n_inputs)
         The words of its input records.
     outputs : int (n, n_outputs)
@@ -34,7 +34,7 @@ class Recorded:
     saturated : bool (n,)
         Whether a result of the update was clamped.
     source : str
-        Where the inputs are from.
+        Source of the inputs.
     """
 
     number: int
@@ -45,7 +45,7 @@ class Recorded:
 
     @property
     def unhurried(self) -> int:
-        """Leading records that are fed and taken without a pause: their cycles are compared."""
+        """Number of leading records without pauses, whose cycles are compared."""
         return (len(self.inputs) + 1) // 2
 
 
@@ -97,7 +97,7 @@ def _line(cycles: int, marks: int, value: int, word: int) -> str:
 
 
 def bench_context(core: Description, runs: Sequence[Recorded]) -> dict[str, Any]:
-    """What the bench must know beside the words."""
+    """Values of the bench besides the words."""
     inputs, outputs = (
         list(accumulate(words.size for words in side))
         for side in ([run.inputs for run in runs], [run.outputs for run in runs])

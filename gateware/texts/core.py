@@ -32,7 +32,7 @@ def register_files(core: Description) -> dict[str, str]:
 
 
 def register_texts(core: Description) -> dict[str, str]:
-    """The register map for people and tools: C header, Markdown, CMSIS-SVD."""
+    """The register map for readers and tools: C header, Markdown, CMSIS-SVD."""
     context = _register_context(core)
     return {
         "registers.h": c_header(core),
@@ -44,7 +44,7 @@ def register_texts(core: Description) -> dict[str, str]:
 def c_header(core: Description) -> str:
     """The register map as a C99 header: addresses, formats, ranges, bits, accessors.
 
-    It goes together with the header of `firmware.emit.emit_c` for the same program.
+    It complements the header of `firmware.emit.emit_c` for the same program.
     """
     return render("registers.h", **_register_context(core))
 
@@ -64,7 +64,7 @@ def _register_context(core: Description) -> dict[str, Any]:
 
 
 def integration_names(*, axi: bool) -> list[str]:
-    """Names of `integration_files`, known before any is made."""
+    """Names of `integration_files`."""
     modules = ("core", "core_axi") if axi else ("core",)
     return [
         *("README.md", "core.core"),
@@ -83,7 +83,7 @@ def integration_files(
     axi: bool,
     area: Estimate | None = None,
 ) -> dict[str, str]:
-    """What takes a core into a design, by file name: README, instances, bench, FuseSoC, AXI.
+    """Files that integrate a core into a design, by name: README, instances, bench, FuseSoC, AXI.
 
     Parameters
     ----------
@@ -92,9 +92,9 @@ def integration_files(
     runs : sequence of Recorded
         Records of every program, in the order in which the bench runs them.
     generic : bool
-        ``core.v`` is without vendor primitives, and there is no ``core_sim.v``.
+        Whether ``core.v`` is without vendor primitives, so that there is no ``core_sim.v``.
     axi : bool
-        With ``core_axi.v`` and its bench.
+        Whether to add ``core_axi.v`` and its bench.
     area : Estimate, optional
         Area and clock.
     """

@@ -8,7 +8,7 @@ from boresight.gateware.description import Records
 from boresight.gateware.texts.render import render
 from boresight.model.declarations import EXACT_UNITS
 
-#: Outputs of an attitude that a line of the console shows.
+#: Outputs of an attitude on a line of the console.
 _ATTITUDE = ("heading", "pitch", "roll", "status")
 _FIELD = ("mx", "my", "mz")
 
@@ -19,7 +19,7 @@ def records_header(programs: Sequence[Records], *, outputs: int, inputs: int) ->
     Parameters
     ----------
     programs : sequence of Records
-        The estimators, by their numbers.
+        Records of the estimators, by number.
     outputs, inputs : int
         Addresses of the first output and the first input of an update.
     """
@@ -50,7 +50,7 @@ def records_header(programs: Sequence[Records], *, outputs: int, inputs: int) ->
 
 
 def _shown(program: Records) -> list[tuple[int, int]]:
-    """Places of the outputs that a line shows, and how: of an attitude angles and status."""
+    """Positions of the outputs on a line, and their form: of an attitude angles and status."""
     units = {w.name: w.unit for w in program.outputs}
     places = {name: k for k, name in enumerate(units)}
     names = _ATTITUDE if set(_ATTITUDE) <= set(units) else tuple(units)

@@ -1,4 +1,4 @@
-"""Fills in the templates of this folder."""
+"""Render the templates of this folder."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def render(template: str, **context: Any) -> str:
 
 @cache
 def _environment() -> Environment:
-    """Templates whose marks are none of Verilog's, VHDL's, C's or Python's."""
+    """Environment with marks that do not occur in Verilog, VHDL, C or Python."""
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         undefined=StrictUndefined,
@@ -66,7 +66,7 @@ def _vhdl_type(bits: int) -> str:
 
 
 def _vhdl_name(name: str) -> str:
-    """An extended identifier where a plain one may not be: two underscores."""
+    """An extended identifier for names that are illegal as plain ones (two underscores)."""
     return f"\\{name}\\" if "__" in name else name
 
 
@@ -75,12 +75,12 @@ def _fixed(word: int, frac: int) -> str:
 
 
 def _number(value: int) -> str:
-    """A number that stands in a C expression as it is."""
+    """A number for a C expression."""
     return "INT32_MIN" if value == -(1 << 31) else f"({value})" if value < 0 else str(value)
 
 
 def _default_value(parameter: Register) -> float:
-    """The default of a parameter in its unit, as its word has it."""
+    """The default of a parameter in its unit, after rounding to its word."""
     assert parameter.frac is not None and parameter.reset is not None
     return float(Format(32, parameter.frac).real(parameter.reset))
 
@@ -100,7 +100,7 @@ def _table(rows: Sequence[Sequence[object]]) -> str:
 
 
 def _example(word: Word, bits: int) -> str:
-    """A value of an input and the word of so many bits for it."""
+    """An example value of an input, and its word."""
     real = (word.high or 0.0) / 2 or (word.low or 0.0) / 2
     quantised = int(Format(bits, word.frac).quantise(real)) & ((1 << bits) - 1)
     value = f"`{word.name}` = {real:g} {word.unit}".rstrip()

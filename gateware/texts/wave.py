@@ -1,7 +1,6 @@
-"""Signals over cycles, as WaveDrom's JSON and as text.
+"""Timing diagrams, as WaveDrom's JSON and as text.
 
-A drawing is made from what the schedule says, not by hand; a test drives the core as it says and
-compares what the core does.
+A diagram is made from the schedule; a test drives the core accordingly and compares its signals.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ class Drawing:
     Attributes
     ----------
     cycles : tuple of int
-        The cycles that are shown, ascending; between two that do not follow one another is a gap.
+        The cycles shown, ascending; a gap separates cycles that are not consecutive.
     rows : tuple of (str, tuple of int, str or None)
         A signal and its value in each cycle: a bit, the name of a word, or None where it does not
         matter.
@@ -30,7 +29,7 @@ class Drawing:
     rows: tuple[tuple[str, tuple[int | str | None, ...]], ...]
 
     def markdown(self) -> str:
-        """As text, and as WaveDrom's JSON in a code block of its own."""
+        """Markdown with code blocks of the text and of WaveDrom's JSON."""
         return f"```text\n{self.text()}```\n\n```wavedrom\n{self.wavedrom()}\n```"
 
     def wavedrom(self) -> str:
@@ -66,7 +65,7 @@ class Drawing:
         return [("cycle", tuple(map(str, self.cycles))), *self.rows]
 
     def _columns(self) -> list[int | None]:
-        """The cycles, with None where a gap is."""
+        """The cycles, with None for a gap."""
         out: list[int | None] = []
         for cycle in self.cycles:
             if out and out[-1] != cycle - 1:
@@ -145,7 +144,7 @@ def record_drawing(program: Records, word: int) -> Drawing:
 def bus_drawing(core: Description) -> Drawing:
     """A write of a parameter and a read of the status, while the core waits for a record.
 
-    Where no program has a parameter, the write clears a flag.
+    Without parameters, the write clears a flag.
     """
     status = str(STATUS.address)
     addresses = [parameter.address for parameter in core.parameters]

@@ -1,6 +1,6 @@
 """Inverse trigonometry over the full range, on scalars: the same code on floats and on the tracer.
 
-Angles in half turns. Errors of 32-bit words stand in `docs/operations.md`.
+Angles in half turns. `docs/operations.md` lists the errors of 32-bit words.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = [
 def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
     """Angle of (x, y) in half turns, [-1, 1), with 1/sqrt(x^2 + y^2) = ``inverse`` known.
 
-    As `model.ops.atan2_ht`, which also says how, without its root.
+    As `model.ops.atan2_ht`, without computing the root.
     """
     swap = x * x < y * y
     sine = ops.absolute(ops.where(swap, x, y)) * inverse
@@ -37,7 +37,7 @@ def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
 def steep_angle_ht(sine: Any, cosine: Any, steep: Any) -> Any:
     """Angle in half turns, [-1/2, 1/2], whose sine and cosine >= 0 are known.
 
-    ``steep``: condition, known before the cosine, that this is the smaller one.
+    ``steep``: condition that the cosine is the smaller one, available before the cosine.
     """
     smaller = ops.where(steep, cosine, ops.absolute(sine))
     smaller = ops.bounded(smaller, 0.0, 0.7188, "smaller component of a unit vector")
@@ -47,9 +47,9 @@ def steep_angle_ht(sine: Any, cosine: Any, steep: Any) -> Any:
 
 
 def asin_ht(x: Any) -> Any:
-    """Half turns whose sine is ``x``, [-1/2, 1/2]; beyond [-1, 1] that of the nearer end.
+    """Half turns whose sine is ``x``, [-1/2, 1/2]; arguments are clamped to [-1, 1].
 
-    From 1/2 on by half the angle, which keeps all bits that ``x`` has near one::
+    From 1/2 on by half the angle, which preserves the bits of ``x`` near one::
 
         asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2))
     """
@@ -67,7 +67,7 @@ def asin_ht(x: Any) -> Any:
 
 
 def acos_ht(x: Any) -> Any:
-    """Half turns whose cosine is ``x``, [0, 1]; beyond [-1, 1] that of the nearer end."""
+    """Half turns whose cosine is ``x``, [0, 1]; arguments are clamped to [-1, 1]."""
     return ops.bounded(0.5 - asin_ht(x), 0.0, 1.0, "arc cosine")
 
 

@@ -1,4 +1,4 @@
-"""Sums over millions of steps in two words: what one word rounds away, the second one keeps."""
+"""Sums over millions of steps in two words: the second holds what the first rounds away."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def carried(
     Parameters
     ----------
     high, low : scalar
-        The state and its rest, at most ``limit``, a power of two, and 2^-15 of it. Where the
-        state is clamped, what the rest does not hold is lost.
+        The state and its rest, at most ``limit``, a power of two, and 2^-15 of it. A
+        clamped state loses what the rest does not hold.
     moves : sequence of scalars or pairs
-        What is added; the product of a pair is not rounded.
+        Summands; the product of a pair is not rounded.
     begin : condition
-        Where it holds, the sum becomes ``first``.
+        Condition under which the sum becomes ``first``.
     after : sequence of scalars or pairs
-        Moves that count there too.
+        Summands that are added to ``first``, too.
     """
     # Sum by sum: a part that both shared would become a word, and be rounded.
     total = ops.where(begin, first, _moved(high + low, moves))

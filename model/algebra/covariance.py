@@ -33,7 +33,7 @@ __all__ = [
 
 Symmetric = list[list[Any]]
 
-#: Bound of scaled covariances: below one, so that the word spends no bit on one itself.
+#: Bound of scaled covariances: below one, so that words need no bit for the value one.
 BELOW_ONE = 1.0 - 2.0**-17
 
 
@@ -47,7 +47,7 @@ def symmetric(n: int, element: Callable[[int, int], Any]) -> Symmetric:
 
 
 def element_names(n: int, prefix: str = "p") -> list[tuple[str, int, int]]:
-    """(name, i, j) of the stored elements, i <= j; from ten on a state's digit is a letter."""
+    """(name, i, j) of the stored elements, i <= j; state numbers from ten on are letters."""
     digits = "0123456789abcdefghijklmnopqrstuvwxyz"
     return [(f"{prefix}{digits[i]}{digits[j]}", i, j) for i in range(n) for j in range(i, n)]
 
@@ -108,7 +108,7 @@ def partly_turned(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any])
 
 
 def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
-    """Phi P Phi^T + Q of three rotations and what makes them drift; P of order six, 96 slots.
+    """Phi P Phi^T + Q of three rotations and their drift rates; P of order six, 96 slots.
 
     Phi = [1, -G; 0, 1], Q = diag(white, walk), and with the blocks A, B, D of P::
 
@@ -134,7 +134,7 @@ def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
 
 
 def sheared(p: Symmetric, rows: Mapping[int, Mapping[int, Any]]) -> Symmetric:
-    """Phi P Phi^T where some states move by others that stay.
+    """Phi P Phi^T where some states move by others that are constant.
 
     x_i += sum_j rows[i][j] x_j, no j among the i: 1 + m_i slots for an element in one of those
     rows of m_i entries, 1 + m_i + m_j in two.

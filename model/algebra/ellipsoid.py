@@ -1,4 +1,4 @@
-"""The ellipsoid of WGS 84: gravity, Earth rate and curvatures at a place, for a ``step``."""
+"""The ellipsoid of WGS 84: gravity, Earth rate and curvatures at a site, for a ``step``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FREE_AIR = (2.013605194, 0.01341124)  #: 2 (1 + f + m), 4 f.
 
 @dataclass(frozen=True)
 class Site:
-    """What a place decides, for samples of ``dt`` seconds.
+    """Quantities of a site, for samples of ``dt`` seconds.
 
     ``earth``: Earth rate times dt, north and up [rad]; ``gravity`` times dt [m/s]; ``curvature``
     of meridian and prime vertical, and the second times the tangent of the latitude, times dt
@@ -31,7 +31,7 @@ class Site:
 
 
 def site(latitude: Any, height: Any, dt: float) -> Site:
-    """Of a geodetic latitude [half turns], up to 89 deg, and a height [m], up to 10 km. 60 slots.
+    """Site at a geodetic latitude [half turns] up to 89 deg, height [m] up to 10 km. 60 slots.
 
     Somigliana's gravity with the free-air gradient of second order, radii of first order in the
     height, in series of x = e^2 sin^2(latitude): within 1e-8 m/s^2 and 3e-6 of the radii (WGS 84,

@@ -8,8 +8,8 @@ steady state of that mean (Laidig and Seel 2023, section 3.2). Its bilinear form
     b = C^2/D    a1 = 2 (C^2 - 1)/D    a2 = (1 - sqrt(2) C + C^2)/D
 
 At a corner far below the sample rate b is tiny, and rounding in the direct form grows by 1/(4 b).
-The states here are the output's recent part z and an integrator v of what is still missing, whose
-word is as fine as it is small; the gain at rest is one whatever the coefficients' rounding::
+The states here are the output's recent part z and an integrator v of the remaining difference,
+whose range is small and its word fine; the gain at rest is one for any rounding of coefficients::
 
     y = z + b x      z' = v - (1 + a1) y + 3 b x      v' = v + 4 b (x - y)
 
@@ -61,7 +61,7 @@ class Weights:
 class LowPass:
     """The filter of one time constant at one sample rate, both in seconds.
 
-    Where tau is below half a step it lets every sample through.
+    If tau is below half a step, the output is the input.
     """
 
     tau_s: float
@@ -78,7 +78,7 @@ class LowPass:
 
     @cached_property
     def mean_samples(self) -> int:
-        """Samples whose mean the output is at first: the least n with n Ts >= tau."""
+        """Number of first samples whose mean is the output: the least n with n Ts >= tau."""
         n = max(1, math.floor(self.tau_s / self.step_s))
         while n > 1 and (n - 1) * self.step_s >= self.tau_s:
             n -= 1
@@ -90,7 +90,7 @@ class LowPass:
     def largest(self) -> tuple[float, float, float]:
         """Bounds of y, z, v for samples (or vectors of them) of at most unit length.
 
-        Sums of the absolute impulse responses, which a start from any steady state keeps too.
+        Sums of the absolute impulse responses, also for a start from any steady state.
         """
         b, a1, a2 = self.coefficients
         if b == 1.0:
@@ -110,20 +110,22 @@ class LowPass:
         Parameters
         ----------
         mean : condition
-            It is one of the first ``mean_samples``.
+            The sample is one of the first ``mean_samples``.
         inverse : scalar
-            1/n of the n-th sample there, in (0, 1].
+            1/n of the n-th sample, in (0, 1].
         """
         b, a1, a2 = self.coefficients
         through = b == 1.0
         back = 0.0 if through else 1.0 / (1.0 - b)
         newest = ops.bounded(ops.where(mean, inverse, b), 0.0, 1.0, "share of the mean")
-        kept = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
+        older = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
         b = 0.0 if through else b
-        most = max(1.0 - a2, 4.0 * b)  # of both weights of v: with one binary point 4 b is one word
+        most = max(
+            1.0 - a2, 4.0 * b
+        )  # of both weights of v: with a common binary point 4 b is one word
         stay = ops.where(mean, 0.0, 1.0)
         return Weights(
-            (kept, newest),
+            (older, newest),
             (
                 stay,
                 ops.where(mean, 1.0 - b, 0.0 if through else -1.0 - a1),
@@ -147,7 +149,7 @@ def filtered(
 ) -> tuple[list[Any], list[tuple[Any, Any]]]:
     """Outputs and next states (z, v) of some channels, whose samples are at most ``largest``.
 
-    ``hold``: there is no sample; the states stay, the outputs mean nothing.
+    ``hold``: condition that there is no sample; the states stay, the outputs have no meaning.
     """
     bounds = [c * largest for c in low_pass.largest]
     out, after = [], []

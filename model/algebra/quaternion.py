@@ -2,7 +2,7 @@
 
 Quaternions are Hamilton, scalar first, body to navigation (`docs/conventions.md`). Where
 `sim.attitude.rotation` works on whole arrays in float64, these functions build the sums of products
-that an estimator's ``step`` needs, one operation of the engine each. The comment gives their slots.
+of an estimator's ``step``, one operation of the engine each. Docstrings give their slots.
 """
 
 from __future__ import annotations
@@ -175,18 +175,18 @@ def small_turn(
 ) -> tuple[list[Any], list[Any]]:
     """(q dq, q dq - q) for the turn dq by ``angle`` [rad], at most ``limit`` <= 2^-5. 40 slots.
 
-    The difference, to be added up, is in words of its own size and not rounded as q is; the product
-    is known earlier, without y^2 and with y/25.6 for y/24. With y = |angle|^2::
+    The difference, to be summed, is in words of its own range and not rounded like q. The product
+    is available earlier: without y^2, and with y/25.6 for y/24. With y = |angle|^2::
 
         dq - 1 = (-y/8 + y^2/384, angle/2 (1 - y/24 + y^2/1920))
 
     Parameters
     ----------
     nearly : (3,), optional
-        What y is taken of: the angle without a small correction that is known later.
+        Angle for y, without a small correction that is available later; by default ``angle``.
     """
     near = angle if nearly is None else nearly
-    # Ranges of more than is needed: their words are short enough for the next product.
+    # Ranges wider than needed, for words short enough for the next product.
     y = ops.bounded(dot(near, near), 0.0, 2.0**-8, "small")
     yy = ops.bounded(y * y, 0.0, 2.0**-8, "small")
     w = ops.bounded((1.0 / 384.0) * yy - 0.125 * y, -(2.0**-10), 2.0**-10, "small")
@@ -212,7 +212,7 @@ def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
     """Pitch, roll, heading [half turns] of a quaternion, C = Rz(psi) Rx(theta) Ry(gamma).
 
     Half the sum and half the difference of heading and roll are arc tangents of quaternion
-    components, and what is left is the pitch, which asks for neither a pole nor a third root::
+    components; the pitch then needs neither a case for the pole nor a third root::
 
         w + x = r cos((psi + gamma)/2)    y + z = r sin((psi + gamma)/2)    r = sqrt(1 + sin theta)
         w - x = s cos((psi - gamma)/2)    z - y = s sin((psi - gamma)/2)    s = sqrt(1 - sin theta)
@@ -221,7 +221,7 @@ def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
     Parameters
     ----------
     q
-        Of norm 1/``norm_rsqrt``: between 1/16 and 2.
+        Quaternion of norm 1/``norm_rsqrt``, between 1/16 and 2.
     """
     w, x, y, z = q
     pairs = [(y + z, w + x), (z - y, w - x)]

@@ -1,8 +1,8 @@
 """Parts of quaternion Kalman filters: states, scales, prediction, correction, status word.
 
 The quaternion q (body to navigation) has additive errors e; P, of order four and more, is kept in
-the basis of the quaternion itself (`model.estimators.ekf_quaternion`, `model.estimators.ekf_bias`)
-and held times the square of the parameter ``scale`` (`docs/systems/ekf.md`).
+the basis of the quaternion (`model.estimators.ekf_quaternion`, `model.estimators.ekf_bias`)
+and stored times the square of the parameter ``scale`` (`docs/systems/ekf.md`).
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ __all__ = [
     "update_along",
 ]
 
-#: Quaternion before the first alignment: half a turn away from no attitude people stand at.
+#: Quaternion before the first alignment: less than half a turn from common attitudes.
 START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.
-TRACE_LIMIT = 0.5  #: scaled covariance of the rotation from which on it grows no more.
-NORM_FLOOR = 2.0**-24  #: least variance of the norm, so that rounding cannot pass zero.
+TRACE_LIMIT = 0.5  #: scaled covariance of the rotation above which it does not grow.
+NORM_FLOOR = 2.0**-24  #: least variance of the norm, against rounding below zero.
 FLOOR_NOISE = 2.0**-28  #: added to the scaled variances of the rotation each step: 8 LSB at W = 32.
 MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
@@ -135,7 +135,7 @@ def attitude_states() -> tuple[State, ...]:
 
 
 def squared_force(force: tuple[Any, ...], p: Any) -> tuple[Any, Any]:
-    """(|f|^2 or 2^14, the less; whether it is outside the gate)."""
+    """(min(|f|^2, 2^14), condition that it is outside the gate)."""
     square = ops.saturated(dot(force, force), 2.0**14)
     return square, (square - p.acc_min_sq) * (p.acc_max_sq - square) < 0.0
 
@@ -208,9 +208,8 @@ def update_along(
 ) -> None:
     """Append an update (see `update`) by a measurement along a vector of at most unit length.
 
-    ``row``: the components of its Jacobian that are not zero, by state. ``innovation`` is that
-    before any of the updates. Where ``moving`` does not hold the state stays, where ``counting``
-    does not, P too.
+    ``row``: the nonzero components of the Jacobian, by state. ``innovation`` is that before any of
+    the updates. Where ``moving`` fails the state stays; where ``counting`` fails P stays, too.
     """
     along = [
         ops.bounded(
@@ -249,7 +248,7 @@ def normalised(raw: list[Any]) -> tuple[list[Any], Any]:
 
 
 def floor_noise(i: int, j: int) -> float:
-    """What element (i, j) grows by in every step, lest rounding outgrow a small process noise."""
+    """Growth of element (i, j) in every step, so that rounding stays below the process noise."""
     return FLOOR_NOISE if 0 < i == j else 0.0
 
 
@@ -277,7 +276,7 @@ def body_turned(
 
 
 def restarted(q: list[Any], u: Any) -> dict[str, Any]:
-    """Next quaternion state; a sample with dt < 0 only sets it back, the next one is the first."""
+    """Next quaternion state; a sample with dt < 0 resets it, and the next one is the first."""
     return {
         f"q{axis}": ops.where(u.dt < 0.0, start, c)
         for axis, start, c in zip("wxyz", START, q, strict=True)

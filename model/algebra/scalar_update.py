@@ -1,7 +1,7 @@
 """One scalar measurement of a scaled covariance, with a gate; see `model.algebra.covariance`.
 
 L = P h/sqrt(s), s = h.P h + R, x += L z/sqrt(s), P -= L L^T. A row of zeros changes nothing: rows
-that are due in turn, in samples of their own, share one update.
+that are measured in turn, in different samples, share one update.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Update:
-    """``gain`` L, ``move`` z/sqrt(s); ``beyond``: further off than the gate, both are zero."""
+    """``gain`` L, ``move`` z/sqrt(s); ``beyond``: move outside the gate, both are zero."""
 
     gain: list[Any]
     move: Any
@@ -38,7 +38,7 @@ class Update:
 
 
 def updated(p: Symmetric, measured: Measured, gate: Any) -> Update:
-    """Of one measurement; ``gate``: largest move, from `MOVE_LIMIT` on there is none."""
+    """Update by one measurement; ``gate``: largest move; from `MOVE_LIMIT` on no gate."""
     row = measured.row
     column = [
         ops.bounded(dot(list(row.values()), [p[k][i] for k in row]), -BELOW_ONE, BELOW_ONE, "P h")
@@ -58,7 +58,7 @@ def updated(p: Symmetric, measured: Measured, gate: Any) -> Update:
 def lowered(
     p: Symmetric, update: Update, keep: Callable[[int, int], Any], more: Sequence[Any]
 ) -> Symmetric:
-    """P - L L^T + diag(more); no P in the elements whose condition ``keep`` fails."""
+    """P - L L^T + diag(more); P counts as 0 in elements whose condition ``keep`` fails."""
 
     def element(i: int, j: int) -> Any:
         value = ops.where(keep(i, j), p[i][j], 0.0) - update.gain[i] * update.gain[j]

@@ -1,7 +1,7 @@
 """Kalman updates of a square root of the covariance, P = S S^T, on lists of scalars.
 
-Every word is at most one: innovations come whitened, and S over the root of the first covariance,
-so that its first value is the identity. Hence no covariance is too wide for the words.
+Every word is at most one: innovations are whitened, and S is over the root of the first covariance,
+so that its first value is the identity. So no covariance is too wide for the words.
 
 * `whitened`: Gram-Schmidt on the rows of H where R = H H^T (biases seen in the units of the noise
   that the same instruments have): the rows become orthonormal, the noise white. Unlike a Cholesky
@@ -33,14 +33,14 @@ def whitened(
     Parameters
     ----------
     rows : (m, n)
-        H; none longer than ``longest``. What is left of a row counts as at least 2^-11 of that.
+        H, rows up to ``longest``. The remainder of a row counts as at least 2^-11 of that.
     values : (m,)
         z, in the unit of H's rows, clamped to ``reach``, a power of two.
     """
     done: list[list[Any]] = []
     white: list[Any] = []
     for row, value in zip(rows, values, strict=True):
-        # Modified: what is left of the row after each of those before it.
+        # Modified Gram-Schmidt: remainder of the row after each earlier one.
         for unit, seen in zip(done, white, strict=True):
             along = ops.bounded(dot(row, unit), -longest, longest, "component of a row")
             row = [
@@ -62,7 +62,7 @@ WIDE = 2.0**3  #: words of S^T a; a row whose f.f passes half its square is not 
 
 @dataclass(frozen=True)
 class Potter:
-    """What `potter` gives.
+    """Result of `potter`.
 
     ``root`` S (n, n); ``moves`` (n,), factors whose products move the state (`algebra.carried`);
     ``white`` (m,), innovations over their standard deviations; ``wide``: a row was not used, P
@@ -86,10 +86,10 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
     root : (n, n)
         S, elements at most one.
     rows, values : (m, n), (m,)
-        What is measured, and y - a.x of the state before.
+        Rows a of the measurements, and y - a.x of the state before.
     live : condition
     begin : condition
-        Where it holds S becomes the identity.
+        Condition under which S becomes the identity.
     """
     n = len(root)
     columns = [[row[j] for row in root] for j in range(n)]
@@ -106,7 +106,7 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
         square = ops.saturated(dot(f, f), WIDE * WIDE)
         too_wide = square > 0.5 * WIDE * WIDE
         wide = too_wide if wide is None else wide | too_wide
-        # Where the row is used; elsewhere any finite weight does.
+        # For rows in use; for others any finite weight serves.
         w = ops.bounded(ops.rsqrt(1.0 + square), 0.1, 1.0, "inverse of one and more")
         more = 1.0 + w
         root_more = ops.rsqrt(more)
@@ -135,8 +135,8 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
         first = [BELOW if j == i else 0.0 for j in range(n)]
         after.append(
             [
-                ops.bounded(ops.where(begin, one, c), -1.0, BELOW, "rows only shrink")
-                for one, c in zip(first, rest, strict=True)
+                ops.bounded(ops.where(begin, initial, c), -1.0, BELOW, "rows only shrink")
+                for initial, c in zip(first, rest, strict=True)
             ]
         )
         moves.append(list(zip(turned, weights, strict=True)))

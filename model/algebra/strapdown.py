@@ -1,4 +1,4 @@
-"""Strapdown in east, north, up: attitude in two words, velocity, no trigonometry on the way.
+"""Strapdown in east, north, up: attitude in two words, velocity, without trigonometry.
 
 For any estimator whose states and inputs hold those of `states` and `INPUTS`, increments of
 integrating instruments. Titterton & Weston, Strapdown Inertial Navigation Technology, 2004, ch. 11;
@@ -8,9 +8,9 @@ before, a_1 and d_1 for the angle and the velocity,
     turn   = a + a_1 x a / 12                                       (coning)
     force  = d + a x (d/2 + a x d / 6) + (a_1 x d + d_1 x a) / 12    (rotation and sculling)
 
-The attitude is kept turned on by what turns slowly, as it will be after the next sample (Earth,
-transport rate, gyro biases, corrections): a turn of the body is a product from the right, one of
-the axes from the left, and they commute. So a sample's own attitude is q dq.
+The stored attitude already includes the slow turns of the next sample (Earth, transport rate, gyro
+biases, corrections): a turn of the body is a product from the right, one of the axes from the left,
+and they commute. So the attitude at a sample is q dq.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ __all__ = [
     "ahead",
     "angles",
     "beyond",
-    "kept",
+    "next_attitude",
     "params",
     "sampled",
     "states",
@@ -103,15 +103,15 @@ def params(latitude: float, height: float, start: list[float]) -> tuple[Param, .
     )
 
 
-def ahead(start: Vector, place: Site) -> list[Any]:
-    """Attitude to begin with, turned on by the Earth as `kept` does."""
-    moved = vector_times((0.0, *(-0.5 * w for w in place.earth)), start)
+def ahead(start: Vector, site: Site) -> list[Any]:
+    """Initial attitude, with the Earth's turn of one sample as in `next_attitude`."""
+    moved = vector_times((0.0, *(-0.5 * w for w in site.earth)), start)
     return [min(c + m, BELOW) for c, m in zip(start, moved, strict=True)]
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A sample's own attitude, and what its increments are in the body's axes."""
+    """Attitude at a sample, and its increments in body axes."""
 
     q: list[Any]
     step: list[Any]
@@ -142,13 +142,13 @@ def sampled(x: Any, u: Any) -> Sample:
 
 @dataclass(frozen=True)
 class Angles:
-    """Of C = Rz(heading) Rx(pitch) Ry(roll), [half turns].
+    """Angles of C = Rz(heading) Rx(pitch) Ry(roll), [half turns], in ``outputs`` by name.
 
     ``y``: the body's y axis east, north, up; ``up``: x and z of up in the body; ``cosine``,
     ``secant``: of the pitch.
     """
 
-    told: dict[str, Any]
+    outputs: dict[str, Any]
     y: tuple[Any, Any, Any]
     up: tuple[Any, Any]
     cosine: Any
@@ -156,7 +156,7 @@ class Angles:
 
 
 def angles(q: Vector) -> Angles:
-    """Angles of a unit quaternion; at a pitch of 90 deg heading and roll are any."""
+    """Angles of a unit quaternion; at a pitch of 90 deg heading and roll are undefined."""
     w, x, y, z = q
     west, x_down, c22, c32, c33 = (
         ops.bounded(c, -1.0, 1.0, "rotation matrix")
@@ -171,45 +171,46 @@ def angles(q: Vector) -> Angles:
     square = x_down * x_down + c33 * c33
     secant = ops.rsqrt(square)
     cosine = ops.saturated(square * secant, 1.0)
-    told = {
+    outputs = {
         "pitch": steep_angle_ht(c32, cosine, square < 0.5),
         "roll": unit_angle_ht(x_down, c33, secant),
         "heading": unit_angle_ht(west, c22, secant),
     }
-    return Angles(told, (-west, c22, c32), (-x_down, c33), cosine, secant)
+    return Angles(outputs, (-west, c22, c32), (-x_down, c33), cosine, secant)
 
 
-def velocity(x: Any, c: Matrix, force: Vector, place: Site) -> tuple[list[Any], list[Any]]:
-    """Velocity after the sample, and how far the axes turn meanwhile [rad].
+def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], list[Any]]:
+    """Velocity after the sample, and turn of the axes meanwhile [rad].
 
     v += C force - (0, 0, g) dt - (2 w_ie + w_en) x v dt    w_en = (-vn/R_M, ve/R_N, ve tan(L)/R_N)
     """
     v = [getattr(x, f"v{k}") for k in NAVIGATION]
-    north, up = place.earth
-    along, across, around = place.curvature
+    north, up = site.earth
+    along, across, around = site.curvature
     carry = [-(along * v[1]), across * v[0], around * v[0]]
     wide = [carry[0], 2.0 * north + carry[1], 2.0 * up + carry[2]]
     wide = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in wide]
-    # C stands for the end of the sample in axes of the end: half a sample of Earth too far.
-    early = 0.5 * place.gravity * north
+    # C is that of the end of the sample, half a sample of the Earth's turn too late.
+    early = 0.5 * site.gravity * north
     moved = [
         ops.saturated(s + f - w - o, VELOCITY)
         for s, f, w, o in zip(
-            v, turn(c, force), cross(wide, v), (-early, 0.0, place.gravity), strict=True
+            v, turn(c, force), cross(wide, v), (-early, 0.0, site.gravity), strict=True
         )
     ]
     slow = [carry[0], north + carry[1], up + carry[2]]
     return moved, slow
 
 
-def kept(
+def next_attitude(
     x: Any, sample: Sample, base: Vector, slow: Vector, correction: Vector, begin: Any
 ) -> dict[str, Any]:
-    """States of the attitude: turned on by ``slow`` and ``correction`` [rad, axes], of norm one.
+    """Next states of the attitude, of norm one: ``base`` turned by ``slow`` and ``correction``.
 
-    ``base``: the sample's attitude, or where ``begin`` holds the one to begin with.
+    Both turns are in [rad] about the axes. ``base`` is the sample's attitude, or where ``begin``
+    holds the initial one.
     """
-    # (0, angle)/2 x q: words of its own for what is small and always there. q (1 - |q|^2)/2
+    # (0, angle)/2 x q: separate words for small, constant turns. Norm: q (1 - |q|^2)/2
     ahead = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
     moved = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
     short = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
@@ -228,9 +229,9 @@ def kept(
 
 def beyond(u: Any) -> Any:
     """Whether an increment is at full scale."""
-    found = None
+    result = None
     for name, full in (("dtheta", STEP_TURN), ("dv", STEP_FORCE)):
         for a in AXES:
-            one = ops.absolute(getattr(u, f"{name}_{a}")) > full * FULL_SCALE
-            found = one if found is None else found | one
-    return found
+            exceeded = ops.absolute(getattr(u, f"{name}_{a}")) > full * FULL_SCALE
+            result = exceeded if result is None else result | exceeded
+    return result

@@ -1,4 +1,4 @@
-"""Parts of filters that many need, written with the ordinary operations (`docs/operations.md`)."""
+"""Reusable parts of filters, written with the ordinary operations (`docs/operations.md`)."""
 
 from boresight.model.blocks.biquad import Cascade
 from boresight.model.blocks.moving import MovingSum

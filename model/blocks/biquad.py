@@ -4,11 +4,11 @@ Each is of direct form I, whose states are samples of its input and output::
 
     y_n = b0 x_n + b1 x_n-1 + b2 x_n-2 - a1 y_n-1 - a2 y_n-2
 
-One accumulator adds the five products and rounds once; what comes out of one section goes into the
-next, so n sections have 2 n + 2 states and 5 n products. The other forms have fewer states, which
-round besides, and whose ranges nobody sees.
+One accumulator adds the five products and rounds once. The output of a section is the input of the
+next, so n sections have 2 n + 2 states and 5 n products. The other forms have fewer states, but
+these are rounded and their ranges are not those of a signal.
 
-Where fixed point bites:
+Effects of fixed point:
 
 * **Ranges.** Between sections a signal may be larger than at either end. `Cascade.largest_values`
   are sums of absolute impulse responses, which no input passes; leave sections in scipy's order.
@@ -40,7 +40,7 @@ Section: TypeAlias = tuple[float, float, float, float, float]
 
 #: Room for rounding in the declared ranges.
 _MARGIN = 1.0001
-#: Share of its sum at which an impulse response is cut off, and most samples that are added.
+#: Share of the sum at which an impulse response is cut off, and maximum number of samples.
 _END, _MOST = 1e-12, 2_000_000
 
 
@@ -62,8 +62,8 @@ class Cascade:
     def of(cls, sos: Iterable[Sequence[float]], largest: float) -> Cascade:
         """From rows b0, b1, b2, a0, a1, a2, as scipy's ``output="sos"``.
 
-        The bits of a program are those of the numbers given: write down what scipy found where the
-        same program has to come out on every machine.
+        The program's bits depend on every bit of these numbers: for the same program on every
+        machine, write down the numbers that scipy computed.
 
         Raises
         ------
@@ -83,19 +83,19 @@ class Cascade:
 
     @cached_property
     def largest_values(self) -> tuple[float, ...]:
-        """Bounds of the input and of what each section gives.
+        """Bounds of the input and of each section's output.
 
         Raises
         ------
         InputError
-            The poles are so near the unit circle that no bound was found.
+            The poles are too near the unit circle for a bound.
         """
         sums = _absolute_sums([self.sections[: k + 1] for k in range(len(self.sections))])
-        return (self.largest, *(_MARGIN * self.largest * one for one in sums))
+        return (self.largest, *(_MARGIN * self.largest * total for total in sums))
 
     @cached_property
     def rounding(self) -> float:
-        """Bound of what all roundings make of the output, in its last bits.
+        """Bound of the effect of all roundings on the output, in its last bits.
 
         Half a bit of each section, through its own poles and the sections behind it.
         """
@@ -105,12 +105,12 @@ class Cascade:
         ]
         fine = [math.ldexp(1.0, binary_exponent(most)) for most in self.largest_values[1:]]
         return sum(
-            0.5 * one * size / fine[-1]
-            for one, size in zip(_absolute_sums(tails), fine, strict=True)
+            0.5 * total * size / fine[-1]
+            for total, size in zip(_absolute_sums(tails), fine, strict=True)
         )
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
-        """``NAME0_1``, ``NAME0_2``: the inputs before; ``NAME1_1``, ...: outputs of section 1."""
+        """``NAME0_1``, ``NAME0_2``: earlier inputs; ``NAME1_1``, ...: outputs of section 1."""
         return tuple(
             State(f"{name}{k}_{age}", -most, most, unit)
             for k, most in enumerate(self.largest_values)
@@ -118,20 +118,20 @@ class Cascade:
         )
 
     def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
-        """Take a sample.
+        """Process a sample.
 
         Parameters
         ----------
         name : str
             As in `states`.
         x : states
-            As ``step`` of the estimator gets them.
+            States, the argument of the estimator's ``step``.
         sample : scalar
 
         Returns
         -------
         (dict, scalar)
-            The next states by name, and what the last section gives.
+            The next states by name, and the output of the last section.
         """
         after: dict[str, Any] = {}
         signal = sample
@@ -159,13 +159,13 @@ def _absolute_sums(chains: Iterable[Sequence[Sequence[float]]]) -> list[float]:
 
 def _absolute_sum(chain: Sequence[Sequence[float]]) -> float:
     total, quiet = 0.0, 0
-    held = [[0.0] * 4 for _ in chain]
+    memory = [[0.0] * 4 for _ in chain]
     for n in range(_MOST):
         y = float(n == 0)
         for k, (b0, b1, b2, a1, a2) in enumerate(chain):
-            x, (x1, x2, y1, y2) = y, held[k]
+            x, (x1, x2, y1, y2) = y, memory[k]
             y = b0 * x + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2
-            held[k] = [x, x1, y, y1]
+            memory[k] = [x, x1, y, y1]
         total += abs(y)
         quiet = quiet + 1 if abs(y) <= _END * total else 0
         if quiet > 200 and total > 0.0:

@@ -1,10 +1,10 @@
 """The sum of the last samples, the same code on floats and the tracer.
 
-The samples stand in states as they came, and one accumulator adds them: nothing drifts, and the sum
-is rounded once. A running sum that takes the newest in and the oldest out needs the same states, is
-exact only in a word that holds the whole sum in the last bit of a sample, and never forgets an
-upset. A core has room for 128 states (`docs/engine.md`): longer windows are sums of sums, each over
-samples that a counter has put together.
+The states hold the samples, and one accumulator adds them: nothing drifts, and the sum is rounded
+once. A running sum (plus the newest, minus the oldest sample) needs the same states, is exact only
+in a word that holds the whole sum in the last bit of a sample, and never recovers from an upset. A
+core has room for 128 states (`docs/engine.md`): longer windows are sums of sums, each over samples
+that a counter groups.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class MovingSum:
     Raises
     ------
     InputError
-        The window is shorter.
+        The window has fewer than 2 samples.
     """
 
     length: int
@@ -44,21 +44,21 @@ class MovingSum:
         require(self.length >= 2, author_line, "a window of 2 samples or more", self.length)
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
-        """The samples before this one, ``NAME_1`` the newest; they begin as 0, or the nearest."""
+        """Earlier samples, ``NAME_1`` the newest; initially 0, or the nearest value in range."""
         first = min(max(0.0, self.low), self.high)
         return tuple(
             State(f"{name}_{k}", self.low, self.high, unit, first) for k in range(1, self.length)
         )
 
     def step(self, name: str, x: Any, sample: Any) -> tuple[dict[str, Any], Any]:
-        """Take a sample.
+        """Process a sample.
 
         Parameters
         ----------
         name : str
             As in `states`.
         x : states
-            As ``step`` of the estimator gets them.
+            States, the argument of the estimator's ``step``.
         sample : scalar
 
         Returns

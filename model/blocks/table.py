@@ -4,7 +4,7 @@ With points (a_k, y_k) and slopes s_k between them::
 
     h_k = max(x - a_k, 0)        y = y_0 + sum_k s_k (h_k - h_k+1)
 
-Distances and points stand at x's last bit or the one above it; one accumulator adds all products
+Distances and points have the resolution of x or half of it; one accumulator adds all products
 and rounds once. Each point costs 5 slots.
 """
 
@@ -26,7 +26,7 @@ _SLACK = 2e-8
 
 
 def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> Any:
-    """Value at ``x`` between points, as `numpy.interp`: beyond the ends it stays.
+    """Value at ``x`` between points, as `numpy.interp`; constant beyond the ends.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
     points : sequence of float (n,)
         Arguments, rising, at least two.
     values : sequence of float (n,)
-        Of the function there.
+        Values of the function at the points.
 
     Raises
     ------
     InputError
-        The points do not rise, a number is not finite, or there are not as many of both.
+        The points do not rise, a number is not finite, or the lengths differ.
     """
-    a, y = [[float(v) for v in given] for given in (points, values)]
+    a, y = [[float(v) for v in column] for column in (points, values)]
     fix = "give two or more points with their values"
 
     def where() -> str:

@@ -1,1 +1,1 @@
-"""The world outside: folders of the user, and tools that fail."""
+"""Folders of the user, external tools and their failures, names in C, typed data."""

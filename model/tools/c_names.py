@@ -1,4 +1,4 @@
-"""Names and texts such that C takes them, as other forms of text do."""
+"""Identifiers and comments that are legal in C, and so in the other generated languages."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["comment", "identifier", "unique"]
 
 
 def identifier(name: str) -> str:
-    """Letters, digits and underscores of ``name``; begins with a letter.
+    """Return the letters, digits and underscores of ``name``, beginning with a letter.
 
-    Words of C stay as they are: `firmware.names.identifier` changes them too.
+    Reserved words of C stay unchanged; see `firmware.names.identifier`.
     """
     text = re.sub(r"[^A-Za-z0-9_]", "_", name).lstrip("_") or "unnamed"
     return f"n{text}" if text[0].isdigit() else text
@@ -20,26 +20,26 @@ def identifier(name: str) -> str:
 def unique(
     names: Iterable[str],
     *,
-    taken: Iterable[str] = (),
+    reserved: Iterable[str] = (),
     fold: bool = True,
     make: Callable[[str], str] = identifier,
 ) -> list[str]:
-    """What ``make`` makes of each name; the second of a kind gets ``_2``, the third ``_3``.
+    """Apply ``make`` to each name; repeated results get the suffixes ``_2``, ``_3``, ...
 
     Parameters
     ----------
     names : iterable of str
         Names in order.
-    taken : iterable of str
-        Identifiers that are in use already.
+    reserved : iterable of str
+        Identifiers already in use.
     fold : bool
-        Names that differ in case only count as the same.
+        Whether names that differ only in case count as equal.
     """
 
     def key(x: str) -> str:
         return x.upper() if fold else x
 
-    used = {key(x) for x in taken}
+    used = {key(x) for x in reserved}
     out: list[str] = []
     for name in names:
         base = make(name)
@@ -53,6 +53,6 @@ def unique(
 
 
 def comment(text: str) -> str:
-    """``text`` such that it can stand in any C comment: one line, no comment marks, trigraphs."""
+    """Return ``text`` for a C comment: one line, without comment marks and trigraphs."""
     plain = "".join(c if c.isprintable() and c not in "\\?" else "_" for c in text)
     return plain.replace("*/", "*_").replace("/*", "_*")

@@ -1,4 +1,4 @@
-"""Folders for what can be made again: the user's cache, or a private one where that is closed."""
+"""Cache folders: the user's, or a private one if that cannot be written."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ def cache_folder(name: str) -> Path:
 
 
 def yosys_environment() -> dict[str, str]:
-    """What YoWASP needs to be told where the home is closed: where to keep its machine code."""
-    return _told("YOWASP_CACHE_DIR", "YoWASP", [])
+    """Environment for YoWASP with a cache folder that can be written."""
+    return _unless_writable("YOWASP_CACHE_DIR", "YoWASP", [])
 
 
 def matplotlib_environment() -> dict[str, str]:
-    """What matplotlib needs to be told where the home is closed: where to keep its fonts' list."""
+    """Environment for matplotlib with a cache folder that can be written."""
     base = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
-    return _told("MPLCONFIGDIR", "matplotlib", [Path(base) / "matplotlib"])
+    return _unless_writable("MPLCONFIGDIR", "matplotlib", [Path(base) / "matplotlib"])
 
 
-def _told(variable: str, name: str, also: list[Path]) -> dict[str, str]:
-    """Nothing if the user has said it, or if all folders that the tool uses can be written."""
+def _unless_writable(variable: str, name: str, also: list[Path]) -> dict[str, str]:
+    """Set a variable, unless the user has set it or all folders of the tool can be written."""
     if variable in os.environ:
         return {}
     folder = cache_folder(name)
@@ -45,18 +45,18 @@ def _told(variable: str, name: str, also: list[Path]) -> dict[str, str]:
 
 @functools.cache
 def private_folder() -> Path:
-    """``boresight-UID`` in the temporary folder, the same in every process; nobody else's."""
+    """``boresight-UID`` in the temporary folder, mode 700; one for all processes of a user."""
     folder = Path(tempfile.gettempdir()) / f"boresight-{os.getuid()}"
     with contextlib.suppress(FileExistsError):
         folder.mkdir(mode=0o700)
-    found = folder.lstat()
-    if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077:
+    status = folder.lstat()
+    if stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077:
         return folder
     return Path(tempfile.mkdtemp(prefix="boresight-"))
 
 
 def _writable(folder: Path) -> bool:
-    """Whether files can be made in ``folder``, which is made if need be."""
+    """Make ``folder`` if it is missing; return whether files can be made in it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

@@ -33,14 +33,14 @@ _LIBRARY = sysconfig.get_config_var("INSTSONAME") or f"libpython{_VERSION}.so.1.
 
 @dataclass(frozen=True)
 class Need:
-    """Something that a package manager installs.
+    """A program or library that a package manager installs.
 
     Attributes
     ----------
     present : callable
-        Whether it is here; takes the folder of the Python environment.
+        Whether it is installed; takes the folder of the Python environment.
     use : str
-        What it is for.
+        Purpose.
     packages : mapping
         Package manager, a key of `_LINES`, to the names of its packages.
     """
@@ -60,7 +60,7 @@ _LINES = {
 
 
 def _runs(*command: str, text: str = "") -> bool:
-    """Whether a command is here and ends well."""
+    """Whether a command is installed and succeeds."""
     try:
         done = subprocess.run(
             command, input=text.encode(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
@@ -75,7 +75,7 @@ def _program(name: str) -> Callable[[Path], bool]:
 
 
 def _compiler(name: str, language: str, header: str) -> Callable[[Path], bool]:
-    """A compiler that also has the headers of its library."""
+    """Test for a compiler with the headers of its library."""
     command = (name, "-x", language, "-fsyntax-only", "-")
     return lambda environment: _runs(*command, text=f"#include <{header}>\n")
 
@@ -133,7 +133,7 @@ _WHEELS = COMMON and sys.version_info < (3, 14)
 
 _RISCV = "gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
 
-#: By name.
+#: Programs and libraries, by name.
 NEEDS: dict[str, Need] = {
     "venv": Need(
         _venv,
@@ -195,7 +195,7 @@ _PURPOSES: dict[str, tuple[str, ...]] = {
 
 
 def install_line(*names: str) -> str:
-    """Return the line that installs some of `NEEDS` here; Debian's where no manager is known."""
+    """Return the line that installs some of `NEEDS`; Debian's if no known manager is installed."""
     managers = [m for m in _LINES if shutil.which(m)] + ["apt-get"]
     manager = next(m for m in managers if all(m in NEEDS[name].packages for name in names))
     packages = " ".join(NEEDS[name].packages[manager] for name in names)
@@ -204,7 +204,7 @@ def install_line(*names: str) -> str:
 
 
 def missing(names: tuple[str, ...], environment: Path) -> list[str]:
-    """Return a line for each of `NEEDS` that is not here."""
+    """Return a line for each of ``names`` that is missing."""
     return [
         f"{name} not found ({NEEDS[name].use}): {install_line(name)}"
         for name in names
@@ -237,10 +237,10 @@ def _debian_package(name: str, into: Path) -> Path:
 
 
 def fetch(environment: Path) -> None:
-    """Put what tests need of Debian's Python into an environment, where it is looked for.
+    """Unpack what tests need of Debian's Python into an environment.
 
     `find_libpython` looks into ``lib`` of the environment, setuptools for headers into ``include``.
-    What cannot be had stays missing.
+    Packages that cannot be fetched stay missing.
     """
     with tempfile.TemporaryDirectory() as folder:
         if not embeddable(environment):

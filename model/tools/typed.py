@@ -1,4 +1,4 @@
-"""Plain data, as JSON gives it, back into the dataclasses that it was made from."""
+"""Conversion of plain data, as read from JSON, to dataclasses."""
 
 from __future__ import annotations
 
@@ -17,81 +17,81 @@ class Within(NamedTuple):
 
 
 class Malformed(ValueError):
-    """Data that a type does not describe.
+    """Data that do not match a type.
 
     Attributes
     ----------
     place : str
-        Where: ``", registers[1], width"``.
+        Location in the data: ``", registers[1], width"``.
     value : object
-        What stands there, None where nothing does.
+        Value at that location; None if it is missing.
     """
 
-    def __init__(self, place: str, value: object) -> None:
-        super().__init__(f"{place.removeprefix(', ') or 'the whole'} is {value!r}")
-        self.place, self.value = place, value
+    def __init__(self, location: str, value: object) -> None:
+        super().__init__(f"{location.removeprefix(', ') or 'the whole'} is {value!r}")
+        self.location, self.value = location, value
 
 
-def typed(hint: Any, data: Any, place: str = "") -> Any:
-    """``data`` as the type ``hint``: dataclass, enumeration, tuple, union, number, text.
+def typed(hint: Any, data: Any, location: str = "") -> Any:
+    """Convert ``data`` to the type ``hint``: dataclass, enumeration, tuple, union, number, text.
 
-    Keys that a dataclass does not have are ignored; a field with a default may be missing.
+    Unknown keys of a dataclass are ignored; fields with a default may be missing.
 
     Raises
     ------
     Malformed
-        The data are of another kind, or a number is outside its limits.
+        The data are of another type, or a number is outside its limits.
     """
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        value, limits = typed(arguments[0], data, place), arguments[1]
+        value, limits = typed(arguments[0], data, location), arguments[1]
         if value is not None and not limits.low <= value <= limits.high:
-            raise Malformed(place, data)
+            raise Malformed(location, data)
         return value
     if origin in (Union, UnionType):
-        return _one_of(arguments, data, place)
+        return _one_of(arguments, data, location)
     if origin is tuple:
-        return _tuple(arguments, data, place)
+        return _tuple(arguments, data, location)
     if is_dataclass(hint):
-        return _record(hint, data, place)
+        return _record(hint, data, location)
     if isinstance(hint, type) and issubclass(hint, Enum):
         if data not in [member.value for member in hint]:
-            raise Malformed(place, data)
+            raise Malformed(location, data)
         return hint(data)
     kinds = (int, float) if hint is float else hint
     if not isinstance(data, kinds) or (isinstance(data, bool) and hint is not bool):
-        raise Malformed(place, data)
+        raise Malformed(location, data)
     return data
 
 
-def _one_of(hints: tuple[Any, ...], data: Any, place: str) -> Any:
+def _one_of(hints: tuple[Any, ...], data: Any, location: str) -> Any:
     if data is None and NoneType in hints:
         return None
     *others, last = (h for h in hints if h is not NoneType)
     for hint in others:
         try:
-            return typed(hint, data, place)
+            return typed(hint, data, location)
         except Malformed:
             continue
-    return typed(last, data, place)
+    return typed(last, data, location)
 
 
-def _tuple(hints: tuple[Any, ...], data: Any, place: str) -> tuple[Any, ...]:
+def _tuple(hints: tuple[Any, ...], data: Any, location: str) -> tuple[Any, ...]:
     any_length = hints[-1] is Ellipsis
     if not isinstance(data, list) or not (any_length or len(data) == len(hints)):
-        raise Malformed(place, data)
+        raise Malformed(location, data)
     kinds = [hints[0]] * len(data) if any_length else hints
-    return tuple(typed(kinds[k], x, f"{place}[{k}]") for k, x in enumerate(data))
+    return tuple(typed(kinds[k], x, f"{location}[{k}]") for k, x in enumerate(data))
 
 
-def _record(of: Any, data: Any, place: str) -> Any:
+def _record(of: Any, data: Any, location: str) -> Any:
     if not isinstance(data, dict):
-        raise Malformed(place, data)
+        raise Malformed(location, data)
     values = {}
     for field in fields(of):
         optional = field.default is not MISSING or field.default_factory is not MISSING
         if field.name in data or not optional:
-            at = f"{place}, {field.name}"
+            at = f"{location}, {field.name}"
             values[field.name] = typed(_hints(of)[field.name], data.get(field.name), at)
     return of(**values)
 

@@ -1,1 +1,1 @@
-"""Words of W bits: their meaning, tables, programs of them and the interpreter."""
+"""Words of W bits: arithmetic, function tables, programs and the interpreter."""

@@ -1,4 +1,4 @@
-"""Is a program complete, and if it came from a file, one that every level can run?"""
+"""Checks of a program: complete, and if read from a file, fit for every level."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from boresight.model.words.program import (
 
 __all__ = ["check_complete", "check_program"]
 
-#: Names end up in C and Verilog, made safe, and in their comments.
+#: Names occur in C and Verilog, as identifiers made from them and in comments.
 _NAME = re.compile(r"[A-Za-z0-9_.+-]{1,100}")
 _TABLE_BLOCK = 512
-#: Far more than any core holds.
+#: Limit of numbers, far more than any core holds.
 _MOST = 100_000
 
 
 def check_program(program: Program) -> None:
-    """Check all that a file can get wrong: types, names, sizes, references; `check_complete`.
+    """Check a program from a file: types, names, sizes, references, and `check_complete`.
 
     Raises
     ------
     ValueError
-        The message says what is wrong, in some words.
+        The program is malformed; the message names the first fault.
     """
     for fault in chain(_of_types(program), _foreign(program)):
         raise ValueError(fault)
@@ -46,24 +46,24 @@ def check_program(program: Program) -> None:
 
 
 def check_complete(program: Program) -> None:
-    """Raise ValueError unless every operation is complete and reads only what is known."""
+    """Raise ValueError unless every operation is complete and reads only defined values."""
     for fault in _incomplete(program):
         raise ValueError(fault)
 
 
 def _incomplete(p: Program) -> Iterator[str]:
-    known = [value.kind is not Kind.OP for value in p.values]
+    defined = [value.kind is not Kind.OP for value in p.values]
     for number, op in enumerate(p.ops):
         where = f"operation {number} ({p.values[op.dest].name})"
         for operand in op.operands():
-            if not known[operand]:
-                yield f"{where} must read what is known before it, not value {operand}"
-        if known[op.dest]:
+            if not defined[operand]:
+                yield f"{where} must read values defined before it, not value {operand}"
+        if defined[op.dest]:
             yield f"{where} must be the only writer of a value of kind op, not of value {op.dest}"
         yield from _operation(p, where, op)
-        known[op.dest] = True
+        defined[op.dest] = True
     for value in (*p.outputs, *(source for _, source in p.states)):
-        if not known[value]:
+        if not defined[value]:
             yield f"value {value} ({p.values[value].name}) must be computed"
     for kind, listed in ((Kind.INPUT, p.inputs), (Kind.STATE, [s for s, _ in p.states])):
         if sorted(listed) != p.of_kind(kind):
@@ -100,7 +100,7 @@ def _operation(p: Program, where: str, op: Op) -> Iterator[str]:
 
 
 def _of_types(p: Program) -> Iterator[str]:
-    """Fields of another type than the classes say: JSON holds anything."""
+    """Yield faults of fields with a type other than the classes declare."""
     parts: tuple[tuple[str, Iterable[Any]], ...] = (
         ("arithmetic", [p.arithmetic]),
         ("value", p.values),
@@ -118,9 +118,9 @@ def _of_types(p: Program) -> Iterator[str]:
                     yield f"{what} with {field.name} {str(value)[:40]!r}"
     numbers: tuple[Any, ...] = (*p.inputs, *p.outputs, *p.table_memory, *chain(*p.states))
     if any(type(number) is not int for number in numbers):
-        yield "a reference that is no number"
+        yield "a reference that is not a number"
     if not all(isinstance(name, str) for name in (p.name, *p.output_names)):
-        yield "a name that is no text"
+        yield "a name that is not a text"
 
 
 def _kinds(of: type) -> dict[str, tuple[type, ...]]:
@@ -138,9 +138,9 @@ _ALLOWED: dict[type, dict[str, tuple[type, ...]]] = {
 
 def _foreign(p: Program) -> Iterator[str]:
     if p.arithmetic != Arithmetic(p.arithmetic.word):
-        yield "an arithmetic that no core has"
+        yield "an arithmetic without a core"
     if max(len(p.values), len(p.ops), len(p.table_memory)) > _MOST:
-        yield "a program that no core holds"
+        yield "a program too large for any core"
     for name in (p.name, *p.output_names, *(v.name for v in p.values)):
         if not _NAME.fullmatch(name):
             yield f"the name {name[:40]!r}"
@@ -149,17 +149,17 @@ def _foreign(p: Program) -> Iterator[str]:
     if len(p.ports) not in (0, len(p.outputs)) or len(p.in_ports) not in (0, len(p.inputs)):
         yield "ports that are not those of its inputs and outputs"
     if any(link.value not in p.inputs for link in p.links):
-        yield "a link to no input"
+        yield "a link that is not to an input"
     if len(p.table_memory) % _TABLE_BLOCK:
-        yield "a table that is none"
+        yield "a table that does not exist"
     if any(not -128 <= v.frac <= 128 for v in p.values):
         yield "a value without a binary point near its word"
     if not p.inputs or not p.outputs:
         yield "no inputs or no outputs"
     read = chain.from_iterable((op.dest, *op.operands()) for op in p.ops)
     if any(not 0 <= n < len(p.values) for n in (*p.inputs, *p.outputs, *chain(*p.states), *read)):
-        yield "a reference to no value"
+        yield "a reference to a value that does not exist"
     if len(p.ops) != len(p.of_kind(Kind.OP)):
-        yield "a value that no operation gives"
+        yield "a value that no operation computes"
     if not all(op.terms for op in p.ops):
         yield "an operation without terms"

@@ -1,7 +1,7 @@
-"""Integer semantics: the one place that says what every fixed-point operation means.
+"""Integer semantics of every fixed-point operation.
 
 The interpreter (`model.words.interpreter`), the generated C (`firmware.emit`) and the core
-(`gateware.engine.lane`) all implement exactly what stands here; tests compare this file with the
+(`gateware.engine.lane`) implement exactly this definition; tests compare this file with the
 independent package ``apytypes``.
 
 A *word* is a W-bit two's complement integer; a `Format` adds the binary point. The only
@@ -11,9 +11,9 @@ arithmetic operation is the multiply-accumulate group (see `model.words.program.
     q    = floor(acc / 2^G)                                        RND: half up
     dest = SAT: clamp(q) to W bits      WRAP: q modulo 2^W
 
-``s_k`` is the static shift of the term, less the *normalisation count* where the term asks
-for it. Products never pass 2W-1 bits, the accumulator never passes `Arithmetic.acc_width` bits
-(the compiler proves that for every operation), so everything fits int64.
+``s_k`` is the static shift of the term, less the *normalisation count* where the term requests
+it. Products have at most 2W-1 bits, the accumulator at most `Arithmetic.acc_width` bits (the
+compiler proves this for every operation), so everything fits int64.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ class Format:
 
     @classmethod
     def declared(cls, word: int, low: float, high: float, unit: str) -> Format:
-        """Format of what is declared with this range; binary angles fill the word and wrap."""
+        """Format of a declaration with this range; binary angles fill the word and wrap."""
         if unit == "ht" and low >= -1.0 and high <= 1.0:
             return cls(word, word - 1)
         return cls.for_range(word, low, high)
@@ -193,7 +193,7 @@ def saturate(q: Any, word: int) -> Any:
 
 
 def leading_sign_count(x: Any, arith: Arithmetic) -> Any:
-    """Normalisation count n: how far ``x`` can be shifted left before it would overflow.
+    """Normalisation count n: number of bits by which ``x`` can be shifted left without overflow.
 
     Counts the copies of the sign bit below the sign bit, at most `Arithmetic.norm_max`.
     """

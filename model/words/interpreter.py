@@ -20,21 +20,21 @@ from boresight.model.words.single import Update, single
 
 __all__ = ["Interpreter"]
 
-#: As many runs are faster one by one than as arrays.
+#: Number of runs up to which plain integers are faster than arrays.
 FEW = 16
 
 BoolArray = npt.NDArray[np.bool_]
 
 
 class Interpreter:
-    """Executes a `Program` exactly as the core does; a few runs in plain integers.
+    """Interpreter of a `Program`, bit by bit as the core; a few runs in plain integers.
 
     Parameters
     ----------
     program : Program
-        What to run.
+        Program to run.
     runs : int
-        Independent runs advanced together; every word is an int64 array of that length.
+        Number of independent runs; every word is an int64 array of that length.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Interpreter:
     params : dict of value number to word
         Parameters; assign to change.
     saturations : int64 array (number of values,)
-        How often each value saturated since the start, over all runs.
+        Number of saturations of each value since the start, over all runs.
     """
 
     def __init__(self, program: Program, runs: int = 1) -> None:
@@ -58,7 +58,7 @@ class Interpreter:
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
         self._tables = np.array(program.table_memory or (0,), dtype=np.int64)
         self._before = [self.values[n] for n, _ in program.states]
-        self._update: Update | None = None  # of one run, when it is first wanted
+        self._update: Update | None = None  # of one run, made at its first use
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run one update.
@@ -72,12 +72,12 @@ class Interpreter:
         -------
         outputs : int64 (n_outputs, runs)
         saturated : bool (runs,)
-            Some `SAT` operation of this update clamped its result.
+            Whether a `SAT` operation of this update clamped its result.
 
         Raises
         ------
         ValueError
-            If the shape is wrong, or a word or parameter is no integer that fits.
+            The shape is wrong, or a word or parameter is not an integer that fits.
         """
         p = self.program
         words = np.asarray(inputs)
@@ -125,14 +125,14 @@ class Interpreter:
         return out, sat
 
     def values_before_commit(self) -> list[IntArray]:
-        """`values` of the last update with the states as they were read, not as they became."""
+        """`values` of the last update, with the states that it read instead of the next states."""
         words = list(self.values)
         for (state, _), word in zip(self.program.states, self._before, strict=True):
             words[state] = word
         return words
 
     def _each(self) -> BoolArray:
-        """All operations, run by run; which runs saturated."""
+        """Run all operations, run by run; return which runs saturated."""
         if self._update is None:
             self._update = single(self.program)
         runs = np.concatenate(self.values).reshape(-1, self.runs).T.tolist()
@@ -146,7 +146,7 @@ class Interpreter:
         return saturated
 
     def _many(self) -> BoolArray:
-        """All operations of all runs; which runs saturated."""
+        """Run all operations on arrays of runs; return which runs saturated."""
         saturated = np.zeros(self.runs, dtype=np.bool_)
         for op in self.program.ops:
             self.values[op.dest], clamped = self._run(op)

@@ -1,4 +1,4 @@
-"""Polynomials that functions are on one binade, through the Chebyshev nodes of an interval.
+"""Polynomials for functions on one binade, through the Chebyshev nodes of an interval.
 
 Coefficients are computed with `model.words.rounded.PRECISE` and rounded once to float64.
 """
@@ -21,14 +21,14 @@ def interpolated(function: Callable[[Any], Any], reach: float, count: int) -> tu
     function : callable
         Of numbers of `PRECISE`.
     reach : float
-        It is wanted for arguments in [-reach, reach].
+        The polynomial is for arguments in [-reach, reach].
     count : int
-        How many coefficients; the error falls with each.
+        Number of coefficients.
     """
     nodes = [reach * PRECISE.cospi(PRECISE.mpf(2 * k + 1) / (2 * count)) for k in range(count)]
     powers = PRECISE.matrix([[x**k for k in range(count)] for x in nodes])
-    found = PRECISE.lu_solve(powers, PRECISE.matrix([function(x) for x in nodes]))
-    return tuple(float(c) for c in found)
+    coefficients = PRECISE.lu_solve(powers, PRECISE.matrix([function(x) for x in nodes]))
+    return tuple(float(c) for c in coefficients)
 
 
 #: 2^(x - 1/2) of x in [-1/2, 1/2): [1/2, 1).

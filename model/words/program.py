@@ -1,4 +1,4 @@
-"""The fixed-point program: what the interpreter, the C and the core execute.
+"""The fixed-point program that interpreter, C and core execute.
 
 A program is a list of *values* (words with a binary point and a name) and a list of *operations*
 in executable order. Every operation is one multiply-accumulate group (`model.words.fixed`);
@@ -35,7 +35,7 @@ __all__ = [
 
 
 class Kind(StrEnum):
-    """Where a value comes from."""
+    """Origin of a value."""
 
     INPUT = "input"  #: one word of the input stream, new at every update
     PARAM = "param"  #: a register that the host may write between updates
@@ -45,10 +45,10 @@ class Kind(StrEnum):
 
 
 class Overflow(StrEnum):
-    """What happens to a result beyond the word (names of ap_fixed)."""
+    """Treatment of a result beyond the word (names of ap_fixed)."""
 
     SAT = "SAT"  #: clamp, and raise the sticky saturation flag
-    CLIP = "CLIP"  #: clamp on purpose: no flag
+    CLIP = "CLIP"  #: clamp by declaration, without a flag
     WRAP = "WRAP"  #: modulo 2^W: binary angles
 
 
@@ -62,7 +62,7 @@ class Negate(StrEnum):
 
 
 class When(StrEnum):
-    """Whether a term takes part."""
+    """Condition under which a term is added."""
 
     ALWAYS = "always"
     IF = "if"  #: only when the flag is set
@@ -70,7 +70,7 @@ class When(StrEnum):
 
 
 class Scale(StrEnum):
-    """By how much the normalisation count n of `Op.norm` lessens a term's shift."""
+    """Part of the normalisation count n of `Op.norm` that is subtracted from a term's shift."""
 
     NONE = "none"
     FULL = "full"  #: n
@@ -82,7 +82,7 @@ class Scale(StrEnum):
 class Value:
     """A named word.
 
-    ``low`` and ``high`` bound it in real units, ``range_source`` says how that is known.
+    ``low`` and ``high`` bound it in real units; ``range_source`` is the origin of the bounds.
     ``initial`` is the word of a constant, the reset word of a state, the default of a parameter.
     """
 
@@ -151,10 +151,10 @@ class Op:
 
 @dataclass(frozen=True)
 class Port:
-    """What is said of an output: it changes nothing that the hardware does.
+    """Description of an output; without effect on the hardware.
 
-    ``tolerance`` is the largest difference to float64 that its author accepts, in ``unit``;
-    ``first`` what programs that read it see before the first update.
+    ``tolerance`` is the largest accepted difference from float64, in ``unit``; ``first`` the value
+    that linked programs read before the first update.
     """
 
     name: str
@@ -166,10 +166,10 @@ class Port:
 
 @dataclass(frozen=True)
 class InPort:
-    """What is said of an input: it changes nothing that the hardware does.
+    """Description of an input; without effect on the hardware.
 
-    ``missing`` is what it reads where its source has no new sample ("hold": the last one; None:
-    there always is one), ``flags`` the inputs whose validity it tells, if it is a flag.
+    ``missing`` is the value read where the source has no new sample ("hold": the last one; None:
+    every record has one), ``flags`` the inputs whose validity it flags, if it is a flag.
     """
 
     missing: float | str | None = None
@@ -179,10 +179,10 @@ class InPort:
 
 @dataclass(frozen=True)
 class Link:
-    """An input that another program of the same core may give: its ``output``.
+    """An input that may read an ``output`` of another program of the same core.
 
-    ``state`` is the state of that program, by value number, that keeps the output; None where no
-    core holds both, and the input comes with the record (`gateware.schedule.links`).
+    ``state`` is the value number of the state of that program that holds the output; None if no
+    core has both programs and the input comes with the record (`gateware.schedule.links`).
     """
 
     value: int
@@ -197,10 +197,10 @@ class Program:
 
     ``inputs`` and ``outputs`` list values in stream order; ``states`` maps each state value to the
     value that replaces it at the end of an update (possibly itself). ``table_memory`` is the flat
-    function table (W-bit words, a multiple of 512). ``in_ports`` and ``ports`` say
-    more of inputs and outputs, ``urgent`` of how many leading outputs the latency counts first
-    (None: all); none of them is part of the `digest`.
-    ``links`` are inputs that another program may give; those that one does are not `streamed`.
+    function table (W-bit words, a multiple of 512). ``in_ports`` and ``ports`` describe inputs and
+    outputs; ``urgent`` is the number of leading outputs whose latency counts first (None: all);
+    none of them is part of the `digest`.
+    ``links`` are inputs that may read another program; those that do are not `streamed`.
     """
 
     name: str
@@ -219,12 +219,12 @@ class Program:
 
     @property
     def linked(self) -> dict[int, Link]:
-        """By input: the links to a program of the same core."""
+        """Links to a program of the same core, by input."""
         return {link.value: link for link in self.links if link.state is not None}
 
     @property
     def streamed(self) -> tuple[int, ...]:
-        """Inputs that come with the record: all but the linked ones."""
+        """Inputs in the record: all but the linked ones."""
         return tuple(n for n in self.inputs if n not in self.linked)
 
     def format(self, value: int) -> Format:
@@ -232,7 +232,7 @@ class Program:
         return Format(self.arithmetic.word, self.values[value].frac)
 
     def find(self, name: str) -> int:
-        """Number of the value called ``name``; KeyError if there is none."""
+        """Number of the value called ``name``; raises KeyError for an unknown name."""
         for number, value in enumerate(self.values):
             if value.name == name:
                 return number
@@ -254,19 +254,19 @@ class Program:
 
     @cached_property
     def digest(self) -> str:
-        """The identity that reports and the core's build register carry: a SHA-256.
+        """SHA-256 that identifies the program in reports and in the core's build register.
 
-        It covers what the hardware does (arithmetic, operations, binary points, table, first words)
-        and what its ports mean (names, units, declared ranges). It does not cover what is only said
-        about values in between: their names, and ranges that follow from those of the ports.
+        It covers the hardware's behaviour (arithmetic, operations, binary points, table, first
+        words) and the meaning of its ports (names, units, declared ranges), but not the names and
+        derived ranges of values in between.
         """
         plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
-        said = {"in_ports", "ports", "urgent", *(() if self.linked else ("links",))}
-        text = json.dumps({key: plain[key] for key in plain if key not in said})
+        documentation = {"in_ports", "ports", "urgent", *(() if self.linked else ("links",))}
+        text = json.dumps({key: plain[key] for key in plain if key not in documentation})
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-#: Kinds of values that somebody outside reads or writes.
+#: Kinds of values that are read or written from outside.
 _PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
 
 
@@ -288,7 +288,7 @@ def _hints(of: type) -> dict[str, Any]:
 
 
 def _read(of: Any, x: Any) -> Any:
-    """Inverse of `_plain`, where a type hint says what is wanted."""
+    """Inverse of `_plain` for a type hint."""
     if isinstance(of, type) and is_dataclass(of):
         return of(**{name: _read(_hints(of)[name], y) for name, y in x.items()})
     if get_origin(of) is tuple:
@@ -297,7 +297,7 @@ def _read(of: Any, x: Any) -> Any:
 
 
 def _identity(value: Value) -> list[Any]:
-    """What a digest covers of a value."""
+    """Part of a value that the digest covers."""
     inside = [value.kind.value, value.frac, value.initial]
     if value.kind not in _PORTS:
         return inside

@@ -3,7 +3,7 @@
 IEEE 754 fixes ``+ - * /`` and the square root to the last bit, nothing else. Sines, arc sines and
 logarithms of C libraries, of numpy's vector code and sums of a BLAS differ in last bits between
 processors and versions, so nothing that becomes part of a program may come from them
-(``docs/decisions/0013-same-bits.md``). What is computed here, is computed with `PRECISE`, whose
+(``docs/decisions/0013-same-bits.md``). These functions compute with `PRECISE`, whose
 arithmetic is that of integers, and rounded once.
 """
 
@@ -29,10 +29,10 @@ __all__ = [
     "tanh",
 ]
 
-#: Bits that intermediate results carry: twice what the hardest case of a float64 function needs.
+#: Bits of intermediate results: twice what the hardest case of a float64 function needs.
 _BITS = 256
 
-#: Arithmetic with `_BITS` bits. A context of its own: nobody else can change its precision.
+#: Arithmetic with `_BITS` bits, in a context of its own whose precision no other module changes.
 PRECISE: Any = MPContext()
 PRECISE.prec = _BITS
 

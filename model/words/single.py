@@ -1,8 +1,8 @@
-"""One run of a program in plain integers, by Python that is written for it.
+"""One run of a program in plain integers, as generated Python.
 
-Short arrays cost a call of numpy for each step of each term, twenty times as long as the work. The
-text that stands here for an operation means what `model.words.interpreter` does with arrays; the
-tests hold one against the other.
+On short arrays, the calls of numpy for each step of each term take twenty times as long as the
+work. The text generated for an operation computes the same as `model.words.interpreter` on arrays;
+tests compare the two.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from boresight.model.words.program import Negate, Op, Overflow, Program, Scale, 
 __all__ = ["Update", "single"]
 
 #: ``update(words, table_memory)``: replaces the words of the operations in the list of all words
-#: by value number, and gives the numbers of those that saturated.
+#: by value number, and returns the numbers of those that saturated.
 Update = Callable[[list[int], tuple[int, ...]], list[int]]
 
 
-#: Terms of one expression: Python's compiler nests no deeper than some thousands.
+#: Maximum terms of one expression; Python's compiler limits the nesting to some thousands.
 _MOST = 256
 
 
@@ -40,14 +40,14 @@ class _Text:
         self.low = (1 << arith.fraction_bits) - 1
 
     def lines(self) -> Iterator[str]:
-        """All of it."""
-        made = {op.dest for op in self.program.ops}
+        """Yield the lines of the function."""
+        results = {op.dest for op in self.program.ops}
         yield "def update(v, table):"
         yield " clamped = []"
-        yield from (f" v{n} = v[{n}]" for n in range(len(self.program.values)) if n not in made)
+        yield from (f" v{n} = v[{n}]" for n in range(len(self.program.values)) if n not in results)
         for op in self.program.ops:
             yield from (f" {line}" for line in self.operation(op))
-        yield from (f" v[{n}] = v{n}" for n in sorted(made))
+        yield from (f" v[{n}] = v{n}" for n in sorted(results))
         yield " return clamped"
 
     def operation(self, op: Op) -> Iterator[str]:

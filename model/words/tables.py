@@ -79,7 +79,7 @@ class Table:
         return _coefficients(self)
 
     def at(self, segment: Any) -> Any:
-        """The function at a segment's beginning, or between two of them."""
+        """The function at the beginning of a segment; fractions lie inside segments."""
         return self.function(PRECISE.mpf(segment) / self.segments_per_unit)
 
 
@@ -94,7 +94,7 @@ TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
 def _coefficients(table: Table) -> Array:
     """The cubics through the function at the Chebyshev nodes of every segment."""
     nodes = [(1 - PRECISE.cospi(PRECISE.mpf(2 * k + 1) / 8)) / 2 for k in range(4)]
-    # Row k: the coefficients of 1, p, p^2, p^3 that node k's value has a part in.
+    # Row k: weights of node k's value in the coefficients of 1, p, p^2, p^3.
     parts = PRECISE.inverse(PRECISE.matrix([[p**power for power in range(4)] for p in nodes])).T
     rows = []
     for segment in range(table.first, table.last + 1):

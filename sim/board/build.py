@@ -1,4 +1,4 @@
-"""The board's bench, built: compiled by Verilator alone, or for cocotb."""
+"""Build of the board's bench with Verilator, alone or for cocotb."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ __all__ = ["Board", "board_parameters", "board_sources", "make_board"]
 
 @dataclass(frozen=True)
 class Board:
-    """A system, and the speeds it is built for."""
+    """A system, and the speeds for which it is built."""
 
     system: AttitudeSystem
     setup: Setup
 
     @property
     def core(self) -> Core:
-        """Its core."""
+        """Core of the system."""
         return self.system.core
 
     @cached_property
@@ -50,16 +50,16 @@ def make_board(
     wishbone: bool = False,
     params: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Board:
-    """A complete system for these speeds.
+    """Return a complete system for these speeds.
 
     Parameters
     ----------
     setup : Setup
         Speeds.
     filters, config, restarts, params
-        Of `gateware.system.programs.system_core`; not used with a ``core``.
+        See `gateware.system.programs.system_core`; unused with a ``core``.
     wishbone : bool
-        With a Wishbone slave, for a processor.
+        Whether to add a Wishbone slave, for a processor.
     """
     core = core or system_core(filters, config=config, restarts=restarts, params=params)
     timing = Timing(
@@ -69,7 +69,7 @@ def make_board(
         reset_s=setup.reset_s,
         period_s=1.0 / setup.rate_hz,
     )
-    # The compass's waits go with its lines.
+    # The compass's waits scale with its lines.
     slower = 8.0 / setup.lines_hz
     compass = Hmr3300(
         clock_hz=setup.clock_hz,
@@ -94,14 +94,14 @@ def make_board(
 def board_sources(board: Board) -> dict[str, str]:
     """Texts of the bench by file name, in the order of compilation."""
 
-    def own(package: str, name: str) -> str:
+    def text_of(package: str, name: str) -> str:
         return (importlib.resources.files(package) / name).read_text()
 
     return {
         "system.sv": board.verilog,
-        "adis16385.sv": own("boresight.sim.devices", "adis16385.sv"),
-        "hmr3300.sv": own("boresight.sim.devices", "hmr3300.sv"),
-        "bench.sv": own("boresight.sim.board", "bench.sv"),
+        "adis16385.sv": text_of("boresight.sim.devices", "adis16385.sv"),
+        "hmr3300.sv": text_of("boresight.sim.devices", "hmr3300.sv"),
+        "bench.sv": text_of("boresight.sim.board", "bench.sv"),
     }
 
 

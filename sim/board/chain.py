@@ -1,6 +1,6 @@
-"""The chain of a complete system in integers: raw counts in, words of estimators out.
+"""Integer model of a complete system's chain: from raw counts to words of estimators.
 
-What the conductor and the core do with samples (`gateware.system`), word for word, by the integer
+Computes the words of the update controller and the core (`gateware.system`) with the integer
 interpreter.
 """
 
@@ -40,7 +40,7 @@ Flags = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Samples:
-    """What the readers give for n updates.
+    """Data of the sensor readers for n updates.
 
     Attributes
     ----------
@@ -53,13 +53,13 @@ class Samples:
     values : int (n, 3)
         The numbers of that line: counts, or tenths of a degree of heading, pitch, roll.
     restart : bool (n,)
-        Updates that restart the filter besides those after a gap: at least the first.
+        Updates that restart the filter, besides those after a gap; at least the first.
     filter : int (n,)
         Number of the filter for each update.
     feed : mapping of str to int
-        Words of input registers that are not the first ones.
+        New words of input registers.
     new_feed : int
-        The update that is the first to have them.
+        First update with the new words.
     """
 
     stamp: IntArray
@@ -78,18 +78,18 @@ class Samples:
 
 @dataclass(frozen=True)
 class Chain:
-    """What comes of them.
+    """Records and results of the updates.
 
     Attributes
     ----------
     records : int (n, most)
-        The words of the estimator's record; zeros behind them, if others have more.
+        Words of the estimator's record, padded with zeros to the longest record.
     outputs : int (n, most)
-        The estimator's output words, likewise.
+        Output words of the estimator, padded likewise.
     saturated : bool (n,)
-        A value of a program of its chain was clamped.
+        Whether a value of a program of the chain was clamped.
     restart : bool (n,)
-        The time step was negative.
+        Whether the time step was negative.
     """
 
     records: IntArray
@@ -104,15 +104,15 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     Parameters
     ----------
     programs : sequence of Program
-        Those of the system's core, by number, with the parameters' values in them.
+        Programs of the system's core, by number, with parameter values.
     samples : Samples
-        What comes in.
+        Data of the sensor readers.
     """
     filters, n = len(programs) - len(FRONT_NAMES), len(samples)
     chains = [chain_of(programs, k) for k in range(filters)]
     feed = feed_of(programs[:filters])
     memory = _memory(programs[filters:], feed, samples)
-    words: dict[str, IntArray] = {}  # outputs of each program by name, where it has run
+    words: dict[str, IntArray] = {}  # outputs of programs by name, for updates in which they ran
     clamped = np.zeros(n, dtype=np.bool_)
     records = np.zeros((n, max(len(p.streamed) for p in programs[:filters])), dtype=np.int64)
     outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
@@ -138,7 +138,7 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
 
 @dataclass(frozen=True)
 class _Memory:
-    """The conductor's memory at each update.
+    """Memory of the update controller at each update.
 
     ``words`` by place; the time steps ``dt``; whether the field is ``fresh``, and whether the set
     of input registers is (``new_set``).
@@ -176,11 +176,11 @@ def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
         if len(rows):
             lines = samples.values[rows] << program.format(program.inputs[0]).frac
             field_words[rows] = Interpreter(program, len(rows)).update(lines.T)[0].T
-    # The words of the last line, before the first one zeros.
+    # The words of the last line; zeros before the first one.
     last = np.maximum.accumulate(np.where(samples.line != NO_LINE, np.arange(n), -1))
-    held = np.where(last[:, None] >= 0, field_words[last], 0)
+    latest = np.where(last[:, None] >= 0, field_words[last], 0)
     words = {PLACES[name]: calibrated[:, k] for k, name in enumerate(inertial.output_names)}
-    words |= {place: held[:, k] for k, place in enumerate(FIELD)}
+    words |= {address: latest[:, k] for k, address in enumerate(FIELD)}
     words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
     words[ZERO] = np.zeros(n, dtype=np.int64)
     for k, (name, value) in enumerate(feed.registers.items()):

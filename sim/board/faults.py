@@ -1,7 +1,7 @@
-"""Every fault of both devices on the complete board: when it is seen, what it does, what is left.
+"""Every fault of both devices on the complete board: detection, effect and recovery.
 
-The board runs 16 times as fast as the real one, everything alike, and is told so (``tick_s``), so
-that times and rates that the filter sees are the real ones. All times here are real ones.
+All parts of the board run 16 times as fast as the real one, and the parameter ``tick_s`` is scaled,
+so that the filter sees real times and rates. All times here are those of the real board.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ __all__ = [
     "trial_log",
 ]
 
-#: The fault lasts from sample to sample, and from line to line of the compass.
+#: First and last sample of an inertial fault; first and last line of a compass fault.
 _INERTIAL_SPAN, _COMPASS_SPAN = (1200, 1400), (9, 15)
-#: Largest error that a fault may lead to, and largest that may be left a second later, degrees.
+#: Largest accepted error during a fault, and a second after it, degrees.
 LARGEST_DEG, LATER_DEG = 10.0, 2.0
-#: Updates of a run; a fault takes some of the log's samples.
+#: Updates of a run, and samples more in the log, for those that a fault costs.
 _UPDATES, _MORE = 3200, 400
 _MOST_CYCLES = 60_000_000
-#: By how much the motion is slower than `synthetic_log` makes it.
+#: Factor by which the motion is slower than that of `synthetic_log`.
 _SLOWER = 6.0
-#: Events that are no sign of a fault.
+#: Events that do not indicate a fault.
 _USUAL = {
     "inertial_sample",
     "compass_heading_line",
@@ -63,25 +63,25 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FaultTrial:
-    """What a fault did. Times in s of the real board, angles in degrees.
+    """Result of a fault. Times in s of the real board, angles in degrees.
 
     Attributes
     ----------
     device, fault : str
-        Whose, and which.
+        Device and name of the fault.
     fault_s : float
-        How long it lasted.
+        Duration of the fault.
     seen_after_s : float or None
-        From its begin to the first event that tells of it; None: never.
+        From its begin to the first event that indicates it; None: never.
     seen_as : tuple of str
-        Events, in the order in which they first came.
+        Events, in the order of their first occurrence.
     dropped : int
-        Samples that did not make an update between its begin and recovery.
+        Samples without an update between begin and recovery.
     before_deg, during_deg, after_deg : float
         Largest error of the attitude in the half second before, during the fault (with the first
         half second after it), and in the last half second of the run, or before the next fault.
     back_after_s : float or None
-        From its end to the first update (inertial) or good line (compass); None: never again.
+        From its end to the first update (inertial) or good line (compass); None: never.
     """
 
     device: str
@@ -97,7 +97,7 @@ class FaultTrial:
 
     @property
     def harmless(self) -> bool:
-        """It did nothing that anybody could see: no sample dropped, no event, no larger error."""
+        """Whether the fault had no effect: no sample dropped, no event, no larger error."""
         return (
             self.seen_after_s is None
             and self.dropped == 0
@@ -119,19 +119,19 @@ class FaultTrial:
 
     @property
     def unseen(self) -> bool:
-        """Wrong values in good form."""
+        """Whether the fault gives wrong values in valid form, which no reader can detect."""
         return self.fault in WRONG_VALUES
 
 
 def fault_names() -> list[str]:
     """All faults, as ``adis.absent``."""
-    known = {"adis": (*INERTIAL_FAULTS, *WRONG_VALUES), "hmr": COMPASS_FAULTS}
-    return [f"{device}.{fault}" for device, faults in known.items() for fault in faults]
+    faults_of = {"adis": (*INERTIAL_FAULTS, *WRONG_VALUES), "hmr": COMPASS_FAULTS}
+    return [f"{device}.{fault}" for device, faults in faults_of.items() for fault in faults]
 
 
 def trial_log() -> Record:
     """The motion of the trials, slow turns, with ordinary sensor errors and exact truth."""
-    # Made at a higher rate than it is played at, so that all of it is slower.
+    # Made at a higher rate than that of playback, which slows all motion.
     log = NineAxis.of(
         synthetic_log(
             seconds=(_UPDATES + _MORE + 600) / 1024 / _SLOWER,
@@ -148,7 +148,7 @@ def trial_log() -> Record:
 
 
 def fault_board(filters: Sequence[Named] = ("mekf",), *, restarts: int | None = None) -> Board:
-    """A board, with one filter unless told otherwise, 16 times as fast."""
+    """Return a board 16 times as fast as the real one, by default with one filter."""
     return make_board(
         FAULTY,
         filters=filters,
@@ -194,9 +194,9 @@ def faults_in_turn(
     log: Record | None = None,
     updates: int,
 ) -> list[FaultTrial]:
-    """Run several faults, (device, fault, span) as `fault_trial` has them, one after the other.
+    """Run several faults, (device, fault, span) as in `fault_trial`, one after the other.
 
-    Each is judged by what happens until the next one begins, a second and more after its end.
+    Each is judged until the next one begins, a second or more after its end.
     """
     log = log or trial_log()
     texts: dict[str, str] = {}
@@ -227,19 +227,19 @@ def faults_in_turn(
 
 
 def _row_cycles(run: BoardRun, rows: tuple[int, int]) -> tuple[float, float]:
-    """Cycles at which two rows of the log are there."""
+    """Cycles of two rows of the log."""
     ready = run.trace.ready
     begin, end = (float(ready[np.searchsorted(ready[:, 1], row + 1), 0]) for row in rows)
     return begin, end
 
 
 def _span_cycles(run: BoardRun, device: str) -> Iterator[tuple[float, float]]:
-    """Begin and end of each fault, in clock cycles: when the device's model had it on.
+    """Yield begin and end of each fault in the device's model, in clock cycles.
 
     Raises
     ------
     SimulationFailed
-        It was never on, or did not end.
+        The fault did not begin or did not end.
     """
     begin = None
     for at, inertial, compass in run.trace.faults:
@@ -287,14 +287,14 @@ def _judge(
     whose = ("inertial_",) if device == "adis" else ("compass_",)
     for at, bits in trace.events:
         for k, name in enumerate(names):
-            told = name.startswith(whose) and name not in _USUAL
-            if bits >> k & 1 and begin <= at < until and told:
+            is_sign = name.startswith(whose) and name not in _USUAL
+            if bits >> k & 1 and begin <= at < until and is_sign:
                 seen.setdefault(name, (at - begin) / second)
     good = trace.updates if device == "adis" else np.array([x.cycle for x in trace.lines])
     back = good[good > end]
     resumed = float(back[0]) if len(back) else float(trace.updates[-1])
     expected = (min(resumed, float(trace.updates[-1])) - begin) / board.setup.period_cycles
-    made = int(((trace.updates > begin) & (trace.updates < resumed)).sum())
+    arrived = int(((trace.updates > begin) & (trace.updates < resumed)).sum())
 
     def worst(since: float, until: float) -> float:
         part = errors[(cycles >= since) & (cycles < until)]
@@ -307,7 +307,7 @@ def _judge(
         (end - begin) / second,
         min(seen.values(), default=None),
         tuple(sorted(seen, key=lambda name: seen[name])),
-        max(int(expected) - made, 0),
+        max(int(expected) - arrived, 0),
         worst(begin - half, begin),
         worst(begin, end + half),
         worst(until - half, until),

@@ -1,4 +1,4 @@
-"""How a record becomes the raw counts that the sensors of a board would have sent, and back."""
+"""Conversion of records to the raw counts of a board's sensors, and back."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ def quantise(
     line_hz: float = 8.0,
     number: int = 0,
 ) -> Samples:
-    """A nine-axis record as what an ADIS16385 and an HMR3300 would have sent.
+    """Return a nine-axis record as the data of an ADIS16385 and an HMR3300.
 
     Sensor axes are body axes. Rates and forces beyond the sensors' full scale are clamped there.
 
     Parameters
     ----------
     clock_hz : float
-        Clock that the stamps count.
+        Clock of the time stamps.
     kind : int
         Lines of the compass: `NO_LINE`, `COUNTS` (of the record's field) or `HEADING` (of its
         reference attitude).
     line_hz : float
-        Most lines in a second.
+        Maximum lines in a second.
     number : int
-        Filter.
+        Number of the filter.
 
     Raises
     ------
     InputError
-        Headings are wanted of a record without reference attitude.
+        Headings of a record without reference attitude.
     """
     log = NineAxis.of(record)
     n = len(log)
@@ -98,12 +98,12 @@ def _counts(value: FloatArray, scale: float, limit: int) -> IntArray:
 
 
 def words_as_record(program: Program, chain: Chain, name: str = "words") -> Record:
-    """The records of a chain in their units, exactly: `sim.records.feed` gives the words back.
+    """Return the records of a chain in their units; `sim.records.feed` gives exactly its words.
 
     Parameters
     ----------
     program : Program
-        A filter, for the formats of its inputs.
+        Filter, for the formats of its inputs.
     """
     real = {
         program.values[n].name: program.format(n).real(chain.records[:, k])

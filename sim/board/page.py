@@ -1,4 +1,4 @@
-"""The page of a simulated board: one HTML file that needs nothing else."""
+"""The page of a simulated board: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _cells(run: Mapping[str, Any], clock_mhz: float) -> list[str | Verdict]:
 
 
 def render_page(data: Mapping[str, Any], timelines: Sequence[Timeline]) -> str:
-    """HTML text of the dict that `boresight simulate` gives."""
+    """HTML text of the result of `boresight simulate`."""
     equal = "Every attitude frame equals the integer models, word by word; no sample was lost."
     return page_of(
         "The complete board in simulation",

@@ -1,4 +1,4 @@
-"""A log through the simulated board, and the chain of integer models beside it."""
+"""Runs of a log through the simulated board, compared with the chain of integer models."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ __all__ = [
     "writes",
 ]
 
-#: Word of TEMP_OUT, 27.5 degC; it follows nothing.
+#: Word of TEMP_OUT, constant at 27.5 degC.
 _TEMPERATURE_CODE = 37
 
 
 @dataclass(frozen=True)
 class Stimulus:
-    """What the devices send.
+    """Data of the devices.
 
     Attributes
     ----------
@@ -69,24 +69,24 @@ def _lines(rows: IntArray) -> str:
 
 
 def stimulus(record: Record, board: Board) -> Stimulus:
-    """A nine-axis record as what both devices send: row k is sample k, whatever its time.
+    """Return a nine-axis record as the data of both devices: row k is sample k, whatever its time.
 
-    The compass knows the record's attitude: without one it has no heading to send.
+    The compass sends headings of the record's attitude.
 
     Raises
     ------
     InputError
-        The record has no attitude for the headings.
+        The record has no attitude.
     """
     log = NineAxis.of(record)
     q, setup = log.attitude, board.setup
-    # Line k goes out this long after the first sample.
+    # Time of line k after the first sample.
     every = setup.rate_hz / setup.lines_hz
     first = setup.compass_start_cycles / setup.period_cycles
     rows = np.minimum(
         np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64), len(log) - 1
     )
-    # Each line takes the field, and the attitude, that is there by then.
+    # Each line has the field and the attitude of its time.
     usable = np.flatnonzero(np.isfinite(q).all(axis=1) & log.mag_new)
     if not len(usable):
         raise InputError.at(
@@ -101,9 +101,9 @@ def stimulus(record: Record, board: Board) -> Stimulus:
 
 
 def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
-    """Host file of the bench: writes of registers by name, in their order, from a cycle on.
+    """Return the host file of the bench: writes of registers by name, in order, from a cycle on.
 
-    Words of input registers (``feed_NAME``) come last, then the order to take them.
+    Words of input registers (``feed_NAME``) come last, then the order that activates them.
     """
     registers = board.system.map()
     divisor = board_parameters(board.setup)["HOST_DIVISOR"]
@@ -111,7 +111,7 @@ def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> st
     orders = {name: value for name, value in values.items() if not name.startswith("feed_")}
     pairs = [*orders.items()]
     if len(orders) < len(values):
-        # No sample is used before the set of input registers is whole.
+        # No sample is used before the set of input registers is complete.
         feed = [(name, value) for name, value in values.items() if name not in orders]
         pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED.mask), ("run", 1)]
     for name, value in pairs:
@@ -119,13 +119,13 @@ def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> st
         for byte in frame:
             out.append(f"{cycle} {byte:02x}\n")
             cycle += 10 * divisor
-        cycle += 40 * 10 * divisor  # the answer
+        cycle += 40 * 10 * divisor  # the reply
     return "".join(out)
 
 
 @dataclass(frozen=True)
 class BoardRun:
-    """What came of a run.
+    """Result of a run.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class BoardRun:
 
 
 def frames_of(data: bytes) -> tuple[IntArray, int]:
-    """Frames (n, words) of one estimator in a stream of bytes, and how many were damaged."""
+    """Frames (n, words) of one estimator in a stream of bytes, and the number of damaged ones."""
     decoder = Decoder(word=32)
     words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
     most = len(words[0]) if words else len(WORDS)
@@ -219,26 +219,26 @@ def files_and_arguments(
 
 @dataclass(frozen=True)
 class Judgement:
-    """A run against the chain of integer models, fed with what the devices had at their pins.
+    """Comparison of a run with the chain of integer models, on the data at the devices' pins.
 
     Attributes
     ----------
     updates : int
-        Compared.
+        Number of updates compared.
     mismatches : int
         Words of attitude frames that differ: stamp, outputs, parts of the header.
     lost : int
-        Data-ready edges from the first sample's to the last one's that made no sample.
+        Data-ready edges, from the first sample's to the last one's, without a sample.
     first : str
-        The first of them; empty if there is none.
+        Description of the first mismatch; empty without one.
     fields, lines : int
         Updates with a fresh field; good lines of the compass.
     transfer_cycles, core_cycles : (least, most)
-        Data-ready to sample, and sample to new attitude.
+        From data-ready to the sample, and from the sample to the new attitude.
     frame_end_cycles : (least, most)
-        Data-ready to the last bit of the frame.
+        From data-ready to the last bit of the frame.
     chain : Chain
-        What the models say.
+        Results of the models.
     """
 
     updates: int
@@ -254,7 +254,7 @@ class Judgement:
 
 
 def _source_kinds(source: int) -> Sequence[int]:
-    """Kinds of lines that a magnetic source takes."""
+    """Kinds of lines for a magnetic source."""
     return {0: (), 1: (COUNTS,), 2: (HEADING,), 3: (COUNTS, HEADING)}[source]
 
 
@@ -271,9 +271,9 @@ def judge(
 
     ``feed`` has the words of the input registers, by input.
 
-    The models get the rows of the devices' logs: by the number of the data-ready edge, and by the
-    slot of the compass's line. When a line counts is told from its cycle: it makes the field of the
-    update after the one that is complete next.
+    The models process the rows of the devices' logs, by the number of the data-ready edge and the
+    slot of the compass's line. The cycle of a line decides its update: the one after the next that
+    is complete.
     """
     trace = run.trace
     n = len(trace.updates)
@@ -345,15 +345,15 @@ def _compare(
             "restart": int(chain.restart[k]),
             "saturated": int(chain.saturated[k]),
         }
-        found = {
+        computed = {
             "stamp": int(frame[1]) % (1 << 32),
             **{name: int(v) for name, v in zip(names, frame[2:], strict=True)},
             **{field.name: field.of(header) for field in HEADER},
         }
         for name, value in expected.items():
-            if found[name] != value:
+            if computed[name] != value:
                 mismatches += 1
-                first = first or f"update {k}, {name}: {found[name]} instead of {value}"
+                first = first or f"update {k}, {name}: {computed[name]} instead of {value}"
     if len(frames) == 0:
         mismatches, first = 1, "no attitude frame came"
     ends = frame_ends(run.trace)

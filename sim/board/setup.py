@@ -1,4 +1,4 @@
-"""Speeds and times of a simulated board: the real ones, or all of them scaled down."""
+"""Speeds and times of a simulated board: real, or all scaled."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 __all__ = ["FAULTY", "FASTER", "REAL", "SCALED", "Setup"]
 
-#: By how much `SCALED` and `FAULTY` are faster than the real thing.
+#: Factor by which `SCALED` and `FAULTY` are faster than the real board.
 FASTER = 16
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What the system is built with, and how fast the devices at its pins are.
+    """Parameters of the system, and speeds of the devices at its pins.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Setup:
     compass_start_cycles : int
         From power-up to the compass's first line.
     ppm : int
-        By which the ADIS16385's own clock is fast.
+        Error of the ADIS16385's clock; positive: fast.
     """
 
     clock_hz: int = 100_000_000
@@ -53,7 +53,7 @@ class Setup:
         return self.clock_hz / self.rate_hz
 
 
-#: As on the bench, but for the waits after power-up: nobody learns from 0.3 s of nothing.
+#: As on the bench, but with short waits after power-up.
 REAL = Setup(startup_s=2e-3, compass_start_cycles=1_000_000)
 
 #: Sixteen times as fast, so that 500 samples take 3 million cycles.
@@ -70,5 +70,5 @@ SCALED = Setup(
     compass_start_cycles=60_000,
 )
 
-#: The same with all waits as they are on the bench, sixteen times as fast.
+#: The same with all waits of the bench, sixteen times as fast.
 FAULTY = replace(SCALED, startup_s=0.3 / FASTER, reset_s=1e-3 / FASTER)

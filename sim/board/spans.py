@@ -1,4 +1,4 @@
-"""One update's way through the board, out of a trace."""
+"""The times of one update on the board, from a trace."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from boresight.sim.report.timing import PAPER_US
 
 __all__ = ["timeline_of"]
 
-#: What comes back in each frame: what the one before has asked for.
+#: Word in each SPI frame: the one requested in the frame before.
 _ANSWERS = ("temp", "gx", "gy", "gz", "ax", "ay", "az", "diag", "check")
 
 
@@ -21,7 +21,7 @@ def timeline_of(board: Board, run: BoardRun, *, filter: int, update: int) -> Tim
     Raises
     ------
     ValueError
-        The run has no such update with a frame of its own, or not nine SPI frames.
+        The run has no such update with its own frame and nine SPI frames.
     """
     trace, setup = run.trace, board.setup
     us = 1e6 / setup.clock_hz
@@ -37,8 +37,8 @@ def timeline_of(board: Board, run: BoardRun, *, filter: int, update: int) -> Tim
     lengths = board.system.plan.lengths
     switch = updated - lengths[filter] - 2
     numbers = run.frames[:, 0] & 0xFFFF
-    found = np.flatnonzero(numbers == update + 1)
-    if not len(found):
+    frames = np.flatnonzero(numbers == update + 1)
+    if not len(frames):
         raise ValueError(f"update {update} must have a frame, not none")
     ends = frame_ends(trace)
     return Timeline(
@@ -51,7 +51,7 @@ def timeline_of(board: Board, run: BoardRun, *, filter: int, update: int) -> Tim
             span("switch", sample + 1 + lengths[board.system.plan.inertial], switch),
             span("filter", switch, updated),
         ),
-        line=span("frame", updated, float(ends[found[0]])),
+        line=span("frame", updated, float(ends[frames[0]])),
         period_us=1e6 / setup.rate_hz,
         paper_us=PAPER_US.get(board.system.plan.names[filter]),
     )

@@ -1,6 +1,6 @@
-"""One sample's way through the board as a figure: from data-ready to the last bit of the frame.
+"""The times of one sample on the board as a figure: from data-ready to the last bit of the frame.
 
-In the style of Figure 8 of Ma Long et al. (2014), which shows what the same work took in software
+In the style of Figure 8 of Ma Long et al. (2014), which shows the times of this work in software
 on a soft processor: 316 us and 1.14 ms.
 """
 
@@ -17,7 +17,7 @@ __all__ = ["Span", "Timeline", "timeline_plot"]
 
 @dataclass(frozen=True)
 class Span:
-    """Something that takes time, us from data-ready."""
+    """A named span of time, us from data-ready."""
 
     name: str
     start_us: float
@@ -25,28 +25,28 @@ class Span:
 
     @property
     def length_us(self) -> float:
-        """How long."""
+        """Duration."""
         return self.end_us - self.start_us
 
 
 @dataclass(frozen=True)
 class Timeline:
-    """One update of a filter.
+    """Times of one update of a filter.
 
     Attributes
     ----------
     filter : str
-        The program.
+        Name of the filter.
     frames : tuple of Span
         The SPI frames of the sample.
     core : tuple of Span
-        What the core does, in order.
+        Programs of the core, in order.
     line : Span
         The frame to the host.
     period_us : float
         From one data-ready to the next.
     paper_us : float or None
-        What the paper's processor took for the filter alone.
+        Time of the paper's processor for the filter alone.
     """
 
     filter: str
@@ -66,7 +66,7 @@ _COLOURS = {"calibrate": COLOUR["amber"], "filter": COLOUR["heading"]}
 
 
 def timeline_plot(timelines: Sequence[Timeline], *, salt: str) -> str:
-    """Three pictures: a whole sample, the core's part of it, and the paper's bars beside ours."""
+    """Three plots: a whole sample, its part in the core, and bars with the paper's times."""
     with settings():
         figure, (whole, close, bars) = figure_and_axes(
             3.4 + 0.62 * len(timelines),
@@ -110,9 +110,9 @@ def _clean(axes: Any, names: Sequence[str]) -> None:
     axes.set_axisbelow(True)
 
 
-def _whole(axes: Any, one: Timeline) -> None:
+def _whole(axes: Any, timeline: Timeline) -> None:
     """Data-ready, SPI frames, core, host line on one axis."""
-    for span in one.frames:
+    for span in timeline.frames:
         _row(axes, 0, span, COLOUR["roll"])
         axes.text(
             (span.start_us + span.end_us) / 2,
@@ -122,30 +122,30 @@ def _whole(axes: Any, one: Timeline) -> None:
             va="bottom",
             fontsize=7,
         )
-    for span in one.core:
+    for span in timeline.core:
         _row(axes, 1, span, _COLOURS.get(span.name, COLOUR["grey"]))
-    _row(axes, 2, one.line, COLOUR["sky"], text="attitude frame")
-    end = max(one.line.end_us, one.period_us) * 1.02
-    for edge in (0.0, one.period_us):
+    _row(axes, 2, timeline.line, COLOUR["sky"], text="attitude frame")
+    end = max(timeline.line.end_us, timeline.period_us) * 1.02
+    for edge in (0.0, timeline.period_us):
         axes.axvline(edge, color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
     axes.annotate(
-        f"attitude in registers {one.in_registers_us:.2f} µs",
-        (one.in_registers_us, 1),
-        xytext=(one.in_registers_us + 0.02 * end, 1),
+        f"attitude in registers {timeline.in_registers_us:.2f} µs",
+        (timeline.in_registers_us, 1),
+        xytext=(timeline.in_registers_us + 0.02 * end, 1),
         va="center",
     )
     _clean(axes, ["SPI frames", "core", "host line"])
     axes.set_xlim(-0.01 * end, end)
     axes.set_xlabel("µs from data-ready; dashed: data-ready of this and of the next sample")
-    axes.set_title(f"One sample through the board ({one.filter})", loc="left", fontsize=10)
+    axes.set_title(f"One sample through the board ({timeline.filter})", loc="left", fontsize=10)
 
 
 def _close(axes: Any, timelines: Sequence[Timeline]) -> None:
-    """The core's part alone, from the last SPI frame."""
-    longest = max(one.core[-1].end_us - one.core[0].start_us for one in timelines)
-    for y, one in enumerate(timelines):
-        start = one.core[0].start_us
-        for span in one.core:
+    """The part in the core alone, from the last SPI frame."""
+    longest = max(timeline.core[-1].end_us - timeline.core[0].start_us for timeline in timelines)
+    for y, timeline in enumerate(timelines):
+        start = timeline.core[0].start_us
+        for span in timeline.core:
             _row(
                 axes,
                 y,
@@ -154,24 +154,27 @@ def _close(axes: Any, timelines: Sequence[Timeline]) -> None:
                 text=span.name if span.length_us > 0.06 * longest else "",
             )
         axes.text(
-            one.core[-1].end_us - start, y, f"  {one.core[-1].end_us - start:.2f} µs", va="center"
+            timeline.core[-1].end_us - start,
+            y,
+            f"  {timeline.core[-1].end_us - start:.2f} µs",
+            va="center",
         )
-    _clean(axes, [one.filter for one in timelines])
+    _clean(axes, [timeline.filter for timeline in timelines])
     axes.set_xlim(left=0.0, right=1.12 * longest)
     axes.set_xlabel("µs from the last bit of the sample")
     axes.set_title("The core's part: calibration (amber), filter (blue)", loc="left", fontsize=10)
 
 
 def _bars(axes: Any, timelines: Sequence[Timeline]) -> None:
-    """The filters' own times beside the paper's, logarithmic."""
+    """Times of the filters beside the paper's, logarithmic."""
     axes.set_xscale("log")
-    for y, one in enumerate(timelines):
-        ours = next(span.length_us for span in one.core if span.name == "filter")
+    for y, timeline in enumerate(timelines):
+        ours = next(span.length_us for span in timeline.core if span.name == "filter")
         axes.barh(y, ours, left=0.1, height=0.3, color=COLOUR["heading"])
         axes.text(1.06 * ours, y, f"{ours:.2f} µs", va="center")
-        if one.paper_us is not None:
+        if timeline.paper_us is not None:
             axes.plot(
-                one.paper_us,
+                timeline.paper_us,
                 y,
                 marker="|",
                 markersize=14,
@@ -179,15 +182,15 @@ def _bars(axes: Any, timelines: Sequence[Timeline]) -> None:
                 color=COLOUR["pitch"],
             )
             axes.text(
-                one.paper_us,
+                timeline.paper_us,
                 y - 0.42,
-                f"{one.paper_us:,.0f} µs in the paper",
+                f"{timeline.paper_us:,.0f} µs in the paper",
                 ha="right",
                 va="center",
                 fontsize=8,
                 color=COLOUR["pitch"],
             )
-    _clean(axes, [one.filter for one in timelines])
+    _clean(axes, [timeline.filter for timeline in timelines])
     axes.set_xlim(0.1, 3000.0)
     axes.set_xticks([0.1, 1.0, 10.0, 100.0, 1000.0], ["0.1", "1", "10", "100", "1,000"])
     axes.set_xlabel(

@@ -1,4 +1,4 @@
-"""What `bench.sv` wrote, as arrays."""
+"""Output of `bench.sv` as arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Cycles: TypeAlias = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Line:
-    """A good line of the compass: when, whether counts, its three numbers, the device's slot."""
+    """A good line of the compass: cycle, whether counts, its three numbers, the device's slot."""
 
     cycle: int
     counts: bool
@@ -32,15 +32,15 @@ class Trace:
     Attributes
     ----------
     ready : int64 (n, 2)
-        Data-ready rose; and the line of the log that the device had then, from 1 on.
+        Cycle in which data-ready rose, and the device's line of the log then, from 1 on.
     samples, updates : int64
-        A sample was in the reader's buffer; an update was in the registers.
+        Cycles in which a sample was in the reader's buffer, and an update in the registers.
     select : int64 (n, 2)
         Cycles in which chip select fell and rose again.
     programs : int64 (n, 2)
-        Cycle, and the number of the program that runs from then on.
+        Cycle of a change of program, and the new number.
     faults : list of (cycle, inertial bits, compass bits)
-        Faults of the devices that are on from then on.
+        Faults of the devices from that cycle on.
     events : list of (cycle, bits)
         Pulses of the counted events (`AttitudeSystem.events`).
     lines : tuple of Line
@@ -48,11 +48,11 @@ class Trace:
     starts : int64
         The first start bit of each burst of bytes to the host.
     bytes_at : int64, data : bytes
-        Bytes to the host, and when the stop bit of each had begun.
+        Cycle in which the stop bit of each byte to the host began; the bytes.
     broken : int64
         Bytes to the host without stop bit.
     violations : int
-        Times that the reader broke the device's timing.
+        Number of violations of the device's timing by the reader.
     """
 
     ready: Cycles
@@ -76,7 +76,7 @@ def read_trace(text: str) -> Trace:
     Raises
     ------
     SimulationFailed
-        Unknown values (X) at the pins, or no end.
+        Unknown values (X) at the pins, or a trace without an end.
     """
     at: dict[str, list[int]] = {kind: [] for kind in "SUTE"}
     ready: list[tuple[int, int]] = []

@@ -1,4 +1,4 @@
-"""An accelerometer that says something wrong in good form: the filter has to bear it."""
+"""Accelerometer faults with wrong values in valid form, which the filter must survive."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _saturated(acc: FloatArray) -> FloatArray:
     return np.column_stack([np.full(len(acc), FULL_SCALE_G * GRAVITY), acc[:, 1:]])
 
 
-#: What becomes of the specific force meanwhile.
+#: Functions of the specific force during a fault.
 WRONG_VALUES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "force_stuck": _stuck,
     "force_saturated": _saturated,
@@ -34,7 +34,7 @@ WRONG_VALUES: dict[str, Callable[[FloatArray], FloatArray]] = {
 
 
 def wronged(record: Record, fault: str, rows: slice) -> Record:
-    """A nine-axis record with some rows wrong."""
+    """Return a nine-axis record with a fault in some rows."""
     log = NineAxis.of(record)
     acc = log.acc.copy()
     acc[rows] = WRONG_VALUES[fault](acc[rows])

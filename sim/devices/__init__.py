@@ -1,7 +1,7 @@
-"""The sensors at their pins: models in SystemVerilog, with every fault as a switch.
+"""Models of the sensors at their pins, in SystemVerilog, with a switch for every fault.
 
 ============ ===========================================
-file         what it holds
+file         contents
 ============ ===========================================
 adis16385.sv the inertial sensor
 adis16385    its text for benches, names of its faults

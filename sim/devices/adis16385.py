@@ -1,4 +1,4 @@
-"""The inertial sensor's model: its text, and what it can be told to do wrong."""
+"""The inertial sensor's model: its text and its faults."""
 
 from __future__ import annotations
 

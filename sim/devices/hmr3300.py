@@ -1,4 +1,4 @@
-"""The compass's model: its text, and what it can be told to do wrong."""
+"""The compass's model: its text and its faults."""
 
 from __future__ import annotations
 

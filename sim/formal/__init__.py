@@ -1,9 +1,9 @@
 """Formal proofs: harnesses around the components, and the runner that hands them to a solver.
 
-A proof is an Amaranth `Elaboratable` (the harness) that holds the real component, drives its inputs
-with `unknown` words, and says with ``Assert``, ``Assume`` and ``Cover`` what has to hold. Every
-module of this package that has a tuple ``PROOFS`` of `prove.Proof` adds to the registry. What is
-proven, and what is not, stands in `docs/proofs.md`; ``python -m boresight.sim.formal`` runs it.
+A proof is an Amaranth `Elaboratable` (the harness) that contains the real component, drives its
+inputs with `unknown` words, and states its properties with ``Assert``, ``Assume`` and ``Cover``.
+Every module of this package with a tuple ``PROOFS`` of `prove.Proof` adds to the registry.
+`docs/proofs.md` lists what is proven and what is not; ``python -m boresight.sim.formal`` runs it.
 
 A harness and its proof::
 
@@ -16,7 +16,7 @@ A harness and its proof::
             m.submodules.dut = dut = self.dut
             m.d.comb += dut.go.eq(unknown(m, 1, "go"))       # any input, any time
             m.d.comb += Assert(dut.count <= 9)               # in every cycle
-            m.d.comb += Cover(dut.count == 9)                # it does get there
+            m.d.comb += Cover(dut.count == 9)                # it is reachable
             return m
 
     PROOFS = (Proof(name="counter.range", claim="never above 9", depth=20, induction=2,
@@ -24,7 +24,7 @@ A harness and its proof::
 
     print(prove(PROOFS[0]).report())
 
-Assertions stand in the domain ``comb``. A reset of ``sync`` may come in any cycle (`prove.Proof`).
-Signals inside of a component are seen through attributes that it keeps for this purpose; harnesses
-take the component as an argument, so that tests can hand them a broken one.
+Assertions are in the domain ``comb``. A reset of ``sync`` may come in any cycle (`prove.Proof`).
+Signals inside a component are accessed with `inside.Inside`; harnesses take the component as an
+argument, so that tests can pass a broken one.
 """

@@ -12,7 +12,7 @@ from boresight.sim.formal.tools import SOLVERS, find_tools
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the proofs; 0: all proven, 1: one is not, 2: wrong arguments or a tool is missing."""
+    """Run the proofs; 0: all proven, 1: one failed, 2: wrong arguments or a missing tool."""
     parser = argparse.ArgumentParser(prog="python -m boresight.sim.formal", description=__doc__)
     parser.add_argument(
         "names",
@@ -20,9 +20,11 @@ def main(arguments: list[str] | None = None) -> int:
         metavar="NAME",
         help="a proof, or a part for all of its proofs; none: all",
     )
-    parser.add_argument("--short", action="store_true", help="only those that take seconds")
+    parser.add_argument("--short", action="store_true", help="only proofs that take seconds")
     parser.add_argument("--list", action="store_true", help="print names and claims, run nothing")
-    parser.add_argument("--solver", choices=SOLVERS, help="which solver; else the first found")
+    parser.add_argument(
+        "--solver", choices=SOLVERS, help="solver; by default the first one installed"
+    )
     parser.add_argument(
         "--timeout",
         type=float,

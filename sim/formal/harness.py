@@ -1,4 +1,4 @@
-"""What harnesses are written with: words that the solver chooses, and the past."""
+"""Functions for harnesses: words chosen by the solver, past values, covers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def before(m: Module, value: Any, name: str, *, init: int = 0) -> Signal:
 
 
 def after_start(m: Module) -> Signal:
-    """1 from the second cycle after a reset on: `before` tells of a real cycle."""
+    """1 from the second cycle after a reset on, when `before` is a value of a real cycle."""
     signal = Signal(name="after_start")
     m.d.sync += signal.eq(1)
     return signal

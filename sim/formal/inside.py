@@ -1,8 +1,7 @@
-"""The registers inside of a component, for assertions that induction needs.
+"""The registers inside a component, for the assertions of induction.
 
-Induction begins in any state whatsoever, so a harness has to say which states there are: it must
-name registers that the component does not show. They are found by the names that they have in the
-netlist, with no change to the component.
+Induction begins in an arbitrary state, so a harness must restrict the states, using registers that
+are not ports. They are accessed by their names in the netlist, without change to the component.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ __all__ = ["Inside"]
 
 
 class Inside:
-    """A component, elaborated so that its registers can be named.
+    """A component, elaborated so that its registers can be accessed by name.
 
     Use ``inside.module`` as the submodule instead of the component; the component's ports are
     connected as ever.
@@ -32,9 +31,9 @@ class Inside:
     component : Elaboratable
         The component, with its ports.
     module : Fragment
-        What to add to the harness.
+        Submodule for the harness.
     parts : dict of str to Inside
-        Its submodules, components and memories.
+        Submodules of the component: components and memories.
     """
 
     def __init__(self, component: Any, platform: Any) -> None:
@@ -42,7 +41,7 @@ class Inside:
         self.component = (self.module.origins or (component,))[0]
         self.parts = {name: Inside(part, platform) for part, name, _ in self.module.subfragments}
         ports = {id(port) for of in (self, *self.parts.values()) for port in of._ports()}
-        # Amaranth has no public name for what a statement drives and reads.
+        # Amaranth has no public function for the signals of a statement.
         self._signals = {
             id(signal): signal
             for statements in self.module.statements.values()
@@ -57,27 +56,29 @@ class Inside:
         return [Value.cast(port) for _, _, port in ports]
 
     def __getitem__(self, name: str) -> Signal:
-        """The signal of that name, which is no port.
+        """Signal with a name, other than a port.
 
         Raises
         ------
         KeyError
-            None has this name, or several have.
+            No signal, or more than one, has this name.
         """
-        found = [signal for signal in self._signals.values() if signal.name == name]
-        if len(found) != 1:
+        matches = [signal for signal in self._signals.values() if signal.name == name]
+        if len(matches) != 1:
             component = type(self.component).__name__
-            raise KeyError(f"{component} must have one signal {name}, not {len(found)}")
-        return found[0]
+            raise KeyError(f"{component} must have one signal {name}, not {len(matches)}")
+        return matches[0]
 
     def word(self, name: str, address: Any) -> Signal:
-        """The word at an address of the memory ``name``, seen by a port of the proof's own."""
+        """The word at an address of the memory ``name``, read by an additional port."""
         memory, instance = self.parts[name].component, self.parts[name].module
         assert isinstance(instance, MemoryInstance)
         word = Signal(Shape.cast(memory.shape), name=f"{name}_word")
         bits = (memory.depth - 1).bit_length()
-        place = Cat(address, Const(0, bits))[:bits]
-        instance.read_port(domain="comb", addr=place, data=word, en=Const(1), transparent_for=())
+        full_address = Cat(address, Const(0, bits))[:bits]
+        instance.read_port(
+            domain="comb", addr=full_address, data=word, en=Const(1), transparent_for=()
+        )
         return word
 
     def state(self, *names: str) -> Value:

@@ -1,11 +1,11 @@
-"""Hand a harness to the solver: bounded model checking, induction, and reachability.
+"""Run a harness in the solver: bounded model checking, induction, and reachability.
 
 Three questions about one harness, all by yosys-smtbmc:
 
-* **bounded**: no assertion fails within ``depth`` cycles after power-up, whatever the inputs and
-  resets are. Power-up means the initial values of all registers and memories; a reset may come in
+* **bounded**: no assertion fails within ``depth`` cycles after power-up, for any inputs and
+  resets. Power-up means the initial values of all registers and memories; a reset may come in
   any cycle and any number of times, and leaves registers without reset as they are.
-* **induction**: if the assertions have held for k cycles in a row, from any state whatsoever, they
+* **induction**: if the assertions have held for k cycles in a row, from any state, they
   hold in the next. With the bounded check (at least k deep) they hold for ever. The state at the
   beginning is not one that a reset reaches: whatever the harness needs to know about it must be
   among the assertions.
@@ -69,14 +69,14 @@ class ProofTimeout(ProofError):
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """A statement about a component, and how it is proven.
+    """A statement about a component, and the parameters of its proof.
 
     Attributes
     ----------
     name : str
         Name, ``part.statement``.
     claim : str
-        What holds, in one sentence, with the parameters.
+        The statement in one sentence, with its parameters.
     harness : callable
         Makes the harness; called anew for every run.
     depth : int
@@ -87,7 +87,7 @@ class Proof:
         Cycles within which each ``Cover`` is reached; None: ``depth``. A range: only these cycles
         are looked at (enough if all are `harness.reached`).
     short : bool
-        Takes a few seconds: also run by the tests.
+        Whether the proof takes only a few seconds; the tests run such proofs.
     reset : bool
         Resets may come at any time; False: never.
     """
@@ -116,17 +116,17 @@ class Result:
     Attributes
     ----------
     proof : Proof
-        What was to be proven.
+        The proof.
     proven : bool
-        Everything asked for holds.
+        Whether all assertions hold and all covers are reached.
     method : str
-        How: ``induction, k = 3`` or ``bounded, 80 cycles``.
+        Method: ``induction, k = 3`` or ``bounded, 80 cycles``.
     seconds : float
         Wall clock.
     covers : int
         ``Cover`` statements that were reached.
     failed : str
-        What failed, with the place in the source; empty if ``proven``.
+        Failure, with its source location; empty if ``proven``.
     trace : Trace or None
         For a failed assertion: the run that leads to it. After a failed induction the first cycle
         need not be one that a reset reaches.
@@ -142,7 +142,7 @@ class Result:
 
     @property
     def refuted(self) -> bool:
-        """There is a run from power-up that breaks an assertion."""
+        """Whether a run from power-up violates an assertion."""
         return self.failed.startswith("refuted")
 
     def report(self, *, last: int = 40) -> str:
@@ -170,7 +170,7 @@ class _WithoutReset(Elaboratable):
 
 
 def _rtlil(proof: Proof) -> str:
-    """The harness for yosys. A clock and a reset that nobody drives become inputs."""
+    """The harness for yosys. Undriven clock and reset become inputs."""
     design: Elaboratable = proof.harness()
     ports = []
     if not proof.reset:
@@ -198,7 +198,7 @@ def prove(
     timeout_s : float
         Longest run of one program, seconds.
     tools : Tools, optional
-        What to prove with, if already found.
+        Programs to use; by default those of `find_tools`.
 
     Raises
     ------
@@ -221,7 +221,9 @@ def prove(
         bounded = f"bounded, {proof.depth} cycles"
         log, good = run.smtbmc(proof.depth + 1)
         if not good:
-            return result(False, bounded, failed="refuted: " + _place(log), trace=run.trace())
+            return result(
+                False, bounded, failed="refuted: " + _failed_assertions(log), trace=run.trace()
+            )
         reached, missed = run.covers(proof.cover_cycles)
         if missed or not reached:
             return result(
@@ -242,7 +244,7 @@ def prove(
                 False,
                 f"induction, k = {proof.induction}",
                 covers=reached,
-                failed="not inductive: " + _place(log),
+                failed="not inductive: " + _failed_assertions(log),
                 trace=run.trace(),
             )
         last = re.findall(r"Trying induction in step (\d+)", log)[-1]
@@ -292,7 +294,7 @@ class _Run:
         raise ProofError(f"smtbmc gave no answer: {log.strip()[-2000:]}")
 
     def covers(self, cycles: range) -> tuple[int, list[str]]:
-        """How many ``Cover`` are reached, and where those stand that are not.
+        """Number of ``Cover`` reached, and source locations of the others.
 
         Without a ``Cover`` the solver is not asked: smtbmc would give it a vector of no bits, which
         it refuses and ends, before or after smtbmc has written its next line.
@@ -313,7 +315,7 @@ class _Run:
         return read_trace(path.read_text()) if path.exists() else None
 
     def _start(self, command: list[str]) -> tuple[str, int]:
-        # A group of its own, so that the solver ends with smtbmc.
+        # A separate process group, so that the solver ends with smtbmc.
         with subprocess.Popen(
             command,
             cwd=self.folder,
@@ -334,11 +336,11 @@ class _Run:
 
 
 def _places(texts: Iterable[str]) -> list[str]:
-    """Source places without the folders before them."""
+    """Source locations without their folders."""
     return [re.sub(r"^.*?([^/\s]+\.py:\d+).*$", r"\1", text.strip()) for text in texts]
 
 
-def _place(log: str) -> str:
-    """Which assertion failed."""
-    found = _places(re.findall(r"Assert failed in .*?: (.*)", log))
-    return ", ".join(dict.fromkeys(found)) or "no place given"
+def _failed_assertions(log: str) -> str:
+    """Source locations of the failed assertions."""
+    places = _places(re.findall(r"Assert failed in .*?: (.*)", log))
+    return ", ".join(dict.fromkeys(places)) or "unknown location"

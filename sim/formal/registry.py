@@ -14,18 +14,18 @@ __all__ = ["all_proofs", "find_proofs"]
 
 def all_proofs() -> tuple[Proof, ...]:
     """The proofs of every block, by name."""
-    found: list[Proof] = []
+    proofs: list[Proof] = []
     for module in pkgutil.iter_modules(blocks.__path__):
-        found += importlib.import_module(f"{blocks.__name__}.{module.name}").PROOFS
-    names = [proof.name for proof in found]
+        proofs += importlib.import_module(f"{blocks.__name__}.{module.name}").PROOFS
+    names = [proof.name for proof in proofs]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise ValueError(f"names of proofs must differ, not {', '.join(twice)} twice")
-    return tuple(sorted(found, key=lambda proof: proof.name))
+    return tuple(sorted(proofs, key=lambda proof: proof.name))
 
 
 def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
-    """The proofs whose name is, or begins with a part of, one of ``names``; all if there is none.
+    """Proofs with one of ``names``, or with a part before the dot among them; all without names.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
     Raises
     ------
     InputError
-        A name stands for no proof.
+        A name matches no proof.
     """
     proofs = all_proofs()
 

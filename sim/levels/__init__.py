@@ -1,13 +1,13 @@
 """Levels: one estimator in its forms, behind one protocol.
 
 ======== =========================================================================================
-module   what it holds
+module   contents
 ======== =========================================================================================
-build    what levels are made from: estimators in one core, and everything that decides their words
-level    the protocol: `reset`, `step` for closed loops, `run` for records; what a run gives
+build    builds: estimators in one core, and everything that affects their words
+level    the protocol: `reset`, `step` for closed loops, `run` for records; results of a run
 floating float64 with numpy (the reference as written), and compiled from C
 integer  the integer interpreter, and the emitted C
 rtl      the core's Verilog, for records and for closed loops
-registry levels by name, as found in the modules of this room
+registry levels by name, from the modules of this package
 ======== =========================================================================================
 """

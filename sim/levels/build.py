@@ -1,4 +1,4 @@
-"""What levels are made from: estimators that share one core, and how they become one."""
+"""Builds: estimators that share one core, and their programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, with_params
-from boresight.model.linking import first_word, held, linked_estimators
+from boresight.model.linking import first_word, linked_estimators, linked_words
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.heaviest import heaviest
 from boresight.model.words.program import Program
@@ -24,7 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 class Build:
-    """Estimators and everything that decides their words; made of it once, when first asked for.
+    """Estimators and everything that affects their words; programs and core are made on first use.
 
     Parameters
     ----------
@@ -35,16 +35,16 @@ class Build:
     word : int
         Width, bits.
     params : sequence of mapping or None, optional
-        Parameter values of each; by default as declared.
+        Parameter values of each estimator; by default those declared.
     urgent : int, optional
-        Leading outputs whose latency counts first, of all; by default each one's own.
+        Leading outputs whose latency counts first; by default as each estimator declares.
     restarts : int, optional
         Effort of the scheduler.
 
     Raises
     ------
     InputError
-        A parameter that there is not, or out of range; a link that does not fit its source.
+        Unknown parameter, or value out of range; a link that does not fit its source.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Build:
         restarts: int | None = None,
     ) -> None:
         self.config, self.word, self.urgent, self.restarts = config, word, urgent, restarts
-        #: Inputs that one of them gives to another have the format of their source.
+        #: The estimators, with linked inputs in the format of their source.
         self.estimators = tuple(linked_estimators(estimators, word=word))
         self.params = tuple(params or [None] * len(estimators))
         for estimator, values in zip(estimators, self.params, strict=True):
@@ -84,7 +84,7 @@ class Build:
 
     @cached_property
     def core(self) -> Core:
-        """The core that holds them all, the first at hand.
+        """The core with all programs, the first one selected.
 
         Raises
         ------
@@ -93,36 +93,36 @@ class Build:
         ScheduleError
             The programs do not fit into one core.
         """
-        own = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
+        urgents = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
         try:
             return build_shared_core(
-                self.programs, self.config, urgents=own, restarts=self.restarts
+                self.programs, self.config, urgents=urgents, restarts=self.restarts
             )
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
 
     @cached_property
     def links(self) -> list[dict[int, tuple[int, str]]]:
-        """For each estimator the inputs that another one gives: by column, whose, which output."""
+        """For each estimator its linked inputs: by column, number and output of the source."""
         numbers = {e.name: k for k, e in enumerate(self.estimators)}
         sources = [[i.source.partition(".") for i in e.inputs] for e in self.estimators]
         return [
             {
                 column: (numbers[of], output)
-                for column, (of, _, output) in enumerate(own)
+                for column, (of, _, output) in enumerate(sources_of)
                 if of in numbers
             }
-            for own in sources
+            for sources_of in sources
         ]
 
     @property
     def order(self) -> list[int]:
-        """The estimators' numbers, each behind those that it reads."""
-        before = {k: {other for other, _ in own.values()} for k, own in enumerate(self.links)}
+        """Numbers of the estimators, each after those that it reads."""
+        before = {k: {other for other, _ in links.values()} for k, links in enumerate(self.links)}
         return list(TopologicalSorter(before).static_order())
 
     def streamed(self, number: int) -> list[int]:
-        """Columns of an estimator's inputs that come with its record."""
+        """Columns of an estimator's inputs in its record."""
         columns = range(len(self.estimators[number].inputs))
         return [k for k in columns if k not in self.links[number]]
 
@@ -135,20 +135,20 @@ class Build:
         *,
         clamp: bool = False,
     ) -> FloatArray:
-        """Records of an estimator with what others keep when each of its updates begins.
+        """Fill the linked inputs of an estimator's records with words of the other estimators.
 
-        They take turns as `sim.rtl.sharing.rounds` says.
+        The estimators take turns as in `sim.rtl.sharing.rounds`.
 
         Parameters
         ----------
         records : float64 (n, n_inputs)
-            Columns of linked inputs hold anything.
+            Records, with any values in the columns of linked inputs.
         outputs : mapping
-            What the others gave, by their numbers.
+            Outputs of the other estimators, by number.
         counts : sequence of int
-            Records of each estimator.
+            Number of records of each estimator.
         clamp : bool
-            To the declared range, as the program does by itself.
+            Whether to clamp to the declared range, as the program does.
         """
         if not self.links[number]:
             return records
@@ -158,7 +158,7 @@ class Build:
             program = self.programs[other]
             form = program.format(program.outputs[program.output_names.index(name)])
             first = float(form.real(first_word(program, name)))
-            seen = held(outputs[other][name], done[other], first)
+            seen = linked_words(outputs[other][name], done[other], first)
             declared = self.estimators[number].inputs[column]
             records[:, column] = np.clip(seen, declared.low, declared.high) if clamp else seen
         return records

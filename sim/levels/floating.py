@@ -11,7 +11,7 @@ from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.step import Values
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.level import Level, Run, told
+from boresight.sim.levels.level import Level, Run, wrapped
 
 __all__ = ["LEVELS", "CompiledFloat", "NumpyFloat"]
 
@@ -26,7 +26,7 @@ class NumpyFloat(Level):
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         super().__init__(build, number, tool)
         self.estimator = build.estimators[number]
-        self.estimator.record()  # A step that no other level can run is refused here as well.
+        self.estimator.record()  # Refuse a step that other levels cannot run.
         self._params = Values("parameter", self.estimator.param_values(build.params[number]))
         self.reset()
 
@@ -47,7 +47,7 @@ class NumpyFloat(Level):
         """Updates, one after the other."""
         outputs = self.estimator.outputs
         table = np.array([self._update(record) for record in records]).reshape(-1, len(outputs))
-        return Run(told({o.name: table[:, k] for k, o in enumerate(outputs)}, outputs))
+        return Run(wrapped({o.name: table[:, k] for k, o in enumerate(outputs)}, outputs))
 
 
 class CompiledFloat(Level):
@@ -62,7 +62,7 @@ class CompiledFloat(Level):
         )
 
     def set_params(self, params: Mapping[str, float] | None) -> None:
-        """Take these parameter values, and the defaults of the others."""
+        """Set these parameter values, and the others to their defaults."""
         self._model.set_params(params)
 
     def reset(self) -> None:
@@ -71,10 +71,10 @@ class CompiledFloat(Level):
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        found = self._model.update(records).astype(np.float64)
+        table = self._model.update(records).astype(np.float64)
         outputs = self.build.estimators[self.number].outputs
-        return Run(told({o.name: found[:, k].copy() for k, o in enumerate(outputs)}, outputs))
+        return Run(wrapped({o.name: table[:, k].copy() for k, o in enumerate(outputs)}, outputs))
 
 
-#: What `sim.levels.registry` finds here.
+#: Levels of this module, for `sim.levels.registry`.
 LEVELS = (NumpyFloat, CompiledFloat)

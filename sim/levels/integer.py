@@ -1,4 +1,4 @@
-"""Integers: the interpreter, which says what is right, and the emitted C."""
+"""Integer levels: the interpreter, which is the reference, and the emitted C."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def words_of(program: Program, records: FloatArray) -> IntArray:
-    """Input words (..., n_inputs) of records in their units; beyond the word they clamp."""
+    """Input words (..., n_inputs) of records in their units; clamped to the word."""
     return formats_of(program, program.inputs).quantise(records)
 
 
@@ -63,7 +63,7 @@ class Emitted(Level):
         self._model = CModel(self.program)
 
     def set_params(self, params: Mapping[str, float] | None) -> None:
-        """Take these parameter values, and the defaults of the others; they outlast a reset."""
+        """Set these parameter values, and the others to their defaults; a reset preserves them."""
         values = self.build.estimators[self.number].param_values(params)
         for number, word in param_words(self.program, values).items():
             self._model.set_param(self.program.values[number].name, word)
@@ -79,7 +79,7 @@ class Emitted(Level):
 
     @classmethod
     def batch(cls, build: Build, runs: int, number: int = 0) -> Level:
-        """Runs side by side, of which one call updates all; without states."""
+        """Several runs side by side, updated by one call; without states."""
         return _EmittedBatch(build, runs, number)
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
@@ -88,8 +88,8 @@ class Emitted(Level):
         *before, last = words_of(self.program, records)
         if before:
             self._model.update(np.array(before))
-        found = self._model.values_of_update(last)
-        return [Seen(op.dest, found[op.dest]) for op in self.program.ops]
+        words = self._model.values_of_update(last)
+        return [Seen(op.dest, words[op.dest]) for op in self.program.ops]
 
 
 class _EmittedBatch(Level):
@@ -112,5 +112,5 @@ class _EmittedBatch(Level):
         return run_of_words(self.program, np.stack(outputs).astype(np.int64), np.stack(saturated))
 
 
-#: What `sim.levels.registry` finds here.
+#: Levels of this module, for `sim.levels.registry`.
 LEVELS = (Interpreted, Emitted)

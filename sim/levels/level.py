@@ -17,7 +17,7 @@ from boresight.model.words.fixed import Format, IntArray
 from boresight.model.words.program import Port, Program
 from boresight.sim.levels.build import Build
 
-__all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "told"]
+__all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "wrapped"]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -25,7 +25,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a level made of records.
+    """Result of a level's run.
 
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
 
@@ -40,9 +40,9 @@ class Run:
     states : int64 (n, n_states) or None
         State words after each update, where the level shows them.
     latency_cycles, interval_cycles : int64 (n, n_outputs), (n,) or None
-        Of levels with a clock: `sim.rtl.replay.RtlRun`.
+        See `sim.rtl.replay.RtlRun`; None for levels without a clock.
     fault : str
-        Why it proves nothing, whatever its words are; empty as a rule.
+        Reason why the run is not valid evidence; normally empty.
     """
 
     outputs: dict[str, FloatArray]
@@ -87,7 +87,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Seen:
-    """A value's word in one update: None if it is unknown (X) or never came; with its cycle."""
+    """A value's word in one update, with its cycle; None if it is unknown (X) or missing."""
 
     value: int
     word: int | None
@@ -95,7 +95,7 @@ class Seen:
 
 
 class Level(ABC):
-    """An estimator in one form, with states of its own.
+    """An estimator in one form, with its own states.
 
     ``run``, ``advance`` and ``step`` go on where the last one stopped, but for ``run`` of a level
     that replays records from a reset on (`sim.levels.rtl`); ``reset`` starts anew. A level holds
@@ -104,20 +104,20 @@ class Level(ABC):
     Parameters
     ----------
     build : Build
-        What it is made from.
+        Build of the estimators.
     number : int
-        Which of its estimators runs.
+        Number of the estimator that runs.
     tool : str, optional
-        One of ``tools``; the first by default.
+        One of ``tools``; by default the first.
     """
 
     #: Name of the form.
     name: str
-    #: What may run it.
+    #: Tools that can run it.
     tools: ClassVar[tuple[str, ...]]
-    #: Whether it computes words, which must be those of the integer interpreter.
+    #: Whether it computes words, which must equal those of the integer interpreter.
     exact: ClassVar[bool] = True
-    #: Runs side by side, each with states of its own (`batch`); None: one, without that axis.
+    #: Number of runs side by side, each with its own states (`batch`); None: without that axis.
     runs: int | None = None
     #: States (n, n_states) that another level had in the records of the next run. A level may use
     #: them to compute parts of it side by side (`sim.records.segments`), never to believe them.
@@ -128,22 +128,22 @@ class Level(ABC):
 
     @classmethod
     def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
-        """The tools that a check runs, one after the other; ``simulator`` is the user's choice."""
+        """Tools of a check, in order; ``simulator`` is the user's choice."""
         return cls.tools
 
     @property
     def program(self) -> Program:
-        """What it runs, in words."""
+        """Program of the estimator."""
         return self.build.programs[self.number]
 
     @property
     def schedule(self) -> Schedule | None:
-        """What its cycles must be; None without a clock."""
+        """Schedule for its cycles; None without a clock."""
         return None
 
     @property
     def most(self) -> int | None:
-        """Records that a check waits for; None: all."""
+        """Maximum number of records of a check; None: all."""
         return None
 
     @abstractmethod
@@ -173,28 +173,28 @@ class Level(ABC):
         return Batch([cls(build, number) for _ in range(runs)])
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
-        """Words of the last of these updates from a reset on, in the order in which they came.
+        """Words of the last of these updates from a reset on, in the order of their computation.
 
-        States count with the words before it. Empty where the level shows none.
+        States have their words before the update. Empty if the level does not provide words.
         """
         return ()
 
     @classmethod
     def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
-        """Every estimator of a build on records of its own, each from a reset on.
+        """Run every estimator of a build on its own records, each from a reset on.
 
-        Those that read what others keep run behind them (`Build.filled`).
+        Estimators with links run after their sources (`Build.filled`).
         """
-        build, counts = levels[0].build, [len(own) for own in records]
+        build, counts = levels[0].build, [len(inputs) for inputs in records]
         runs: dict[int, Run] = {}
         for k in build.order:
             outputs = {n: run.outputs for n, run in runs.items()}
-            own = build.filled(k, records[k], outputs, counts, clamp=not cls.exact)
-            runs[k] = levels[k].run_anew(own)
+            inputs = build.filled(k, records[k], outputs, counts, clamp=not cls.exact)
+            runs[k] = levels[k].run_anew(inputs)
         return [runs[k] for k in range(len(levels))]
 
     def close(self) -> None:  # noqa: B027
-        """Give back what it holds."""
+        """Release resources."""
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -206,7 +206,7 @@ class Level(ABC):
 
 
 class Batch(Level):
-    """Several runs of one estimator side by side, each on a level of its own."""
+    """Several runs of one estimator side by side, each on its own level."""
 
     def __init__(self, levels: Sequence[Level]) -> None:
         self.levels, self.runs, self.name = levels, len(levels), levels[0].name
@@ -226,7 +226,7 @@ class Batch(Level):
         return Run.stacked([x.advance(records[:, k]) for k, x in enumerate(self.levels)])
 
     def close(self) -> None:
-        """Give back what the levels hold."""
+        """Release the resources of the levels."""
         for level in self.levels:
             level.close()
 
@@ -237,7 +237,7 @@ def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more
 
 
 def formats_of(program: Program, values: Sequence[int]) -> Format:
-    """The formats of several values as one, for arrays whose last axis they are."""
+    """The formats of several values as one, for arrays with these values along the last axis."""
     frac = np.array([program.format(value).frac for value in values])
     return Format(program.arithmetic.word, frac)  # type: ignore[arg-type]
 
@@ -246,9 +246,9 @@ def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
     """Output words (..., n_outputs) as real values (...) by name."""
     real = formats_of(program, program.outputs).real(words)
     named = {name: real[..., k] for k, name in enumerate(program.output_names)}
-    return told(named, program.ports)
+    return wrapped(named, program.ports)
 
 
-def told(outputs: dict[str, Any], declared: Iterable[Port | Output]) -> dict[str, Any]:
-    """Outputs as they are told: turns from 0 to 1."""
+def wrapped(outputs: dict[str, Any], declared: Iterable[Port | Output]) -> dict[str, Any]:
+    """Outputs by name, with those in turns wrapped to [0, 1)."""
     return outputs | {o.name: outputs[o.name] % 1.0 for o in declared if o.unit == "turn"}

@@ -1,4 +1,4 @@
-"""Levels by name: every module of this package that has a tuple ``LEVELS`` adds to them."""
+"""Levels by name, from the tuples ``LEVELS`` in the modules of this package."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from boresight.sim.levels.level import Level
 __all__ = ["LEVELS", "level_of", "make_level"]
 
 
-def found() -> dict[str, type[Level]]:
+def all_levels() -> dict[str, type[Level]]:
     """All levels, in the order of their modules' names."""
     names = [m.name for m in pkgutil.iter_modules(boresight.sim.levels.__path__)]
     modules = [
@@ -25,11 +25,11 @@ def found() -> dict[str, type[Level]]:
 
 
 #: Float64 with numpy and compiled, integer interpreter, C, Verilog.
-LEVELS: dict[str, type[Level]] = found()
+LEVELS: dict[str, type[Level]] = all_levels()
 
 
 def level_of(name: str) -> type[Level]:
-    """One of `LEVELS`; InputError if there is none of that name."""
+    """Return the level with a name; raises InputError for unknown names."""
     if name not in LEVELS:
         raise InputError.at(
             "level",
@@ -41,12 +41,12 @@ def level_of(name: str) -> type[Level]:
 
 
 def make_level(name: str, build: Build, number: int = 0, runs: int | None = None) -> Level:
-    """One of `LEVELS`, ready to run; with ``runs`` as many side by side (`Level.batch`).
+    """Make a level; with ``runs``, that many runs side by side (`Level.batch`).
 
     Raises
     ------
     InputError
-        No such level or configuration; what fixed point cannot hold.
+        Unknown level or configuration, or an estimator that fixed point cannot hold.
     ToolMissing
         A compiler or simulator is not installed.
     """

@@ -23,7 +23,7 @@ __all__ = ["LEVELS", "Simulated"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Cycles that Icarus runs beside Verilator: enough to see it agree, few enough to wait for.
+#: Cycles of Icarus in a check: enough for a comparison, few enough for its speed.
 ICARUS_CYCLES = 10_000
 
 
@@ -43,39 +43,39 @@ class Simulated(Level):
 
     @classmethod
     def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
-        """Verilator always (its absence is a failure), Icarus where it is; or the chosen one."""
+        """Verilator always (its absence is a failure), Icarus if installed; or the chosen one."""
         if simulator is not None:
             return (simulator,)
         return ("verilator", *(["icarus"] if available("icarus") else []))
 
     @cached_property
     def core(self) -> Core:
-        """The core, with its program at hand."""
+        """The core, with the estimator's program selected."""
         return self.build.core.select(self.number)
 
     @cached_property
     def compiled(self) -> CompiledSimulation:
-        """In Verilator."""
+        """Simulation in Verilator."""
         return CompiledSimulation(self.core)
 
     @cached_property
     def simulation(self) -> RtlSimulation:
-        """In the chosen simulator."""
+        """Simulation in the chosen simulator."""
         return CocotbSimulation(self.core) if self.tool == "icarus" else self.compiled
 
     @property
     def schedule(self) -> Schedule:
-        """What its cycles must be."""
+        """Schedule for its cycles."""
         return self.core.schedule
 
     @property
     def most(self) -> int | None:
-        """What `ICARUS_CYCLES` are enough for."""
+        """Maximum number of records within `ICARUS_CYCLES`."""
         cycles = sum(part.schedule.interval for part in self.core.parts)
         return max(1, ICARUS_CYCLES // cycles) if self.tool == "icarus" else None
 
     def reset(self) -> None:
-        """Begin anew, with the states' start words."""
+        """Restart with the states' start words."""
         self.close()
 
     def close(self) -> None:
@@ -98,14 +98,14 @@ class Simulated(Level):
         """
         return self._run_of(self.simulation.run(words_of(self.program, records)))
 
-    def _run_of(self, found: RtlRun) -> Run:
-        late = (found.latency_cycles != np.array(self.schedule.latencies)).any()
+    def _run_of(self, replayed: RtlRun) -> Run:
+        late = (replayed.latency_cycles != np.array(self.schedule.latencies)).any()
         return run_of_words(
             self.program,
-            found.outputs,
-            found.saturated,
-            latency_cycles=found.latency_cycles,
-            interval_cycles=found.interval_cycles,
+            replayed.outputs,
+            replayed.saturated,
+            latency_cycles=replayed.latency_cycles,
+            interval_cycles=replayed.interval_cycles,
             fault="output cycles differ from the schedule" if late else "",
         )
 
@@ -132,9 +132,9 @@ class Simulated(Level):
         return run
 
     def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
-        """What the lanes write into their registers in the last update; the program runs alone.
+        """Register writes of the lanes in the last update; the program runs alone.
 
-        Nothing of a program that reads others: alone it would read their start words.
+        Empty for a program with links, which alone would read start words.
         """
         if self.build.links[self.number]:
             return ()
@@ -165,16 +165,16 @@ class Simulated(Level):
         """All programs of the core in turns, in random pieces of their records."""
         if len(levels) == 1:
             return super().run_together(levels, records)
-        made = [level for level in levels if isinstance(level, Simulated)]
-        build = made[0].build
+        simulated = [level for level in levels if isinstance(level, Simulated)]
+        build = simulated[0].build
         words = [
-            words_of(x.program, own)[:, build.streamed(x.number)]
-            for x, own in zip(made, records, strict=True)
+            words_of(x.program, inputs)[:, build.streamed(x.number)]
+            for x, inputs in zip(simulated, records, strict=True)
         ]
-        turns = rounds([len(own) for own in words]) if any(build.links) else None
-        found = run_in_turns(made[0].simulation, words, turns=turns)
-        return [level._run_of(run) for level, run in zip(made, found, strict=True)]
+        turns = rounds([len(inputs) for inputs in words]) if any(build.links) else None
+        replayed = run_in_turns(simulated[0].simulation, words, turns=turns)
+        return [level._run_of(run) for level, run in zip(simulated, replayed, strict=True)]
 
 
-#: What `sim.levels.registry` finds here.
+#: Levels of this module, for `sim.levels.registry`.
 LEVELS = (Simulated,)

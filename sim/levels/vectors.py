@@ -1,4 +1,4 @@
-"""Records for a plain bench, and what the integer model answers to them."""
+"""Records for a plain bench, with results of the integer model."""
 
 from __future__ import annotations
 
@@ -25,49 +25,49 @@ __all__ = ["recorded"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Bundled log and its first sample here, in the midst of a motion.
+#: Bundled log, and its first sample for the bench, during a motion.
 _LOG, _FROM = "synthetic_60s", 4000
-#: Cycles of all records of a program together, and how many records that may be.
+#: Cycles of all records of a program together; minimum and maximum number of records.
 _CYCLES, _RECORDS = 10_000, (6, 60)
-#: Part of its range by which a made-up input moves from record to record; how often it is missing.
+#: A generated input moves by 1/8 of its range per record at most, and is missing in 1 of 8 records.
 _MOVES, _MISSING = 8, 8
 
 
 def recorded(build: Build) -> list[Recorded]:
-    """Records of every program from power-up on, programs that others read before those.
+    """Return records of every program from power-up on; sources of links come first.
 
-    From the bundled log where an estimator reads its columns, else words that wander within the
-    declared ranges, the same on every machine. All records of one program come before those of the
-    next.
+    Inputs come from the bundled log if it has the estimator's columns, else from random walks
+    within the declared ranges, the same on every machine. All records of one program come before
+    those of the next.
     """
-    found: dict[int, Recorded] = {}
-    kept: dict[int, IntArray] = {}
+    records: dict[int, Recorded] = {}
+    last_outputs: dict[int, IntArray] = {}
     for number in build.order:
         program = build.programs[number]
         interval = build.core.parts[number].schedule.interval
         count = min(max(_CYCLES // interval, _RECORDS[0]), _RECORDS[1])
         words, source = _inputs(build, number, count)
         for column, (other, name) in build.links[number].items():
-            place = build.programs[other].output_names.index(name)
-            words[:, column] = kept[other][place]
+            position = build.programs[other].output_names.index(name)
+            words[:, column] = last_outputs[other][position]
         machine = Interpreter(program)
         answers = [machine.update(row[:, None]) for row in words]
         outputs = np.stack([out[:, 0] for out, _ in answers])
         saturated = np.array([bool(flag[0]) for _, flag in answers])
-        kept[number] = outputs[-1]
+        last_outputs[number] = outputs[-1]
         streamed = words[:, build.streamed(number)]
-        found[number] = Recorded(number, streamed, outputs, saturated, source)
-    return list(found.values())
+        records[number] = Recorded(number, streamed, outputs, saturated, source)
+    return list(records.values())
 
 
 def _inputs(build: Build, number: int, count: int) -> tuple[IntArray, str]:
-    """Words (count, n_inputs), and where they are from; linked columns hold anything."""
+    """Words (count, n_inputs), and their source; linked columns have any words."""
     estimator, program = build.estimators[number], build.programs[number]
     try:
-        given = feed(estimator, _log(), linked=build.links[number])
-    except InputError:  # another estimator than the log is for
-        return _wandering(program, count), "words that wander within the declared ranges"
-    rows = given.inputs[_FROM : _FROM + count]
+        inputs = feed(estimator, _log(), linked=build.links[number])
+    except InputError:  # the log does not fit the estimator
+        return _wandering(program, count), "random walks within the declared ranges"
+    rows = inputs.inputs[_FROM : _FROM + count]
     return words_of(program, rows), f"{_LOG}, samples {_FROM} to {_FROM + count - 1}"
 
 
@@ -77,7 +77,7 @@ def _log() -> Record:
 
 
 def _wandering(program: Program, count: int) -> IntArray:
-    """Words of made-up inputs."""
+    """Words of generated inputs."""
     rng = random.Random(program.name)
     ports = dict(zip(program.inputs, program.in_ports, strict=False))
     columns = [
@@ -90,7 +90,7 @@ def _wandering(program: Program, count: int) -> IntArray:
 def _walk(
     program: Program, number: int, port: InPort, count: int, rng: random.Random
 ) -> Iterator[int]:
-    """One input: steps within its range, now and then the word that says "no sample"."""
+    """One input: steps within its range, at times the word for a missing sample."""
     value, form = program.values[number], program.format(number)
     low, high = int(form.quantise(value.low)), int(form.quantise(value.high))
     at = rng.randint(low, high)

@@ -24,12 +24,11 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import WORLD_GROUP, World
 
 __all__ = ["Campaign", "draws", "made"]
 
 FloatArray = npt.NDArray[np.float64]
-WORLD_GROUP = "boresight.worlds"
 MOST_MARKS = 50  #: records of a run at which its errors are kept.
 
 
@@ -70,10 +69,6 @@ class Campaign:
             "word": self.word,
             "steps": self.steps,
         }
-
-    def parts(self) -> tuple[World, Estimator]:
-        """World and estimator."""
-        return made(self)[:2]
 
 
 @lru_cache(maxsize=2)

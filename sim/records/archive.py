@@ -1,8 +1,8 @@
 """``.npz`` archives: one array for each column, or the nine-axis form ``t, gyr, acc, mag``.
 
-The nine-axis form holds ``gyr``, ``acc``, ``mag`` (n, 3) and perhaps ``q`` (n, 4): they become
+The nine-axis form holds ``gyr``, ``acc``, ``mag`` (n, 3) and optionally ``q`` (n, 4): they become
 the columns ``gx`` to ``mz`` and ``qw`` to ``qz``. With ``fs``, or ``restart``, there is a column
-``dt``: 1/fs or the differences of ``t``, and `RESTART_S` where a filter begins anew.
+``dt``: 1/fs or the differences of ``t``, and `RESTART_S` where a filter restarts.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["format_npz", "parse_npz"]
 
 #: Arrays of the nine-axis form, and their columns.
 _TRIPLES = {**{key: names for key, (names, _) in TRIADS.items()}, "q": QUATERNION}
-#: What numpy, zipfile and zlib raise on bytes that are no archive, or a damaged one.
+#: Exceptions of numpy, zipfile and zlib for bytes that are not an archive, or a damaged one.
 _UNREADABLE = (
     AttributeError,
     EOFError,
@@ -52,7 +52,7 @@ def format_npz(record: Record) -> bytes:
 
 
 def _arrays_of(path: Path, content: bytes) -> dict[str, npt.NDArray[Any]]:
-    """Arrays of an archive; InputError if it is none of plain arrays."""
+    """Arrays of an archive; raises InputError unless it is one of plain arrays."""
     try:
         archive = np.load(io.BytesIO(content), allow_pickle=False)
         return {key: archive[key] for key in archive.files}
@@ -60,7 +60,7 @@ def _arrays_of(path: Path, content: bytes) -> dict[str, npt.NDArray[Any]]:
         raise InputError.at(
             str(path),
             wanted="an .npz archive of plain arrays",
-            found="something that cannot be read as one",
+            found="a file that cannot be read as one",
             fix="write it with numpy.savez; a CSV log must not be named .npz",
         ) from None
 
@@ -71,29 +71,29 @@ def parse_npz(path: Path, content: bytes) -> Record:
     Parameters
     ----------
     path : Path
-        Names the record and the places in messages.
+        Path for the record's name and messages.
     content : bytes
         The file.
 
     Raises
     ------
     InputError
-        It is no such archive; the message names the array and the index, from 0.
+        The content is not such an archive; the message names array and index, from 0.
     """
-    held = _arrays_of(path, content)
-    if not held:
+    arrays = _arrays_of(path, content)
+    if not arrays:
         raise InputError.at(
             str(path), wanted="arrays", found="an empty archive", fix="store one array per column"
         )
-    columns = columns_of(str(path), _flattened(str(path), held))
+    columns = columns_of(str(path), _flattened(str(path), arrays))
     return Record(name_of(path), columns, index_place(str(path)), str(path))
 
 
-def _flattened(where: str, held: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
-    """Arrays with triples taken apart, and ``fs`` and ``restart`` made a column ``dt``."""
+def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Split triples into columns, and make ``fs`` and ``restart`` a column ``dt``."""
     flat: dict[str, npt.NDArray[Any]] = {}
-    rate, restart = held.pop("fs", None), held.pop("restart", None)
-    for key, array in held.items():
+    rate, restart = arrays.pop("fs", None), arrays.pop("restart", None)
+    for key, array in arrays.items():
         names = _TRIPLES.get(key)
         if names is None or array.ndim == 1:
             parts = {key: array}

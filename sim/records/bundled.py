@@ -1,4 +1,4 @@
-"""The logs that come with the package, found by name."""
+"""The logs in the package, by name."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def bundled_names() -> tuple[str, ...]:
 
 
 def bundled(name: str) -> Path:
-    """Path of one of `bundled_names`, a CSV log; `InputError` if there is none of that name."""
+    """Path of one of `bundled_names`, a CSV log; raises `InputError` for other names."""
     if name not in bundled_names():
-        known = ", ".join(bundled_names())
-        raise InputError(f"name must be one of the bundled logs ({known}), not {name!r}")
+        names = ", ".join(bundled_names())
+        raise InputError(f"name must be one of the bundled logs ({names}), not {name!r}")
     return _folder() / f"{name}.csv"
 
 

@@ -1,4 +1,4 @@
-"""A record as one estimator's inputs: columns found by name, converted and checked once."""
+"""A record as one estimator's inputs: columns by name, converted and checked once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from boresight.sim.records.record import Record
 
 __all__ = ["Feed", "feed", "fitted"]
 
-#: Share by which a record's rate may differ from the one that an estimator is made for.
+#: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
 
 FloatArray = npt.NDArray[np.float64]
@@ -28,26 +28,26 @@ BoolArray = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Feed:
-    """What an estimator reads.
+    """Inputs of an estimator.
 
     Attributes
     ----------
     record : Record
-        Where it is from.
+        Source of the inputs.
     t : float64 (n,) or None
-        Times in seconds, if it has any.
+        Times in seconds; None if the record has none.
     inputs : float64 (n, n_inputs)
         In the declared units, clamped to the declared ranges.
     new : bool (n, n_inputs)
-        Whether the record had a new sample there.
+        Whether the record has a new sample.
     clamped : dict of str to int
         Samples beyond the range of inputs that are declared to be clamped.
     truth : dict of str to float64 (n,)
-        By output name, in its unit; NaN where the record has none.
+        True values by output name, in its unit; NaN where the record has none.
     counts : bool (n,)
         Samples that count in an error against truth: where a column ``mov`` is not 0, or all.
     warnings : tuple of str
-        What cannot be what its unit says, in words.
+        Warnings about implausible values.
     """
 
     record: Record
@@ -69,14 +69,14 @@ class Feed:
 
 
 def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) -> Feed:
-    """Find, convert and check an estimator's inputs; those in ``linked`` others give, not it.
+    """Select, convert and check an estimator's inputs, except those in ``linked``.
 
     Raises
     ------
     InputError
-        No column for an input, a unit that is not known or of another dimension, a missing sample
-        where none may be missing, a value outside the declared range of an input that does not
-        clamp, samples at another rate than the estimator is made for.
+        No column for an input, a unit that is unknown or of another dimension, a missing sample of
+        an input without ``missing``, a value outside the declared range of an input without
+        ``clamp``, or a sample rate other than the estimator is designed for.
     """
     _refuse_rate(estimator, record)
     reader = InputReader(estimator, lambda row, _, name: record.place(row, name), linked=linked)
@@ -103,7 +103,7 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
 
 
 def fitted(estimator: Estimator, record: Record) -> Estimator:
-    """The estimator, made for the rates of a record where it needs to know them."""
+    """Return the estimator for the sample rates of a record."""
     if not estimator.rates_hz or not _timed(record):
         return estimator
     rate = _rate_hz(record)
@@ -112,8 +112,8 @@ def fitted(estimator: Estimator, record: Record) -> Estimator:
         for i in estimator.inputs
         if i.name in record.columns
     }
-    found = {name: rate * share for name, share in shares.items() if share}
-    return estimator.for_rates(found | {"dt": rate})
+    rates = {name: rate * share for name, share in shares.items() if share}
+    return estimator.for_rates(rates | {"dt": rate})
 
 
 def _timed(record: Record) -> bool:
@@ -128,13 +128,13 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
     wanted = estimator.rates_hz.get("dt")
     if wanted is None or not _timed(record):
         return
-    found = _rate_hz(record)
-    if abs(found / wanted - 1.0) > _RATE_TOLERANCE:
+    rate = _rate_hz(record)
+    if abs(rate / wanted - 1.0) > _RATE_TOLERANCE:
         raise InputError.at(
             record.where,
             wanted=f"{wanted:g} samples a second, for which {estimator.name} is made",
-            found=f"{found:.6g}",
-            fix=f"make it with rate_hz={found:.6g}",
+            found=f"{rate:.6g}",
+            fix=f"make it with rate_hz={rate:.6g}",
         )
 
 
@@ -154,14 +154,14 @@ def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray
 
 
 def _truth(estimator: Estimator, record: Record) -> dict[str, FloatArray]:
-    """Truth of the outputs: columns ``NAME_true``, or NAME itself where it is no input."""
+    """True values of the outputs: columns ``NAME_true``, or NAME itself if it is not an input."""
     inputs = {i.name for i in estimator.inputs}
     names = truth_names(record)
-    found = {
+    truth = {
         o.name: record.values(names[o.name], o.unit)
         for o in estimator.outputs
         if names.get(o.name, o.name) not in inputs and o.name in names
     }
-    if all(name in found for name in QUATERNION):
-        check_norm(record, np.stack([found[name] for name in QUATERNION], axis=1))
-    return found
+    if all(name in truth for name in QUATERNION):
+        check_norm(record, np.stack([truth[name] for name in QUATERNION], axis=1))
+    return truth

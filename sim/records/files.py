@@ -31,7 +31,7 @@ def read_record(path: str | os.PathLike[str]) -> Record:
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
-    """Logs named by paths; a folder stands for every .csv and .npz below it.
+    """Return the logs at some paths; a folder stands for every .csv and .npz below it.
 
     Raises
     ------
@@ -40,34 +40,34 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
     """
     out: list[Path] = []
     for path in paths:
-        found = _logs_below(Path(path))
-        if not found:
+        logs = _logs_below(Path(path))
+        if not logs:
             raise InputError.at(
                 str(path),
                 wanted="a log, or a folder with .csv or .npz logs",
                 found="a folder without any",
                 fix="name a log file",
             )
-        out += found
+        out += logs
     return out
 
 
 def _logs_below(path: Path) -> list[Path]:
-    """The path itself, or every log in that folder."""
+    """Return the path itself, or every log in a folder."""
     if not os.path.isdir(path):  # `Path.is_dir` raises on some Pythons
         return [path]
     return sorted(p for p in path.rglob("*") if p.suffix in (".csv", ".npz"))
 
 
 def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
-    """Records with their paths; of data in memory (`Record.of`) None.
+    """Return records with their paths; None for data in memory (`Record.of`).
 
-    Those in memory without a name are ``record``, ``record2``, ...
+    Data in memory without a name are called ``record``, ``record2``, ...
 
     Raises
     ------
     InputError
-        A bad log, or a folder without any.
+        A bad log, or a folder without logs.
     """
     out: list[tuple[Record, Path | None]] = []
     unnamed = 0
@@ -81,12 +81,12 @@ def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
 
 
 def record_of(data: Any, *, name: str = "record") -> Record:
-    """A record of a log file, if ``data`` is a path, or of data in memory (`Record.of`)."""
+    """Return the record of a log file, if ``data`` is a path, or of data (`Record.of`)."""
     return read_record(data) if isinstance(data, str | Path) else Record.of(data, name=name)
 
 
 def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
-    """A record as the bytes of a log file of that name, which `read_record` reads back exactly."""
+    """Contents of a log file for a record, which `read_record` reads back exactly."""
     return format_npz(record) if _is_npz(Path(path)) else format_csv(record).encode()
 
 

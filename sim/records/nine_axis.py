@@ -30,7 +30,7 @@ TRIADS = {
     "acc": (("ax", "ay", "az"), "m/s^2"),
     "mag": (("mx", "my", "mz"), "uT"),
 }
-#: A reference quaternion may be off norm one by this much: it was rounded to be written down.
+#: Tolerance of the norm of a reference quaternion, for its rounding in a log.
 _NORM_TOLERANCE = 0.01
 
 
@@ -45,9 +45,9 @@ class NineAxis:
     gyr, acc, mag : float64 (n, 3)
         In rad/s, m/s^2 and uT; rows of ``mag`` without a new sample are NaN.
     q : float64 (n, 4) or None
-        Reference attitude; NaN rows have none.
+        Reference attitude; NaN in rows without one.
     steps : float64 (n,) or None
-        Time steps [s], where they are not the differences of ``t``; `RESTART_S` begins anew.
+        Time steps [s], if not the differences of ``t``; `RESTART_S` for a restart.
     mov : bool (n,) or None
         Samples that count when errors are averaged.
     """
@@ -63,7 +63,7 @@ class NineAxis:
 
     @classmethod
     def of(cls, record: Record) -> NineAxis:
-        """The sensors of a record, whatever its units are.
+        """Return the sensors of a record, with converted units.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class NineAxis:
         return cls(record.name, t, **triads, q=q, steps=record.steps(), mov=mov)
 
     def record(self) -> Record:
-        """The record."""
+        """Return the columns as a record."""
         columns = {"t": self.t} | ({} if self.steps is None else {"dt": self.steps})
         for key, (names, _) in TRIADS.items():
             columns |= dict(zip(names, getattr(self, key).T, strict=True))
@@ -94,8 +94,8 @@ class NineAxis:
             columns |= dict(zip(QUATERNION, self.q.T, strict=True))
         if self.mov is not None:
             columns["mov"] = self.mov.astype(np.float64)
-        place = index_place(f"log {self.name!r}")
-        return Record(self.name, {n: Column(v.copy()) for n, v in columns.items()}, place)
+        location = index_place(f"log {self.name!r}")
+        return Record(self.name, {n: Column(v.copy()) for n, v in columns.items()}, location)
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -103,7 +103,7 @@ class NineAxis:
 
     @property
     def attitude(self) -> FloatArray:
-        """Reference attitude (n, 4); `InputError` if there is none."""
+        """Reference attitude (n, 4); raises `InputError` without one."""
         if self.q is None:
             raise InputError.at(
                 f"log {self.name!r}",
@@ -130,13 +130,13 @@ class NineAxis:
 
 
 def truth_names(record: Record) -> Mapping[str, str]:
-    """Columns that may hold a truth, by output name: ``NAME_true``, else ``NAME`` itself."""
-    told = {n.removesuffix(TRUTH): n for n in record.columns if n.endswith(TRUTH)}
-    return {n: n for n in record.columns} | told
+    """Columns of possible true values, by output name: ``NAME_true``, else ``NAME`` itself."""
+    truths = {n.removesuffix(TRUTH): n for n in record.columns if n.endswith(TRUTH)}
+    return {n: n for n in record.columns} | truths
 
 
 def check_norm(record: Record, q: FloatArray) -> None:
-    """Refuse a reference (n, 4) that is no attitude: `InputError` names the row."""
+    """Refuse a reference (n, 4) whose norm is not one; `InputError` names the row."""
     with np.errstate(over="ignore"):
         norm = np.sqrt((q * q).sum(axis=1))
     off = np.abs(norm - 1.0) > _NORM_TOLERANCE
@@ -164,7 +164,7 @@ def _stack(record: Record, names: Sequence[str], unit: str) -> FloatArray:
 
 
 def _refuse_parts(record: Record, names: Sequence[str], values: FloatArray) -> None:
-    """Refuse rows of which some values are there and some are not."""
+    """Refuse rows in which some values are missing and some are not."""
     gap = np.isnan(values)
     _refuse(record, names, gap & ~gap.all(axis=1, keepdims=True), ", or none in all of the row")
 

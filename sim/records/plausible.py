@@ -1,8 +1,8 @@
-"""Warnings, in words, where a sensor's values cannot be what their unit says.
+"""Warnings about sensor values that are implausible in their unit.
 
-A wrong unit gives a bit-exact run of nonsense, so the values themselves are looked at: a gyro that
-turns ten times a second for minutes reads deg/s, a specific force whose length is one reads g. It
-is a guess, so it warns and never refuses.
+A wrong unit gives a bit-exact run without meaning, so the values are examined: a gyro that turns
+ten times a second for minutes is probably in deg/s, a specific force of length one in g. This is a
+guess, so it warns and never refuses.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class _Rule:
-    """Of sensors with one unit: which typical lengths are odd, and what they look like."""
+    """Implausible typical lengths for sensors with one unit, and the probable unit."""
 
     unit: str
-    odd: Callable[[float], bool]
+    implausible: Callable[[float], bool]
     looks: str
     wants_triple: bool = False
 
@@ -47,40 +47,40 @@ _RULES = (
 def warnings_of(
     estimator: Estimator, inputs: FloatArray, new: npt.NDArray[np.bool_]
 ) -> tuple[str, ...]:
-    """One line for each sensor whose typical value is odd, or that has values in part.
+    """One line for each sensor with an implausible typical value, or with some axes missing.
 
     Parameters
     ----------
     inputs : (n, n_inputs)
         In the declared units.
     new : bool (n, n_inputs)
-        New samples; others do not count.
+        New samples; others are ignored.
     """
-    found = []
+    warnings = []
     for names, columns in _sensors(estimator):
         rows = new[:, columns].all(axis=1)
         partly = int((new[:, columns].any(axis=1) & ~rows).sum())
         if partly and len(columns) == 3:
-            found.append(f"{' '.join(names)}: {partly} rows have some of them, not all")
+            warnings.append(f"{' '.join(names)}: {partly} rows have some of them, not all")
         if not rows.any():
             continue
         unit = estimator.inputs[columns[0]].unit
         typical = float(np.median(np.linalg.norm(inputs[rows][:, columns], axis=1)))
-        found += [
+        warnings += [
             f"{' '.join(names)}: typically {typical:.3g} {unit}, which looks like {rule.looks}"
             for rule in _RULES
             if rule.unit == unit
             and (len(columns) == 3 or not rule.wants_triple)
-            and rule.odd(typical)
+            and rule.implausible(typical)
         ]
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
     if dt is not None and np.median(inputs[:, dt]) >= estimator.inputs[dt].high:
-        found.append("dt: at the end of its range in most rows; is t in seconds?")
-    return tuple(found)
+        warnings.append("dt: at the end of its range in most rows; is t in seconds?")
+    return tuple(warnings)
 
 
 def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
-    """Inputs of one unit whose names differ in a last x, y, z together, others alone."""
+    """Groups of inputs with one unit whose names differ in a last x, y, z; others alone."""
     groups: dict[tuple[str, str], tuple[list[str], list[int]]] = {}
     for k, declared in enumerate(estimator.inputs):
         if declared.flags:

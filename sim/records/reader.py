@@ -18,29 +18,29 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 class InputReader:
-    """Converts samples to inputs, in one call or in many: missing samples, flags, ranges.
+    """Converts samples to inputs, in one or more calls: missing samples, flags, ranges.
 
     A log is one call, a closed loop one call for each record, a stream one call for each piece.
-    What an input holds while samples are missing is remembered from call to call.
+    Held values of missing samples are preserved between calls.
 
     Parameters
     ----------
     estimator : Estimator
     place : callable
-        Names a value for a message: (row, run, column), rows counted over all calls.
+        Function (row, run, column) that names a value in messages; rows count over all calls.
     runs : int
         Runs side by side.
     linked : collection of int
-        Inputs that another estimator gives: 0 here, and not looked for.
+        Linked inputs: set to 0, without a column.
     fix : str, optional
-        Remedy in messages; by default what helps in a log.
+        Remedy in messages; by default one for logs.
 
     Attributes
     ----------
     clamped : dict of str to int
         Samples beyond the range of inputs that are declared to be clamped.
     rows : int
-        Rows that were read.
+        Number of rows read.
     """
 
     def __init__(
@@ -114,12 +114,12 @@ class InputReader:
         return inputs[:, 0], new[:, 0]
 
     def number(self, name: str, value: object, n: int = 1) -> FloatArray:
-        """Values (n, runs) of another column of the next rows, NaN where there is none.
+        """Values (n, runs) of another column of the next rows, NaN where a value is missing.
 
         Raises
         ------
         InputError
-            It is no number, or infinite.
+            The value is not a number, or infinite.
         """
         numbers = self._numbers(name, value, (n, self.runs)).copy()
         if np.isinf(numbers).any():
@@ -141,10 +141,10 @@ class InputReader:
         for k in np.flatnonzero(~new.all(axis=(0, 1))).tolist():
             declared, column = self.estimator.inputs[k], values[:, :, k]
             if declared.missing == "hold":
-                known = np.concatenate([self._last[None, :, k], column])
-                rows = np.arange(len(known))[:, None]
-                last = np.maximum.accumulate(np.where(np.isnan(known), 0, rows), axis=0)
-                column[:] = np.take_along_axis(known, last, axis=0)[1:]
+                samples = np.concatenate([self._last[None, :, k], column])
+                rows = np.arange(len(samples))[:, None]
+                last = np.maximum.accumulate(np.where(np.isnan(samples), 0, rows), axis=0)
+                column[:] = np.take_along_axis(samples, last, axis=0)[1:]
             elif declared.missing is not None:
                 column[~new[:, :, k]] = float(declared.missing)
             if (gap := np.isnan(column)).any():

@@ -1,4 +1,4 @@
-"""Reading files that people name: whatever they are, one line says what is wrong."""
+"""Reading of files that users name, with one-line errors for any content."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from boresight.model.errors import InputError
 
 __all__ = ["kind_of", "read_bytes", "read_json", "reason"]
 
-#: Most digits of a number in JSON.
+#: Maximum number of digits of a number in JSON.
 _DIGITS = 100
 #: Largest file of JSON, bytes.
 _JSON_MOST = 64 << 20
 
 
 def reason(error: OSError) -> str:
-    """Why a file could not be used, for ``found`` of an `InputError`."""
+    """Reason of an OSError, for ``found`` of an `InputError`."""
     if error.errno == errno.EISDIR:
         return "a folder"
     return (error.strerror or type(error).__name__).lower()
@@ -31,35 +31,35 @@ def read_bytes(path: str | os.PathLike[str], wanted: str) -> bytes:
     Parameters
     ----------
     wanted : str
-        What it should be, for the message: "a log file that can be read".
+        Expected content, for the message: "a log file that can be read".
 
     Raises
     ------
     InputError
-        It cannot be read, or is a device, which may have no end.
+        The file cannot be read, or is a device, which may be endless.
     """
     try:
         with open(path, "rb") as file:
             mode = os.fstat(file.fileno()).st_mode
             if not stat.S_ISCHR(mode) and not stat.S_ISBLK(mode):
                 return file.read()
-        found = "a device"
+        fault = "a device"
     except OSError as error:
-        found = reason(error)
+        fault = reason(error)
     raise InputError.at(
-        str(path) or "''", wanted=wanted, found=found, fix="check the path"
+        str(path) or "''", wanted=wanted, found=fault, fix="check the path"
     ) from None
 
 
 def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
     """Content of a JSON file, as plain data.
 
-    Stricter than Python: no NaN and no infinity, no name twice in one object.
+    Stricter than Python: NaN, infinity and repeated names in an object are errors.
 
     Raises
     ------
     InputError
-        It cannot be read or is not JSON; the message says where.
+        The file cannot be read or is not JSON; the message has the location.
     """
     content = read_bytes(path, f"{wanted} that can be read")
     try:
@@ -72,18 +72,18 @@ def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
             object_pairs_hook=_object,
         )
     except UnicodeDecodeError:
-        found = "bytes that are no UTF-8 text" if content.strip(b"\0") else "zeros"
+        fault = "bytes that are not UTF-8 text" if content.strip(b"\0") else "zeros"
     except json.JSONDecodeError as error:
-        found = (
+        fault = (
             f"no JSON in line {error.lineno}, column {error.colno}"
             if content.strip()
             else "an empty file"
         )
     except RecursionError:
-        found = "lists or objects nested too deeply"
+        fault = "lists or objects nested too deeply"
     except ValueError as error:
-        found = str(error)
-    raise InputError.at(str(path), wanted=wanted, found=found, fix="correct the file") from None
+        fault = str(error)
+    raise InputError.at(str(path), wanted=wanted, found=fault, fix="correct the file") from None
 
 
 def _integer(digits: str) -> int:
@@ -97,16 +97,16 @@ def _constant(name: str) -> float:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in pairs:
-        if name in found:
+        if name in values:
             raise ValueError(f"{name[:40]!r} twice")
-        found[name] = value
-    return found
+        values[name] = value
+    return values
 
 
 def kind_of(value: Any) -> str:
-    """What a value of JSON is, for ``found`` of an `InputError`."""
+    """Kind of a value of JSON, for ``found`` of an `InputError`."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):

@@ -20,28 +20,28 @@ __all__ = ["TRUTH", "Column", "Record", "index_place"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: End of the name of a column that is the truth of an output.
+#: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"
 
-#: Names a value for a message: (row, column) -> "a.csv, line 7, column gx".
+#: Location of a value, for messages: (row, column) -> "a.csv, line 7, column gx".
 Place = Callable[[int, str], str]
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Values of one name: NaN where there is no new sample. ``unit`` is None where none is said."""
+    """Values of one name, NaN where there is no new sample; ``unit`` is None if unspecified."""
 
     values: FloatArray
     unit: str | None = None
 
 
 def name_of(path: Path) -> str:
-    """Name of a file without suffix, printable whatever its bytes are."""
+    """Name of a file without suffix, with unprintable bytes escaped."""
     return path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def index_place(where: str) -> Place:
-    """Names values by array and index from 0: ``<where>, gx[12]``."""
+    """Return a function that names values by array and index from 0: ``<where>, gx[12]``."""
     return partial(_by_index, where)
 
 
@@ -56,20 +56,20 @@ class Record:
     Attributes
     ----------
     name : str
-        For reports; that of the file without suffix.
+        Name for reports; that of the file without suffix.
     columns : mapping of str to Column
-        Each with one value for each sample; ``t`` is the time, in seconds where no unit is said.
-        ``NAME_true`` is the truth of output NAME.
+        Columns of equal length; ``t`` is the time, in seconds if without unit.
+        ``NAME_true`` holds the true values of output NAME.
     place : callable
-        Names a value for a message.
+        Function (row, column) that names a value in messages.
     source : str
-        Names the whole for a message: the file.
+        Name of the record in messages: the file.
 
     Raises
     ------
     InputError
-        No column, columns of different lengths, an infinite value, a time that is missing or does
-        not increase.
+        No column, columns of different lengths, an infinite value, or a time that is missing or
+        does not increase.
     """
 
     name: str
@@ -114,7 +114,7 @@ class Record:
 
     @property
     def where(self) -> str:
-        """The record, for a message."""
+        """Name of the record in messages."""
         return self.source or f"log {self.name!r}"
 
     def __len__(self) -> int:
@@ -122,12 +122,12 @@ class Record:
         return len(next(iter(self.columns.values())).values)
 
     def values(self, name: str, unit: str) -> FloatArray:
-        """A column in a unit; as it stands where it says none.
+        """Return a column in a unit; without conversion if the column has no unit.
 
         Raises
         ------
         InputError
-            The column's unit is not known, or of another dimension.
+            The column's unit is unknown or of another dimension.
         """
         column = self.columns[name]
         if column.unit in (None, unit) or unit in EXACT_UNITS:
@@ -151,7 +151,7 @@ class Record:
         return steps_of(self.where, self.values("t", "s"))
 
     def head(self, steps: int | None) -> Record:
-        """The leading samples, with the time steps that they have in the whole; all for None."""
+        """Return the leading samples, with their time steps; all of them for None."""
         if steps is None or steps >= len(self):
             return self
         columns = dict(self.columns)
@@ -162,7 +162,7 @@ class Record:
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:
-        """A record of data in memory; of files too, `sim.records.files.record_of`.
+        """Return a record of data in memory; for files see `sim.records.files.record_of`.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class Record:
         Raises
         ------
         InputError
-            It is none of these, or a column holds no numbers.
+            The data have another type, or a column is not numeric.
         """
         if isinstance(data, Record):
             return data
@@ -196,22 +196,22 @@ class Record:
 def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
     try:
         return np.asarray(values)
-    except (TypeError, ValueError) as error:  # rows of several lengths, for one
+    except (TypeError, ValueError) as error:  # for example rows of different lengths
         raise InputError.at(
             f"{where}, column {column}",
             wanted="real numbers, shape (n,)",
-            found=f"{type(values).__name__}, of which numpy makes no array",
+            found=f"{type(values).__name__}, not convertible to an array",
             fix="convert it",
         ) from error
 
 
 def columns_of(where: str, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Column]:
-    """Columns of arrays by name, units in brackets taken off.
+    """Convert arrays by name to columns, with units from brackets in the names.
 
     Raises
     ------
     InputError
-        Not one-dimensional, no numbers, or two of one name.
+        An array is not one-dimensional or not numeric, or a name occurs twice.
     """
     columns: dict[str, Column] = {}
     for head, array in arrays.items():
@@ -232,12 +232,12 @@ def columns_of(where: str, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, 
 
 
 def split_header(where: str, head: str) -> tuple[str, str | None]:
-    """Name and unit of ``gx[deg/s]``; no unit where there are no brackets.
+    """Name and unit of ``gx[deg/s]``; None as unit without brackets.
 
     Raises
     ------
     InputError
-        Brackets that do not match, or no name. Whether the unit is known, `sim.records.feed` says.
+        Brackets that do not match, or no name. The unit is checked at its use.
     """
     name, bracket, rest = head.strip().partition("[")
     name, unit = name.strip(), rest.strip()

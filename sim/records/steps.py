@@ -11,21 +11,21 @@ from boresight.model.errors import InputError
 
 __all__ = ["RESTART_S", "steps_of"]
 
-RESTART_S = -0.25  #: s, a time step that restarts our filters.
+RESTART_S = -0.25  #: s, a time step that restarts the attitude filters.
 
 
 def steps_of(where: str, t: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Step that ends at each sample, (n,): the first, which nothing precedes, is the median.
+    """Step that ends at each sample, (n,); the first one is the median of the others.
 
     Raises
     ------
     InputError
-        A single sample.
+        There is only one sample.
     """
     if len(t) < 2:
         raise InputError.at(
             where,
-            wanted="two rows or more, to know the time step",
+            wanted="two rows or more, for a time step",
             found="one",
             fix="use a longer log, or give a column dt",
         )

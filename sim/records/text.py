@@ -1,7 +1,7 @@
-"""CSV: one header, one line per sample, every fault named by line and column.
+"""CSV logs: one header, one line per sample; errors name line and column.
 
-Comment lines (``#``) may stand above the header. A header field is ``NAME`` or ``NAME[unit]``; an
-empty field says that there is no new sample.
+Comment lines (``#``) may precede the header. A header field is ``NAME`` or ``NAME[unit]``; an empty
+field means that there is no new sample.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def format_csv(record: Record) -> str:
-    """Write the shortest digits that give each float64 back; NaN becomes an empty field."""
+    """Write each float64 with the shortest digits that read back exactly; NaN as an empty field."""
     header = ",".join(
         name if column.unit is None else f"{name}[{column.unit}]"
         for name, column in record.columns.items()
@@ -37,14 +37,14 @@ def parse_csv(path: Path, content: bytes) -> Record:
     Parameters
     ----------
     path : Path
-        Names the record and the places in messages.
+        Path for the record's name and messages.
     content : bytes
         The file.
 
     Raises
     ------
     InputError
-        It is no such table; the message names the line and the column.
+        The content is not such a table; the message names line and column.
     """
     lines = _lines_of(path, content)
     top = next((k for k, s in enumerate(lines) if s.strip() and not s.startswith("#")), None)
@@ -57,9 +57,11 @@ def parse_csv(path: Path, content: bytes) -> Record:
         )
     heads = _header(f"{path}, line {top + 1}", lines[top])
     rows = lines[top + 1 :]
-    if rows and not rows[-1]:  # what the last line break ends
+    if rows and not rows[-1]:  # after the last line break
         rows.pop()
-    while len(heads) > 1 and rows and not rows[-1].strip():  # of one column: no new sample
+    while (
+        len(heads) > 1 and rows and not rows[-1].strip()
+    ):  # in a single column an empty line is a missing sample
         rows.pop()
     if not rows:
         raise InputError.at(
@@ -70,16 +72,16 @@ def parse_csv(path: Path, content: bytes) -> Record:
         )
     table = _table(path, top + 2, [name for name, _ in heads], rows)
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
-    place = partial(_place, path, top + 2)
-    return Record(name_of(path), columns, place, str(path))
+    location = partial(_location, path, top + 2)
+    return Record(name_of(path), columns, location, str(path))
 
 
-def _place(path: Path, first_line: int, row: int, column: str) -> str:
+def _location(path: Path, first_line: int, row: int, column: str) -> str:
     return f"{path}, line {row + first_line}, column {column}"
 
 
 def _lines_of(path: Path, content: bytes) -> list[str]:
-    """Lines of a text file, however they end; InputError if it is binary."""
+    """Lines of a text file with any line ends; raises InputError for a binary file."""
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -116,7 +118,7 @@ def _header(where: str, line: str) -> list[tuple[str, str | None]]:
 
 
 def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> FloatArray:
-    """Values (rows, columns), NaN for an empty field; InputError names what is no number."""
+    """Values (rows, columns), NaN for an empty field; raises InputError for other texts."""
     width = len(names)
     counts = np.array([row.count(",") for row in rows]) + 1
     if (counts != width).any():
@@ -135,7 +137,7 @@ def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> Fl
         row, column = divmod(int(np.argmax(bad)), width)
         field = fields[row * width + column].strip()
         raise InputError.at(
-            _place(path, first_line, row, names[column]),
+            _location(path, first_line, row, names[column]),
             wanted="a finite number, or nothing",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix="correct or remove the line",
@@ -145,20 +147,20 @@ def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> Fl
 
 def _numbers(body: str, fields: list[str]) -> FloatArray:
     """Value of each field: NaN if it is empty, infinity if it is not a finite number."""
-    # Only what cannot be mistaken goes the fast way: float() also takes "nan" (which would pass
-    # for empty), "1_000", and digits of other scripts.
+    # The fast path takes plain numbers only: float() also accepts "nan" (which would pass for an
+    # empty field), "1_000", and digits of other scripts.
     plain = not body.encode().translate(None, delete=b"0123456789+-.eE, \t")
     if plain:
         try:
             return np.array([float(field or "nan") for field in fields])
         except ValueError:
-            pass  # the caller needs to know which field, so look at each
+            pass  # examine each field, as the caller must name the faulty one
     values = (_number(field.strip()) if field.strip() else np.nan for field in fields)
     return np.array([np.inf if value is None else value for value in values])
 
 
 def _number(field: str) -> float | None:
-    """A finite number, or None."""
+    """Return a finite number, or None for other texts."""
     try:
         value = float(field) if field.isascii() and "_" not in field else np.inf
     except ValueError:

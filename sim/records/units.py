@@ -1,8 +1,8 @@
-"""From one unit to another.
+"""Conversion of units.
 
-`pint` knows the units; here are the few that the field writes otherwise: ``ht`` (half turns),
-``gauss`` (1e-4 tesla, not pint's of the CGS), ``g0`` (standard gravity; plain ``g`` is a gram and
-is refused by its dimension).
+`pint` defines the units, except a few with other names in the field: ``ht`` (half turns), ``gauss``
+(1e-4 tesla, unlike pint's of the CGS), ``g0`` (standard gravity; plain ``g`` is a gram and is
+refused by its dimension).
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from boresight.model.declarations import GRAVITY
 
 __all__ = ["UnitError", "linear"]
 
-#: ``gauss`` or ``G``, perhaps with a prefix.
+#: ``gauss`` or ``G``, optionally with a prefix.
 _GAUSS = re.compile(r"(?<!\w)(milli|micro|kilo|[muk])?(?:gauss|G)(?!\w)")
 
 
 class UnitError(ValueError):
-    """A unit that is not known, or one of another dimension; the message says which."""
+    """An unknown unit, or one of another dimension; the message names it."""
 
 
 @cache
 def _registry() -> Any:
-    import pint  # half a second: only where a header asks for it
+    import pint  # takes half a second, so only if a header has units
 
     registry: Any = pint.UnitRegistry()
     registry.define("half_turn = pi * radian = ht")
@@ -35,27 +35,27 @@ def _registry() -> Any:
 
 
 @cache
-def linear(given: str, wanted: str) -> tuple[float, float]:
-    """``(factor, offset)`` of ``value_in_wanted = factor * value_in_given + offset``.
+def linear(unit: str, wanted: str) -> tuple[float, float]:
+    """``(factor, offset)`` of ``value_in_wanted = factor * value_in_unit + offset``.
 
     Raises
     ------
     UnitError
-        Unknown, or of another dimension.
+        A unit is unknown, or the dimensions differ.
     """
-    if given == wanted:
+    if unit == wanted:
         return 1.0, 0.0
     registry = _registry()
     quantity, target = registry.Quantity, _parsed(wanted)
-    source = _parsed(given)
+    source = _parsed(unit)
     if _frequency(source) and _frequency(target) and _turns(source) != _turns(target):
-        raise UnitError(f"{given} is no {wanted}: one counts cycles or events, one an angle")
+        raise UnitError(f"{unit} is not {wanted}: one counts cycles or events, one an angle")
     try:
         zero = float(quantity(0.0, source).to(target).magnitude)
-        one = float(quantity(1.0, source).to(target).magnitude)
+        slope = float(quantity(1.0, source).to(target).magnitude)
     except Exception:  # pint's errors share no base class
-        raise UnitError(f"{given} is no {wanted or 'plain number'}") from None
-    return one - zero, zero
+        raise UnitError(f"{unit} is not {wanted or 'a plain number'}") from None
+    return slope - zero, zero
 
 
 def _frequency(unit: Any) -> bool:
@@ -63,7 +63,7 @@ def _frequency(unit: Any) -> bool:
 
 
 def _turns(unit: Any) -> float:
-    """Power of the angle, which pint takes for a plain number: 1 Hz would be 1 rad/s."""
+    """Power of the angle, which pint treats as a plain number: 1 Hz would be 1 rad/s."""
     _, root = _registry().get_root_units(unit)
     return float(root._units.get("radian", 0))
 
@@ -73,5 +73,5 @@ def _parsed(unit: str) -> Any:
     text = _GAUSS.sub(r"\1tesla_gauss", text)
     try:
         return _registry().parse_units(text)
-    except Exception:  # undefined, not a text of units, or its evaluation failed
+    except Exception:  # undefined, not a unit, or its evaluation failed
         raise UnitError(f"unit {unit!r} is not known") from None

@@ -1,1 +1,1 @@
-"""Verilog under simulators: tools, builds, cocotb, compiled benches, several programs at once."""
+"""Verilog under simulators: tools, builds, cocotb, compiled benches, several programs in turns."""

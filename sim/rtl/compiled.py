@@ -2,7 +2,7 @@
 
 For runs of many cycles: one simulated second, and fuzzing. The bench is a SystemVerilog module with
 exactly the inputs ``clk`` and ``rst``; it reads ``$value$plusargs``, prints, and ends with
-``$finish``. It has no delays: whatever takes time counts cycles.
+``$finish``. It has no delays; all times are counts of cycles.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RESET_CYCLES = 4
 
 _ARGS = (*BUILD_ARGS["verilator"], "-Wno-lint", "--no-timing", "--prefix", "Vbench")
 
-#: Drives the clock; says how many cycles ran and how long they took.
+#: Drives the clock; prints the number of cycles and their wall clock time.
 _MAIN = r"""
 #include "Vbench.h"
 #include "verilated.h"
@@ -67,16 +67,16 @@ int main(int argc, char **argv) {
 
 @dataclass(frozen=True)
 class CompletedRun:
-    """What a run printed, and how fast it was.
+    """Output and duration of a run.
 
     Attributes
     ----------
     stdout : str
-        All that the bench printed.
+        Output of the bench.
     cycles : int
         Clock cycles.
     seconds : float
-        Wall clock of the simulation loop, without the start of the process.
+        Wall clock time of the simulation loop, without the start of the process.
     """
 
     stdout: str
@@ -86,13 +86,13 @@ class CompletedRun:
 
 @dataclass(frozen=True)
 class Compiled:
-    """A built bench, run as often as wanted."""
+    """A built bench, for any number of runs."""
 
     entry: Entry
 
     @property
     def program(self) -> Path:
-        """What runs."""
+        """Path of the simulator's program."""
         return self.entry.path / "bench"
 
     def run(
@@ -110,28 +110,28 @@ class Compiled:
         plusargs : mapping, optional
             ``{"log": "samples.txt"}`` becomes ``+log=samples.txt``.
         max_cycles : int
-            A run that has not ended by then failed.
+            Cycles after which a run has failed.
         files : mapping, optional
             Files to write into the folder of the run, by name.
         folder : Path, optional
-            The folder to run in, for benches that write files; a temporary one by default.
+            Working folder, for benches that write files; a temporary one by default.
 
         Raises
         ------
         SimulationFailed
-            Not finished after ``max_cycles``, or the program failed.
+            The run did not end within ``max_cycles``, or the program failed.
         """
         with tempfile.TemporaryDirectory(prefix="boresight-run-") as temporary:
-            place = Path(temporary) if folder is None else folder
+            run_folder = Path(temporary) if folder is None else folder
             for name, text in (files or {}).items():
-                (place / name).write_text(text)
+                (run_folder / name).write_text(text)
             done = subprocess.run(
                 [
                     str(self.program),
                     f"+max_cycles={max_cycles}",
                     *(f"+{k}={v}" for k, v in (plusargs or {}).items()),
                 ],
-                cwd=place,
+                cwd=run_folder,
                 capture_output=True,
                 text=True,
                 check=False,
@@ -158,7 +158,7 @@ def build(
     main: str = "",
     cache: Path | None = None,
 ) -> Compiled:
-    """Build a bench with Verilator, or find it in the cache.
+    """Build a bench with Verilator, or take it from the cache.
 
     Parameters
     ----------
@@ -169,24 +169,24 @@ def build(
     parameters : mapping, optional
         Parameters of ``top``.
     main : str, optional
-        C++ of another main program, which drives ``Vbench``; the module may then have any ports.
+        C++ main program that drives ``Vbench``; the module may then have any ports.
     cache : Path, optional
         Folder for builds; the user's cache by default.
 
     Raises
     ------
     ToolMissing
-        Verilator, or what it needs, is not installed.
+        Verilator, or a tool that it needs, is not installed.
     SimulationFailed
         The build failed.
     """
     main = main or _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
     texts = dict(sources)
-    given = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
+    overrides = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
     require("verilator")
-    identity = repr((top, texts, given, main, _ARGS, version("verilator")))
+    identity = repr((top, texts, overrides, main, _ARGS, version("verilator")))
 
     def make(folder: Path) -> None:
-        build_program(folder / "bench", {**texts, "main.cpp": main}, [*_ARGS, *given], top=top)
+        build_program(folder / "bench", {**texts, "main.cpp": main}, [*_ARGS, *overrides], top=top)
 
     return Compiled(Cache(cache).get("compiled", identity, make))

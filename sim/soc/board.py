@@ -34,9 +34,9 @@ __all__ = ["BoardBench", "Watched", "attitude_files", "attitude_image", "soc_boa
 
 #: Files of the firmware that shows the attitude.
 _FILES = ("main.c", "attitude.h", "attitude.c", "software.h", "software.c", "text.h", "text.c")
-#: Words of ``attitude_t`` before its outputs, behind which the inputs stand: header, stamp, age.
+#: Words of ``attitude_t`` before its outputs: header, stamp, age. The inputs follow the outputs.
 _OUTPUTS = 3
-#: Clock cycles per bit of the console: fast, so that text takes no long simulation.
+#: Clock cycles per bit of the console, few for a short simulation.
 _CONSOLE_DIVISOR = 8
 
 
@@ -53,11 +53,11 @@ def attitude_image(
     Parameters
     ----------
     system : AttitudeSystem
-        Whose registers it reads.
+        System whose registers the firmware reads.
     software : Estimator, optional
-        Estimator that the image has in software too.
+        Estimator that the image also computes in software.
     single : bool
-        That as float C, not as integer C.
+        Whether as float C instead of integer C.
     ram : int
         Bytes of memory.
     """
@@ -68,15 +68,15 @@ def attitude_image(
 def attitude_files(
     system: AttitudeSystem, *, software: Estimator | None = None, single: bool = False
 ) -> tuple[dict[str, str], list[str]]:
-    """Texts of that firmware by file name, and which of them are compiled."""
+    """Texts of the firmware by file name, and names of the files to compile."""
     files = {name: source(name) for name in _FILES}
     sources = [name for name in _FILES if name.endswith(".c")]
     prefix = None
     if software is not None:
         word = system.core.machine.arithmetic.word
-        made = emit_float_c(software) if single else emit_c(software.compile(word=word))
-        prefix = float_prefix(software) if single else next(iter(made)).removesuffix(".h")
-        files |= made
+        texts = emit_float_c(software) if single else emit_c(software.compile(word=word))
+        prefix = float_prefix(software) if single else next(iter(texts)).removesuffix(".h")
+        files |= texts
         sources.append(f"{prefix}.c")
     about = system.map()
     programs = about.programs[: system.plan.filters]
@@ -94,20 +94,20 @@ def attitude_files(
 
 @dataclass(frozen=True)
 class Watched:
-    """What was seen of structures ``attitude_t`` in memory, each time all of one was written.
+    """Complete structures ``attitude_t`` written to memory.
 
     Attributes
     ----------
     complete : int (n,)
         Cycle in which the last of its outputs was written.
     header : int (n,)
-        Which update.
+        Header of the update.
     outputs, inputs : int32 (n, 8), (n, 10)
-        The hardware's results, and what they came from.
+        Outputs and inputs of the hardware.
     computed : int32 (n, 8)
-        The results as they became: by software, if it has computed them anew.
+        Final results: those of the software, if it computes them anew.
     age : int (n,)
-        Cycles from data-ready until then.
+        Cycles from data-ready to ``complete``.
     """
 
     complete: npt.NDArray[np.int64]
@@ -120,18 +120,18 @@ class Watched:
 
 @dataclass(frozen=True)
 class BoardSocRun:
-    """What a run printed.
+    """Output of a run.
 
     Attributes
     ----------
     samples, updates : int (n,)
         Cycles of whole samples, and of updates in the registers.
     newest, shown : Watched
-        What the interrupt has read; what the main loop has taken, and computed if by software.
+        Structures of the interrupt, and of the main loop with results of the software.
     console : str
-        Text.
+        Text on the console.
     restarts : int
-        How often the watchdog had to.
+        Number of restarts by the watchdog.
     cycles : int
     seconds : float
     """
@@ -165,14 +165,14 @@ class BoardBench:
         keys_at: int = 0,
         faults: str = "",
     ) -> BoardSocRun:
-        """Run until so many updates are done, and some cycles more.
+        """Run until ``updates`` are complete, and ``after`` cycles more.
 
-        ``faults`` is the text of the ADIS16385's fault file; such updates as it costs come late.
+        ``faults`` is the text of the ADIS16385's fault file; it delays the updates that it costs.
 
         Raises
         ------
         SimulationFailed
-            It hangs.
+            The simulation hangs.
         """
         done = self.compiled.run(
             {
@@ -189,46 +189,46 @@ class BoardBench:
             max_cycles=2 * cycles_limit(self.board, updates) + after,
             files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults},
         )
-        said: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
+        lines: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
         for line in done.stdout.splitlines():
             kind, *rest = line.split()
-            if kind in said:
-                said[kind].append(rest)
+            if kind in lines:
+                lines[kind].append(rest)
 
         def cycles(kind: str) -> npt.NDArray[np.int64]:
-            return np.array([int(row[0]) for row in said[kind]], dtype=np.int64)
+            return np.array([int(row[0]) for row in lines[kind]], dtype=np.int64)
 
-        console = bytes(int(row[0]) for row in said["T"]).decode("ascii", errors="replace")
+        console = bytes(int(row[0]) for row in lines["T"]).decode("ascii", errors="replace")
         return BoardSocRun(
             cycles("S"),
             cycles("U"),
-            _watched(said["A"], *_sizes(self.board)),
-            _watched(said["B"], *_sizes(self.board)),
+            _watched(lines["A"], *_sizes(self.board)),
+            _watched(lines["B"], *_sizes(self.board)),
             console,
-            len(said["W"]),
+            len(lines["W"]),
             done.cycles,
             done.seconds,
         )
 
 
 def _sizes(board: Board) -> tuple[int, int]:
-    """Most inputs and most outputs of a record."""
+    """Maximum numbers of inputs and outputs of a record."""
     programs = [part.program for part in board.core.parts[: board.system.plan.filters]]
     return max(len(p.streamed) for p in programs), max(len(p.outputs) for p in programs)
 
 
 def _watched(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -> Watched:
-    """Structures from their words in the order of writing; one begins with its header.
+    """Structures from their words in the order of writing; each begins with its header.
 
-    A header of 0 belongs to no update: updates count from 1 on.
+    A header of 0 is not that of an update; updates count from 1 on.
     """
     behind = _OUTPUTS + outputs
     size = behind + inputs
     begun: list[dict[int, int]] = []  # words as they were first written
-    later: list[dict[int, int]] = []  # and as they became
+    later: list[dict[int, int]] = []  # and as they were last written
     at: list[int] = []
-    for cycle, place, word in rows:
-        k = int(place) % size
+    for cycle, index, word in rows:
+        k = int(index) % size
         if k == 0:
             begun.append({})
             later.append({})
@@ -268,9 +268,9 @@ def soc_board(
     Parameters
     ----------
     setup : Setup
-        Speeds.
+        Speeds of the board.
     core : Core, optional
-        From `gateware.system.programs.system_core`; else one with these ``filters``.
+        Core of `gateware.system.programs.system_core`; by default one with these ``filters``.
     ram : int
         Bytes of the soft core's memory.
     """
@@ -283,16 +283,16 @@ def soc_board(
         watchdog_cycles=1 << 20,
     )
 
-    def own(package: str, name: str) -> str:
+    def text_of(package: str, name: str) -> str:
         return (importlib.resources.files(package) / name).read_text()
 
     sources = {
         "attitude_soc.sv": to_verilog(soc, "attitude_soc", instances=False),
         "VexRiscv.v": cpu_verilog(),
         "ram.v": ram_verilog(),
-        "adis16385.sv": own("boresight.sim.devices", "adis16385.sv"),
-        "hmr3300.sv": own("boresight.sim.devices", "hmr3300.sv"),
-        "bench.sv": own("boresight.sim.soc", "board.sv"),
+        "adis16385.sv": text_of("boresight.sim.devices", "adis16385.sv"),
+        "hmr3300.sv": text_of("boresight.sim.devices", "hmr3300.sv"),
+        "bench.sv": text_of("boresight.sim.soc", "board.sv"),
     }
     return BoardBench(
         board,

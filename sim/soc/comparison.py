@@ -26,10 +26,10 @@ from boresight.sim.soc.measure import Measured, measure_float, measure_integer
 
 __all__ = ["FLOAT_BOUND_DEG", "PAPER_CYCLES", "compare", "compare_one"]
 
-#: Cycles of the paper's C, beside the filters that are most like its own.
+#: Cycles of the paper's C, by the filters most similar to its own.
 PAPER_CYCLES = {name: CYCLES[BESIDE[name]] for name in ("complementary", "ekf_quaternion")}
-#: Largest difference between float C and the float reference, deg: what single precision gives
-#: over a few thousand updates (see tests/firmware/floating/test_build.py).
+#: Largest accepted difference between float C and the float reference, deg: the effect of single
+#: precision over a few thousand updates (see tests/firmware/floating/test_build.py).
 FLOAT_BOUND_DEG = 0.02
 
 
@@ -67,13 +67,13 @@ def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dic
     reference = e.run_float(inputs[..., None]).outputs
     values = run.outputs.view(np.float32).astype(np.float64)
     named = {o.name: values[:, k] for k, o in enumerate(e.outputs)}
-    apart = largest_turn_deg(
+    deviation = largest_turn_deg(
         attitude_of(named), attitude_of({k: v[:, 0] for k, v in reference.items()})
     )
     wrong = named["status"] != reference["status"][:, 0]
     return {
         **_figures(run),
-        "apart_deg": float(apart),
+        "apart_deg": float(deviation),
         "bound_deg": FLOAT_BOUND_DEG,
         "status_mismatches": int(wrong.sum()),
     }
@@ -96,9 +96,9 @@ def compare_one(
     log : Record
         Recorded data; its first ``updates`` samples are used.
     updates : int
-        How many.
+        Number of samples.
     optimise : str
-        The compiler's level.
+        Optimisation level of the compiler.
     restarts : int, optional
         Effort of the core's scheduler.
 

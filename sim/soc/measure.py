@@ -28,9 +28,9 @@ __all__ = [
     "soc_bench",
 ]
 
-#: Bytes of memory of the bench's soft core: more than the part has, for every estimator fits.
+#: Bytes of memory of the bench's soft core: more than the FPGA has, so that every estimator fits.
 RAM = 256 * 1024
-#: Clock cycles per bit of its console: the fewest there may be.
+#: Clock cycles per bit of the console: the minimum.
 DIVISOR = 8
 #: Cycles after which an update counts as hung.
 _PATIENCE = 1_000_000
@@ -38,18 +38,18 @@ _PATIENCE = 1_000_000
 
 @dataclass(frozen=True)
 class Measured:
-    """What a run on the soft core gave.
+    """Result of a run on the soft core.
 
     Attributes
     ----------
     outputs : uint32 (n, n_outputs)
         Words of the results.
     cycles : int64 (n,)
-        Cycles of each update, by the processor's counter, reading it not counted.
+        Cycles of each update by the processor's counter, without those of reading it.
     response : int64 (n,)
         Cycles from the interrupt to the last word of the result, on the bus.
     stack : int
-        Bytes of stack in use at most.
+        Maximum stack in use, bytes.
     code, data : int
         Bytes of the image.
     seconds : float
@@ -66,7 +66,7 @@ class Measured:
 
 
 def soc_bench(*, ram: int = RAM, watchdog_cycles: int = 1 << 20) -> Compiled:
-    """The compiled bench; its firmware is the file ``firmware.hex`` where it runs."""
+    """Build the bench; its firmware is the file ``firmware.hex`` in its working folder."""
     soc = Soc(words=ram // 4, divisor=DIVISOR, watchdog_cycles=watchdog_cycles)
     text = Path(__file__).with_name("bench.sv").read_text(encoding="utf-8")
     return build("bench", {**soc_verilog(soc), "bench.sv": text}, parameters={"DIVISOR": DIVISOR})
@@ -86,17 +86,17 @@ def measure_image(
             "records.hex": "".join(f"{word:08x}\n" for word in records.ravel()),
         },
     )
-    said: dict[str, list[list[str]]] = {kind: [] for kind in "IODCVTW"}
+    lines: dict[str, list[list[str]]] = {kind: [] for kind in "IODCVTW"}
     for line in run.stdout.splitlines():
         kind, *rest = line.split()
-        if kind in said:
-            said[kind].append(rest)
-    figures = {int(index): int(word) for index, word in said["V"]}
+        if kind in lines:
+            lines[kind].append(rest)
+    figures = {int(index): int(word) for index, word in lines["V"]}
 
     def column(kind: str) -> npt.NDArray[np.int64]:
-        return np.array([int(row[0]) for row in said[kind]], dtype=np.int64)
+        return np.array([int(row[0]) for row in lines[kind]], dtype=np.int64)
 
-    outputs = np.array([int(row[0], 16) for row in said["O"]], dtype=np.uint32)
+    outputs = np.array([int(row[0], 16) for row in lines["O"]], dtype=np.uint32)
     return Measured(
         outputs.reshape(n, n_outputs),
         column("C") - figures[6],

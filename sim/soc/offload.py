@@ -14,7 +14,7 @@ from boresight.sim.soc.board import BoardBench, attitude_image
 
 __all__ = ["offload"]
 
-#: Updates that wait for the firmware's start-up.
+#: Updates not compared, during the firmware's start-up.
 _FIRST = 2
 
 
@@ -27,17 +27,17 @@ def offload(bench: BoardBench, log: Record, *, updates: int = 1000) -> dict[str,
     Parameters
     ----------
     bench : BoardBench
-        From `sim.soc.board.soc_board`.
+        Bench of `sim.soc.board.soc_board`.
     log : Record
-        What the sensors send; with a reference attitude, for the compass.
+        Data of the sensors, with a reference attitude for the compass.
     updates : int
-        How many.
+        Number of updates.
     """
     image = attitude_image(bench.board.system, ram=bench.ram)
     run = bench.run(image, stimulus(log, bench.board), updates=updates)
     seen = run.newest
     program = bench.board.core.parts[0].program
-    # Every parameter is as after power-up.
+    # Every parameter has its value after power-up.
     wanted, _ = CModel(program).update(seen.inputs)
     at = (seen.header & 0xFFFF) - 1
     to_memory = (seen.complete - run.updates[at])[_FIRST:]

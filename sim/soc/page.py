@@ -1,4 +1,4 @@
-"""The page of the comparison: hardware, integer C and float C, the paper beside them."""
+"""The page of the comparison: hardware, integer C, float C and the paper."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def bars(rows: Sequence[Row], *, salt: str = "soc-bars") -> str:
 
 
 def timeline(rows: Sequence[Row], *, salt: str = "soc-time") -> str:
-    """The same as time, linear, at the paper's clock; its two times as lines."""
+    """Times of one update at the paper's clock, linear; the paper's two times as lines."""
     with settings():
         figure, axes = figure_and_axes(0.9 + 0.72 * len(rows))
         for k, (label, way, colour) in enumerate(_WAYS):
@@ -130,7 +130,7 @@ def _offload(row: Row) -> str:
 
 
 def render_page(report: Mapping[str, Any]) -> str:
-    """HTML text of the report that ``python -m boresight.sim.soc -o DIR`` writes."""
+    """HTML text of the report of ``python -m boresight.sim.soc -o DIR``."""
     rows = report["software"]
     sections = [
         Section(figures=[("", bars(rows))]),

@@ -215,9 +215,9 @@ def _world(
         inputs, new = reader.take(given, n)
         run = level.advance(inputs[:, axis])
         if runs is None:
-            outputs = {name: float(value[-1]) for name, value in run.outputs.items()}
+            outputs = {name: float(value[0]) for name, value in run.outputs.items()}
         else:
-            outputs = {name: value[-1].reshape(runs) for name, value in run.outputs.items()}
+            outputs = {name: value[0].reshape(runs) for name, value in run.outputs.items()}
         run = run if keep is None else run.outputs_alone(keep)
         seen, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
         yield Loop(level.name, *seen, run, truth, reader.clamped, seconds)

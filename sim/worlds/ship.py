@@ -72,7 +72,10 @@ def spectrum(w: FloatArray, state: int) -> FloatArray:
     """
     if state not in SEA_STATES:
         raise InputError.at(
-            "sea state", wanted=f"one of {[*SEA_STATES]}", found=repr(state), fix="choose of these"
+            "sea state",
+            wanted=f"one of {[*SEA_STATES]}",
+            found=repr(state),
+            fix="choose one of these",
         )
     height, period = SEA_STATES[state]
     peak = 2.0 * math.pi / period

@@ -10,7 +10,10 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 
-__all__ = ["World"]
+__all__ = ["WORLD_GROUP", "World"]
+
+#: Entry points of installed packages that are worlds.
+WORLD_GROUP = "boresight.worlds"
 
 
 class World:

@@ -132,8 +132,10 @@ class ArrayAttitude(Estimator):
         v = [ops.saturated(ops.where(restart, 0.0, a), sd.VELOCITY) for a in v]
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
         after = velocities | sample.last
-        after |= sd.kept(x, sample, base, [-a for a in axes], correction, restart)
-        told = seen.told | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
+        after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, restart)
+        told = (
+            seen.outputs | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
+        )
         if filtered is None:
             return after, told
         for a in "wxyz":

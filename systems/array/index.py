@@ -31,7 +31,7 @@ def offset(u: Any, sample: Sample, seen: Angles) -> Any:
     along = (sample.turn[2] * seen.up[1] + sample.turn[0] * seen.up[0]) * seen.secant
     along = ops.saturated(ops.saturated(along, 2.0**-5) * seen.secant, 2.0**-4)
     passed = (1.0 / math.pi) * (along - along * u.index_time)
-    return ops.wrap_ht(seen.told["heading"] - passed - u.azimuth)
+    return ops.wrap_ht(seen.outputs["heading"] - passed - u.azimuth)
 
 
 def fix(p: Any, seen: Angles, off: Any) -> Measured:

@@ -101,7 +101,10 @@ def flight(name: str, t: FloatArray) -> FloatArray:
     """
     if name not in FLIGHTS:
         raise InputError.at(
-            "flight", wanted=f"one of {', '.join(FLIGHTS)}", found=repr(name), fix="choose of these"
+            "flight",
+            wanted=f"one of {', '.join(FLIGHTS)}",
+            found=repr(name),
+            fix="choose one of these",
         )
     place = FLIGHTS[name](t)
     if (height := pymap3d.ecef2geodetic(*place.T)[2]).min() < 0.0:

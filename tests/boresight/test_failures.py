@@ -132,7 +132,7 @@ def test_a_bug_says_that_it_is_one(monkeypatch, capsys) -> None:
 @pytest.mark.parametrize(
     ("error", "code", "words"),
     [
-        (MemoryError(), 1, "error: memory ran out"),
+        (MemoryError(), 1, "error: out of memory"),
         (PermissionError(13, "Permission denied", "a.csv"), 2, "a.csv: wanted something that can"),
         (OSError("odd"), 3, "a bug of Boresight, OSError: odd"),
         (KeyboardInterrupt(), 130, "interrupted\n"),

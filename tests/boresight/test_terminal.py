@@ -40,7 +40,7 @@ class Broken(io.StringIO):
 )
 def test_what_is_said_needs_a_place(stream, message: str, monkeypatch) -> None:
     monkeypatch.setattr(sys, "stdout", stream)
-    with pytest.raises(InputError, match=f"^standard output: wanted a place .*{message}; connect"):
+    with pytest.raises(InputError, match=f"^standard output: wanted a path .*{message}; connect"):
         say("text")
 
 
@@ -86,8 +86,8 @@ def shell(line: str, tmp_path: Path) -> tuple[int, str]:
         ("list | exec 0<&-", 141, ""),
         ("list --json | exec 0<&-", 141, ""),
         ("run --help | exec 0<&-", 141, ""),
-        ("list > /dev/full", 2, "standard output: wanted a place that can be written, found no sp"),
-        ("list >&-", 2, "standard output: wanted a place that can be written, found closed"),
+        ("list > /dev/full", 2, "standard output: wanted a path that can be written, found no sp"),
+        ("list >&-", 2, "standard output: wanted a path that can be written, found closed"),
         ("run mekf nosuch 2>&-", 2, ""),
     ],
 )

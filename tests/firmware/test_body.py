@@ -240,12 +240,12 @@ def test_identifier_is_legal(name: str) -> None:
 
 def test_unique_counts() -> None:
     assert unique(["q.w", "q_w", "Q_W", "q_w_2"]) == ["q_w", "q_w_2", "Q_W", "q_w_2_2"]
-    assert unique(["gx", "GX"], taken=["Gx"], fold=True) == ["gx_2", "GX_3"]
+    assert unique(["gx", "GX"], reserved=["Gx"], fold=True) == ["gx_2", "GX_3"]
 
 
 @given(st.lists(st.text(alphabet="ab_.2", max_size=4)), st.booleans())
 def test_unique_is_unique(names: list[str], fold: bool) -> None:
-    got = [x.upper() if fold else x for x in unique(names, taken=["a"], fold=fold)]
+    got = [x.upper() if fold else x for x in unique(names, reserved=["a"], fold=fold)]
     assert len({*got, "A" if fold else "a"}) == len(names) + 1
 
 

@@ -166,7 +166,7 @@ def test_what_is_no_description(change: dict, place: str, complementary: Core) -
     data = json.loads(describe(complementary).to_json())
     with pytest.raises(Malformed) as error:
         Description.from_json({**data, **change})
-    assert error.value.place == place
+    assert error.value.location == place
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_what_a_register_may_not_be(key: str, values: tuple, complementary: Core
         data["registers"][1][key] = value
         with pytest.raises(Malformed) as error:
             Description.from_json(data)
-        assert error.value.place.startswith(f", registers[1], {key}")
+        assert error.value.location.startswith(f", registers[1], {key}")
 
 
 def test_identifiers_are_unique() -> None:

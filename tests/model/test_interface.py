@@ -45,11 +45,11 @@ class Leaky(Estimator):
         ({"states": (State("a b", 0.0, 1.0),)}, "estimator leaky: wanted state names of letters"),
         (
             {"inputs": (Input("f", 0.0, 1.0, "", valid_of="z"),)},
-            "estimator leaky, input f: wanted valid_of names of inputs, found z; choose of inputs",
+            "estimator leaky, input f: wanted valid_of names of inputs, found z; choose inputs",
         ),
         (
             {"inputs": (*Leaky.inputs, Input("f", 0.0, 1.0, "", valid_of=("v", "f")))},
-            "estimator leaky, input f: wanted valid_of names of inputs, found f; choose of u, v",
+            "estimator leaky, input f: wanted valid_of names of inputs, found f; choose u, v",
         ),
     ],
 )

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from boresight.model.declarations import Given, Input, Output
+from boresight.model.declarations import Input, Output, SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.linking import first_word, held, linked_estimators
+from boresight.model.linking import first_word, linked_estimators, linked_words
 from boresight.model.words.interpreter import Interpreter
 from tests.support.linked import Inner, Middle, Outer
 
@@ -29,9 +29,12 @@ def reader(*inputs: Input) -> Estimator:
 
 def test_inputs_take_the_format_of_their_source() -> None:
     outer, middle, inner = linked_estimators([Outer(), Middle(), Inner()])
-    assert [i.given for i in inner.inputs] == [None, None]
+    assert [i.source_format for i in inner.inputs] == [None, None]
     # [-8, 8] would have 28 fraction bits; the source has one value in [-0.9, 0.9] and 31.
-    assert middle.inputs[0].given == Given(31, -0.9, 0.9) and not middle.inputs[0].beyond
+    assert (
+        middle.inputs[0].source_format == SourceFormat(31, -0.9, 0.9)
+        and not middle.inputs[0].beyond
+    )
     source, program = middle.compile(), outer.compile()
     assert program.format(program.inputs[1]) == source.format(source.outputs[0])
     assert outer.inputs[1].beyond
@@ -44,8 +47,8 @@ def test_estimators_apart_stay_as_they_are() -> None:
     assert linked_estimators([apart]) == [apart]
     assert apart.compile().digest == Middle().compile().digest
     found = linked_estimators([outer, inner])
-    assert found[1] is inner and [i.given is None for i in found[0].inputs] == [1, 1, 0, 1]
-    assert outer.inputs[2].given is None, "the caller's object changed"
+    assert found[1] is inner and [i.source_format is None for i in found[0].inputs] == [1, 1, 0, 1]
+    assert outer.inputs[2].source_format is None, "the caller's object changed"
 
 
 def test_words_beyond_the_range_are_clamped_in_the_program() -> None:
@@ -72,7 +75,7 @@ def test_first_words() -> None:
 def test_held() -> None:
     """The reader's updates come before the source's first, then after its second and third."""
     words = np.array([10, 20, 30])
-    assert held(words, np.array([0, 0, 2, 3, 3]), 7).tolist() == [7, 7, 20, 30, 30]
+    assert linked_words(words, np.array([0, 0, 2, 3, 3]), 7).tolist() == [7, 7, 20, 30, 30]
 
 
 Z = Input("z", -1.0, 1.0)
@@ -92,7 +95,7 @@ Z = Input("z", -1.0, 1.0)
         (
             (Z, Input("x", -1.0, 0.5, "m", source="inner.half")),
             r"estimator reader, input x: wanted a range that holds \[-0.9, 0.9\] m of inner.half, "
-            r"found \[-1, 0.5\]; widen it, or say clamp=True",
+            r"found \[-1, 0.5\]; widen it, or declare clamp=True",
         ),
         (
             (Input("x", -1.0, 1.0, "m", source="inner.half"),),

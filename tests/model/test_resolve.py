@@ -144,9 +144,9 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
          "Nine; write an estimator in it"),
         (HEAD, "", "f.py: wanted one class derived from boresight.Estimator, found none; write an"),
         (ONE + "k = 5\n", ":k", "f.py: wanted a class k derived from boresight.Estimator, found k, "
-         "which is no Estimator; name one: f.py:Mine"),
+         "not derived from Estimator; name one: f.py:Mine"),
         (HEAD, ":World", "f.py: wanted a class World derived from boresight.Estimator, found "
-         "World, which is no Estimator; write an estimator in it"),
+         "World, not derived from Estimator; write an estimator in it"),
         (ONE, ":", "'f.py:': wanted file.py:Class or file.py:Class(NAME=VALUE), found ''; give "),
         (ONE, ":Mine(n=x)", "'f.py:Mine(n=x)': wanted file.py:Class or file.py:Class(NAME=VALUE), "
          "found 'Mine(n=x)'; give numbers and texts as arguments, in quotes for the shell"),
@@ -254,12 +254,12 @@ def test_entry_points(installed: None) -> None:
     ]  # fmt: skip
     assert refused("broken") == (
         "estimator broken: wanted an entry point that imports (package:broken), found "
-        "ImportError: no numpy; mend or remove the package that offers it"
+        "ImportError: no numpy; correct or remove the package that offers it"
     )
     for name, found in (("number", "int"), ("world", "World")):
         assert refused(name) == (
             f"estimator {name}: wanted an entry point of a class derived from boresight.Estimator "
-            f"(package:{name}), found {found}; mend or remove the package that offers it"
+            f"(package:{name}), found {found}; correct or remove the package that offers it"
         )
 
 

@@ -224,7 +224,7 @@ def refused(tmp_path, capsys, monkeypatch):
         ("run none.py log.csv", "none.py: wanted one class derived from boresight.Estimator, fou"),
         ("run two.py log.csv", "found Lag, Lead; name one: two.py:Lag"),
         ("run two.py:Lug log.csv", "two.py: wanted a class Lug derived from boresight.Estimator"),
-        ("run two.py:ops log.csv", "found ops, which is no Estimator; name one: two.py:Lag"),
+        ("run two.py:ops log.csv", "found ops, not derived from Estimator; name one: two.py:Lag"),
         ("run good.py:Lag(n=2) log.csv", "good.py:Lag(n=2): wanted arguments that Lag takes, fou"),
         ("run good.py:Lag(n=f()) log.csv", "wanted file.py:Class or file.py:Class(NAME=VALUE)"),
         ("run needs.py log.csv", "needs.py: wanted arguments that Lag takes, found TypeError"),

@@ -128,7 +128,7 @@ DECLARED = {
     "names for outputs": ('(Output("y", "m"),)', '("y",)', "found str", "outputs = (Output(...),)"),
     "no outputs": ('(Output("y", "m"),)', "()", "found none", "declare outputs"),
     "flag of nothing": ('"b", 0.0, 2.0, "m"))', '"b", 0.0, 1.0, valid_of="z"))  #!', "found z",
-                        "choose of a"),
+                        "choose a"),
     "step without p": ("(self, x, u, p):  #0", "(self, x, u):  #!", "step(x, u)",
                        "take these three"),
     "no inputs": ('    inputs = (Input("a"', '    others = (Input("a"', "found none",

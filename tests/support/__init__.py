@@ -2,6 +2,8 @@
 
 | module | what |
 |---|---|
+| `bench` | simulated benches of Amaranth: runs, streams, buses, pulses |
+| `attitude` | attitude filters on exact sensors: records, runs, errors |
 | `random_program` | random legal programs |
 | `conductor_bench` | plays a script to the attitude core |
 | `devices` | readers and devices pin to pin, their contracts, fuzzing |

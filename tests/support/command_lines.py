@@ -37,7 +37,7 @@ def _harmless(text: str) -> bool:
     return "\0" not in text and not text.startswith(("/", "~", "-o", "--o")) and ".." not in text
 
 
-#: Any text that may stand in a command line, bytes that are no UTF-8 included.
+#: Any text that may stand in a command line, bytes that are not UTF-8 included.
 _TEXTS = st.one_of(
     st.sampled_from(
         ["", " ", "-", "--", "-x", "--nosuch", "=", "a=b", "a=", "=1", ",", "a,,b", "x" * 3000,

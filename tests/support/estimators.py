@@ -13,7 +13,7 @@ assert not _UNUSABLE
 
 
 class Leaky(Estimator):
-    """A low pass whose state starts at 1; ``sum`` saturates beyond 4."""
+    """A low pass whose state starts at 1."""
 
     inputs = (Input("u", -2.0, 2.0, "m"), Input("v", -1.0, 1.0, "m"))
     params = (Param("rate", 0.5, 0.0, 1.0),)

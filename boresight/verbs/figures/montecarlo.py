@@ -220,7 +220,7 @@ def montecarlo(
         steps,
     )
     made.cache_clear()  # their files may have changed since
-    plant, filter = campaign.parts()
+    plant, filter, _ = made(campaign)
     plant.draw(seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)

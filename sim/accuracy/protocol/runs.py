@@ -179,27 +179,20 @@ def run_ours(campaign: Campaign, name: str, log: NineAxis) -> tuple[Estimator, l
     """One of ours, made for the log's rates, and what it gives in fixed point and in float64."""
     record = log.record()
     rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
-    runs = []
-    for level in _levels(campaign, name, rates):
-        made = level.build.estimators[0]
-        level.reset()
-        runs.append(level.run(feed(made, record).inputs))
-    return made, runs
+    levels = _levels(campaign, name, rates)
+    made = levels[0].build.estimators[0]
+    inputs = feed(made, record).inputs
+    return made, [level.run_anew(inputs) for level in levels]
 
 
 def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
     made, runs = run_ours(campaign, name, log)
     q = [attitude_of(run.outputs) for run in runs]
-    changed = sum(
-        int((runs[0].outputs[o.name] != runs[1].outputs[o.name]).sum())
-        for o in made.outputs
-        if o.unit == "bits"
-    )
     near = differences(made.outputs, runs[0].outputs, runs[1].outputs)
     more = {
         "good": all(d.good for d in near),
         "apart_deg": largest_turn_deg(*q),
-        "changed": changed,
+        "changed": sum(int(np.count_nonzero(d.apart)) for d in near if d.unit == "words"),
         "saturated": runs[0].n_saturated,
     }
     return [

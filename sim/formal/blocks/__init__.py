@@ -1,1 +1,1 @@
-"""What is proven, block by block; each module has `PROOFS`."""
+"""The proofs, block by block; each module has `PROOFS`."""

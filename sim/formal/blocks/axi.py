@@ -16,7 +16,7 @@ __all__ = ["PROOFS", "Lite", "Packets"]
 
 
 class Packets(Elaboratable):
-    """Any transmitter and any receiver, on both sides of a stream that is kept for them.
+    """Any transmitter and any receiver, connected by a stream.
 
     Parameters
     ----------
@@ -38,19 +38,19 @@ class Packets(Elaboratable):
             data, last = unknown(m, len(dut.axi.tdata), "tdata"), unknown(m, 1, "tlast")
             m.d.comb += [dut.axi.tdata.eq(data), dut.axi.tlast.eq(last)]
             m.d.comb += [dut.axi.tvalid.eq(valid), dut.o.ready.eq(ready)]
-            offered, taken = Cat(data[:word], last), dut.axi.tready
-            gives, given = dut.o.valid, Value.cast(dut.o.payload)
+            offered, accepted = Cat(data[:word], last), dut.axi.tready
+            gives, output = dut.o.valid, Value.cast(dut.o.payload)
             after: Any = lambda payload: payload  # noqa: E731
         else:
             offered = unknown(m, word + 1, "payload")
             m.d.comb += [dut.i.payload.eq(offered), dut.i.valid.eq(valid), dut.axi.tready.eq(ready)]
-            taken, gives = dut.i.ready, dut.axi.tvalid
-            given = Cat(dut.axi.tdata, dut.axi.tlast)
+            accepted, gives = dut.i.ready, dut.axi.tvalid
+            output = Cat(dut.axi.tdata, dut.axi.tlast)
             sign = len(dut.axi.tdata) - word
             after = lambda p: Cat(p[:word], p[word - 1].replicate(sign), p[word])  # noqa: E731
         head, tail = (Signal(word + 1, name=name) for name in ("head", "tail"))
         count = Signal(range(3), name="count")
-        puts, gets = valid & taken, gives & ready
+        puts, gets = valid & accepted, gives & ready
         m.d.sync += count.eq(count + puts - gets)
         with m.If(gets):
             m.d.sync += head.eq(tail)
@@ -63,12 +63,12 @@ class Packets(Elaboratable):
         first = fifo["consume"]
         waited = before(m, gives & ~ready, "waited")
         m.d.comb += [
-            # Each follows from what was taken before this cycle: no path from any input.
-            Assert(taken == (count != 2)),
+            # Outputs follow from words accepted before this cycle: no path from any input.
+            Assert(accepted == (count != 2)),
             Assert(gives == (count != 0)),
-            Assert(~gives | (given == after(head))),
+            Assert(~gives | (output == after(head))),
             # The rules of a handshake: valid and payload stay until ready.
-            Assert(~waited | (gives & (given == before(m, given, "given")))),
+            Assert(~waited | (gives & (output == before(m, output, "given")))),
             # For induction.
             Assert(count <= 2),
             Assert(fifo.component.level == count),
@@ -83,7 +83,7 @@ class Packets(Elaboratable):
 
 
 class Lite(Elaboratable):
-    """Any master that keeps what it offers, and any bus.
+    """Any master that holds its requests, and any bus.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Lite(Elaboratable):
         self.dut = dut
 
     def elaborate(self, platform: Any) -> Module:
-        """Each request is done once, as it was made, and answered once."""
+        """Each request is executed once, unchanged, and answered once."""
         m = Module()
         dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
@@ -112,24 +112,26 @@ class Lite(Elaboratable):
             axi.rready.eq(unknown(m, 1, "rready")),
         ]
         wrote = self._answer(m, "b", axi.bvalid, axi.bready, axi.bresp)
-        told = self._answer(m, "r", axi.rvalid, axi.rready, Cat(axi.rdata, axi.rresp))
+        read_done = self._answer(m, "r", axi.rvalid, axi.rready, Cat(axi.rdata, axi.rresp))
         adr, has_adr = self._request(m, "aw", wrote, axi.awvalid, axi.awready, axi.awaddr)
         data, has_data = self._request(
             m, "w", wrote, axi.wvalid, axi.wready, Cat(axi.wdata, axi.wstrb)
         )
-        place, has_place = self._request(m, "ar", told, axi.arvalid, axi.arready, axi.araddr)
+        read_address, has_read = self._request(
+            m, "ar", read_done, axi.arvalid, axi.arready, axi.araddr
+        )
         writes = self._writes(m, adr, data, has_adr & has_data, wrote=wrote, w_ack=w_ack)
-        reads = self._reads(m, inside, place, has_place, told=told)
+        reads = self._reads(m, inside, read_address, has_read, done=read_done)
         m.d.comb += [
             Assert(inside["aw_full"] == has_adr),
             Assert(inside["w_full"] == has_data),
-            Assert(inside["ar_full"] == has_place),
+            Assert(inside["ar_full"] == has_read),
             Assert(~has_adr | (inside["aw"] == adr)),
             Assert(~has_data | (inside["w"] == data)),
-            Assert(~has_place | (inside["ar"] == place)),
+            Assert(~has_read | (inside["ar"] == read_address)),
             Assert(~(dut.request & inside["fetch"])),
         ]
-        self._turns(m, inside, writes, reads, wrote=wrote, told=told)
+        self._turns(m, inside, writes, reads, wrote=wrote, read_done=read_done)
         return m
 
     def _answer(self, m: Module, name: str, valid: Value, ready: Value, payload: Value) -> Value:
@@ -142,28 +144,28 @@ class Lite(Elaboratable):
     def _request(
         self, m: Module, name: str, done: Value, valid: Value, ready: Value, payload: Value
     ) -> tuple[Signal, Value]:
-        """What the master last gave on a channel, and whether it waits for its response."""
+        """The master's last request on a channel, and whether it waits for its response."""
         offers, payloads = unknown(m, 1, f"{name}valid"), unknown(m, payload.shape(), f"{name}what")
-        kept, given = Signal(payload.shape(), name=f"{name}_kept"), Signal(name=f"{name}_given")
+        stored, pending = Signal(payload.shape(), name=f"{name}_kept"), Signal(name=f"{name}_given")
         waits = before(m, valid & ~ready, f"{name}_offered")
         m.d.comb += [
             valid.eq(offers),
             payload.eq(payloads),
             Assume(~waits | (offers & (payloads == before(m, payloads, f"{name}_what")))),
         ]
-        has = given & ~done
-        m.d.sync += given.eq(has | (valid & ready))
+        has = pending & ~done
+        m.d.sync += pending.eq(has | (valid & ready))
         with m.If(valid & ready):
-            m.d.sync += kept.eq(payloads)
+            m.d.sync += stored.eq(payloads)
         # It follows from requests and responses before this cycle: no path from any input. And no
         # response without a request.
-        m.d.comb += [Assert(ready == ~has), Assert(~done | given)]
-        return kept, has
+        m.d.comb += [Assert(ready == ~has), Assert(~done | pending)]
+        return stored, has
 
     def _writes(
         self, m: Module, adr: Value, data: Value, whole: Value, *, wrote: Value, w_ack: Value
     ) -> Value:
-        """On the bus comes the write as it was made; the response follows. Whether one waits."""
+        """The bus executes the write unchanged; the response follows. Returns whether one waits."""
         dut, axi, bus = self.dut, self.dut.axi, self.dut.bus
         word, strobes = data[:32], data[32:]
         acknowledged = before(m, w_ack, "acknowledged")
@@ -182,33 +184,42 @@ class Lite(Elaboratable):
         ]
         return whole & ~axi.bvalid
 
-    def _reads(self, m: Module, inside: Inside, place: Value, has: Value, *, told: Value) -> Value:
-        """On the bus comes the read; the response has the word of the next cycle."""
+    def _reads(
+        self, m: Module, inside: Inside, address: Value, has: Value, *, done: Value
+    ) -> Value:
+        """The bus executes the read; the response has the word of the next cycle."""
         dut, axi, bus = self.dut, self.dut.axi, self.dut.bus
         read = dut.request & ~bus.w_stb
         granted = before(m, read & dut.grant, "granted")
         word = before(m, bus.r_data, "word")
         m.d.comb += [
-            Assert(~read | (has & ~axi.rvalid & (bus.addr == place[2:]))),
+            Assert(~read | (has & ~axi.rvalid & (bus.addr == address[2:]))),
             Assert(inside["fetch"] == granted),
             Assert(~granted | (has & ~axi.rvalid)),
-            Assert(told == before(m, granted, "fetched")),
-            Assert(~told | (axi.rdata == word)),
+            Assert(done == before(m, granted, "fetched")),
+            Assert(~done | (axi.rdata == word)),
             Assert(axi.rresp == Response.OKAY),
-            reached(m, told, "read"),
+            reached(m, done, "read"),
         ]
         return has & ~axi.rvalid
 
     def _turns(
-        self, m: Module, inside: Inside, writes: Value, reads: Value, *, wrote: Value, told: Value
+        self,
+        m: Module,
+        inside: Inside,
+        writes: Value,
+        reads: Value,
+        *,
+        wrote: Value,
+        read_done: Value,
     ) -> None:
-        """Never idle while there is something to do; one waits for one of the other at most."""
+        """The bus is not idle while requests wait; each kind waits for at most one of the other."""
         dut, bus = self.dut, self.dut.bus
         idle = ~dut.request & ~inside["fetch"]
         was_idle = before(m, idle & (writes | reads), "was_idle")
         m.d.comb += Assert(~was_idle | dut.request | wrote)
         passed = []
-        for name, waits, other in (("write", writes, told), ("read", reads, wrote)):
+        for name, waits, other in (("write", writes, read_done), ("read", reads, wrote)):
             count = Signal(range(4), name=f"{name}_passed")
             with m.If(~waits):
                 m.d.sync += count.eq(0)
@@ -218,9 +229,9 @@ class Lite(Elaboratable):
         m.d.comb += [
             Assert(passed[0] <= 1),
             Assert(passed[1] <= 1),
-            Assert((passed[0] == 0) | told | bus.w_stb),
+            Assert((passed[0] == 0) | read_done | bus.w_stb),
             Assert((passed[1] == 0) | wrote | (dut.request & ~bus.w_stb) | inside["fetch"]),
-            reached(m, writes & told, "write_waited"),
+            reached(m, writes & read_done, "write_waited"),
             reached(m, reads & wrote, "read_waited"),
         ]
 

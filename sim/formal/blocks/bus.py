@@ -1,4 +1,4 @@
-"""Proofs of the way to the registers: `gateware.bus.arbiter`, `gateware.bus.wishbone`."""
+"""Proofs of the initiators of the register bus: `gateware.bus.arbiter`, `gateware.bus.wishbone`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["PROOFS", "Shared", "Slave"]
 
 
 class Shared(Elaboratable):
-    """Any initiators that keep what they ask for until it is done, and any bus.
+    """Any initiators that hold their requests until they are done, and any bus.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Shared(Elaboratable):
         self.dut = dut
 
     def elaborate(self, platform: Any) -> Module:
-        """One transfer at a time, each finished, nobody passed over."""
+        """One transfer at a time, each finished, every initiator served."""
         m = Module()
         dut, count = self.dut, self.dut.count
         m.submodules.dut = (inside := Inside(dut, platform)).module
@@ -57,7 +57,7 @@ class Shared(Elaboratable):
                     & (dut.grant == before(m, dut.grant, "grant_before"))
                 )
             ),
-            # The bus is never idle for two cycles while somebody asks.
+            # The bus is never idle for two cycles while a request waits.
             Assert(~before(m, request.any() & ~dut.grant.any(), "idle") | dut.grant.any()),
             Assert(owner < count),
             reached(m, Cat(ends).any() & writing & w_ack, "long_write"),
@@ -67,7 +67,7 @@ class Shared(Elaboratable):
         return m
 
     def _initiator(self, m: Module, k: int, *, request: Value) -> Value:
-        """Initiator k, which keeps what it asks for; the end of its transfer."""
+        """Initiator k, which holds its request; returns the end of its transfer."""
         dut, bus, initiator = self.dut, self.dut.bus, self.dut.initiators[k]
         drives = Cat(
             unknown(m, 1, f"w_stb{k}"),
@@ -86,7 +86,7 @@ class Shared(Elaboratable):
         )
         m.d.comb += [
             Assume(~waited | (request & (drives == before(m, drives, f"drives{k}")))),
-            # Whoever is granted is seen on the bus as it is, and only its word is taken.
+            # The bus has the signals of the granted initiator, and only its word is taken.
             Assert(~dut.grant[k] | seen),
             Assert(initiator.w_ack == (dut.grant[k] & bus.w_ack)),
             Assert(initiator.r_data == bus.r_data),
@@ -94,7 +94,7 @@ class Shared(Elaboratable):
         return end
 
     def _fair(self, m: Module, owner: Any, request: Any, ends: list[Any]) -> None:
-        """How often the others went first: at most as often as there are others."""
+        """Transfers of others before one of an initiator: at most one of each."""
         count = self.dut.count
         for k in range(count):
             passed = Signal(range(count + 1), name=f"passed{k}")
@@ -102,13 +102,13 @@ class Shared(Elaboratable):
                 m.d.sync += passed.eq(0)
             with m.Elif(Cat(ends[j] for j in range(count) if j != k).any()):
                 m.d.sync += passed.eq(passed + 1)
-            # How many turns come before that of k.
+            # Number of turns before that of k.
             distance = Mux(owner > k, count + k - owner, k - owner)
             m.d.comb += Assert(passed + distance < count)
 
 
 class Slave(Elaboratable):
-    """Any Wishbone master that keeps its transfer until ``ack`` or gives it up, and any bus.
+    """Any Wishbone master that holds its transfer until ``ack`` or aborts it, and any bus.
 
     Parameters
     ----------
@@ -147,19 +147,23 @@ class Slave(Elaboratable):
         fetched = before(m, ends & ~bus.w_stb, "fetched")
         free = ~dut.request & ~fetched & ~wb.ack
         began = before(m, free & selected, "began")
-        kept, begun, held_on = self._transfer(m, drives, selected, free=free, ends=ends)
-        is_write, adr, dat_w = kept[0], kept[1 : 1 + len(wb.adr)], kept[1 + len(wb.adr) :]
+        transfer, begun, held_on = self._transfer(m, drives, selected, free=free, ends=ends)
+        is_write, adr, dat_w = (
+            transfer[0],
+            transfer[1 : 1 + len(wb.adr)],
+            transfer[1 + len(wb.adr) :],
+        )
         word = before(m, r_data, "word")
         complete = before(m, Mux(is_write, ends, fetched) & held_on & selected, "complete")
         m.d.comb += [
-            # On the bus is the master's transfer, as it drove it, until its end, and no other.
+            # The bus has the master's transfer, unchanged, until its end, and no other.
             Assert(dut.request == begun),
             Assert(
                 ~dut.request | ((bus.addr == adr) & (bus.w_data == dat_w) & (bus.w_stb == is_write))
             ),
             Assert(dut.request | ~bus.w_stb),
             Assert(~began | dut.request),
-            # The answer: once, after the end, to who has waited for it, with the right word.
+            # The reply: once, after the end, if the master has waited for it, with the right word.
             Assert(wb.ack == complete),
             Assert(~(wb.ack & ~is_write) | (wb.dat_r == word)),
             Assert(~wb.ack | ~dut.request),
@@ -177,19 +181,19 @@ class Slave(Elaboratable):
     def _transfer(
         self, m: Module, drives: Value, selected: Value, *, free: Value, ends: Value
     ) -> tuple[Signal, Signal, Signal]:
-        """What the bus is asked for: what the master drove when it began.
+        """The transfer on the bus: the master's signals at its begin.
 
-        Whether it has begun and not ended, and whether the master has waited for it so far.
+        Also whether it has begun and not ended, and whether the master has waited for it so far.
         """
-        kept = Signal(len(drives), name="kept")
+        transfer = Signal(len(drives), name="kept")
         begun, held_on = Signal(name="begun"), Signal(name="held_on")
         with m.If(free):
-            m.d.sync += [kept.eq(drives), begun.eq(selected), held_on.eq(selected)]
+            m.d.sync += [transfer.eq(drives), begun.eq(selected), held_on.eq(selected)]
         with m.Else():
             m.d.sync += held_on.eq(held_on & selected)
         with m.If(ends):
             m.d.sync += begun.eq(0)
-        return kept, begun, held_on
+        return transfer, begun, held_on
 
 
 def _arbiter(count: int) -> Proof:
@@ -199,7 +203,7 @@ def _arbiter(count: int) -> Proof:
         induction=3,
         cover=range(11, 13),
         claim=f"BusArbiter, {count} initiators: one has the bus at a time; a transfer that has "
-        "begun is finished as it began; an acknowledge goes to its own writer; nobody waits "
+        "begun is finished as it began; an acknowledge goes to its own writer; no initiator waits "
         "longer than one transfer of each other one",
         harness=lambda: Shared(BusArbiter(count=count, word=4, address=3)),
     )

@@ -15,7 +15,7 @@ __all__ = ["PROOFS", "AgainstShifts", "shifts"]
 
 #: x^16 + x^12 + x^5 + 1 of RFC 1662, least significant bit first.
 POLYNOMIAL = 0x8408
-#: What a body with its check leaves in the register.
+#: Remainder in the register after a body with its check.
 GOOD = 0xF0B8
 
 
@@ -64,7 +64,7 @@ PROOFS = (
         induction=2,
         cover=range(5, 7),
         claim="CRC-16 of the frames, any bytes and restarts: a byte is eight shifts of the "
-        "register of RFC 1662, and a good body is told by the remainder 0xF0B8",
+        "register of RFC 1662, and a good body leaves the remainder 0xF0B8",
         harness=lambda: AgainstShifts(CRC),
     ),
 )

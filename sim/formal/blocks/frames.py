@@ -23,10 +23,10 @@ WORD = 18
 
 
 class Delivered(Elaboratable):
-    """Every frame arrives whole, once, with its own kind and words, or is told to be dropped.
+    """Every frame arrives complete, once, with its kind and words, or is reported as dropped.
 
-    The line between the two hands on every byte, at any pace; between frames anything may stand
-    that is no byte.
+    The line between the two transfers every byte, at any pace; between frames there may be any
+    framing errors.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Delivered(Elaboratable):
             with m.If(number == 0):
                 m.d.sync += kind.eq(byte)
 
-        # The framer stores one byte. Which it is, is told by the part that comes next.
+        # The framer stores one byte; its next part decides which.
         part, full, special = sending["part"], sending["full"], sending["special"]
         self.parts = tuple(part == k for k in range(5))
         begin, body, low, _, _ = self.parts
@@ -142,7 +142,7 @@ class Delivered(Elaboratable):
         ]
 
     def _stored(self, m: Module, taking: Inside, *, size: int) -> None:
-        """Both frames stand in the unpacker's buffer, and are read from it."""
+        """Both frames are in the unpacker's buffer, and are read from it."""
         unpacker, depth = self.unpacker, self.unpacker.depth
         half, place = taking["half"], taking["place"]
         seen, pending, held_kind = self.seen, self.pending, self.held_kind
@@ -177,7 +177,7 @@ class Delivered(Elaboratable):
         ]
 
     def _insides(self, m: Module, sending: Inside, taking: Inside, *, size: int) -> None:
-        """How far the unpacker is, by the framer's part: for induction."""
+        """State of the unpacker, by the framer's part: for induction."""
         number, seen, kind, length = self.number, self.seen, self.kind, self.length
         begin, body, low, high, finish = self.parts
         full, byte, literal = self.full, sending["byte"], sending["literal"]
@@ -191,19 +191,19 @@ class Delivered(Elaboratable):
             Assert(taking["escaped"] == sending["escaped"]),
             Assert(~sending["escaped"] | (full & sending["special"])),
             Assert(~taking["bad"]),
-            # How far the framer is.
+            # State of the framer.
             Assert(~(begin & ~full) | (number == 0)),
             Assert(~body | (number <= length * size)),
             Assert(~(low | high | finish | ending) | (number == length * size + 1)),
             Assert((number == 0) | (kind == Kind.WRITE) | (kind == Kind.READ)),
-            # What is stored.
+            # Stored words.
             Assert(seen == number - self.of_body),
             Assert(~self.of_body | ((byte == self.taken_byte) & ~literal)),
             Assert(~(self.of_body & (number == 1)) | (self.taken_byte == kind)),
             Assert(~(full & (begin | (body & (number == 0)))) | ((byte == END) & literal)),
             Assert(~(full & high) | ((byte == ours.crc[:8]) & ~literal)),
             Assert(~(full & finish) | ((byte == ours.crc[8:]) & ~literal)),
-            # How far the unpacker is.
+            # State of the unpacker.
             Assert(taking["headed"] == within),
             Assert(~within | (taking["kind"] == kind)),
             Assert(within | ((taking["place"] == 0) & (taking["count"] == 0))),
@@ -233,7 +233,7 @@ PROOFS = (
         induction=3,
         cover=range(40, 42),
         claim=f"Framer to Unpacker, words of {WORD} bits, frames of 1 and 2 words: every frame "
-        "arrives whole, once, unchanged, whatever bytes it holds, or is told to be dropped if "
+        "arrives whole, once, unchanged, whatever bytes it holds, or is reported as dropped if "
         "the one before still waits; the one that waits stays as it is",
         harness=lambda: Delivered(Framer(), Unpacker(word=WORD, lengths=LENGTHS)),
     ),

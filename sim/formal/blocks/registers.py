@@ -19,7 +19,7 @@ _EVENTS = ("saturated", "framing", "commit", "idle", "parity")
 
 
 class Bus(Elaboratable):
-    """Any initiator that keeps its word until the answer, any machine that grants what it is asked.
+    """Any initiator that holds its word until the reply, any machine that grants requests.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Bus(Elaboratable):
         self.dut = dut
 
     def elaborate(self, platform: Any) -> Module:
-        """Initiator, machine, and what each may rely on."""
+        """Initiator and machine, with their assumptions."""
         m = Module()
         dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
@@ -81,7 +81,7 @@ class Bus(Elaboratable):
         grant: Any,
         waited: Any,
     ) -> None:
-        """Writes, where the bus also chooses the program."""
+        """Writes, if the bus also chooses the program."""
         dut, bus = self.dut, self.dut.bus
         change = (
             addr[9] & ~addr[8] & (addr[:3] == PROGRAM % 8) & (w_data < dut.programs)
@@ -93,12 +93,12 @@ class Bus(Elaboratable):
         with m.If(grant & dut.switch):
             m.d.sync += program.eq(w_data)
         m.d.comb += [
-            # Granted is the write that is there, and nothing else: no phantom.
+            # Only the present write is granted: no phantom.
             Assert(~grant | (w_stb & waits & bus.w_ack & (dut.switch == change))),
-            # An acknowledged write is granted with the same cycle, or has nobody to wait for.
+            # An acknowledged write is granted in the same cycle, or need not be granted.
             Assert(~bus.w_ack | (w_stb & (grant | ~waits))),
             Assert(~w_stb | waits | bus.w_ack),
-            # It is requested from its second cycle on, until then: none is lost.
+            # It is requested from its second cycle on, until the grant: none is lost.
             Assert(dut.request == (waited & waits)),
             Assert((dut.program == program) & (dut.program < dut.programs)),
             reached(m, grant & ~dut.switch, "parameter_written"),
@@ -108,7 +108,7 @@ class Bus(Elaboratable):
             m.d.comb += reached(m, dut.program == dut.programs - 1, "last_program")
 
     def _chosen(self, m: Module, *, w_stb: Any, parameter: Any, grant: Any, waited: Any) -> None:
-        """Writes, where a port chooses the program."""
+        """Writes, if a port chooses the program."""
         dut, bus = self.dut, self.dut.bus
         choice = unknown(m, dut.choice.shape(), "choice")
         m.d.comb += [dut.choice.eq(choice), Assume(choice < dut.programs)]
@@ -147,7 +147,7 @@ class Bus(Elaboratable):
         idle: Any,
         parity: Any,
     ) -> None:
-        """What 512 to 516 hold, written down a second time."""
+        """A second model of the registers 512 to 516."""
         dut, word = self.dut, self.dut.machine.arithmetic.word
         mask = (1 << word) - 1
         flags, updates = Signal(2, name="flags"), Signal(word, name="updates")

@@ -15,7 +15,7 @@ __all__ = ["PROOFS", "Whole"]
 
 
 class Whole(Elaboratable):
-    """Any writer that begins its updates, any readers; one word of them all is followed.
+    """Any writer that begins its updates, and any readers; one word is followed.
 
     The word's index is any, but stays the same: so what holds for it holds for each, and, as the
     updates are numbered, for all words of an update together.
@@ -52,7 +52,7 @@ class Whole(Elaboratable):
         m.d.comb += [Assume(~(w_en | complete) | writing), Assume(~(begin & (complete | w_en)))]
 
         index = fixed(m, INDEX_BITS, "index")
-        # Each is the word and whether the update has written it at all.
+        # Each is the word, and whether the update has written it.
         now, newest = Signal(1 + word, name="word_now"), Signal(1 + word, name="word_newest")
         hit = w_en & (w_index == index)
         after = Signal(1 + word)
@@ -75,16 +75,16 @@ class Whole(Elaboratable):
         return m
 
     def _reader(self, m: Module, inside: Inside, k: int) -> None:
-        """A reader, the word that it holds, and its memory."""
+        """A reader, its word, and its memory."""
         port, word, write = self.dut.ports[k], self.dut.word, inside["write"]
         writing, index, now, newest = self.writing, self.index, self.now, self.newest
-        held = Signal(1 + word, name=f"word_held{k}")
+        stored_word = Signal(1 + word, name=f"word_held{k}")
         take, r_index = unknown(m, 1, f"take{k}"), unknown(m, INDEX_BITS, f"index{k}")
         m.d.comb += [port.take.eq(take), port.index.eq(r_index)]
         with m.If(take):
-            m.d.sync += held.eq(newest)
+            m.d.sync += stored_word.eq(newest)
         looked = before(m, r_index == index, f"looked{k}")
-        wanted = before(m, held, f"wanted{k}")
+        wanted = before(m, stored_word, f"wanted{k}")
         bank = inside[f"held{k}"]
         m.d.comb += [
             Assert(~(looked & wanted[-1]) | (port.value == wanted[:-1])),
@@ -94,7 +94,7 @@ class Whole(Elaboratable):
         for name, which, content in (
             ("write", write, now),
             ("newest", inside["newest"], newest),
-            ("held", bank, held),
+            ("held", bank, stored_word),
         ):
             there = inside.word(f"copy{k}", Cat(index, which))
             m.d.comb += Assert(

@@ -16,9 +16,9 @@ from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROGRAMS", "PROOFS", "Stepped", "tiny_image"]
 
-#: Cycles without a word at work after a reset, a fault or a change of program.
+#: Cycles without an executed word after a reset, a fault or a change of program.
 FILL = 3
-#: Programs, word by word: which fields are 1. The second gets its only word late.
+#: Programs, word by word: the fields that are 1. The second gets its only word late.
 PROGRAMS = (
     ("get we", "we", "get", "get_last", "emit we", "", "emit"),
     ("we", "get_last", "emit", "emit", "we"),
@@ -62,7 +62,7 @@ class Stepped(Elaboratable):
         self.dut = dut
 
     def elaborate(self, platform: Any) -> Module:
-        """``at`` is the rules' word at work; its negative values count the cycles to it."""
+        """``at`` is the executed word of the rules; negative values count the cycles to it."""
         m = Module()
         dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
@@ -83,7 +83,7 @@ class Stepped(Elaboratable):
         return m
 
     def _of(self, field: str) -> Any:
-        """A field of the word at work."""
+        """A field of the executed word."""
         longest = max(map(len, PROGRAMS))
         names = {"get": ("get", "get_last")}.get(field, (field,))
         bits = [
@@ -103,7 +103,7 @@ class Stepped(Elaboratable):
     def _rules(
         self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, request: Any, switch: Any
     ) -> None:
-        """What comes out in a cycle, and the word at work in the next."""
+        """Outputs of a cycle, and the executed word of the next."""
         dut = self.dut
         self.at = at = Signal(range(-FILL, 8), init=-FILL)
         self.begun = begun = Signal(name="begun")
@@ -157,7 +157,7 @@ class Stepped(Elaboratable):
         ]
 
     def _registers(self, m: Module, inside: Inside) -> None:
-        """Where the counter and the words in the ROM's registers are: for induction."""
+        """Counter and words in the ROM's registers: for induction."""
         dut, at, length = self.dut, self.at, self.length
         base = Array(dut.image.bases)[self.program]
         pc, fill, homes = inside["pc"], inside["fill"], inside["homes"]
@@ -169,9 +169,9 @@ class Stepped(Elaboratable):
         )
 
         def ahead(words: int) -> Any:
-            place = Signal(range(-FILL, 11), name=f"ahead{words}")
-            m.d.comb += place.eq(at + words - Mux(at + words >= length, length, 0))
-            return place
+            position = Signal(range(-FILL, 11), name=f"ahead{words}")
+            m.d.comb += position.eq(at + words - Mux(at + words >= length, length, 0))
+            return position
 
         out = inside.parts["rom0"].component.read_ports[0].data
         m.d.comb += [
@@ -190,14 +190,14 @@ class Stepped(Elaboratable):
 
     @property
     def first_get(self) -> Any:
-        """Number of the first word that gets."""
+        """Number of the first word with a get."""
         return Array(
             next(k for k, text in enumerate(words) if "get" in text) for words in PROGRAMS
         )[self.program]
 
     @property
     def last_get(self) -> Any:
-        """Number of the word that gets the last word of a record."""
+        """Number of the word with the get of a record's last word."""
         return Array(
             next(k for k, text in enumerate(words) if "get_last" in text) for words in PROGRAMS
         )[self.program]
@@ -205,7 +205,7 @@ class Stepped(Elaboratable):
     def _back_to_idle(
         self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, **_: Any
     ) -> None:
-        """Cycles in which the streams give and take, since the machine last waited at its start."""
+        """Cycles in which both streams flow, since the machine last waited at its start."""
         limit = max(map(len, PROGRAMS)) + FILL + 1
         count = Signal(range(limit + 2))
         flows = i_valid & o_ready & ~(self.swallowing & ~i_last)

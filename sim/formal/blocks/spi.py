@@ -15,21 +15,21 @@ __all__ = ["PROOFS", "Framed", "proof"]
 
 
 class Framed(Elaboratable):
-    """The pins by three watchers that know nothing of the controller, and the words.
+    """The pins, by three watchers independent of the controller, and the words.
 
     ``high_for``, ``since`` and ``edges`` watch ``cs_n`` and ``sclk`` alone: for how long ``cs_n``
     has been high (up to the stall), cycles since the last edge of any of the two, edges of ``sclk``
-    in the frame. ``half`` and ``cycle`` say where a frame stands, counted from the command: what
-    induction needs to know of the registers inside is said with them.
+    in the frame. ``half`` and ``cycle`` are the position in a frame, counted from the command; the
+    induction's assertions about the registers inside use them.
 
     Parameters
     ----------
     dut : SpiController
         Component.
     stall, setup : int
-        What the user asked for, clock cycles.
+        Requested values, clock cycles.
     whole : bool
-        Reach a second frame (else the beginning of the first: long periods).
+        Whether to reach a second frame (else the beginning of the first: long periods).
     """
 
     def __init__(self, dut: SpiController, *, stall: int, setup: int, whole: bool = True) -> None:
@@ -39,7 +39,7 @@ class Framed(Elaboratable):
         self.whole = whole
 
     def elaborate(self, platform: Any) -> Module:
-        """Rules at the pins; where a frame stands; the words."""
+        """Rules at the pins; position in a frame; the words."""
         m = Module()
         dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
@@ -64,7 +64,7 @@ class Framed(Elaboratable):
         return m
 
     def _watch(self, m: Module) -> Value:
-        """The rules at the pins; a frame begins."""
+        """The rules at the pins; returns the begin of a frame."""
         dut, period = self.dut, self.dut.half_cycles
         # After a reset a frame may have been cut short, so the stall begins anew.
         cs_before = Signal(init=1)
@@ -97,7 +97,7 @@ class Framed(Elaboratable):
     def _frame(self, m: Module, *, take: Value, payload: Signal, miso: Signal) -> None:
         """The frame, its pins and its words."""
         dut, period = self.dut, self.dut.half_cycles
-        # Where the frame stands; after a reset at the beginning of the stall.
+        # Position in the frame; after a reset the beginning of the stall.
         before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
         total = frame + dut.stall_halves
         busy = Signal(init=1)
@@ -128,7 +128,7 @@ class Framed(Elaboratable):
             Assert(dut.busy == busy),
             Assert(dut.cs_n == ~(busy & (half < frame))),
             Assert(dut.sclk == ~(clocked & ~(half - before)[0])),
-            # Each bit of the command is there before and during the whole of its clock.
+            # Each bit of the command is stable before and during its clock.
             Assert(dut.mosi == dut.o_data[-1]),
             Assert(~clocked | (dut.mosi == sent.bit_select((BITS - 1 - shifted)[:4], 1))),
             Assert(dut.o_data == ((sent << shifted) | heard)[:BITS]),
@@ -138,7 +138,7 @@ class Framed(Elaboratable):
         self.clocked, self.heard, self.shifted = clocked, heard, shifted
 
     def _registers(self, m: Module, inside: Inside) -> None:
-        """For induction: the registers inside, and what the watchers have seen by now."""
+        """For induction: the registers inside, and the state of the watchers."""
         dut, period = self.dut, self.dut.half_cycles
         before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
         total = frame + dut.stall_halves

@@ -19,7 +19,7 @@ __all__ = ["EVENTS", "PROOFS", "Mapped", "registers"]
 
 #: Kinds of events from outside.
 EVENTS = 5
-#: A word of the results that no update writes: it reads 0.
+#: A word of the results that is never written and reads 0.
 NO_RESULT = 63
 
 
@@ -44,7 +44,7 @@ def _to_results(addr: Value) -> Value:
 
 
 class Mapped(Elaboratable):
-    """Any accesses; every register is kept a second time, by its declaration.
+    """Any accesses; a second model of every register, by its declaration.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Mapped(Elaboratable):
         self.dut = dut
 
     def elaborate(self, platform: Any) -> Module:
-        """Initiator, core and results that are anything."""
+        """Any initiator, core and results."""
         m = Module()
         dut = self.dut
         m.submodules.dut = (inside := Inside(dut, platform)).module
@@ -88,11 +88,11 @@ class Mapped(Elaboratable):
             )
         )
 
-        words, kept = self._words(m, addr=addr, w_data=w_data, w_done=bus.w_ack)
-        expected, known = self._expected(m, words, addr)
-        bad = before(m, (read | (w_stb & ~waited)) & ~known, "bad_before")
+        words, stored = self._words(m, addr=addr, w_data=w_data, w_done=bus.w_ack)
+        expected, defined = self._expected(m, words, addr)
+        bad = before(m, (read | (w_stb & ~waited)) & ~defined, "bad_before")
         to_core, to_results = _to_core(addr), _to_results(addr)
-        # One word of each memory is followed, any one.
+        # One arbitrary word of each memory is followed.
         offset = fixed(m, len(dut.csr.offset), "offset")
         number = fixed(m, dut.counters.index_bits, "number")
         followed = before(
@@ -109,31 +109,31 @@ class Mapped(Elaboratable):
             reached(m, followed & (bus.r_data == 0x424F5245), "identified"),
             reached(m, core.w_stb & core_ack & waited, "core_waited"),
         ]
-        self._memories(m, inside, kept, offset=offset, number=number)
+        self._memories(m, inside, stored, offset=offset, number=number)
         return m
 
     def _expected(self, m: Module, words: Mapping[int, Any], addr: Signal) -> tuple[Value, Value]:
-        """The word of the address of the cycle before; whether that of this cycle has one."""
+        """The word at the address of the cycle before; whether that of this cycle is mapped."""
         dut = self.dut
         to_core, to_results = _to_core(addr), _to_results(addr)
         to_counters = (addr >= COUNTERS) & (addr <= COUNTERS + EVENTS)
-        own, known = Signal(32, name="own_word"), Signal(name="known")
+        word_here, defined = Signal(32, name="own_word"), Signal(name="known")
         with m.Switch(addr):
             for address, word in words.items():
                 with m.Case(address):
-                    m.d.comb += [own.eq(word), known.eq(1)]
-        word = before(m, own, "own_before")
+                    m.d.comb += [word_here.eq(word), defined.eq(1)]
+        word = before(m, word_here, "own_before")
         word = Mux(before(m, to_counters, "of_counters"), dut.counters.value, word)
         word = Mux(before(m, to_results, "of_results"), dut.results.value, word)
         word = Mux(before(m, to_core & (addr >= 512), "of_core"), dut.core.r_data, word)
-        return word, to_core | known | to_results | to_counters
+        return word, to_core | defined | to_results | to_counters
 
     def _words(
         self, m: Module, *, addr: Any, w_data: Any, w_done: Any
     ) -> tuple[dict[int, Any], dict[int, Any]]:
-        """What is read at each address, and what the memory holds there."""
+        """Word read at each address, and its word in the memory."""
         words: dict[int, Any] = {}
-        kept: dict[int, Any] = {
+        stored: dict[int, Any] = {
             r.address: Const(1 << 32 | (r.reset or 0), 33) for r in self.dut.csr.registers
         }
         for register in self.dut.csr.registers:
@@ -153,26 +153,28 @@ class Mapped(Elaboratable):
                 value = Signal(
                     width, name=f"kept_{name}", init=register.reset or 0, reset_less=True
                 )
-                words[register.address], kept[register.address] = value, value | 1 << 32
+                words[register.address], stored[register.address] = value, value | 1 << 32
                 legal = w_data[:width] < (len(register.names) or 1 << width)
                 with m.If(here & legal):
                     m.d.sync += value.eq(w_data)
                 m.d.comb += Assert(getattr(self.dut, name) == value)
-        return words, kept
+        return words, stored
 
     def _memories(
-        self, m: Module, inside: Inside, kept: dict[int, Any], *, offset: Any, number: Any
+        self, m: Module, inside: Inside, stored: dict[int, Any], *, offset: Any, number: Any
     ) -> None:
         """The block's memory and the counters': for induction."""
         dut, csr, counters = self.dut, inside.parts["csr"], inside.parts["counters"]
-        words = Array(kept.get(dut.csr.first + k, Const(0, 33)) for k in range(1 << len(offset)))
+        words = Array(stored.get(dut.csr.first + k, Const(0, 33)) for k in range(1 << len(offset)))
         m.d.comb += Assert(csr.word("memory", offset) == words[offset])
-        # Counters that no event has are 0.
-        place, step, count = counters["turn"][2:], counters["turn"][:2], dut.counters.count
+        # Counters without an event are 0.
+        counter, step, count = counters["turn"][2:], counters["turn"][:2], dut.counters.count
         scanned = counters.parts["memory"].component.read_ports[0].data
         m.d.comb += [
             Assert((number < count) | (counters.word("memory", number) == 0)),
-            Assert((place < count) | (place != number) | (step < 2) | (scanned.as_value() == 0)),
+            Assert(
+                (counter < count) | (counter != number) | (step < 2) | (scanned.as_value() == 0)
+            ),
             Assert(counters["turned"][count:] == 0),
         ]
 

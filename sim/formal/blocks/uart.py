@@ -15,7 +15,7 @@ __all__ = ["PROOFS", "LineFrame", "Sent"]
 
 
 class LineFrame:
-    """What the line has to look like: ``busy`` with bit ``number`` of a byte, in cycle ``phase``.
+    """Model of the line: ``busy`` with bit ``number`` of a byte, in cycle ``phase``.
 
     Bit 0 is the start bit, 1 to 8 are data, 9 is the stop bit. In the last cycle of bit 9 the next
     byte may be taken. ``time`` counts the cycles since the beginning of the start bit.
@@ -48,7 +48,7 @@ class LineFrame:
             ]
 
     def invariant(self, dut: Transmitter, inside: Inside) -> list[Any]:
-        """The transmitter's line, its readiness, and what induction needs to know of it."""
+        """Assertions about the transmitter's line and readiness, sufficient for induction."""
         timer, rest, busy = inside["timer"], inside["rest"], self.busy
         return [
             Assert(dut.tx == self.level),
@@ -69,7 +69,7 @@ class Sent(Elaboratable):
     dut : Transmitter
         Component.
     whole : bool
-        Reach the start bit of a second byte (else that of the first: long divisors).
+        Whether to reach the start bit of a second byte (else that of the first: long divisors).
     """
 
     def __init__(self, dut: Transmitter, *, whole: bool = True) -> None:

@@ -16,11 +16,11 @@ __all__ = ["PROOFS", "Loop"]
 
 
 class Loop(Elaboratable):
-    """Every byte arrives, once, unchanged, in order and in time, and nothing else does.
+    """Every byte arrives once, unchanged, in order and in time, and no others.
 
-    The statement is about a queue of the bytes under way, two at most. The rest is for induction:
-    the frame on the line (`uart.LineFrame`), the reception that began when the receiver saw its
-    start bit, and how far the two may be apart.
+    The statement is about a queue of the bytes under way, at most two. The rest is for induction:
+    the frame on the line (`uart.LineFrame`), the reception from the start bit on, and the limits of
+    their offset.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Loop(Elaboratable):
     receiver : Receiver
         The other; its bit time may differ within its `tolerance`.
     count : int, 1 or 2
-        So many bytes are to arrive in the proof's cover.
+        Bytes that arrive in the proof's cover.
     """
 
     def __init__(self, sender: Transmitter, receiver: Receiver, *, count: int = 2) -> None:
@@ -91,7 +91,7 @@ class Loop(Elaboratable):
         m.d.comb += reached(m, receiver.valid & (arrived == self.count - 1), "bytes_arrived")
 
     def _reception(self, m: Module, inside: Inside) -> None:
-        """Where the receiver is, from the start bit it saw on."""
+        """State of the receiver, from the start bit on."""
         frame, divisor, middle = self.frame, self.receiver.divisor, self.receiver.to_middle
         length = 10 * self.sender.divisor
         busy, got = Signal(name="r_busy"), Signal(name="got")
@@ -146,7 +146,7 @@ class Loop(Elaboratable):
         self.since, self.ran, self.byte = since, ran, byte
 
     def _together(self, m: Module) -> None:
-        """Where the reception is beside the frame and the queue: for induction."""
+        """Relations of the reception to frame and queue: for induction."""
         receiver, frame = self.receiver, self.frame
         busy, got, since, ran, byte = self.busy, self.got, self.since, self.ran, self.byte
         length = 10 * self.sender.divisor
@@ -179,7 +179,7 @@ class Loop(Elaboratable):
 
 
 def _proof(sender: int, receiver: int, *, spacing: int, short: bool = False) -> Proof:
-    # Three looks at the line have to lie in the cycles that induction sees.
+    # Three samples of the line must be within the cycles of the induction.
     count = 2 if sender < 10 else 1
     last = (10 * count + 1) * sender + 2 * spacing
     return Proof(

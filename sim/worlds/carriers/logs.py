@@ -144,7 +144,7 @@ def carrier(name: str, seed: int, *, seconds: float = 120.0) -> NineAxis:
     """
     if name not in CARRIERS:
         raise InputError.at(
-            "carrier", wanted=f"one of {[*CARRIERS]}", found=repr(name), fix="choose of these"
+            "carrier", wanted=f"one of {[*CARRIERS]}", found=repr(name), fix="choose one of these"
         )
     draw, rate_hz = CARRIERS[name]
     motion, sensors = (np.random.default_rng([seed, k]) for k in range(2))

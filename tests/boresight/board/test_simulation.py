@@ -20,8 +20,8 @@ def test_words_of_given_values() -> None:
 @pytest.mark.parametrize(
     "registers, values, message",
     [
-        (REGISTERS, {"gust": 0.0}, "feed gust: wanted an input that no sensor gives: wind, found"),
-        ({}, {"gust": 0.0}, "feed gust: wanted an input that no sensor gives: there is none, "),
+        (REGISTERS, {"gust": 0.0}, "feed gust: wanted an input without a sensor: wind, found"),
+        ({}, {"gust": 0.0}, "feed gust: wanted an input without a sensor: none declared, "),
         (REGISTERS, {"wind": 4.25}, "feed wind: wanted -4 to 4 m/s, found 4.25; choose a value"),
         (REGISTERS, {"wind": float("nan")}, "feed wind: wanted -4 to 4 m/s, found nan; "),
     ],

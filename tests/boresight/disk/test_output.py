@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from boresight.disk.manifest import NAME, Manifest
-from boresight.disk.output import OutputFile, apart, free_name, output_folder
+from boresight.disk.output import OutputFile, free_name, output_folder, require_distinct
 from boresight.model.errors import InputError
 
 
@@ -201,10 +201,10 @@ def test_two_outputs_that_are_one(tmp_path: Path) -> None:
     (tmp_path / "a").touch()
     os.link(tmp_path / "a", tmp_path / "b")
     for csv, plot in (("a", "a"), ("a", "b"), ("new", "./new")):
-        with pytest.raises(InputError, match="same file behind --csv; choose another with --plot"):
-            apart(csv=tmp_path / csv, plot=f"{tmp_path}/{plot}")
-    apart(csv=os.devnull, plot=os.devnull)
-    apart(csv=tmp_path / "a", plot=None)
+        with pytest.raises(InputError, match="same file as --csv; choose another with --plot"):
+            require_distinct(csv=tmp_path / csv, plot=f"{tmp_path}/{plot}")
+    require_distinct(csv=os.devnull, plot=os.devnull)
+    require_distinct(csv=tmp_path / "a", plot=None)
 
 
 def test_default_names_step_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

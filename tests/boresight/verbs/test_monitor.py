@@ -209,7 +209,7 @@ def test_a_table_that_cannot_be_written(tmp_path, refused) -> None:
     capture = tmp_path / "capture.bin"
     capture.write_bytes(frames([7]))
     message = refused(capture, "-q", "--csv", "/proc/none/out.csv")
-    assert "wanted a place that can be written" in message
+    assert "wanted a path that can be written" in message
 
 
 def test_no_such_port_map_or_board(tmp_path, registers, refused) -> None:

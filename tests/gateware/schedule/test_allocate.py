@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from boresight.gateware.machine import CONFIGS, Machine
-from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
+from boresight.gateware.schedule.allocate import allocate, allocate_together
 from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
@@ -39,7 +39,7 @@ def test_tenants_do_not_overlap(machine: Machine) -> None:
     for seed in range(12):
         s = schedule(random_program(seed, n_ops=60), machine, restarts=0)
         seen: dict[int, list[tuple[int, int]]] = {}
-        for t in allocate(s).tenants:
+        for t in allocate(s).live_ranges:
             if s.program.values[t.value].kind is Kind.CONST:
                 continue
             spans = seen.setdefault(t.address, [])
@@ -81,7 +81,7 @@ def test_what_outlives_a_step_is_there_to_its_last_cycle(machine: Machine) -> No
     """From the first one on; what comes or is computed, from behind its write."""
     s = schedule(wide(params=2, states=3), machine, restarts=0)
     last, program = s.length - 1, s.program
-    span = {t.value: (t.start, t.end) for t in allocate(s).tenants}
+    span = {t.value: (t.start, t.end) for t in allocate(s).live_ranges}
     kept = (Kind.PARAM, Kind.CONST, Kind.STATE)
     assert all(span[n] == (0, last) for n, v in enumerate(program.values) if v.kind in kept)
     assert all(span[after][1] == last for after in _makers(s).values())
@@ -149,10 +149,10 @@ def test_results_live_where_next_states_are_yet_to_be_written(machine: Machine) 
     a = allocate(s)
     where, depth = a.addresses(), machine.bank_depth
     nexts = {where[after]: s.write_cycle(k) for k, after in _makers(s).items()}
-    guests = [t for t in a.tenants if t.address in nexts and t.value not in _makers(s).values()]
+    guests = [t for t in a.live_ranges if t.address in nexts and t.value not in _makers(s).values()]
     assert len(guests) >= 20
     assert all(t.end < nexts[t.address] for t in guests)
-    below = {t.address for t in a.tenants if t.address % depth < depth // 2}
+    below = {t.address for t in a.live_ranges if t.address % depth < depth // 2}
     assert len(below) <= depth // 2 * machine.lanes
     # Where the lower half suffices, nobody does.
     few = schedule(crowded_program(results=60), machine, restarts=0)
@@ -180,10 +180,9 @@ def _makers(s: Schedule) -> dict[int, int]:
     return {producer[after]: after for _, after in s.program.states}
 
 
-def test_occupant_and_json() -> None:
+def test_occupant() -> None:
     s = schedule(random_program(4), CONFIGS["fast"], restarts=0)
     a = allocate(s)
     for slot in s.slots:
         assert slot.a in (a.occupant(a.addresses()[slot.a], slot.cycle), slot.a)
     assert a.occupant(511, 0) is None
-    assert Allocation.from_json(a.to_json()) == a

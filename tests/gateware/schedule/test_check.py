@@ -12,7 +12,7 @@ import pytest
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
-from boresight.gateware.schedule.allocate import Allocation, Tenant, allocate
+from boresight.gateware.schedule.allocate import Allocation, LiveRange, allocate
 from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
@@ -48,8 +48,9 @@ def readdressed(a: Allocation, value: int, address: int) -> Allocation:
     """``a`` with one value in another register."""
     return dataclasses.replace(
         a,
-        tenants=tuple(
-            dataclasses.replace(t, address=address) if t.value == value else t for t in a.tenants
+        live_ranges=tuple(
+            dataclasses.replace(t, address=address) if t.value == value else t
+            for t in a.live_ranges
         ),
     )
 
@@ -57,7 +58,7 @@ def readdressed(a: Allocation, value: int, address: int) -> Allocation:
 def mutate(rng: random.Random, s: Schedule, a: Allocation) -> tuple[str, Schedule, Allocation]:
     """One random small change."""
     slot = rng.choice(s.slots)
-    tenant: Tenant = rng.choice(a.tenants)
+    tenant: LiveRange = rng.choice(a.live_ranges)
     kind = rng.choice(
         (
             "slot",
@@ -98,7 +99,7 @@ def mutate(rng: random.Random, s: Schedule, a: Allocation) -> tuple[str, Schedul
     elif kind == "register":
         a = readdressed(a, tenant.value, tenant.address + rng.choice((-1, 1)))
     elif kind == "exchange":
-        other = rng.choice(a.tenants)
+        other = rng.choice(a.live_ranges)
         a = readdressed(readdressed(a, tenant.value, other.address), other.value, tenant.address)
     elif kind == "get":
         k = rng.randrange(len(s.gets))
@@ -247,14 +248,14 @@ def test_directed(machine: Machine) -> None:
     emit = pick(s, lambda x: x.emit == 0)
     rejected(p, changed(s, emit, emit=1), a, r": emits must be every output once")
     rejected(p, changed(s, emit, a=(emit.a + 1) % len(s.program.values)), a, r": output 0 is ")
-    tenant = next(t for t in a.tenants if s.program.values[t.value].kind is Kind.INPUT)
+    tenant = next(t for t in a.live_ranges if s.program.values[t.value].kind is Kind.INPUT)
     states = [x for x, _ in s.program.states]
     where = a.addresses()
     after = s.program.states[0][1]
     rejected(p, s, readdressed(a, tenant.value, where[states[0]]), r"wrong side of the state")
     rejected(p, s, readdressed(a, states[0], where[after]), r"must differ in bit c alone$")
     rejected(p, s, dataclasses.replace(a, initial=a.initial[1:]), r"511 initial words")
-    const = next(t for t in a.tenants if s.program.values[t.value].kind is Kind.CONST)
+    const = next(t for t in a.live_ranges if s.program.values[t.value].kind is Kind.CONST)
     rejected(p, s, readdressed(a, tenant.value, const.address), r"(overwritten|not in its bank)$")
     words = list(a.initial)
     words[const.address] ^= 1
@@ -262,7 +263,7 @@ def test_directed(machine: Machine) -> None:
     rejected(
         p,
         s,
-        dataclasses.replace(a, tenants=tuple(t for t in a.tenants if t != tenant)),
+        dataclasses.replace(a, live_ranges=tuple(t for t in a.live_ranges if t != tenant)),
         r"has no register|which is not in its bank",
     )
 

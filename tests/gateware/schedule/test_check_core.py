@@ -30,8 +30,8 @@ def moved(a: Allocation, old: int, new: int) -> Allocation:
     """Everything that lives in register ``old`` lives in ``new``."""
     return dataclasses.replace(
         a,
-        tenants=tuple(
-            dataclasses.replace(t, address=new) if t.address == old else t for t in a.tenants
+        live_ranges=tuple(
+            dataclasses.replace(t, address=new) if t.address == old else t for t in a.live_ranges
         ),
     )
 
@@ -64,9 +64,9 @@ def test_a_temporary_over_a_lasting_word(
     )
     allocations[writer] = dataclasses.replace(
         allocations[writer],
-        tenants=tuple(
+        live_ranges=tuple(
             dataclasses.replace(t, address=lasting) if t.value == victim else t
-            for t in allocations[writer].tenants
+            for t in allocations[writer].live_ranges
         ),
     )
     with pytest.raises(
@@ -161,7 +161,7 @@ def test_the_second_program_alone(machine: Machine) -> None:
 @MACHINES
 def test_other_first_words(machine: Machine) -> None:
     programs, plans, allocations = made(machine)
-    used = {t.address for a in allocations for t in a.tenants}
+    used = {t.address for a in allocations for t in a.live_ranges}
     words = list(allocations[1].initial)
     words[max(set(range(512)) - used)] ^= 1
     allocations[1] = dataclasses.replace(allocations[1], initial=tuple(words))
@@ -231,11 +231,11 @@ def test_a_link_to_another_register(offset: int) -> None:
     programs, plans, allocations, window = linked()
     number = programs[0].links[0].value
     old = allocations[0].addresses()[number]
-    tenants = tuple(
+    live_ranges = tuple(
         dataclasses.replace(t, address=old + offset) if t.value == number else t
-        for t in allocations[0].tenants
+        for t in allocations[0].live_ranges
     )
-    allocations[0] = dataclasses.replace(allocations[0], tenants=tenants)
+    allocations[0] = dataclasses.replace(allocations[0], live_ranges=live_ranges)
     with pytest.raises(ScheduleError, match=rf"^outer: sum must be read in register {old}, in the"):
         check_core(programs, plans, allocations, window)
 
@@ -260,11 +260,11 @@ def test_a_reader_that_writes_what_it_reads() -> None:
     number = programs[0].links[0].value
     address = allocations[0].addresses()[number]
     victim = next(op.dest for op in plans[0].program.ops)
-    tenants = tuple(
+    live_ranges = tuple(
         dataclasses.replace(t, address=address) if t.value == victim else t
-        for t in allocations[0].tenants
+        for t in allocations[0].live_ranges
     )
-    allocations[0] = dataclasses.replace(allocations[0], tenants=tenants)
+    allocations[0] = dataclasses.replace(allocations[0], live_ranges=live_ranges)
     with pytest.raises(ScheduleError, match=r"^outer"):
         check_core(programs, plans, allocations, window)
 

@@ -91,7 +91,7 @@ def test_the_window_leaves_room_for_other_states(config: str) -> None:
         window_of(plans) == core.image.window == Window(plans[0].machine.state_slots // 2, (1, 2))
     )
     for part in core.parts:  # what is linked is there from the first cycle to the last
-        spans = {t.value: (t.start, t.end) for t in part.allocation.tenants}
+        spans = {t.value: (t.start, t.end) for t in part.allocation.live_ranges}
         last = part.schedule.length - 1
         assert all(spans[n] == (0, last) for n in part.program.linked)
     alone = build_shared_core([Inner().compile()], config, restarts=0)

@@ -15,7 +15,7 @@ from boresight.gateware.schedule.priorities import paths, slots_after
 from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
 from boresight.gateware.schedule.slots import ScheduleError, Slot
 from boresight.gateware.schedule.state import NOTHING, ListState
-from boresight.gateware.schedule.state_rooms import state_rooms
+from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value, When
 from tests.support.random_program import random_program
@@ -125,7 +125,7 @@ def carried(
     inputs: int = 2,
     outputs: int = 2,
     next_state: int | None = None,
-    state_room: tuple[int, ...] | None = None,
+    state_quota: tuple[int, ...] | None = None,
 ) -> tuple[list[int], list[int | None]]:
     """First cycles of the ops, and of each output, the first results, the op it leaves with.
 
@@ -143,7 +143,7 @@ def carried(
     taken, names = tuple(range(X, X + inputs)), tuple(f"o{n}" for n in out)
     program = Program("carry", Arithmetic(), values, tuple(ops), taken, out, names, states, ())
     far = paths(program, CONFIGS[config], 1)
-    work = ListProblem(program, CONFIGS[config], far=far, urgent=1, state_room=state_room)
+    work = ListProblem(program, CONFIGS[config], far=far, urgent=1, state_quota=state_quota)
     attempt = list_pass(work, [priority.get(k, -1.0 - k) for k in range(work.nodes)], style)
     assert attempt is not None
     slots = work.slots(attempt)
@@ -188,7 +188,7 @@ def test_an_output_leaves_with_no_state_that_the_lane_has_no_room_for(
         Style(carry=True),
         config="fast",
         next_state=1,
-        state_room=room,
+        state_quota=room,
     )
     assert first[1] == first[0] + CONFIGS["fast"].latency and emits[0] == carrier
 
@@ -273,9 +273,9 @@ def test_ops_then_emits_each_after_what_it_reads(problem_problem: ListProblem) -
 
 def test_room_for_states(problem_problem: ListProblem) -> None:
     machine = problem_problem.machine
-    assert problem_problem.state_room == (128 // machine.lanes,) * machine.lanes
+    assert problem_problem.state_quota == (128 // machine.lanes,) * machine.lanes
     far = paths(PROGRAM, machine, 1)
-    assert ListProblem(PROGRAM, machine, far=far, urgent=1, state_room=[5]).state_room == (5,)
+    assert ListProblem(PROGRAM, machine, far=far, urgent=1, state_quota=[5]).state_quota == (5,)
 
 
 def test_who_could_capture_for_whom(problem_problem: ListProblem) -> None:
@@ -486,7 +486,7 @@ def programs(*counts: int):
 )
 def test_everybody_finds_room(config: str, counts: tuple[int, ...]) -> None:
     machine = CONFIGS[config]
-    rooms = state_rooms(programs(*counts), machine)
+    rooms = state_quotas(programs(*counts), machine)
     assert len(rooms) == len(counts)
     for room, count in zip(rooms, counts, strict=True):
         assert len(room) == machine.lanes and sum(room) >= count
@@ -496,8 +496,8 @@ def test_everybody_finds_room(config: str, counts: tuple[int, ...]) -> None:
 
 
 def test_a_single_program_has_it_all() -> None:
-    assert state_rooms(programs(16), CONFIGS["fast"]) == [(64, 64)]
-    assert state_rooms(programs(16), CONFIGS["small"]) == [(128,)]
+    assert state_quotas(programs(16), CONFIGS["fast"]) == [(64, 64)]
+    assert state_quotas(programs(16), CONFIGS["small"]) == [(128,)]
 
 
 def test_too_many() -> None:
@@ -507,4 +507,4 @@ def test_too_many() -> None:
         match=rf"^{name} 100, {name} 29: 129 states, the small machine has "
         r"room for 128; config small-1024 has more$",
     ):
-        state_rooms(programs(100, 29), CONFIGS["small"])
+        state_quotas(programs(100, 29), CONFIGS["small"])

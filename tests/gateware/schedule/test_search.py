@@ -209,7 +209,7 @@ def test_errors() -> None:
         match=r"^random_1_32_10: 9 states, the fast machine has room "
         r"for 8; config fast-1024 has more$",
     ):
-        schedule(crowd, FAST, state_room=(3, 5))
+        schedule(crowd, FAST, state_quota=(3, 5))
     with pytest.raises(ScheduleError, match=r"must have the same arithmetic"):
         schedule(p, dataclasses.replace(FAST, arithmetic=Arithmetic(24)))
     with pytest.raises(ValueError, match=r"^urgent must be 0 to \d+, not -1$"):

@@ -108,7 +108,7 @@ def test_inputs_take_the_words_of_the_sensors() -> None:
     for word, seen in ((-(2**31), 0.0), (2**31 - 1, 0.1), (2**28, 2**-5)):
         out = run.update(np.array([[0], [0], [word], [0]]))[0][0, 0]
         assert abs(programs[0].format(programs[0].outputs[0]).real(out) - seen) < 1e-6
-    assert made.inputs[0].given is None, "the caller's object changed"
+    assert made.inputs[0].source_format is None, "the caller's object changed"
 
 
 def test_filters_stay_as_they_are() -> None:
@@ -157,5 +157,5 @@ def test_registers_of_one_name_must_fit_each_other() -> None:
     many = [estimator(*names[k : k + 11]) for k in (0, 11, 22)]
     for k, e in enumerate(many):
         e.name = f"many{k}"
-    with pytest.raises(InputError, match=r"wanted 32 or fewer inputs that no sensor gives"):
+    with pytest.raises(InputError, match=r"wanted 32 or fewer inputs without a sensor"):
         system_estimators(many)

@@ -282,7 +282,7 @@ def test_what_may_be_left_out_and_what_is_ignored() -> None:
 def test_the_place_of_what_does_not_fit(data: Any, place: str, value: Any) -> None:
     with pytest.raises(Malformed) as error:
         typed(Tree, data)
-    assert (error.value.place, error.value.value) == (place, value)
+    assert (error.value.location, error.value.value) == (place, value)
 
 
 # -- identifiers and comments out of any text -----------------------------------------------------
@@ -306,7 +306,13 @@ def test_identifier(name: str, wanted: str) -> None:
 
 
 def test_unique() -> None:
-    assert unique(["a", "A", "a_2", "b", "a"], taken=["B"]) == ["a", "A_2", "a_2_2", "b_2", "a_3"]
+    assert unique(["a", "A", "a_2", "b", "a"], reserved=["B"]) == [
+        "a",
+        "A_2",
+        "a_2_2",
+        "b_2",
+        "a_3",
+    ]
 
 
 @pytest.mark.parametrize(

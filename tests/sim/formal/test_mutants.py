@@ -184,8 +184,8 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ("system bus", "csr.w_en.eq(ours & ours_csr)", "csr.w_en.eq(ours)"),
         ("system bus", "core.w_stb.eq(bus.w_stb & is_core)", "core.w_stb.eq(bus.w_stb)"),
         ("system bus", "ours.eq(bus.w_stb & ~is_core & ~ours)", "ours.eq(bus.w_stb & ~is_core)"),
-        ("results", "_free(newest, *held)", "_free(newest)"),
-        ("results", "_free(newest, *held)", "_free(*held)"),
+        ("results", "_free(newest, *banks)", "_free(newest)"),
+        ("results", "_free(newest, *banks)", "_free(*banks)"),
         (
             "results",
             "r_port.addr.eq(Cat(port.index, bank))",

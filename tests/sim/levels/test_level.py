@@ -285,7 +285,7 @@ def test_a_fifth_level_is_one_more_file(tmp_path: Path, monkeypatch: pytest.Monk
     here = Path(registry.__file__).parent
     monkeypatch.setattr(boresight.sim.levels, "__path__", [str(here), str(tmp_path)])
     try:
-        found = registry.found()
+        found = registry.all_levels()
     finally:
         sys.modules.pop("boresight.sim.levels.netlist", None)
     assert list(found) == ["numpy", "float", "fixed", "c", "netlist", "rtl"]

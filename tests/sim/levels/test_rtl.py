@@ -9,6 +9,7 @@ import pytest
 
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.estimator import State
 from boresight.model.estimators import estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
@@ -30,12 +31,18 @@ from tests.support.track import Track
 # -- the core's Verilog as a level: records, closed loops, and every word of an update ------------
 
 
+class Narrow(Leaky):
+    """Its state saturates."""
+
+    states = (State("y", -0.5, 0.5, "m", 0.25),)
+
+
 RECORDS = np.random.default_rng(3).uniform(-1, 1, (60, 2)) * [2.0, 1.0]
 
 
 def test_steps_and_records() -> None:
     """One build: words, cycles, resets."""
-    build = Build(Leaky(), word=18)
+    build = Build(Narrow(), word=18)
     wanted = Interpreted(build).run(RECORDS)
     assert wanted.saturated is not None and wanted.words is not None
     assert (wanted.words < 0).any() and wanted.saturated.any() and not wanted.saturated.all()
@@ -75,7 +82,7 @@ def test_steps_and_records() -> None:
 def test_a_step_takes_the_cycles_of_the_schedule(
     interval: int, latency: int, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    level = Simulated(Build(Leaky(), word=18))
+    level = Simulated(Build(Narrow(), word=18))
     plan = level.schedule
     changed = SimpleNamespace(
         interval=plan.interval + interval, latencies=[n + latency for n in plan.latencies]
@@ -87,7 +94,7 @@ def test_a_step_takes_the_cycles_of_the_schedule(
 
 def test_every_word_of_an_update() -> None:
     """Named by where and when the lanes write."""
-    level = Simulated(Build(Leaky(), word=18))
+    level = Simulated(Build(Narrow(), word=18))
     program = level.schedule.program
     machine = Interpreter(program)
     for row in words_of(level.program, RECORDS[:7]):
@@ -119,7 +126,7 @@ class Other(Leaky):
 
 def test_every_word_of_the_first_update_of_a_shared_core() -> None:
     """What the core does until the program is selected does not count."""
-    build = Build(Leaky(), Other(), word=18)
+    build = Build(Narrow(), Other(), word=18)
     for number in (0, 1):
         level = Simulated(build, number)
         machine = Interpreter(level.schedule.program)
@@ -137,7 +144,7 @@ def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_icarus_is_not_waited_for() -> None:
-    build = Build(Leaky(), word=18)
+    build = Build(Narrow(), word=18)
     cycles = build.core.schedule.interval
     assert Simulated(build).most is None
     assert Simulated(build, tool="icarus").most == module.ICARUS_CYCLES // cycles > 1
@@ -149,7 +156,7 @@ def test_what_was_never_made_is_closed_quietly() -> None:
         def core(self) -> Any:
             raise OSError("no room")
 
-    level = Simulated(Broken(Leaky()))
+    level = Simulated(Broken(Narrow()))
     with pytest.raises(OSError, match="no room"):
         level.run(RECORDS)
     level.close()

@@ -102,7 +102,7 @@ def test_json(tmp_path: Path) -> None:
         (b"", "an empty file"),
         (b"  \n", "an empty file"),
         (b"\0\0\0", "no JSON in line 1, column 1"),
-        (b"\xff\xfe", "bytes that are no UTF-8 text"),
+        (b"\xff\xfe", "bytes that are not UTF-8 text"),
         (b'{"a": 1\n b}', "no JSON in line 2, column 2"),
         (b"[NaN]", "NaN, which JSON does not have"),
         (b"[-Infinity]", "-Infinity, which JSON does not have"),
@@ -338,12 +338,12 @@ def test_steps() -> None:
          "found bool, shape (1,); store one for each sample"),
         ({"restart": np.zeros(4), "t": T}, "walk.npz, array restart: wanted truth values, shape "
          "(4,), found float64, shape (4,); "),
-        ({"restart": [True], "t": [1.0]}, "walk.npz: wanted two rows or more, to know the time "
-         "step, found one; "),
+        ({"restart": [True], "t": [1.0]}, "walk.npz: wanted two rows or more, for a time step, "
+         "found one; "),
         ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75, that of the row before, found "
          "0.75; "),
         ({"z": np.array([1.0, np.inf])}, "walk.npz, z[1]: wanted a finite number, found an infin"),
-        ({"z": np.array([None])}, "walk.npz: wanted an .npz archive of plain arrays, found someth"),
+        ({"z": np.array([None])}, "walk.npz: wanted an .npz archive of plain arrays, found a file"),
     ],
 )  # fmt: skip
 def test_archive_refused(arrays: Any, message: str) -> None:
@@ -361,7 +361,7 @@ def array_alone() -> bytes:
 def test_what_is_no_archive(content: bytes) -> None:
     with pytest.raises(
         InputError,
-        match=r"^walk\.npz: wanted an \.npz archive of plain arrays, found something that cannot "
+        match=r"^walk\.npz: wanted an \.npz archive of plain arrays, found a file that cannot "
         r"be read as one; write it with numpy\.savez; a CSV log must not be named \.npz$",
     ):
         parse_npz(ARCHIVE_PATH, content)

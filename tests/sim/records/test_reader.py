@@ -116,9 +116,9 @@ def test_time_steps() -> None:
         ({"z": [250.0, 1.0]}, {"z": "cm"}, "record, z[0]: wanted -2 to 2 m, the declared range, "
          "found 2.5; "),
         ({}, {"z": "kg"}, "log 'walk', column z: wanted a unit that converts to m, found kg (kg "
-         "is no m); correct the unit in the header"),
+         "is not m); correct the unit in the header"),
         ({}, {"c": "m"}, "log 'walk', column c: wanted a unit that converts to a plain number, "
-         "found m (m is no plain number); "),
+         "found m (m is not a plain number); "),
         ({}, {"plain": "xyzzy"}, "log 'walk', column plain: wanted a unit that converts to rad/s, "
          "found xyzzy (unit 'xyzzy' is not known); "),
         ({"t": [0.0, 1.0]}, {"t": "m"}, "log 'walk', column t: wanted a unit that converts to s, "),
@@ -333,7 +333,7 @@ def test_each_ends_at_its_sample_and_the_first_is_the_median() -> None:
 
 @pytest.mark.parametrize("t", [[], [1.0]])
 def test_one_sample_has_no_step(t: list[float]) -> None:
-    message = "log 'a': wanted two rows or more, to know the time step, found one; use a longer "
+    message = "log 'a': wanted two rows or more, for a time step, found one; use a longer "
     with pytest.raises(InputError, match=f"^{re.escape(message)}log, or give a column dt$"):
         steps_of("log 'a'", np.array(t))
 

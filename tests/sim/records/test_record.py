@@ -111,7 +111,9 @@ def test_values_in_a_unit() -> None:
     made = Record("r", {"a": Column(np.array([2.0]), "km"), "b": Column(np.array([3.0]))})
     assert made.values("a", "m").tolist() == [2000.0] and made.values("b", "m").tolist() == [3.0]
     assert made.values("a", "bits") is made.columns["a"].values
-    message = "log 'r', column a: wanted a unit that converts to s, found km (km is no s); correct "
+    message = (
+        "log 'r', column a: wanted a unit that converts to s, found km (km is not s); correct "
+    )
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         made.values("a", "s")
 
@@ -150,7 +152,7 @@ def test_of_records() -> None:
         ({"z": [1j]}, "mine, column z: wanted real numbers, shape (n,), found complex128, shape"),
         ({"z": np.array(["2020-01-01"], dtype="M8[D]")}, "mine, column z: wanted real numbers"),
         ({"z": [[1.0], [1.0, 2.0]]}, "mine, column z: wanted real numbers, shape (n,), found list, "
-         "of which numpy makes no array; convert it"),
+         "not convertible to an array; convert it"),
         ({"z": [1.0], " z[m]": [1.0]}, "mine: wanted every column once, found two named z; keep "),
         ({}, "record 'mine': wanted columns with one value for each sample, at least one, found "),
     ],
@@ -351,18 +353,18 @@ def test_units_there_and_back() -> None:
 @pytest.mark.parametrize(
     "have, want, message",
     [
-        ("g", "m/s^2", "g is no m/s^2"),
-        ("deg/s", "uT", "deg/s is no uT"),
-        ("m", "", "m is no plain number"),
-        ("deg/sec^2", "deg/s", "deg/sec^2 is no deg/s"),
+        ("g", "m/s^2", "g is not m/s^2"),
+        ("deg/s", "uT", "deg/s is not uT"),
+        ("m", "", "m is not a plain number"),
+        ("deg/sec^2", "deg/s", "deg/sec^2 is not deg/s"),
         ("furlongs per", "m", "unit 'furlongs per' is not known"),
         ("m", "xyzzy", "unit 'xyzzy' is not known"),
         ("m +", "m", "unit 'm +' is not known"),
         ("mgaussian", "uT", "unit 'mgaussian' is not known"),
-        ("Hz", "rad/s", "Hz is no rad/s: one counts cycles or events, one an angle"),
-        ("deg/s", "Hz", "deg/s is no Hz: one counts cycles or events, one an angle"),
-        ("kHz", "rpm", "kHz is no rpm: one counts cycles or events, one an angle"),
-        ("rad/s^2", "1/s^2", "rad/s^2 is no 1/s^2: one counts cycles or events, one an angle"),
+        ("Hz", "rad/s", "Hz is not rad/s: one counts cycles or events, one an angle"),
+        ("deg/s", "Hz", "deg/s is not Hz: one counts cycles or events, one an angle"),
+        ("kHz", "rpm", "kHz is not rpm: one counts cycles or events, one an angle"),
+        ("rad/s^2", "1/s^2", "rad/s^2 is not 1/s^2: one counts cycles or events, one an angle"),
     ],
 )
 def test_units_refused(have: str, want: str, message: str) -> None:

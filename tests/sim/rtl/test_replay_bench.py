@@ -19,7 +19,7 @@ from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
-from boresight.sim.rtl.sharing import completed, deal, rounds, run_in_turns
+from boresight.sim.rtl.sharing import completed, random_turns, rounds, run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
 
@@ -206,14 +206,14 @@ def test_no_core_is_refused():
 
 @pytest.mark.parametrize("counts", [(5,), (100, 3, 0), (40, 40, 40, 40)])
 def test_deal_gives_every_record_once_and_in_order(counts):
-    turns = deal(counts, seed=3, longest=7)
-    assert turns == deal(counts, seed=3, longest=7)
+    turns = random_turns(counts, seed=3, longest=7)
+    assert turns == random_turns(counts, seed=3, longest=7)
     assert all(1 <= t.stop - t.start <= 7 for t in turns)
     for number, count in enumerate(counts):
         records = [k for t in turns if t.number == number for k in range(t.start, t.stop)]
         assert records == list(range(count))
     if len(counts) == 4:
-        assert deal(counts, seed=4, longest=7) != turns
+        assert random_turns(counts, seed=4, longest=7) != turns
         owners = [t.number for t in turns]
         assert sum(a != b for a, b in zip(owners, owners[1:], strict=False)) > 10
 

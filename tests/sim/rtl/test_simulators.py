@@ -19,10 +19,10 @@ import pytest
 from boresight.gateware.core import build_core
 from boresight.model.errors import ToolMissing
 from boresight.sim.rtl import cosim, simulators, verilator
-from boresight.sim.rtl import plain_room as module
+from boresight.sim.rtl import plain_folder as module
 from boresight.sim.rtl.compiled import RESET_CYCLES, Compiled, build
 from boresight.sim.rtl.cosim import CocotbSimulation, quiet
-from boresight.sim.rtl.plain_room import plain_room
+from boresight.sim.rtl.plain_folder import plain_folder
 from boresight.sim.rtl.replay import RegisterWrite, ReplayFailed
 from boresight.sim.rtl.runtime_objects import launcher
 from boresight.sim.rtl.simulators import (
@@ -418,7 +418,7 @@ def test_plain_path_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, o
     (tmp_path / odd).mkdir()
     (tmp_path / odd / "file").write_text("content")
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / odd))
-    with plain_room({"there": tmp_path / odd}) as room:
+    with plain_folder({"there": tmp_path / odd}) as room:
         assert re.fullmatch(r"[\w/.+-]+", os.path.realpath(room), re.ASCII)
         assert stat.S_IMODE(room.stat().st_mode) == 0o700
         assert (room / "there" / "file").read_text() == "content"
@@ -432,21 +432,21 @@ def test_a_link_to_an_odd_folder_is_seen_through(
     (tmp_path / "with space").mkdir()
     (tmp_path / "plain").symlink_to(tmp_path / "with space")
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "plain"))
-    with plain_room({}) as room:
+    with plain_folder({}) as room:
         assert " " not in os.path.realpath(room)
 
 
 def test_a_plain_temporary_folder_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plain = tempfile.mkdtemp(prefix="plain-", dir="/tmp")
     monkeypatch.setattr(tempfile, "tempdir", plain)
-    with plain_room({}) as room:
+    with plain_folder({}) as room:
         assert room.parent == Path(plain)
     os.rmdir(plain)
 
 
 def test_none_is_plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module.os, "access", lambda folder, how: False)
-    with pytest.raises(ToolMissing, match="set TMPDIR"), plain_room({}):
+    with pytest.raises(ToolMissing, match="set TMPDIR"), plain_folder({}):
         pass
 
 

@@ -138,7 +138,7 @@ def test_reads_the_attitude_of_the_filter() -> None:
     program = attitude.compile()
     for i in pointing.inputs[:7]:
         output = program.outputs[program.output_names.index(i.source.removeprefix("satcom."))]
-        frac = i.given.frac if i.given else None
+        frac = i.source_format.frac if i.source_format else None
         assert frac in (None, program.format(output).frac)
     assert not any(i.source for i in pointing.inputs[7:])
     core = build_shared_core([attitude.compile(), pointing.compile()], "small")

@@ -272,7 +272,7 @@ def test_refused(folder, tmp_path):
         accuracy("complementary", folder / "none")
     blocker = tmp_path / "file"
     blocker.write_text("")
-    with pytest.raises(InputError, match=r"a place that can be written"):
+    with pytest.raises(InputError, match=r"a path that can be written"):
         accuracy("complementary", log, jobs=1, output=blocker)
 
 

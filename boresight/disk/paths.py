@@ -1,4 +1,4 @@
-"""Where a result is to go, looked at before the work that makes it."""
+"""Checks of the paths of results, made before the work that computes them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = [
     "absolute",
     "descriptor_of",
     "is_stream",
-    "made_folders",
+    "created_folders",
     "refusal",
     "refuse_inputs",
     "require_folder",
@@ -45,54 +45,54 @@ _KINDS = {
 
 
 def refusal(path: StrPath, error: OSError | ValueError, option: str) -> InputError:
-    """What to tell when the system refuses a place."""
+    """Message for a path that the operating system refuses."""
     text = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return InputError.at(
         shown(path),
-        wanted="a place that can be written",
+        wanted="a path that can be written",
         found=text if text[1:2].isupper() else text[0].lower() + text[1:],
         fix=f"choose another with {option}, or change its permissions",
     )
 
 
 def shown(path: StrPath) -> str:
-    """A path for people: relative where it is below the working folder."""
+    """A path for messages: relative if it is below the working folder."""
     text = os.fspath(path)
     here = os.path.join(os.getcwd(), "")
     return text[len(here) :] if text.startswith(here) and text != here else text
 
 
 def absolute(path: StrPath, option: str) -> Path:
-    """The path, absolute, with the links in its folder followed but not the last one.
+    """Return the absolute path, with links resolved in its folder but not in its last part.
 
     Raises
     ------
     InputError
-        It is empty.
+        The path is empty.
     """
     text = os.fspath(path)
     if not text.strip():
         raise InputError.at(
-            option, wanted="a name", found="an empty one", fix=f"write one behind {option}"
+            option, wanted="a name", found="an empty one", fix=f"write a name after {option}"
         )
     whole = os.path.abspath(text)
     return Path(os.path.realpath(os.path.dirname(whole)), os.path.basename(whole))
 
 
 def descriptor_of(path: StrPath) -> int | None:
-    """Number of the open file that the path stands for (``/dev/stdout``); None: it is no such."""
+    """Descriptor that a path such as ``/dev/stdout`` stands for; None for other paths."""
     text = os.path.normpath(os.fspath(path))
     numbered = _NUMBERED.fullmatch(text)
     return int(numbered[1]) if numbered else _DESCRIPTORS.get(text)
 
 
 def is_stream(path: Path, option: str) -> bool:
-    """Whether a path leads to something that is written through: a character device or a FIFO.
+    """Whether a path leads to a character device or a FIFO, which are written through.
 
     Raises
     ------
     InputError
-        It leads to what holds no result: a folder, a block device, a socket.
+        It leads to a folder, a block device or a socket.
     """
     try:
         kind = stat.S_IFMT(path.stat().st_mode)
@@ -111,34 +111,34 @@ def is_stream(path: Path, option: str) -> bool:
 
 
 def require_ours(path: Path, option: str) -> None:
-    """Refuse to overwrite or remove a file that Boresight did not write, or not so.
+    """Refuse to overwrite or remove a file that Boresight did not write or that was changed.
 
     Raises
     ------
     InputError
-        The file is somebody's.
+        Boresight did not write the file, or it was changed since, or it is write-protected.
     """
-    found = state(path)
-    if found is State.FOREIGN and path.is_symlink():
-        found = state(Path(os.path.realpath(path)))
-    if found not in (State.ABSENT, State.OURS):
+    whose = state(path)
+    if whose is State.FOREIGN and path.is_symlink():
+        whose = state(Path(os.path.realpath(path)))
+    if whose not in (State.ABSENT, State.OURS):
         raise InputError.at(
             shown(path),
-            wanted="a free name, or a file as boresight wrote it",
-            found=f"a file {found.value}",
-            fix=f"move it away, or choose another place with {option}",
+            wanted="a free name, or an unchanged file written by boresight",
+            found=f"a file {whose.value}",
+            fix=f"move it away, or choose another path with {option}",
         )
-    if found is State.OURS and not path.stat().st_mode & 0o222:
+    if whose is State.OURS and not path.stat().st_mode & 0o222:
         raise InputError.at(
             shown(path),
             wanted="a file that can be written",
             found="a write-protected one",
-            fix=f"allow writing, or choose another place with {option}",
+            fix=f"allow writing, or choose another path with {option}",
         )
 
 
 def require_folder(path: Path) -> None:
-    """OSError unless files can be made in a folder, or the folder itself can."""
+    """Raise OSError unless files can be made in the folder, or the folder is still missing."""
     if not path.exists():
         return
     if not path.is_dir():
@@ -148,7 +148,7 @@ def require_folder(path: Path) -> None:
 
 
 def require_no_circle(path: Path) -> None:
-    """OSError if a symbolic link leads back to itself, or to a place whose folder is missing."""
+    """Raise OSError if a symbolic link leads to itself or into a missing folder."""
     target = os.path.realpath(path)
     if os.path.islink(target):
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
@@ -157,13 +157,13 @@ def require_no_circle(path: Path) -> None:
 
 
 def require_open(descriptor: int) -> None:
-    """OSError unless a descriptor is open for writing."""
+    """Raise OSError unless a descriptor is open for writing."""
     if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
         raise OSError(errno.EBADF, "not open for writing")
 
 
 def require_open_stream(path: Path) -> None:
-    """OSError unless a device or a FIFO can be written; a full device (``/dev/full``) says so."""
+    """Raise OSError unless a device or a FIFO can be written; also for ``/dev/full``."""
     if not os.access(path, os.W_OK):
         raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(path))
     if path.is_char_device():
@@ -177,12 +177,12 @@ def require_open_stream(path: Path) -> None:
 def same_file(a: StrPath, b: StrPath) -> bool:
     """Whether two paths lead to one existing file (other than a terminal or ``/dev/null``)."""
     try:
-        one, other = os.stat(a), os.stat(b)
+        first, second = os.stat(a), os.stat(b)
     except (OSError, ValueError):
         return False
-    if not os.path.samestat(one, other):
+    if not os.path.samestat(first, second):
         return False
-    return not stat.S_ISCHR(one.st_mode) or not _shared_device(a)
+    return not stat.S_ISCHR(first.st_mode) or not _shared_device(a)
 
 
 def _shared_device(path: StrPath) -> bool:
@@ -193,51 +193,51 @@ def _shared_device(path: StrPath) -> bool:
 
 
 def refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
-    """Refuse an output that is one of the inputs, by whatever names.
+    """Refuse an output that is one of the inputs, also under another name.
 
     Raises
     ------
     InputError
-        It is.
+        The output is one of the inputs.
     """
-    for given in inputs:
-        if same_file(path, given):
+    for source in inputs:
+        if same_file(path, source):
             raise InputError.at(
                 shown(path),
-                wanted="an output that is no input",
-                found=f"the same file as the input {os.fspath(given)}",
+                wanted="an output that is not an input",
+                found=f"the same file as the input {os.fspath(source)}",
                 fix=f"choose another with {option}",
             )
 
 
 @contextmanager
-def made_folders(folder: Path, *, keep: bool = True) -> Iterator[None]:
-    """Make a folder and those above it for the block.
+def created_folders(folder: Path, *, keep: bool = True) -> Iterator[None]:
+    """Make a folder and its parents for the block.
 
-    If the block fails, or without ``keep``, those made here go again, as far as they are empty.
+    If the block fails, or if ``keep`` is False, those made here are removed if empty.
 
     Raises
     ------
     OSError
-        They cannot be made.
+        A folder cannot be made.
     """
     missing = []
     at = folder
     while not at.exists() and not at.is_symlink():
         missing.append(at)
         at = at.parent
-    made: list[Path] = []
+    created: list[Path] = []
     failed = True
     try:
         for each in reversed(missing):
-            with suppress(FileExistsError):  # somebody else's then
+            with suppress(FileExistsError):  # made by another process meanwhile
                 each.mkdir()
-                made.append(each)
+                created.append(each)
         if not folder.is_dir():
-            raise NotADirectoryError(errno.ENOTDIR, "a file, no folder")
+            raise NotADirectoryError(errno.ENOTDIR, "a file, not a folder")
         yield
         failed = False
     finally:
-        for each in reversed(made) if failed or not keep else ():
+        for each in reversed(created) if failed or not keep else ():
             with suppress(OSError):
                 each.rmdir()

@@ -1,7 +1,7 @@
-"""A temporary folder whose path every tool can take, with links to what lies elsewhere.
+"""A temporary folder with a path that is legal for every tool, and links to other folders.
 
-Make takes no blank in a path, Verilator's launcher no character that a shell reads, and both write
-what they are given into rules and commands. So they never see where the user's files are.
+Make accepts no blank in a path, Verilator's launcher no special character of the shell, and both
+write paths into rules and commands. Through the links they never see the paths of users' files.
 """
 
 from __future__ import annotations
@@ -15,32 +15,32 @@ from pathlib import Path
 
 from boresight.model.errors import ToolMissing
 
-__all__ = ["plain_room"]
+__all__ = ["plain_folder"]
 
 _PLAIN = re.compile(r"[A-Za-z0-9_./+-]+")
 
 
 @contextmanager
-def plain_room(links: Mapping[str, Path]) -> Iterator[Path]:
-    """A new folder of ours alone, removed at the end.
+def plain_folder(links: Mapping[str, Path]) -> Iterator[Path]:
+    """Make a private folder for the block; it is removed at the end.
 
     Parameters
     ----------
     links : mapping
-        Name in the folder -> what a link of that name leads to.
+        Targets of links, by their name in the folder.
 
     Raises
     ------
     ToolMissing
         No temporary folder has a plain path.
     """
-    with tempfile.TemporaryDirectory(prefix="boresight-", dir=_plain_folder()) as name:
+    with tempfile.TemporaryDirectory(prefix="boresight-", dir=_temporary_folder()) as name:
         for link, target in links.items():
             (Path(name) / link).symlink_to(target)
         yield Path(name)
 
 
-def _plain_folder() -> str:
+def _temporary_folder() -> str:
     candidates = [tempfile.gettempdir(), "/tmp", "/var/tmp", "/dev/shm"]
     for folder in map(os.path.realpath, candidates):
         if _PLAIN.fullmatch(folder) and os.access(folder, os.W_OK | os.X_OK):

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from boresight.disk import cache
-from boresight.gateware import kept_schedules
+from boresight.gateware import schedule_cache
 from boresight.gateware.core import build_core
-from boresight.gateware.kept_schedules import digest_of_sources, kept_schedule
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.gateware.schedule_cache import cached_schedule, digest_of_sources
 from boresight.model.words.program import Kind, Program
 from tests.support.random_program import random_program
 
@@ -35,12 +35,12 @@ def searches(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         done.append(machine.name)
         return schedule(program, machine, restarts=2, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(kept_schedules, "schedule", search)
+    monkeypatch.setattr(schedule_cache, "schedule", search)
     return done
 
 
 def kept(program: Program, machine: Machine = SMALL, **options) -> Schedule:
-    return kept_schedule(program, machine, **{"urgent": None, "state_room": (9, 9), **options})
+    return cached_schedule(program, machine, **{"urgent": None, "state_quota": (9, 9), **options})
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])
@@ -68,7 +68,7 @@ def other_start(program: Program) -> Program:
         lambda p: kept(p, CONFIGS["fast"]),
         lambda p: kept(p, dataclasses.replace(SMALL, rom_words=2048)),
         lambda p: kept(p, urgent=1),
-        lambda p: kept(p, state_room=(8, 9)),
+        lambda p: kept(p, state_quota=(8, 9)),
     ],
 )
 def test_whatever_decides_it_is_in_the_key(
@@ -90,7 +90,7 @@ def test_another_version_of_what_decides_it_searches_anew(
     name: str, value: object, searches: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept(random_program(1))
-    monkeypatch.setattr(f"boresight.gateware.kept_schedules.{name}", value)
+    monkeypatch.setattr(f"boresight.gateware.schedule_cache.{name}", value)
     kept(random_program(1))
     assert len(searches) == 2
 
@@ -115,8 +115,8 @@ def test_a_changed_source_changes_the_digest(tmp_path: Path) -> None:
 
 
 def test_the_digest_is_of_our_sources() -> None:
-    rooms = [Path(kept_schedules.__file__).parent.parent / name for name in ("model", "gateware")]
-    assert digest_of_sources(rooms) == kept_schedules._SOURCES
+    rooms = [Path(schedule_cache.__file__).parent.parent / name for name in ("model", "gateware")]
+    assert digest_of_sources(rooms) == schedule_cache._SOURCES
     assert {p.name for p in rooms[1].rglob("*.py")} > {"search.py", "list_pass.py", "machine.py"}
     assert {p.name for p in rooms[0].rglob("*.py")} > {"rounded.py", "program.py"}
 

@@ -1,4 +1,4 @@
-"""Schedules in the build cache: a search takes seconds, and gives the same on every machine."""
+"""Schedule cache: stores results of the scheduler's search, which takes seconds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FILE = "schedule.json"
 
 
 def digest_of_sources(folders: Iterable[Path]) -> str:
-    """SHA-256 of all Python sources below folders: their names there and their texts."""
+    """SHA-256 of all Python sources below folders: relative names and texts."""
     digest = hashlib.sha256()
     for folder in folders:
         for path in sorted(folder.rglob("*.py")):
@@ -32,44 +32,46 @@ def digest_of_sources(folders: Iterable[Path]) -> str:
     return digest.hexdigest()
 
 
-#: All that this room may import (`tests/test_import_rule.py`), as it was when it was imported.
+#: Digest of all sources that the scheduler may import (`tests/test_import_rule.py`).
 _SOURCES = digest_of_sources(
     Path(folder) for room in (boresight.model, boresight.gateware) for folder in room.__path__
 )
 
 
-def kept_schedule(
-    program: Program, machine: Machine, *, urgent: int | None, state_room: Sequence[int]
+def cached_schedule(
+    program: Program, machine: Machine, *, urgent: int | None, state_quota: Sequence[int]
 ) -> Schedule:
-    """`gateware.schedule.search.schedule` at its own effort, searched for once.
+    """Return `gateware.schedule.search.schedule` at default effort, from the cache if possible.
 
-    What the cache holds is no more trusted than a search: `gateware.core` proves either.
+    `gateware.core` proves schedules from the cache as well as new ones.
 
     Raises
     ------
     ScheduleError
         The program does not fit.
     InputError
-        The limit of the build cache is set to no number.
+        The limit of the build cache is not a number.
     """
     versions = (sys.version, importlib.metadata.version("mpmath"))
-    identity = repr((_SOURCES, versions, program.to_json(), machine, urgent, tuple(state_room)))
-    found: list[Schedule] = []
+    identity = repr((_SOURCES, versions, program.to_json(), machine, urgent, tuple(state_quota)))
+    schedules: list[Schedule] = []
 
     def search(folder: Path) -> None:
-        plan = schedule(program, machine, urgent=urgent, state_room=state_room)
-        found.append(plan)
+        plan = schedule(program, machine, urgent=urgent, state_quota=state_quota)
+        schedules.append(plan)
         text = json.dumps([[astuple(slot) for slot in plan.slots], plan.gets, plan.length])
         (folder / _FILE).write_text(text, encoding="utf-8")
 
     try:
         entry = Cache().get(f"schedule-{program.name}", identity, search)
-    except OSError:  # no room in the cache: a schedule can do without
+    except OSError:  # the cache cannot be written: search without it
         return (
-            found[0] if found else schedule(program, machine, urgent=urgent, state_room=state_room)
+            schedules[0]
+            if schedules
+            else schedule(program, machine, urgent=urgent, state_quota=state_quota)
         )
-    if found:
-        return found[0]
+    if schedules:
+        return schedules[0]
     slots, gets, length = json.loads((entry.path / _FILE).read_text(encoding="utf-8"))
     return Schedule(
         program=with_copies(program),

@@ -15,11 +15,11 @@ import pytest
 from boresight.disk import manifest
 from boresight.disk.clear import clear
 from boresight.disk.output import OutputFile
-from boresight.disk.place import (
+from boresight.disk.paths import (
     absolute,
+    created_folders,
     descriptor_of,
     is_stream,
-    made_folders,
     refusal,
     refuse_inputs,
     require_folder,
@@ -51,7 +51,7 @@ def test_the_last_link_is_not_followed(here: Path) -> None:
     (here / "real" / "link").symlink_to("elsewhere")
     assert absolute("folder/link", "-o") == (here / "real" / "link").resolve().parent / "link"
     for text in ("", "  "):
-        with pytest.raises(InputError, match="^-o: wanted a name, found an empty one; write one b"):
+        with pytest.raises(InputError, match="^-o: wanted a name, found an empty one; write a n"):
             absolute(text, "-o")
 
 
@@ -173,7 +173,7 @@ def test_one_file_by_two_names(here: Path) -> None:
 )
 def test_refusals(error: OSError | ValueError, found: str) -> None:
     text = str(refusal("x", error, "--csv"))
-    assert text.startswith(f"x: wanted a place that can be written, found {found}; choose another ")
+    assert text.startswith(f"x: wanted a path that can be written, found {found}; choose another ")
     assert "with --csv" in text
 
 
@@ -188,7 +188,7 @@ def test_refusals(error: OSError | ValueError, found: str) -> None:
 def test_folders_for_a_while(keep: bool, fails: bool, left: set[str], here: Path) -> None:
     (here / "old").mkdir()
     try:
-        with made_folders(here / "old" / "new" / "deep", keep=keep):
+        with created_folders(here / "old" / "new" / "deep", keep=keep):
             assert (here / "old" / "new" / "deep").is_dir()
             if fails:
                 raise ZeroDivisionError
@@ -198,8 +198,8 @@ def test_folders_for_a_while(keep: bool, fails: bool, left: set[str], here: Path
 
 
 def test_a_folder_with_something_in_it_stays(here: Path) -> None:
-    with made_folders(here / "a" / "b", keep=False):
+    with created_folders(here / "a" / "b", keep=False):
         (here / "a" / "mine").touch()
     assert {p.name for p in here.rglob("*")} == {"a", "mine"}
-    with pytest.raises(NotADirectoryError), made_folders(here / "a" / "mine"):
+    with pytest.raises(NotADirectoryError), created_folders(here / "a" / "mine"):
         pytest.fail("the block ran")
