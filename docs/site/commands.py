@@ -23,7 +23,7 @@ def section(name: str) -> str:
     shown = "\n".join(["<!-- parsed, not run: each verb has its tests -->", "```sh", *lines, "```"])
     parts = [f"### {name}", summary, shown]
     rows = [
-        f"| `{argument.shown}` | {argument.text} |".replace("T|C", r"T\|C")
+        "| `{}` | {} |".format(argument.shown.replace("|", r"\|"), argument.text)
         for argument in verb_of(name).arguments.values()
     ]
     if rows:

@@ -20,5 +20,5 @@ def test_every_argument_is_in_a_section() -> None:
     for name in VERBS:
         lines = WRITER["section"](name).splitlines()
         for argument in verb_of(name).arguments.values():
-            row = f"| `{argument.shown}` | {argument.text} |".replace("T|C", r"T\|C")
-            assert row in lines
+            rows = [line for line in lines if line.endswith(f" | {argument.text} |")]
+            assert any(row.replace("\\", "").startswith(f"| `{argument.shown}` ") for row in rows)
