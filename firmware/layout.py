@@ -51,13 +51,13 @@ def header(
     Parameters
     ----------
     first : str
-        Its `head`.
+        First comment of the file, by `head`.
     members : mapping
-        Of the structures ``params``, ``state``, ``in`` and ``out``.
+        Members of the structures ``params``, ``state``, ``in`` and ``out``.
     number : str
-        Type of a number.
+        C type of a number.
     words, start : str
-        What inputs are besides "inputs of one update"; what states start with.
+        Text after "inputs of one update"; initial values of the states in words.
     """
 
     def struct(kind: str, note: str, lines: Sequence[str]) -> str:
@@ -98,7 +98,7 @@ def source(
     states: Sequence[str],
     update: Sequence[str],
 ) -> str:
-    """Text of ``<name>.c``; ``before`` stands before its functions, the rest are statements."""
+    """Text of ``<name>.c``; ``before`` precedes its functions, the rest are statements."""
     text = "\n".join(update)
     unused = [f"(void) {word};" for word in ("self", "in", "out") if f"{word}->" not in text]
     return join(

@@ -1,4 +1,4 @@
-"""Many estimators of one program side by side, for loops that are closed record by record."""
+"""Many runs of one program side by side, for closed loops record by record."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Words = npt.NDArray[np.int32]
 
 
 class ManyCModels:
-    """The emitted C of a program, ``runs`` times: each run with states of its own.
+    """The emitted C of a program for several runs with separate states.
 
     One call updates all; each gives the words that a `build.CModel` of its own would. Parameters
     are those of the program.
@@ -24,7 +24,7 @@ class ManyCModels:
     Parameters
     ----------
     program : Program
-        What to run.
+        Program to run.
     runs : int
     cache : Path or None
         See `build.compiled_library`.
@@ -62,12 +62,12 @@ class ManyCModels:
         -------
         outputs : int32 (runs, n_outputs)
         saturated : bool (runs,)
-            Some `SAT` operation of the update clamped its result.
+            Whether a `SAT` operation of the update clamped its result.
 
         Raises
         ------
         ValueError
-            Another shape or type.
+            The inputs have another shape or type.
         """
         wanted = (self.runs, len(self.program.inputs))
         if inputs.shape != wanted or inputs.dtype != np.int32:

@@ -7,7 +7,7 @@ import re
 
 from boresight.model.tools import c_names
 
-#: Words that may not name a member: keywords of C and C++, macros of the headers in use.
+#: Words that are illegal as members: keywords of C and C++, macros of the headers in use.
 _RESERVED_TEXT = """
     auto break case char const continue default do double else enum extern float for goto if inline
     int long register restrict return short signed sizeof static struct switch typedef union
@@ -27,10 +27,10 @@ RESERVED_PATTERN = re.compile(
 
 
 def identifier(name: str) -> str:
-    """A C identifier as near to ``name`` as possible.
+    """Return a C identifier similar to ``name``.
 
-    Letters, digits and underscores remain, everything else becomes an underscore; what would be
-    reserved or begin with a digit gets the suffix or prefix that makes it legal.
+    Letters, digits and underscores remain, other characters become underscores. Reserved words get
+    a suffix, names that begin with a digit a prefix.
     """
     text = c_names.identifier(name)
     return f"{text}_" if text in RESERVED or RESERVED_PATTERN.fullmatch(text) else text

@@ -1,7 +1,7 @@
-"""``<name>_observe.c``: updates that tell every word (`build.CModel.observe` calls it).
+"""``<name>_observe.c``: updates that record every word (called by `build.CModel.observe`).
 
-It is a library of its own, built by whoever asks: its update is a second one beside that of
-``<name>.c``, and half of the compiler's work.
+It is a separate library, built on demand, since it contains a second update besides that of
+``<name>.c``, half of the compiler's work.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _observe(body: Body) -> str:
 
 
 def observe_source(body: Body) -> str:
-    """Text of ``<name>_observe.c``, which needs ``<name>.h`` alone."""
+    """Text of ``<name>_observe.c``, which needs only ``<name>.h``."""
     name, every = body.name, _every_word(body)
     return join(
         body.head("_observe.c", "Every word of an update, for a host."),

@@ -1,6 +1,6 @@
 """Campaigns: many runs in batches over processes or a cluster, with a journal to continue from.
 
-Where a run is computed does not change its result: each has a seed, or a case, of its own.
+The result of a run does not depend on where it is computed: each has its own seed or case.
 """
 
 from __future__ import annotations

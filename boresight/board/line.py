@@ -261,7 +261,7 @@ def _serial(source: str, baud: int) -> Any:
     except (serial.SerialException, termios.error) as error:
         number = getattr(error, "errno", None)
         raise OSError(
-            number, os.strerror(number) if number else "a device that is no serial port"
+            number, os.strerror(number) if number else "a device that is not a serial port"
         ) from error
     except (ValueError, OverflowError) as error:
         raise OSError(0, f"no rate of {baud} there") from error

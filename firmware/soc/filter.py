@@ -1,4 +1,4 @@
-"""``filter.h``: one name for whichever estimator an image has."""
+"""``filter.h``: fixed names for the estimator of an image."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def filter_header(name: str | None, *, single: bool = False, number: int = 0) ->
     name : str or None
         Prefix of the estimator's C; None for an image without estimator.
     single : bool
-        It is the float C.
+        Whether the estimator is float C.
     number : int
-        Its number in the system.
+        Number of the estimator in the system.
     """
     if name is None:
         return _HEAD.format(what="none") + "#define FILTER_KIND 0\n\n#endif\n"

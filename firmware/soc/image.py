@@ -1,4 +1,4 @@
-"""Builds firmware of the soft core: from C sources to the words of its memory."""
+"""Build of firmware for the soft core: from C sources to the words of its memory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import failure
 from boresight.model.tools.needs import NEEDS
 
-#: What Debian and Ubuntu call the compiler and the C library.
+#: Compiler and C library, as named by Debian and Ubuntu.
 COMPILER = "riscv64-unknown-elf-gcc"
 PACKAGES = NEEDS["riscv64 gcc"].packages["apt-get"]
 
@@ -47,12 +47,12 @@ _FIXED = ("start.S", "link.ld", "soc.h", "soc.c")
 
 
 class ImageError(RuntimeError):
-    """The compiler or the linker refused."""
+    """The compiler or the linker failed."""
 
 
 @dataclass(frozen=True)
 class Image:
-    """Firmware as it stands in memory.
+    """Firmware as words of memory.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Image:
     symbols : dict
         Addresses and numbers by name of the linker.
     ram : int
-        Bytes of memory that it was linked for.
+        Bytes of memory for which it was linked.
     """
 
     words: tuple[int, ...]
@@ -100,7 +100,7 @@ def find_cross_compiler() -> str:
     Raises
     ------
     ToolMissing
-        It, or its C library, is not installed.
+        The compiler or its C library is not installed.
     """
     path = shutil.which(COMPILER)
     if path is None:
@@ -127,12 +127,12 @@ def build_image(
     stack: int = 1024,
     optimise: str = "-Os",
 ) -> Image:
-    """Compile and link.
+    """Compile and link an image.
 
     Parameters
     ----------
     files : mapping
-        Texts by file name, beside those that every image needs (start-up, devices).
+        Texts by file name, besides those of every image (start-up, devices).
     sources : sequence of str
         The C files among them.
     ram : int
@@ -145,9 +145,9 @@ def build_image(
     Raises
     ------
     ToolMissing
-        There is no compiler.
+        The compiler is not installed.
     ImageError
-        The compiler or the linker refused; memory too small is one of the reasons.
+        The compiler or the linker failed, for example because the memory is too small.
     """
     compiler = find_cross_compiler()
     texts = _texts(files)
@@ -174,7 +174,7 @@ def project_files(
     stack: int = 1024,
     optimise: str = "-Os",
 ) -> dict[str, str]:
-    """All sources of an image by file name, with ``build.sh`` that makes ``firmware.hex`` of them.
+    """All sources of an image by file name, with ``build.sh``, which makes ``firmware.hex``.
 
     Parameters are those of `build_image`.
     """
@@ -204,12 +204,12 @@ od -An -v -t x4 -w4 firmware.bin | tr -d ' ' > firmware.hex
 
 
 def _texts(files: Mapping[str, str]) -> dict[str, str]:
-    """With the files that every image needs."""
+    """Add the files of every image."""
     return {**{name: source(name) for name in _FIXED}, **files}
 
 
 def _arguments(sources: Sequence[str], ram: int, stack: int, optimise: str) -> list[str]:
-    """Of the compiler."""
+    """Arguments of the compiler."""
     return [
         *CFLAGS,
         optimise,

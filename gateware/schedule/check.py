@@ -77,7 +77,7 @@ def _check_copies(program: Program, schedule: Schedule) -> None:
         copied = target == after or _copies(low, makers.get(target), after)
         if state != state2 or not copied or target not in makers or target in seen:
             raise _fail(
-                schedule, None, None, f"state {_name(schedule, state)} has no next value of its own"
+                schedule, None, None, f"state {_name(schedule, state)} has no separate next value"
             )
         seen.add(target)
 
@@ -161,7 +161,7 @@ def _check_groups(schedule: Schedule) -> None:
     groups: dict[int, list[Slot]] = defaultdict(list)
     for s in schedule.slots:
         if s.cycle < 0 or not 0 <= s.lane < machine.lanes:
-            raise _fail(schedule, s.cycle, s.op, f"there is no lane {s.lane} or cycle {s.cycle}")
+            raise _fail(schedule, s.cycle, s.op, f"lane {s.lane} or cycle {s.cycle} does not exist")
         if (s.cycle, s.lane) in occupied:
             raise _fail(schedule, s.cycle, s.op, f"two slots in lane {s.lane}")
         occupied.add((s.cycle, s.lane))

@@ -69,7 +69,7 @@ class Step:
         Index of the sample's word in the reply.
     check : int or None
         Place in `CHECKED` of the register that the answer is; always the step's number modulo 4,
-        and the step is no write.
+        and the step is a read.
     """
 
     register: str

@@ -11,7 +11,7 @@ source::
     D --[D]---+                                           |
     C --[C]---- PCIN --------------------------> Z mux ---+
 
-OPMODE bits that are constant settle what the multiplexers can select, and with that which of the
+Constant OPMODE bits determine the selections of the multiplexers, and so which of the
 arcs exist: bits 1:0 select X (0, M, P, D:A:B), bits 3:2 select Z (0, PCIN, P, C), bit 4 puts the
 pre-adder in front of B1. Every output bit is taken to depend on every input bit. The plain hops
 A0 to A1 and B0 to B1 are far shorter than any other and are left out.

@@ -37,7 +37,7 @@ from boresight.gateware.system.interface import FRAME_FLAGS, HEADER
 #: Bits of a word.
 WORD = 32
 #: Fraction bits of quaternion and status by the filter's number, for the usual four filters.
-FORMATS = {0: (29, 23), 1: (31, 27), 2: (31, 26), 3: (31, 25)}
+FORMATS = {0: (29, 23), 1: (31, 27), 2: (31, 26), 3: (31, 24)}
 
 #: The filter's outputs in the order of the frame and of the result memory.
 OUTPUTS = ("pitch", "roll", "heading", "qw", "qx", "qy", "qz", "status")

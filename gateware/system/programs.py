@@ -9,11 +9,11 @@ from dataclasses import replace
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.system.feed import MOST_REGISTERS
 from boresight.gateware.system.plan import FRONT_NAMES, SYSTEM_WORDS, Plan, plan_of
-from boresight.model.declarations import GRAVITY, Input, SourceFormat
+from boresight.model.declarations import Input, SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.front import FRONT
-from boresight.model.front.sensed import SENSED, Sensed
+from boresight.model.front.sensed import SENSED, Sensed, full_scale_params
 from boresight.model.linking import linked_estimators
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
@@ -167,13 +167,10 @@ def system_core(
                 found=repr(name),
             )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
-    # Who asks for full scales is told: a little less, since calibration moves them; of the force
-    # without gravity, which its mean holds.
-    rate, force = 0.98 * SENSED["gx"].high, 0.98 * SENSED["ax"].high - GRAVITY
-    most = {"gyro_most_sq": rate * rate, "force_most_sq": force * force}
+    rate, force = SENSED["gx"].high, SENSED["ax"].high
     for e in estimators:
-        told = {q.name: most[q.name] for q in e.params if q.name in most}
-        values[e.name] = {**values.get(e.name, {}), **told}
+        scales = full_scale_params(e.params, rate=rate, force=force)
+        values[e.name] = {**values.get(e.name, {}), **scales}
     for name, given in (params or {}).items():
         values[name] = {**values.get(name, {}), **given}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]

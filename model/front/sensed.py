@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from boresight.model.declarations import GRAVITY, Param
 from boresight.model.front.affine import AXES
 from boresight.model.front.inertial import ACC_SCALE, DT_LIMIT, GAP_S, GYRO_SCALE
 
-__all__ = ["ACC_COUNTS", "GYRO_COUNTS", "SENSED", "Sensed"]
+__all__ = ["ACC_COUNTS", "GYRO_COUNTS", "SENSED", "Sensed", "full_scale_params"]
 
 #: Full scale of the inertial sensor in counts, at any range: 300 deg/s and 5 g (the maker's).
 GYRO_COUNTS, ACC_COUNTS = 24000, 20000
@@ -40,3 +42,24 @@ SENSED = {
     **_axes("a", "m/s^2", ACC_COUNTS * ACC_SCALE),
     **_axes("m", "uT", _FIELD, always=False),
 }
+
+
+def full_scale_params(
+    params: Iterable[Param], *, rate: float | None = None, force: float | None = None
+) -> dict[str, float]:
+    """Values of those parameters that stand for a sensor's full scale.
+
+    A little less than the full scale of each axis, since calibration moves it; of the force
+    without gravity, which its mean holds. Values end at the limits of their parameters.
+
+    Parameters
+    ----------
+    params : iterable of Param
+        Of any estimator.
+    rate, force : float, optional
+        Full scale of the gyro [rad/s] and of the accelerometer [m/s^2].
+    """
+    most = {} if rate is None else {"gyro_most_sq": (0.98 * rate) ** 2}
+    if force is not None:
+        most["force_most_sq"] = (0.98 * force - GRAVITY) ** 2
+    return {q.name: min(max(most[q.name], q.low), q.high) for q in params if q.name in most}

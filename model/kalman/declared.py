@@ -122,9 +122,9 @@ class Measurement:
     Parameters
     ----------
     z : value
-        What was measured: an input, or computed from inputs.
+        What was measured: an input, or computed from inputs and states.
     h : value
-        What the states let expect.
+        What the states let expect; the derivative of h - z counts.
     r : value
         Variance of the noise, above 0 over the whole range of its parameters.
     valid : condition, optional

@@ -108,7 +108,7 @@ class Textbook:
         for n, m in enumerate(self.measurements):
             valid = True if m.valid is None else m.valid
             out[f"valid {n}"] = ops.where(valid, 1.0, 0.0) if m.valid is not None else 1.0
-            out |= {f"z {n}": m.z, f"h {n}": m.h, f"r {n}": m.r}
+            out |= {f"excess {n}": m.h - m.z, f"r {n}": m.r}
         return out
 
     # -- the filter -----------------------------------------------------------------------------
@@ -182,9 +182,9 @@ class Textbook:
         k = self.kalman
         now = self._seen(self._leaves(x, leaves))
         numbers = range(len(self.measurements))
-        h = self._jacobian(self._seen, [f"h {n}" for n in numbers], x, leaves)
+        h = self._jacobian(self._seen, [f"excess {n}" for n in numbers], x, leaves)
         r = np.array([float(now[f"r {n}"]) for n in numbers])
-        nu = np.array([float(now[f"z {n}"] - now[f"h {n}"]) for n in numbers])
+        nu = np.array([-float(now[f"excess {n}"]) for n in numbers])
         for n, m in enumerate(self.measurements):
             nu[n] = ops.wrap_ht(nu[n]) if m.wrap else nu[n]
         s = h @ cov @ h.T + np.diag(r)
@@ -225,8 +225,8 @@ class Textbook:
 
     def _is_angle(self, name: str) -> bool:
         """Whether a next state or an expected measurement wraps."""
-        if name.startswith("h "):
-            return self.measurements[int(name[2:])].wrap
+        if name.startswith("excess "):
+            return self.measurements[int(name.removeprefix("excess "))].wrap
         return any(s.name == name and s.unit == "ht" for s in self.kalman.states)
 
 

@@ -148,8 +148,7 @@ class Update:
         along: dict[tuple[int, int], Scalar] = {}
         for i in block:
             self.tracer.place = k.places[i]
-            needed = {*self.range} - {*block} | {m for j in block for m in self.rows[j]} | {*block}
-            for j in sorted(needed):
+            for j in self.range:
                 along[i, j] = self._across(i, [before[m, j] for m in self.range])
                 if j not in block:
                     added = noise.get((min(i, j), max(i, j)), 0.0)
@@ -173,7 +172,9 @@ class Update:
         for m in sorted(self.rows[i]):
             others = others + product(self.rows[i][m], column[m])
         own: Scalar = product(self.diagonal[i], column[i])
-        return own if is_const(others, 0.0) else own + ops.where(self.full[i], 0.0, others)
+        if not is_const(others, 0.0):
+            own = own + ops.where(self.full[i], 0.0, others)
+        return own
 
     def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
@@ -232,7 +233,7 @@ class Update:
             self._move(s)
 
     def _update(self, m: Measurement) -> None:
-        row = self.slopes.of(self.tracer.lift(m.h))
+        row = self.slopes.of(self.tracer.lift(m.h) - m.z)
         low, high = self.intervals(m.r)
         if not row or low <= 0.0:
             raise InputError.at(

@@ -84,7 +84,7 @@ class InputReader:
         Raises
         ------
         InputError
-            An input is not there, is no finite number, is missing where it may not be, or lies
+            An input has no column, is not a finite number, is missing without ``missing``, or lies
             outside its declared range.
         """
         values = np.zeros((n, self.runs, len(self.estimator.inputs)))

@@ -37,8 +37,8 @@ def build_program(
 ) -> None:
     """Compile a bench to one program file.
 
-    The work is done in a folder of its own with a plain path (`sim.rtl.plain_folder`); only the
-    finished program is laid down, complete or not at all.
+    The build runs in a temporary folder with a plain path (`sim.rtl.plain_folder`); only the
+    finished program is copied to its path, atomically.
 
     Parameters
     ----------

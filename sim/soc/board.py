@@ -30,7 +30,7 @@ from boresight.sim.board.run import Stimulus, cycles_limit
 from boresight.sim.board.setup import SCALED, Setup
 from boresight.sim.rtl.compiled import Compiled, build
 
-__all__ = ["BoardBench", "Watched", "attitude_files", "attitude_image", "soc_board"]
+__all__ = ["BoardBench", "AttitudeWrites", "attitude_files", "attitude_image", "soc_board"]
 
 #: Files of the firmware that shows the attitude.
 _FILES = ("main.c", "attitude.h", "attitude.c", "software.h", "software.c", "text.h", "text.c")
@@ -93,7 +93,7 @@ def attitude_files(
 
 
 @dataclass(frozen=True)
-class Watched:
+class AttitudeWrites:
     """Complete structures ``attitude_t`` written to memory.
 
     Attributes
@@ -126,7 +126,7 @@ class BoardSocRun:
     ----------
     samples, updates : int (n,)
         Cycles of whole samples, and of updates in the registers.
-    newest, shown : Watched
+    newest, shown : AttitudeWrites
         Structures of the interrupt, and of the main loop with results of the software.
     console : str
         Text on the console.
@@ -138,8 +138,8 @@ class BoardSocRun:
 
     samples: npt.NDArray[np.int64]
     updates: npt.NDArray[np.int64]
-    newest: Watched
-    shown: Watched
+    newest: AttitudeWrites
+    shown: AttitudeWrites
     console: str
     restarts: int
     cycles: int
@@ -202,8 +202,8 @@ class BoardBench:
         return BoardSocRun(
             cycles("S"),
             cycles("U"),
-            _watched(lines["A"], *_sizes(self.board)),
-            _watched(lines["B"], *_sizes(self.board)),
+            _attitude_writes(lines["A"], *_sizes(self.board)),
+            _attitude_writes(lines["B"], *_sizes(self.board)),
             console,
             len(lines["W"]),
             done.cycles,
@@ -217,7 +217,7 @@ def _sizes(board: Board) -> tuple[int, int]:
     return max(len(p.streamed) for p in programs), max(len(p.outputs) for p in programs)
 
 
-def _watched(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -> Watched:
+def _attitude_writes(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -> AttitudeWrites:
     """Structures from their words in the order of writing; each begins with its header.
 
     A header of 0 is not that of an update; updates count from 1 on.
@@ -246,7 +246,7 @@ def _watched(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -> Watche
         ).reshape(-1, size)
 
     first, final = table(begun), table(later)
-    return Watched(
+    return AttitudeWrites(
         np.array([at[n] for n in whole], dtype=np.int64),
         first[:, 0].astype(np.int64),
         first[:, _OUTPUTS:behind].view(np.int32),

@@ -49,7 +49,7 @@ def records(q: Any, dt: float, field: Any) -> Any:
     before it; that of the first is 0.
     """
     turn = quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:]))
-    turn = np.concatenate([np.zeros_like(turn[:1]), turn])
+    turn = np.concatenate([np.zeros((1, *q.shape[1:-1], 3)), turn])
     to_body = quaternion_conjugate(q)
     step = np.full((*q.shape[:2], 1), dt)
     x = [step, turn / dt, rotate(to_body, field), rotate(to_body, [0.0, 0.0, GRAVITY])]

@@ -26,6 +26,10 @@ At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = di
 The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
 Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
 
+A rate at full scale is used as it is, unless it got there by a jump from far below, which no body
+does: then the mean rate stands in. Either way y grows by `FULL_YOUTH` |w|^2 a second, so that the
+attitude follows the sensors the faster, the longer and faster the turn was that the gyro missed.
+
 Evidence and alternatives: `docs/systems/mekf.md`.
 """
 
@@ -78,7 +82,12 @@ HORIZONTAL_SQ_LIMIT = 16384.0  #: uT^2, its largest square: the less, the finer 
 FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
 FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
-LOST_VAR = 1.0  #: rad^2/s, random walk of the attitude while the gyro says nothing.
+WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
+#: A rate is a jump if its square exceeds the largest of late by this part of gyro_most_sq.
+JUMP = 0.875
+FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forgotten.
+LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
+FULL_YOUTH = 0.0125  #: s, how fast youth grows at full scale, per (rad/s)^2 of the rate.
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
@@ -162,27 +171,28 @@ class Mekf(Estimator):
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
 
-        # A gyro beyond its full scale says nothing: the mean rate stands in. In a gap half of each.
+        # A rate at full scale is the best estimate of one beyond it; one that jumped there is none,
+        # and the mean rate stands in. The first of all did not jump.
         told = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(told, told))
-        lost = p.gyro_most_sq < speed_sq
-        gyro = [ops.where(lost, mean, now) for mean, now in zip(rate, told, strict=True)]
-        stale = ops.where(leveling, enough_field, FIELD_AGE_LIMIT - x.since_field) < 0.0
+        jumped = ~forgotten & (JUMP * p.gyro_most_sq + x.fastest_sq < speed_sq)
+        full = p.gyro_most_sq < speed_sq
+        late = LATE * p.gyro_most_sq < x.fastest_sq
+        gyro = [ops.where(jumped, mean, w) for w, mean in zip(told, rate, strict=True)]
+        stale = ops.where(leveling, enough_field, x.field_left) < 0.0
         heading_unknown = leveling | (x.horizontal < 0.0)
         # Begun anew without a field, the attitude that it had is better than none.
         anew = leveling & (~no_field | (x.rest_s < 0.0))
         no_heading, aligning = heading_unknown | stale, heading_unknown & ~stale
 
-        # Whose turn: one-hot weights (h_1, h_2, h_3) of the axis -1, 0, 1.
-        since = ops.named("since", ops.where(leveling, 0.0, x.since_update + dt))
+        # Whose turn: one-hot weights (h_1, h_2, h_3) of the axis -1, 0, 1; the time since the last.
+        heading_turn = x.turn >= 1.0
+        first, last = ops.where(x.turn < 0.0, 1.0, 0.0), ops.where(heading_turn, 1.0, 0.0)
+        h = (first, ops.bounded(1.0 - first - last, 0.0, 1.0, "one of three"), last)
+        since = ops.bounded(x.turn + first - last + dt, 0.0, 1.0, "two steps at most")
+        since = ops.named("since", since)
         due = since >= p.update_s
         step = ops.named("update_step", ops.where(due, since, 0.0))
-        heading_turn = x.axis > 0.5
-        axis_sq = x.axis * x.axis
-        h = tuple(
-            ops.bounded(w, 0.0, 1.0, "one of three")
-            for w in (0.5 * axis_sq - 0.5 * x.axis, 1.0 - axis_sq, 0.5 * axis_sq + 0.5 * x.axis)
-        )
 
         # Directions of the mean force and of the field of the last sample; at the first one those
         # of itself, half a turn about x where it hangs upside down.
@@ -208,12 +218,17 @@ class Mekf(Estimator):
         # the most of late.
         change = (ops.saturated(m_sq * m_inverse, 256.0) - x.horizontal, m[2] - x.vertical)
         odd = tuple(ops.saturated(d * m_inverse, 1.0) for d in change)
-        odd_now = ops.named("odd_now", ops.bounded(dot(odd, odd), 0.0, 2.0, "two squares"))
-        grown = ops.named("grown", ops.saturated(x.youth * dt, 0.5))
-        forget = ops.saturated(p.field_forget_per_s * dt + FIELD_YOUTH * grown, 1.0)
-        odd_past = ops.bounded(x.odd_sq - forget * x.odd_sq, 0.0, 2.0, "a part of it")
-        odd_past = ops.named("odd_past", odd_past)
-        odd_sq = ops.named("odd", ops.where(odd_now < odd_past, odd_past, odd_now))
+        odd_now = ops.bounded(
+            ops.where(heading_unknown, 0.0, dot(odd, odd)), 0.0, 2.0, "two squares"
+        )
+        odd_now = ops.named("odd_now", odd_now)
+        young = ops.saturated(ops.where(gap, speed_sq, x.youth), 64.0)
+        grown = ops.named("grown", ops.saturated(young * dt, 0.5))
+        # The reference survives a rate at full scale: it tells the field from a magnet's after it.
+        settling = ops.where(late, 0.0, grown)
+        forget = ops.saturated(p.field_forget_per_s * dt + FIELD_YOUTH * settling, 1.0)
+        odd_sq = ops.where(odd_now < x.odd_sq, x.odd_sq - forget * x.odd_sq, odd_now)
+        odd_sq = ops.named("odd", ops.bounded(odd_sq, 0.0, 2.0, "a part of it"))
 
         # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
         off = [r - b for r, b in zip(rate, bias, strict=True)]
@@ -224,8 +239,8 @@ class Mekf(Estimator):
         keep = ops.named("rest_keep", 1.0 - rest_gain)
 
         # Beyond a right angle the heading is off by that at least; without a field by nobody knows.
-        most = ops.where(no_heading, 0.0, ops.where(m[0] < 0.0, -1.0, 1.0))
-        turn_off = ops.where(no_heading | (m[1] < 0.0), most, sine)
+        turn_off = ops.where(m[1] < 0.0, ops.where(m[0] < 0.0, -1.0, 1.0), sine)
+        turn_off = ops.where(no_heading, 0.0, turn_off)
 
         # Innovation, its variance and the time Dt it speaks for, for the axis whose turn it is.
         innovation = ops.named(
@@ -238,7 +253,7 @@ class Mekf(Estimator):
         trusted = ops.saturated(trusted, NOISE_LIMIT)
         variance = ops.where(heading_turn, ops.where(no_heading, NOISE_LIMIT, trusted), p.tilt_var)
         # Nothing is measured below zero: a heading that nothing tells, no vertical.
-        idle = ops.where(no_heading, x.p_uu - HEADING_LIMIT, HEADING_LIMIT)
+        idle = ops.where(no_heading, x.p_uu - HEADING_LIMIT, 0.0)
         measured = ops.where(heading_turn, idle, enough_force)
         span = ops.where(measured < 0.0, 0.0, 3.0 * step)
         span = ops.named("span", ops.saturated(span, SPAN_LIMIT))
@@ -283,13 +298,14 @@ class Mekf(Estimator):
         C = matrix(q)
         pitch, roll, heading = pitch_roll_heading_ht(C)
 
-        youth = ops.saturated(x.youth, YOUTH_LIMIT)
-        older = x.youth - x.youth * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
+        older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
         older = ops.bounded(older, -1.0, 63.9, "less than it was")
-        walk = ops.saturated(p.gyro_var + p.gyro_scale_var * speed_sq, LOST_VAR)
-        walk = ops.where(lost, LOST_VAR, walk)
-        walk = ops.where(gap, ops.saturated(GAP_VAR * speed_sq, LOST_VAR), walk)
-        again = ops.saturated(ops.where(gap, speed_sq, 0.0), YOUTH_LIMIT)
+        # What a rate at full scale may have missed is unknown: the means grow younger again.
+        older = ops.where(older < 0.0, 0.0, older)
+        older = ops.saturated(ops.where(full, young + FULL_YOUTH * speed_sq * dt, older), 64.0)
+        scale_var = ops.where(gap, GAP_VAR, p.gyro_scale_var)
+        walk = ops.saturated(p.gyro_var + scale_var * speed_sq, WALK_LIMIT)
+        youth = ops.saturated(young, YOUTH_LIMIT)
         growth = p.start_var * (youth * youth)
         starts = (leveling, forgotten)
         after = predicted(P, gain, column, C, step, starts, keep, rest_gain, walk, growth, p)
@@ -299,8 +315,6 @@ class Mekf(Estimator):
             ops.saturated(a - c, FORCE_STEP_LIMIT) for a, c in zip(turn(C, force), f, strict=True)
         ]
         r_change = [ops.saturated(w - c, RATE_STEP_LIMIT) for w, c in zip(gyro, rate, strict=True)]
-        age = ops.saturated(ops.where(heading_unknown, 1.0, x.since_field + dt), 1.0)
-        age = ops.named("field_age", age)
         f_rate = ops.maximum(p.force_rate_per_s * dt, FORCE_YOUTH * grown)
         # A force that is as far off as full scale says nothing: the mean stays.
         change_sq = dot(f_change, f_change)
@@ -313,42 +327,42 @@ class Mekf(Estimator):
             ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
             for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
         ]
-        e_now, n_now, u_now = turn(C, field)
-        level_now = (ops.saturated(c, HORIZONTAL_LIMIT) for c in (e_now, n_now))
         m_after = [
-            ops.where(no_field, kept, new) for kept, new in zip(m, (*level_now, u_now), strict=True)
+            ops.where(no_field, kept, new) for kept, new in zip(m, turn(C, field), strict=True)
         ]
+        m_after[:2] = [ops.saturated(c, HORIZONTAL_LIMIT) for c in m_after[:2]]
         r_after = [
             ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
             for c, d in zip(rate, r_change, strict=True)
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
-        follow = p.field_follow_per_s * dt + FIELD_YOUTH * grown
+        follow = p.field_follow_per_s * dt + FIELD_YOUTH * settling
         follow = ops.saturated(ops.where(heading_unknown, 1.0, follow), 1.0)
-        horizontal = ops.bounded(
-            ops.where(
-                leveling | ~aligning & heading_unknown, -1.0, x.horizontal + follow * change[0]
-            ),
-            -1.0,
-            450.0,
-            "a mean of magnitudes",
-        )
+        horizontal = x.horizontal + ops.where(stale, 0.0, follow * change[0])
+        horizontal = ops.where(leveling, -1.0, horizontal)
+        horizontal = ops.bounded(horizontal, -1.0, 450.0, "a mean of magnitudes")
         vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
 
         # Rest: rate and force keep near their means, and the mean rate can be a bias.
         motion = change_sq + RATE_WEIGHT * dot(r_change, r_change) + MEAN_WEIGHT * dot(off, off)
         at_rest = _excess(motion, p.rest_motion_sq) < 0.0
         rest_s = ops.saturated(ops.where(at_rest, x.rest_s + dt, 0.0), 32.0)
-        rest_s = ops.where(leveling, ops.where(no_vertical, -1.0, 0.0), rest_s)
+        rest_s = ops.where(leveling & no_vertical, -1.0, ops.where(leveling, 0.0, rest_s))
+
+        field_left = ops.saturated(x.field_left - dt, 1.0)
+        # The fastest of late; a jump is none.
+        slower = ~forgotten & (ops.where(jumped, -1.0, speed_sq - x.fastest_sq) < 0.0)
+        forgotten_sq = x.fastest_sq - FASTEST_FORGET * dt * x.fastest_sq
 
         flags = (
             leveling & no_vertical,
             heading_unknown & stale,
             no_vertical,
             no_field,
-            ~heading_unknown & (p.heading_var < odd_var),
+            p.heading_var < odd_var,
             resting,
+            late,
         )
         status = status_word(dict(enumerate(flags)))
 
@@ -361,12 +375,16 @@ class Mekf(Estimator):
             **{f"rate_{a}": v for a, v in zip("xyz", r_after, strict=True)},
             "horizontal": horizontal,
             "vertical": vertical,
-            "youth": ops.where(leveling | aligning, YOUTH_START, ops.maximum(older, again)),
-            "odd_sq": ops.where(heading_unknown, 0.0, odd_sq),
-            "since_update": ops.where(due, 0.0, since),
-            "axis": ops.bounded(ops.where(due, h[1] - h[2], x.axis), -1.0, 1.0, "one of three"),
+            "youth": ops.where(leveling | aligning, YOUTH_START, older),
+            "odd_sq": odd_sq,
+            "turn": ops.bounded(
+                ops.where(due, h[1] - h[2], x.turn + dt), -1.0, 1.5, "one of three, and a time"
+            ),
+            "fastest_sq": ops.where(slower, forgotten_sq, speed_sq),
             "rest_s": rest_s,
-            "since_field": ops.where(no_field, age, 0.0),
+            "field_left": ops.where(
+                no_field, ops.where(leveling, -1.0, field_left), FIELD_AGE_LIMIT
+            ),
         }
         out = {
             "pitch": pitch,

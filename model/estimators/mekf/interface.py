@@ -36,6 +36,7 @@ STATUS_BITS = {
     3: "no magnetometer sample",
     4: "field odd: it counts less than half as much as the undisturbed one",
     5: "at rest: the gyro's bias is measured",
+    6: "the rate was at full scale within the last seconds: the attitude may be off",
 }
 
 
@@ -163,8 +164,9 @@ PARAMS: tuple[Param, ...] = (
         0.25,
         4800.0,
         "(rad/s)^2",
-        "squared rate beyond which the gyro says nothing and the mean rate stands in: a little "
-        "less than its full scale",
+        "square of a rate a little less than the gyro's full scale: one that jumps there from far "
+        "below is not believed and the mean rate stands in; at and after it the attitude follows "
+        "the other sensors faster",
     ),
     Param(
         "force_most_sq",
@@ -203,17 +205,18 @@ STATES = (
     State("vertical", -450.0, 450.0, "uT"),
     State("youth", 0.0, 63.9, "1/s", 63.0),  # one over the age of the means
     State("odd_sq", 0.0, 2.0, ""),
-    State("since_update", 0.0, 0.5, "s"),
-    State("axis", -1.0, 1.0, "", -1.0),  # whose turn it is: -1, 0, 1 first, second, third
+    # whose turn it is, -1, 0, 1 first, second, third, and on top the time since the last one
+    State("turn", -1.0, 1.5, "s", -1.0),
+    State("fastest_sq", 0.0, 4800.0, "(rad/s)^2"),  # largest squared rate of late
     State("rest_s", -1.0, 32.0, "s", -1.0),  # for how long at rest; -1: tilt not known
-    State("since_field", 0.0, 0.999, "s", 0.999),
+    State("field_left", -1.0, 0.25, "s", -1.0),  # for how long the field's direction is still used
 )
 
 #: Inputs, states and parameters that only a field needs, and what they are without one.
 FIELD_ONLY = {
     **{f"m{a}": 0.0 for a in "xyz"},
     **{f"field_{a}": 0.0 for a in "enu"},
-    **{"horizontal": -1.0, "vertical": 0.0, "odd_sq": 0.0, "since_field": 0.999},
+    **{"horizontal": -1.0, "vertical": 0.0, "odd_sq": 0.0, "field_left": -1.0},
     **{
         q.name: q.default
         for q in PARAMS

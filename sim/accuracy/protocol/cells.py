@@ -27,7 +27,7 @@ class Cell:
 
 
 def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> list[Cell]:
-    """Every log in every case; what counts is what the protocol counts.
+    """Every log in every case that needs no full scale; what counts is what the protocol counts.
 
     Only what is run and judged is kept of each, not the log's other columns.
 
@@ -36,7 +36,7 @@ def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> lis
     InputError
         No such protocol, an estimator that gives no attitude, a log that a case leaves nothing of.
     """
-    cases = cases_of(protocol)
+    cases = [case for case in cases_of(protocol) if not case.full_scale]
     if not gives_attitude(estimator):
         raise InputError.at(
             estimator.name,

@@ -12,7 +12,9 @@ from boresight.sim.accuracy.protocol.variants import (
     biased,
     chain,
     clipped,
+    clipped_to_share,
     cut_in_motion,
+    fast_turns,
     gaps,
     hard_iron,
     magnetometer_at,
@@ -22,6 +24,7 @@ from boresight.sim.accuracy.protocol.variants import (
     resampled,
     scaled_field,
     slower,
+    uncalibrated,
     warming,
     without_field,
 )
@@ -32,6 +35,8 @@ __all__ = ["PROTOCOLS", "Case", "cases_of"]
 PLACES = 10
 #: Directions of a hard-iron offset: one alone, for each trial, is chance.
 WAYS = 3
+#: Full scales, as shares of the largest value of the log.
+CLIPPED = (0.8, 0.6)
 #: Rates [Hz] of the full protocol, besides those of the logs.
 RATES_HZ = (50.0, 100.0, 142.0, 286.0, 500.0, 1000.0)
 
@@ -41,17 +46,22 @@ class Case:
     """One case of a protocol.
 
     ``group``: cases that are told as one, by their mean. ``judged``: the figure that counts,
-    "total", or "inclination" where nothing tells the heading.
+    "total", or "inclination" where nothing tells the heading. ``full_scale``: sensors, "gyr" or
+    "acc", whose largest component in the case's log is their full scale, of which the estimators
+    are told as a board tells them (`full_scale_params`).
     """
 
     name: str
     group: str
     work: Variant
     judged: str = "total"
+    full_scale: tuple[str, ...] = ()
 
 
-def _one(name: str, *work: Variant, judged: str = "total") -> Case:
-    return Case(name, name, chain(*work), judged)
+def _one(
+    name: str, *work: Variant, judged: str = "total", full_scale: tuple[str, ...] = ()
+) -> Case:
+    return Case(name, name, chain(*work), judged, full_scale)
 
 
 def _first() -> list[Case]:
@@ -85,6 +95,13 @@ def _full() -> list[Case]:
         _one("accelerometer of 4 g", clipped(4.0 * GRAVITY)),
         _one("gaps in the samples", gaps()),
         _one("noise x 3", noisier()),
+        *(
+            _one(f"{what} clipped at {share:g}", clipped_to_share(of, share), full_scale=(of,))
+            for what, of in (("gyro", "gyr"), ("accelerometer", "acc"))
+            for share in CLIPPED
+        ),
+        _one("fast turns", fast_turns(), full_scale=("gyr",)),
+        _one("sensors as they come", uncalibrated()),
     ]
     for k in range(len(mountings())):
         cases.append(Case(f"mounting {k}", "mounted 24 ways", mounted(k)))

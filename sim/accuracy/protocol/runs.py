@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.front.sensed import full_scale_params
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
@@ -175,18 +176,27 @@ def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
     return found
 
 
-def run_ours(campaign: Campaign, name: str, log: NineAxis) -> tuple[Estimator, list[Run]]:
-    """One of ours, made for the log's rates, and what it gives in fixed point and in float64."""
+def run_ours(
+    campaign: Campaign, name: str, log: NineAxis, full_scale: Sequence[str] = ()
+) -> tuple[Estimator, list[Run]]:
+    """One of ours, made for the log's rates, and what it gives in fixed point and in float64.
+
+    ``full_scale``: see `Case`.
+    """
     record = log.record()
     rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
     levels = _levels(campaign, name, rates)
     made = levels[0].build.estimators[0]
+    most = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
+    scales = full_scale_params(made.params, rate=most.get("gyr"), force=most.get("acc"))
+    for level in levels:
+        level.set_params({**scales, **(level.build.params[0] or {})})
     inputs = feed(made, record).inputs
     return made, [level.run_anew(inputs) for level in levels]
 
 
-def _ours(campaign: Campaign, name: str, log: NineAxis) -> list[dict[str, Any]]:
-    made, runs = run_ours(campaign, name, log)
+def _ours(campaign: Campaign, name: str, case: Case, log: NineAxis) -> list[dict[str, Any]]:
+    made, runs = run_ours(campaign, name, log, case.full_scale)
     q = [attitude_of(run.outputs) for run in runs]
     near = differences(made.outputs, runs[0].outputs, runs[1].outputs)
     more = {
@@ -213,7 +223,7 @@ def run_cases(campaign: Campaign, cases: Sequence[tuple[int, str, str]]) -> list
         rows = []
         for name in campaign.estimators:
             try:
-                rows += _ours(campaign, name, log)
+                rows += _ours(campaign, name, known[case], log)
             except InputError as error:  # one that is made for another rate, for example
                 rows.append({"estimator": name, "level": "fixed", "refused": str(error)})
         dip = dip_rad(log_of(trial))

@@ -14,12 +14,15 @@ from itertools import permutations, product
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
 )
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.worlds.fast_turn import fast_turn
+from boresight.sim.worlds.triad import misalignment, soft_iron
 
 __all__ = [
     "BIAS_DEG_S",
@@ -27,7 +30,9 @@ __all__ = [
     "biased",
     "chain",
     "clipped",
+    "clipped_to_share",
     "cut_in_motion",
+    "fast_turns",
     "first_motion",
     "gaps",
     "hard_iron",
@@ -38,6 +43,7 @@ __all__ = [
     "resampled",
     "scaled_field",
     "slower",
+    "uncalibrated",
     "warming",
     "without_field",
 ]
@@ -220,6 +226,68 @@ def without_field(seconds: float | None = None) -> Variant:
 def clipped(limit: float) -> Variant:
     """The accelerometer's range is this [m/s^2]."""
     return lambda log: replace(log, acc=np.clip(log.acc, -limit, limit))
+
+
+def clipped_to_share(sensor: str, share: float) -> Variant:
+    """The full scale of a sensor, "gyr" or "acc", is a share of the log's largest component.
+
+    Of the accelerometer it is gravity and a share of what the largest component has beyond it.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        values = getattr(log, sensor)
+        least = GRAVITY if sensor == "acc" else 0.0
+        limit = least + share * max(float(np.abs(values).max()) - least, 0.0)
+        return replace(log, **{sensor: np.clip(values, -limit, limit)})
+
+    return work
+
+
+def fast_turns(count: int = 8) -> Variant:
+    """So many times in its movement the sensor turns at 1 to 1.5 of its gyro's full scale.
+
+    It does so for 20 to 200 ms about a random axis, with rise and fall (`fast_turn`); full scale
+    is the largest component of the log's own rate. The turns begin in parts of equal length.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        rng = _rng(log)
+        full_scale = float(np.abs(log.gyr).max())
+        moving = log.t[log.counts]
+        edges = np.linspace(moving[0], moving[-1], count + 1)
+        for begin, length in zip(edges[:-1], np.diff(edges), strict=True):
+            way = rng.standard_normal(3)
+            rate = rng.uniform(1.0, 1.5) * full_scale / np.abs(way).max()
+            log = fast_turn(
+                log,
+                begin_s=begin + rng.uniform(0.0, 0.5) * length,
+                rate_rad_s=rate * way,
+                seconds=rng.uniform(0.02, 0.2),
+            )
+        return replace(log, gyr=np.clip(log.gyr, -full_scale, full_scale))
+
+    return work
+
+
+def uncalibrated() -> Variant:
+    """Sensors as they come: errors of axes, drawn with these standard deviations.
+
+    Scale 1 % and misalignment 0.5 deg of gyro and accelerometer, 0.1 m/s^2 of the accelerometer's
+    bias, 5 % of soft iron.
+    """
+
+    def work(log: NineAxis) -> NineAxis:
+        rng = _rng(log)
+
+        def axes() -> FloatArray:
+            scale = np.diag(1.0 + 0.01 * rng.standard_normal(3))
+            return np.asarray(scale @ misalignment(rng, np.radians(0.5)))
+
+        gyr, acc = log.gyr @ axes().T, log.acc @ axes().T
+        acc = acc + 0.1 * rng.standard_normal(3)
+        return replace(log, gyr=gyr, acc=acc, mag=log.mag @ soft_iron(rng, 0.05).T)
+
+    return work
 
 
 def gaps(share: float = 0.02, longest: int = 20) -> Variant:

@@ -329,7 +329,7 @@ def test_false_copy(machine: Machine) -> None:
     (t,) = copy.terms
     wrong = dataclasses.replace(copy, terms=(Term(t.a, t.b, t.shift - 1),))
     low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1 :]))
-    rejected(p, dataclasses.replace(s, program=low), a, r"has no next value of its own$")
+    rejected(p, dataclasses.replace(s, program=low), a, r"has no separate next value$")
     # By what begins as the power of two and may be written.
     assert t.b is not None
     param = dataclasses.replace(s.program.values[t.b], kind=Kind.PARAM)
@@ -338,7 +338,7 @@ def test_false_copy(machine: Machine) -> None:
         for x in (p, s.program)
     )
     s = dataclasses.replace(s, program=low, source=p.digest)
-    rejected(p, s, a, r"has no next value of its own$")
+    rejected(p, s, a, r"has no separate next value$")
 
 
 def other_values(p: Program) -> Program:

@@ -486,6 +486,12 @@ def test_any_events_in_any_cycle(make, seed: int) -> None:
     async def test(ctx):
         for _ in range(300):
             event = rng.random()
+            if rng.random() < 0.3:  # beside the end of a job
+                for _ in range(200):
+                    if model.state.endswith("ends"):
+                        break
+                    await ctx.tick()
+                await bench.pause(ctx, rng.randrange(3))
             if event < 0.5:  # the reader holds the words of a sample that is at work
                 if model.state in ("idle", "line") and not model.waiting:
                     bench.words = [rng.getrandbits(16) for _ in range(6)]

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from boresight.model.estimator import param_words
 from boresight.model.estimators import FILTERS, estimator
+from boresight.model.estimators.mekf import Mekf
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.front.affine import IDENTITY, counts, matrix_params, rows, vector_params
 from boresight.model.front.compass_field import CompassField
@@ -20,7 +21,7 @@ from boresight.model.front.inertial import (
     GYRO_LIMIT,
     CalibrateInertial,
 )
-from boresight.model.front.sensed import ACC_COUNTS, GYRO_COUNTS, SENSED
+from boresight.model.front.sensed import ACC_COUNTS, GYRO_COUNTS, SENSED, full_scale_params
 from tests.support.compiled_float import compiled_float
 
 # -- calibration of gyro and accelerometer: against plain matrices, time steps, limits ------------
@@ -330,3 +331,16 @@ def test_the_attitude_filters_take_all_of_it() -> None:
 
 def test_only_the_field_does_not_come_with_every_sample() -> None:
     assert [name for name, sensed in SENSED.items() if not sensed.always] == ["mx", "my", "mz"]
+
+
+def test_parameters_that_stand_for_a_full_scale() -> None:
+    found = full_scale_params(Mekf.params, rate=10.0, force=49.0)
+    assert found == {
+        "gyro_most_sq": pytest.approx(9.8**2),
+        "force_most_sq": pytest.approx((0.98 * 49.0 - 9.80665) ** 2),
+    }
+    assert list(full_scale_params(Mekf.params, force=49.0)) == ["force_most_sq"]
+    assert full_scale_params((), rate=10.0) == {}
+    limits = {q.name: (q.low, q.high) for q in Mekf.params}
+    assert full_scale_params(Mekf.params, rate=100.0)["gyro_most_sq"] == limits["gyro_most_sq"][1]
+    assert full_scale_params(Mekf.params, rate=0.1)["gyro_most_sq"] == limits["gyro_most_sq"][0]

@@ -69,7 +69,7 @@ class Turning(Kalman):
         sine, cosine = ops.sincos_ht(x.heading)
         return [
             Measurement(u.s, x.scale * sine, p.r),
-            Measurement(u.c, x.scale * cosine, p.r),
+            Measurement(u.c - x.scale * cosine, 0.0, p.r),
             Measurement(u.angle, x.heading, 0.01 * p.r, wrap=True),
         ]
 
@@ -173,6 +173,17 @@ def test_covariance_knows_its_states() -> None:
     assert found.axes == ("heading", "rate", "scale") and len(found.elements) == 6
     names = [filter.states[k].name for _, _, k in found.elements]
     assert names[:2] == ["p_heading_heading", "p_heading_rate"]
+
+
+def test_the_covariance_of_outputs_is_that_part_of_p() -> None:
+    """For the consistency of Monte-Carlo runs (NEES)."""
+    filter = Turning()
+    draw = np.random.default_rng(6)
+    states = {s.name: draw.random(4) for s in filter.states}
+    names, p = filter.error_covariance(states, {}) or ((), np.zeros(0))
+    assert names == ("heading", "rate") and p.shape == (4, 2, 2)
+    assert (p[:, 0, 1] == p[:, 1, 0]).all() and (p[:, 0, 1] == states["p_heading_rate"]).all()
+    assert (p[:, 1, 1] == states["p_rate_rate"]).all()
 
 
 def test_outputs_may_be_those_of_the_prediction() -> None:

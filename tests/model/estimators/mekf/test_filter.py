@@ -275,7 +275,8 @@ def test_a_gap_is_turned_through() -> None:
     assert moved > 2.5 * error[at]
     assert error[at:].max() < 6.0 and error[at + 100 :].max() < error[at - 1]
     assert states["p_ee"][at, 0] > 2.0 * states["p_ee"][at - 1, 0]
-    assert states["youth"][at, 0] == pytest.approx(np.sum(x[at, GYR] ** 2))
+    young = np.sum(x[at, GYR] ** 2)  # half of it is left after a step of 0.31 s
+    assert states["youth"][at, 0] == pytest.approx(young - 0.5 * young, abs=2e-6)
     assert states["bias_x"][at, 0] == pytest.approx(states["bias_x"][at - 1, 0], abs=1e-3)
 
 
@@ -326,7 +327,8 @@ def test_covariance_is_that_of_the_matrix_equations() -> None:
     values = Mekf().param_values()
     checked = 0
     for k in range(50, 390):
-        dt, axis = 0.01, int(states["axis"][k - 1, 0]) + 1
+        turn, dt = states["turn"][k - 1, 0], 0.01
+        axis = 0 if turn < 0.0 else 2 if turn >= 1.0 else 1
         h = np.eye(6)[axis]
         var = values["tilt_var"]
         if axis == 2:
@@ -422,8 +424,58 @@ def test_a_gyro_at_full_scale_is_not_believed() -> None:
     x = records(q, 0.01)
     x[1000:1020, 2] = 5.2
     assert apart(run(x)[0], q)[1000:].max() > 40.0
-    error = apart(run(x, {"gyro_most_sq": 26.0})[0], q)
+    out, states = run(x, {"gyro_most_sq": 26.0})
+    error = apart(out, q)
     assert error[1000:].max() < 5.0 and error[1120:].max() < 2.0
+    assert states["fastest_sq"][1000:1020].max() < 1.0  # the jump is no rate
+
+
+def _fast_turn(most: float, seconds: float = 0.1) -> tuple[Any, Any, Any]:
+    """A turn at 10 s by 30 rad/s about x, measured up to ``most``; the first row after it."""
+    hz = 200
+    t = np.arange(14 * hz) / hz
+    part = np.interp(t, 10.0 + np.cumsum([0.0, 0.1, seconds, 0.1]), [0.0, 1.0, 1.0, 0.0])
+    angle = 30.0 * np.cumsum(part) / hz
+    zero = np.zeros_like(angle)
+    turned = np.stack([np.cos(0.5 * angle), np.sin(0.5 * angle), zero, zero], axis=-1)
+    q = quaternion_multiply(attitudes(14.0, hz, 0.2)[:, 0], turned)[:, None]
+    x = records(q, 1 / hz)
+    x[:, GYR] = np.clip(x[:, GYR], -most, most)
+    return x, q, round((10.2 + seconds) * hz)
+
+
+def test_a_true_full_scale_is_used() -> None:
+    """A fifteenth of the turn is missed, not all of it, and soon found again; a bit tells."""
+    x, q, after = _fast_turn(28.0)
+    out, states = run(x, {"gyro_most_sq": (0.98 * 28.0) ** 2})
+    error = apart(out, q)[:, 0]
+    assert error[: after + 10].max() < 13.0
+    assert error[after + 300] < 0.4 * error[after]
+    assert bit(out, 6)[after : after + 400].all() and not bit(out, 6)[:2000].any()
+    assert states["youth"][after, 0] > 0.5 > 0.01 > states["youth"][1999, 0]
+    late = apart(run(x)[0], q)[:, 0]  # not told of its full scale it takes longer
+    assert error[after + 300] < 0.5 * late[after + 300]
+
+
+def test_the_reference_of_the_field_survives_full_scale() -> None:
+    """The field is odd while the attitude is off; the reference does not follow it."""
+    x, _, after = _fast_turn(25.0)
+    states = run(x, {"gyro_most_sq": (0.98 * 25.0) ** 2})[1]
+    assert states["odd_sq"][after, 0] > 0.02
+    moved = np.abs(states["horizontal"][after - 60 : after + 200, 0] - 18.0)
+    assert moved.max() < 1.0
+
+
+def test_a_body_that_turns_fast_when_it_starts_is_believed() -> None:
+    """The first rate did not jump, whatever it is; a restart forgets the fastest of before."""
+    x, q, after = _fast_turn(25.0)
+    first = after - 30  # within the turn
+    x[first, 0] = x[after + 500, 0] = -0.25
+    out, states = run(x[first:], {"gyro_most_sq": (0.98 * 25.0) ** 2})
+    speed_sq = np.sum(x[first:, GYR] ** 2, axis=1)
+    assert speed_sq[0] > 0.98 * 625.0
+    assert states["fastest_sq"][[0, 530]] == pytest.approx(speed_sq[[0, 530]])
+    assert apart(out, q[first:])[:30].max() < 45.0  # of 30 samples with 30 rad/s: 250 deg
 
 
 def test_an_accelerometer_at_full_scale_is_not_believed() -> None:

@@ -40,6 +40,7 @@ def test_every_bit_is_documented() -> None:
         "no magnetometer",
         "field odd",
         "at rest",
+        "full scale",
     )
     assert list(STATUS_BITS) == list(range(len(words)))
     for text, word in zip(STATUS_BITS.values(), words, strict=True):

@@ -34,6 +34,13 @@ def test_figures_are_those_of_the_protocol(monkeypatch: pytest.MonkeyPatch) -> N
     assert figures[0]["total"] != pytest.approx(figures[0]["inclination"])
 
 
+def test_cases_of_a_full_scale_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted = [c for c in cases_of("full") if c.name in ("as recorded", "fast turns")]
+    monkeypatch.setattr(module, "cases_of", lambda protocol: wanted)
+    held = cells(estimator_of("complementary"), [carrier("ship", 1, seconds=9.0).record()], "full")
+    assert [c.case.name for c in held] == ["as recorded"]
+
+
 def test_an_estimator_without_attitude_is_refused() -> None:
     with pytest.raises(InputError, match="outputs are an attitude"):
         cells(estimator_of("registration"), [], "short")

@@ -23,6 +23,17 @@ def test_the_full_one_has_what_it_promises() -> None:
     assert {c.name for p in PROTOCOLS for c in cases_of(p)} == {c.name for c in cases_of("full")}
 
 
+def test_full_scales_are_those_of_the_sensor_that_is_clipped() -> None:
+    found = {c.name: c.full_scale for c in cases_of("full") if c.full_scale}
+    assert found == {
+        "gyro clipped at 0.8": ("gyr",),
+        "gyro clipped at 0.6": ("gyr",),
+        "accelerometer clipped at 0.8": ("acc",),
+        "accelerometer clipped at 0.6": ("acc",),
+        "fast turns": ("gyr",),
+    }
+
+
 def test_another_name_is_refused() -> None:
     with pytest.raises(
         InputError, match=r"^--protocol: wanted one of full, short, glance, found 'long'"

@@ -44,6 +44,20 @@ def test_the_first_second_does_not_count() -> None:
     assert figures_of(log, q)["heading"] == pytest.approx(3.0)
 
 
+def test_an_estimator_has_the_full_scale_of_the_case() -> None:
+    """And keeps it for no other case; a value that the campaign gives is before it."""
+    (fast,) = (case for case in cases_of("full") if case.name == "fast turns")
+    log = fast.work(carrier("drone", 1, seconds=20.0))
+    campaign = Campaign("full", (), ("mekf",), ())
+    given = Campaign("full", (), ("mekf",), (), params=(("mekf", (("gyro_most_sq", 1500.0),)),))
+    found = [
+        runs.run_ours(c, "mekf", log, scale)[1][0].outputs["status"]
+        for c, scale in ((campaign, ()), (campaign, ("gyr",)), (campaign, ()), (given, ("gyr",)))
+    ]
+    late = [(np.rint(status).astype(int) >> 6 & 1).sum() for status in found]
+    assert late[1] > 100 and late[0] == late[2] == late[3] == 0
+
+
 def test_what_is_in_the_journal_is_not_run_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

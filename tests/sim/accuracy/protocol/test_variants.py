@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from boresight.model.declarations import GRAVITY
 from boresight.sim.accuracy.protocol import variants as v
 from boresight.sim.attitude.rotation import quaternion_multiply, rotate, turns_between
 from boresight.sim.records.nine_axis import NineAxis
@@ -24,6 +25,7 @@ def made(noise: float = 0.0) -> NineAxis:
 
 
 LOG = made()
+LOUD = made(noise=0.5)
 
 
 def consistent(log: NineAxis, tolerance_rad: float = 1e-6) -> bool:
@@ -94,6 +96,44 @@ def test_the_magnetometer_comes_rarely_or_not() -> None:
 
 def test_the_accelerometer_is_clipped() -> None:
     assert np.abs(v.clipped(6.0)(LOG).acc).max() == 6.0 < np.abs(LOG.acc).max()
+
+
+@pytest.mark.parametrize("sensor, least", [("gyr", 0.0), ("acc", GRAVITY)])
+def test_a_full_scale_is_a_share_of_the_largest(sensor: str, least: float) -> None:
+    values, found = (getattr(log, sensor) for log in (LOUD, v.clipped_to_share(sensor, 0.6)(LOUD)))
+    largest = np.abs(values).max()
+    assert largest > least + 0.5
+    assert np.abs(found).max() == pytest.approx(least + 0.6 * (largest - least))
+    near = np.abs(values) < np.abs(found).max()
+    assert np.array_equal(found[near], values[near]) and not near.all()
+
+
+def test_fast_turns_are_faster_than_the_gyro_measures() -> None:
+    fast = v.fast_turns(count=4)(LOG)
+    most = np.abs(LOG.gyr).max()
+    assert np.abs(fast.gyr).max() == most
+    assert fast.q is not None
+    turn = turns_between(fast.q[:-1], fast.q[1:]) / fast.dt[1:, None]
+    beyond = (np.abs(turn) > 1.001 * most).any(axis=1)
+    assert 1.0 < np.abs(turn).max() / most < 2.5  # with the log's own rate
+    begins = np.flatnonzero(np.diff(beyond.astype(int), prepend=0) == 1)
+    parts = (fast.t[1:][begins] - 8.0) // 5.0
+    assert set(parts) == {0.0, 1.0, 2.0, 3.0} and 0.08 < beyond.sum() / 100.0 < 1.6
+    clipped = np.clip(turn, -most, most)
+    assert fast.gyr[1:] == pytest.approx(clipped, abs=1e-6)
+
+
+def test_sensors_as_they_come() -> None:
+    raw = v.uncalibrated()(LOG)
+    assert raw.q is LOG.q
+    for name, share, bias in (("gyr", 0.01, 0.0), ("acc", 0.01, 0.1), ("mag", 0.05, 0.0)):
+        true, found = getattr(LOG, name), getattr(raw, name)
+        fit = np.linalg.lstsq(np.c_[true, np.ones(len(LOG))], found, rcond=None)[0]
+        assert np.c_[true, np.ones(len(LOG))] @ fit == pytest.approx(found, abs=1e-9)
+        error = fit[:3].T - np.eye(3)
+        assert 0.2 * share < np.abs(np.diag(error)).max() < 3.0 * share
+        assert np.abs(error - np.diag(np.diag(error))).max() < 3.0 * share
+        assert 0.2 * bias - 1e-9 <= np.abs(fit[3]).max() <= 3.0 * bias + 1e-9
 
 
 def test_gaps_leave_the_time_right() -> None:

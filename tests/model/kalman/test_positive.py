@@ -1,0 +1,30 @@
+"""P stays positive in the integers, whatever comes."""
+
+from __future__ import annotations
+
+import pytest
+
+import boresight
+from tests.support.pages import ROOT
+
+FILTERS = {
+    "kalman.py": 20_000,
+    "pendulum.py": 20_000,
+    "pmsm.py:Pmsm": 20_000,
+    "ins_gnss.py:Ins": 6_000,
+}
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_hostile_inputs(name: str) -> None:
+    updates = FILTERS[name]
+    trial = boresight.covariance(f"{ROOT}/examples/{name}", updates=updates, steps=updates // 4)
+    assert trial.good and trial.negative_diagonals == 0, str(trial)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", FILTERS)
+def test_ten_million_hostile_inputs(name: str) -> None:
+    updates = 10_000_000 if "ins" not in name else 2_000_000
+    trial = boresight.covariance(f"{ROOT}/examples/{name}", updates=updates)
+    assert trial.good and trial.negative_diagonals == 0, str(trial)
