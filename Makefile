@@ -83,7 +83,8 @@ mutants: develop       ## Faults put into the code: which ones no test notices (
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
 	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware
 
-docs: $(VENV)/.docs    ## The site, build/site/index.html; warnings are errors
+docs: $(VENV)/.docs    ## The site, build/site/index.html (warnings are errors), and the page of commands
+	$(BIN)/python docs/site/commands.py
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs/site docs $(OUT)/site
 	@echo "$(OUT)/site/index.html"
 

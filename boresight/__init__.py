@@ -33,151 +33,117 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from boresight.board.simulated import BoardResult, FaultsResult
-    from boresight.loop import LoopResult, simulate_world
-    from boresight.model import blocks, ops
-    from boresight.model.declarations import Input, Output, Param, State
-    from boresight.model.errors import InputError, ToolMissing
-    from boresight.model.estimator import Estimator
-    from boresight.results.accuracy import AccuracyResult
-    from boresight.results.compile import CompileResult
-    from boresight.results.protocol import ProtocolResult
-    from boresight.results.tune import TuneResult
-    from boresight.sim.accuracy.covariance import CovarianceTrial
-    from boresight.sim.compare.results import CheckResult
-    from boresight.sim.experiments.experiment import Experiment, Result, Target
-    from boresight.sim.records.files import record_of
-    from boresight.sim.records.record import Record
-    from boresight.sim.worlds.world import World
-    from boresight.verbs.check import CheckResults, check
-    from boresight.verbs.compile import compile
-    from boresight.verbs.convert import ConvertResult, convert
-    from boresight.verbs.demo import DemoResult, demo
-    from boresight.verbs.doctor import DoctorResult, doctor
-    from boresight.verbs.experiment import ExperimentResult, experiment
-    from boresight.verbs.figures.accuracy import accuracy
-    from boresight.verbs.figures.bench import BenchResult, bench
-    from boresight.verbs.figures.covariance import covariance
-    from boresight.verbs.figures.montecarlo import MonteCarloResult, montecarlo
-    from boresight.verbs.figures.protocol import accuracy_protocol
-    from boresight.verbs.figures.tune import tune
-    from boresight.verbs.fit import fit
-    from boresight.verbs.list import Catalogue, list_estimators
-    from boresight.verbs.monitor import MonitorResult, monitor
-    from boresight.verbs.new import NewResult, new
-    from boresight.verbs.report import ReportResult, report
-    from boresight.verbs.run import RunResult, run
-    from boresight.verbs.simulate import simulate, simulate_faults
-
-__all__ = [
-    "AccuracyResult",
-    "BenchResult",
-    "BoardResult",
-    "Catalogue",
-    "CheckResult",
-    "CheckResults",
-    "CompileResult",
-    "ConvertResult",
-    "CovarianceTrial",
-    "DemoResult",
-    "DoctorResult",
-    "Estimator",
-    "Experiment",
-    "ExperimentResult",
-    "FaultsResult",
-    "FitResult",
-    "Input",
-    "InputError",
-    "LoopResult",
-    "MonitorResult",
-    "MonteCarloResult",
-    "NewResult",
-    "Output",
-    "Param",
-    "ProtocolResult",
-    "Record",
-    "ReportResult",
-    "Result",
-    "RunResult",
-    "State",
-    "Target",
-    "ToolMissing",
-    "TuneResult",
-    "World",
-    "accuracy",
-    "accuracy_protocol",
-    "bench",
-    "blocks",
-    "check",
-    "compile",
-    "convert",
-    "covariance",
-    "demo",
-    "doctor",
-    "experiment",
-    "fit",
-    "list_estimators",
-    "monitor",
-    "montecarlo",
-    "new",
-    "ops",
-    "record_of",
-    "report",
-    "run",
-    "simulate",
-    "simulate_faults",
-    "simulate_world",
-    "tune",
-]
+    from boresight.board.simulated import BoardResult as BoardResult
+    from boresight.board.simulated import FaultsResult as FaultsResult
+    from boresight.loop import LoopResult as LoopResult
+    from boresight.loop import simulate_world as simulate_world
+    from boresight.model import blocks as blocks
+    from boresight.model import ops as ops
+    from boresight.model.declarations import Input as Input
+    from boresight.model.declarations import Output as Output
+    from boresight.model.declarations import Param as Param
+    from boresight.model.declarations import State as State
+    from boresight.model.errors import InputError as InputError
+    from boresight.model.errors import ToolMissing as ToolMissing
+    from boresight.model.estimator import Estimator as Estimator
+    from boresight.results.accuracy import AccuracyResult as AccuracyResult
+    from boresight.results.compile import CompileResult as CompileResult
+    from boresight.results.fit import FitResult as FitResult
+    from boresight.results.protocol import ProtocolResult as ProtocolResult
+    from boresight.results.tune import TuneResult as TuneResult
+    from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
+    from boresight.sim.compare.results import CheckResult as CheckResult
+    from boresight.sim.experiments.experiment import Experiment as Experiment
+    from boresight.sim.experiments.experiment import Result as Result
+    from boresight.sim.experiments.experiment import Target as Target
+    from boresight.sim.records.files import record_of as record_of
+    from boresight.sim.records.record import Record as Record
+    from boresight.sim.worlds.world import World as World
+    from boresight.verbs.check import CheckResults as CheckResults
+    from boresight.verbs.check import check as check
+    from boresight.verbs.compile import compile as compile
+    from boresight.verbs.convert import ConvertResult as ConvertResult
+    from boresight.verbs.convert import convert as convert
+    from boresight.verbs.demo import DemoResult as DemoResult
+    from boresight.verbs.demo import demo as demo
+    from boresight.verbs.doctor import DoctorResult as DoctorResult
+    from boresight.verbs.doctor import doctor as doctor
+    from boresight.verbs.experiment import ExperimentResult as ExperimentResult
+    from boresight.verbs.experiment import experiment as experiment
+    from boresight.verbs.figures.accuracy import accuracy as accuracy
+    from boresight.verbs.figures.bench import BenchResult as BenchResult
+    from boresight.verbs.figures.bench import bench as bench
+    from boresight.verbs.figures.covariance import covariance as covariance
+    from boresight.verbs.figures.montecarlo import MonteCarloResult as MonteCarloResult
+    from boresight.verbs.figures.montecarlo import montecarlo as montecarlo
+    from boresight.verbs.figures.protocol import accuracy_protocol as accuracy_protocol
+    from boresight.verbs.figures.tune import tune as tune
+    from boresight.verbs.fit import fit as fit
+    from boresight.verbs.list import Catalogue as Catalogue
+    from boresight.verbs.list import list_estimators as list_estimators
+    from boresight.verbs.monitor import MonitorResult as MonitorResult
+    from boresight.verbs.monitor import monitor as monitor
+    from boresight.verbs.new import NewResult as NewResult
+    from boresight.verbs.new import new as new
+    from boresight.verbs.report import ReportResult as ReportResult
+    from boresight.verbs.report import report as report
+    from boresight.verbs.run import RunResult as RunResult
+    from boresight.verbs.run import run as run
+    from boresight.verbs.simulate import simulate as simulate
+    from boresight.verbs.simulate import simulate_faults as simulate_faults
 
 __version__ = "0.1.0"
 
-#: Modules of names that are not those of verbs.
-_ELSEWHERE = {
-    **dict.fromkeys(("Input", "Output", "Param", "State"), "model.declarations"),
-    **dict.fromkeys(("InputError", "ToolMissing"), "model.errors"),
-    **dict.fromkeys(("Experiment", "Result", "Target"), "sim.experiments.experiment"),
-    "AccuracyResult": "results.accuracy",
-    "BenchResult": "verbs.figures.bench",
-    "BoardResult": "board.simulated",
-    "Catalogue": "verbs.list",
-    "CheckResult": "sim.compare.results",
-    "CheckResults": "verbs.check",
-    "CompileResult": "results.compile",
-    "ConvertResult": "verbs.convert",
-    "CovarianceTrial": "sim.accuracy.covariance",
-    "DemoResult": "verbs.demo",
-    "DoctorResult": "verbs.doctor",
-    "ExperimentResult": "verbs.experiment",
-    "FaultsResult": "board.simulated",
-    "FitResult": "results.fit",
-    "LoopResult": "loop",
-    "MonitorResult": "verbs.monitor",
-    "MonteCarloResult": "verbs.figures.montecarlo",
-    "NewResult": "verbs.new",
-    "ProtocolResult": "results.protocol",
-    "ReportResult": "verbs.report",
-    "RunResult": "verbs.run",
-    "TuneResult": "results.tune",
-    "Estimator": "model.estimator",
-    "Record": "sim.records.record",
-    "record_of": "sim.records.files",
-    "World": "sim.worlds.world",
-    "accuracy_protocol": "verbs.figures.protocol",
-    "list_estimators": "verbs.list",
-    "simulate_faults": "verbs.simulate",
-    "simulate_world": "loop",
+#: The same names for Python, by the module that has them.
+_PLACES = {
+    "board.simulated": "BoardResult FaultsResult",
+    "loop": "LoopResult simulate_world",
+    "model": "blocks ops",
+    "model.declarations": "Input Output Param State",
+    "model.errors": "InputError ToolMissing",
+    "model.estimator": "Estimator",
+    "results.accuracy": "AccuracyResult",
+    "results.compile": "CompileResult",
+    "results.fit": "FitResult",
+    "results.protocol": "ProtocolResult",
+    "results.tune": "TuneResult",
+    "sim.accuracy.covariance": "CovarianceTrial",
+    "sim.compare.results": "CheckResult",
+    "sim.experiments.experiment": "Experiment Result Target",
+    "sim.records.files": "record_of",
+    "sim.records.record": "Record",
+    "sim.worlds.world": "World",
+    "verbs.check": "CheckResults check",
+    "verbs.compile": "compile",
+    "verbs.convert": "ConvertResult convert",
+    "verbs.demo": "DemoResult demo",
+    "verbs.doctor": "DoctorResult doctor",
+    "verbs.experiment": "ExperimentResult experiment",
+    "verbs.figures.accuracy": "accuracy",
+    "verbs.figures.bench": "BenchResult bench",
+    "verbs.figures.covariance": "covariance",
+    "verbs.figures.montecarlo": "MonteCarloResult montecarlo",
+    "verbs.figures.protocol": "accuracy_protocol",
+    "verbs.figures.tune": "tune",
+    "verbs.fit": "fit",
+    "verbs.list": "Catalogue list_estimators",
+    "verbs.monitor": "MonitorResult monitor",
+    "verbs.new": "NewResult new",
+    "verbs.report": "ReportResult report",
+    "verbs.run": "RunResult run",
+    "verbs.simulate": "simulate simulate_faults",
 }
+_PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
+
+__all__ = sorted(_PLACE_OF)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
+    if name not in _PLACE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name in ("blocks", "ops"):
-        value = import_module(f"{__name__}.model.{name}")
-    else:
-        module = _ELSEWHERE.get(name) or import_module(f"{__name__}.verbs").place_of(name)
-        value = getattr(import_module(f"{__name__}.{module}"), name)
+    place = f"{__name__}.{_PLACE_OF[name]}"
+    module = name in ("blocks", "ops")
+    value = import_module(f"{place}.{name}") if module else getattr(import_module(place), name)
     globals()[name] = value
     return value
 

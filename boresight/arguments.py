@@ -8,6 +8,7 @@ from typing import Any
 
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.model.errors import InputError
+from boresight.model.words.fixed import check_word
 
 __all__ = ["JOBS_MOST", "check_choice", "check_machine", "check_number", "check_word"]
 
@@ -43,11 +44,3 @@ def check_machine(config: str, word: int) -> None:
     """Raise InputError unless ``config`` is a configuration and ``word`` a word width."""
     check_choice("config", config, ALL_CONFIGS)
     check_word(word)
-
-
-def check_word(word: int) -> None:
-    """Raise InputError unless ``word`` is a word width, in bits."""
-    if not isinstance(word, int) or not 18 <= word <= 32:
-        raise InputError.at(
-            "word", wanted="18 to 32 bits", found=str(word), fix="choose a width inside the range"
-        )

@@ -7,11 +7,14 @@ bad input; 3 a bug of Boresight; 130 ended by Ctrl-C; 141 the reader of standard
 from __future__ import annotations
 
 import argparse
+import ast
 import json
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import shtab
 
@@ -19,12 +22,11 @@ import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.model.resolve import profiles
-from boresight.options import PROFILED, chosen_profiles, profile_options
+from boresight.options import PROFILE_ARGUMENTS, PROFILED, Argument, Verb, chosen_profiles
 from boresight.terminal import say, tell
-from boresight.verbs import place_of
-from boresight.verbs.texts import VERBS, Text
+from boresight.verbs import VERBS
 
-__all__ = ["main"]
+__all__ = ["arguments_of", "help_of", "main", "parse", "verb_of"]
 
 #: Longest complaint about the command line, in characters.
 _LONGEST = 300
@@ -33,102 +35,108 @@ _LONGEST = 300
 class _Parser(argparse.ArgumentParser):
     """argparse with errors of one line."""
 
-    verbs: argparse._SubParsersAction[_VerbParser]
-
-    def error(self, message: str) -> Any:
+    def error(self, message: str) -> NoReturn:
         """Print one line, exit 2."""
         for kind, wanted in (("int", "a whole number"), ("float", "a number")):
             message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
         text = shortened(str(InputError(message.removeprefix("argument "))), _LONGEST)
-        self.exit(2, f"error: {text} (see {self.prog} --help)\n")
+        tell(f"error: {text} (see {self.prog} --help)")
+        self.exit(2)
 
-    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
-        if action.option_strings and arg_strings == ["--"]:  # argparse would make it an empty list
-            raise argparse.ArgumentError(action, "expected one argument")
-        return super()._get_values(action, arg_strings)
-
-    def _print_message(self, message: str, file: Any = None) -> None:
-        (tell if file is sys.stderr else say)(message.rstrip("\n"))
+    def print_help(self, file: Any = None) -> None:
+        """Print the help, unless standard output has gone."""
+        say(self.format_help().rstrip("\n"))
 
 
-class _VerbParser(_Parser):
-    """Parser of one verb: its module is imported when the verb is asked for."""
+class _Print(argparse.Action):
+    """Print a text, and end."""
 
-    verb = ""
-
-    def load(self) -> None:
-        """Add the verb's arguments, once."""
-        if self.verb:
-            module = import_module(f"boresight.{place_of(self.verb)}")
-            self.set_defaults(call=module.call)
-            module.add_arguments(self)
-            if self.verb in PROFILED:
-                profile_options(self)
-            self.verb = ""
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Add the verb's arguments, then parse."""
-        self.load()
-        return super().parse_known_args(args, namespace)
-
-
-class _Completion(argparse.Action):
-    """Print a script that completes the command line in a shell, and end."""
+    def __init__(self, *words: Any, text: Callable[[str], str], **settings: Any) -> None:
+        super().__init__(*words, **settings)
+        self.text = text
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
-        for verb in parser.verbs.choices.values():
-            verb.load()
-            for action in verb._actions:
-                if action.nargs != 0:
-                    action.complete = shtab.FILE
-        say(shtab.complete(parser, shell=values))
-        parser.exit(0)
+        say(self.text(values))
+        parser.exit()
 
 
-def _examples(text: Text) -> str:
-    """The examples of a verb, below each other."""
-    width = max(len(line) for line, _ in text.examples)
-    lines = [f"  boresight {line:{width}}  # {what}" for line, what in text.examples]
-    return "\n".join(("examples:", *lines))
+def verb_of(name: str) -> Verb:
+    """A verb by name; its module is imported."""
+    verb: Verb = import_module(f"boresight.{VERBS[name]}").VERB
+    return verb
 
 
-def _parser() -> _Parser:
+def arguments_of(name: str) -> list[Argument]:
+    """All that a verb takes; its module is imported."""
+    besides = PROFILE_ARGUMENTS if name in PROFILED else ()
+    return [*verb_of(name).arguments.values(), *besides]
+
+
+def help_of(name: str) -> tuple[str, list[tuple[str, str]]]:
+    """What a verb is for, and command lines with what each does; its module is not imported."""
+    path = Path(__file__).parent / f"{VERBS[name].replace('.', '/')}.py"
+    summary, _, rest = (ast.get_docstring(ast.parse(path.read_bytes())) or "").partition("\n\n")
+    examples = [line.strip().partition("  # ") for line in rest.splitlines()]
+    return " ".join(summary.split()), [(line, what) for line, _, what in examples]
+
+
+def _parser(*verbs: str) -> _Parser:
+    """The parser of the command line, with the arguments of some verbs."""
     parser = _Parser(
         prog="boresight", description="Estimators from equations to FPGA, proven equal bit by bit."
     )
-    parser.add_argument("--version", action="version", version=boresight.__version__)
+    parser.add_argument(
+        "--version",
+        action=_Print,
+        nargs=0,
+        text=lambda _: boresight.__version__,
+        help="show program's version number and exit",
+    )
     parser.add_argument(
         "--print-completion",
-        action=_Completion,
+        action=_Print,
+        text=lambda shell: shtab.complete(_parser(*VERBS), shell=shell),
         choices=shtab.SUPPORTED_SHELLS,
         metavar="SHELL",
         help=f"print a script that completes command lines: {', '.join(shtab.SUPPORTED_SHELLS)}",
     )
-    parser.verbs = verbs = parser.add_subparsers(
-        dest="verb", metavar="VERB", required=True, parser_class=_VerbParser
-    )
-    for name, text in VERBS.items():
-        verb = verbs.add_parser(
+    subparsers = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name in VERBS:
+        # Only the help shows them, of all verbs or of the one that is named.
+        summary, examples = help_of(name) if name in verbs or not verbs else ("", [])
+        width = max((len(line) for line, _ in examples), default=0)
+        lines = ["examples:", *(f"  {line:{width}}  # {what}" for line, what in examples)]
+        verb = subparsers.add_parser(
             name,
-            help=text.summary,
-            description=text.summary,
-            epilog=_examples(text),
+            help=summary,
+            description=summary,
+            epilog="\n".join(lines),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        verb.verb = name
         verb.add_argument("--json", action="store_true", help="print one JSON object, nothing else")
         verb.add_argument("-q", "--quiet", action="store_true", help="no progress")
+        if name in verbs:
+            for argument in arguments_of(name):
+                argument.add_to(verb)
     return parser
+
+
+def parse(argv: Sequence[str]) -> dict[str, Any]:
+    """What a command line says, by name, and ``verb``; it may end with help or an error."""
+    for word in argv:  # argparse would take such a value for the end of all options
+        if re.fullmatch(r"(-\w|--[\w-]+=)--", word):
+            raise InputError(f"{word[:-2].rstrip('=')}: expected one argument")
+    return vars(_parser(*VERBS.keys() & {*argv}).parse_args(argv))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     try:
         with interruptible():
-            args = _parser().parse_args(argv)
-            with profiles(chosen_profiles(args)):
-                code, data, text = args.call(args)
-            if args.json:
+            parsed = parse(sys.argv[1:] if argv is None else argv)
+            with profiles(chosen_profiles(parsed)):
+                code, data, text = verb_of(parsed["verb"]).run(parsed)
+            if parsed["json"]:
                 say(json.dumps(data))
             elif text:
                 say(text)

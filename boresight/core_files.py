@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+from boresight.disk.cache import Cache
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
-from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.microcode.image import rom_pieces
+from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.texts.bench import Recorded
 from boresight.gateware.texts.core import (
@@ -23,7 +26,16 @@ from boresight.gateware.texts.core import (
 )
 from boresight.sim.levels.build import Build
 
-__all__ = ["TARGETS", "core_files", "project_files", "write_core", "write_system", "write_text"]
+__all__ = [
+    "TARGETS",
+    "core_files",
+    "estimate_core",
+    "project_files",
+    "together",
+    "write_core",
+    "write_system",
+    "write_text",
+]
 
 #: Targets of ``core.v``: the FPGA with its primitives, or any.
 TARGETS = ("xc6slx9", "generic")
@@ -121,4 +133,35 @@ def _program_texts(core: Core) -> dict[str, str]:
         f"program{of}.json": core.program.to_json() + "\n",
         f"schedule{of}.json": core.schedule.to_json() + "\n",
         **{f"firmware/{file}": text for file, text in emit_c(core.program).items()},
+    }
+
+
+def estimate_core(core: Core) -> Estimate:
+    """Area and clock estimate of a core (yosys and our timing analysis)."""
+    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
+
+
+def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The report of a core from those of its programs; of a single one, its own."""
+    if len(reports) == 1:
+        return reports[0]
+    depth = sum(rom_pieces(len(core.image.rom)))
+    return {
+        "core": core.name,
+        "config": core.machine.name,
+        "word": core.machine.arithmetic.word,
+        "digest": core.digest,
+        "resources": reports[0]["resources"],
+        "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
+        "microcode": {
+            "words": len(core.image.rom),
+            "depth": depth,
+            "bits": core.machine.word_bits,
+            "first_word": dict(zip(core.names, core.image.bases, strict=True)),
+        },
+        "states": {
+            "used": sum(len(p.program.states) for p in core.parts),
+            "available": core.machine.lanes * core.machine.state_slots,
+        },
+        "programs": dict(zip(core.names, reports, strict=True)),
     }

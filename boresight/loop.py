@@ -10,7 +10,8 @@ from typing import TypeAlias
 
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
-from boresight.model.resolve import Named, estimator_of, load
+from boresight.model.resolve import estimator_of, load
+from boresight.options import Config, EstimatorName, Params, Word
 from boresight.sim.answer import Answer
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.compare.verdict import judge
@@ -98,13 +99,13 @@ def world_of(what: NamedWorld) -> World:
 
 def simulate_world(
     world: NamedWorld,
-    estimator: Named,
+    estimator: EstimatorName,
     *,
     on: str = "c",
     against: str = "c",
-    config: str = "small",
-    word: int = 32,
-    params: Mapping[str, float] | None = None,
+    config: Config = "small",
+    word: Word = 32,
+    params: Params = None,
     steps: int | None = None,
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
@@ -120,10 +121,12 @@ def simulate_world(
     world : str, class or World
         ``file.py:Class``, a class or an object.
     estimator : str, class or Estimator
-    on, against : str
-        Levels, of `LEVELS`.
+    on : str
+        Level in the loop of a world: float, numpy, fixed, c or rtl.
+    against : str
+        A second level, compared.
     steps : int, optional
-        Most records; by default until the world ends.
+        Most records of a world; by default until it ends.
     output : path, optional
         CSV of the records that the first loop saw, with truths: a log.
 

@@ -1,32 +1,156 @@
-"""What verbs share: options of the command line, and what they become."""
+"""Verbs of the command line from functions: a parameter is an option, its help the docstring.
+
+A positional parameter is an argument; one after the ``*`` is an option of its name, ``--with-cpu``
+of ``with_cpu``. A number or a text takes a value; a bool is a flag, ``--no-synth`` where it is True
+by default; a sequence of texts is one value with commas; a mapping of numbers takes ``NAME=NUMBER``
+as often as wanted. `Option` in its annotation says what differs. A callable is no option. What is
+not typed is not passed, so that a default stands in the signature alone.
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+import inspect
+import re
+from argparse import SUPPRESS, ArgumentParser
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin
+
+import shtab
 
 from boresight.disk.paths import refuse_inputs
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
-from boresight.parameters import values_for
-from boresight.sharing import params_for_each
+from boresight.parameters import parse_settings, values_for
+from boresight.sharing import estimator_names, params_for_each
 from boresight.terminal import tell
 
 __all__ = [
-    "PROFILED",
+    "Argument",
+    "Arguments",
+    "Config",
+    "EstimatorName",
+    "EstimatorNames",
+    "Jobs",
+    "Logs",
+    "Option",
     "Outcome",
+    "OutputFolder",
+    "PROFILE_ARGUMENTS",
+    "PROFILED",
+    "Params",
+    "PythonOnly",
+    "Verb",
+    "Word",
     "chosen_profiles",
-    "model_options",
-    "number_options",
-    "params_of",
-    "profile_options",
-    "progress_of",
-    "refuse_options",
+    "outcome",
 ]
 
 #: Exit code, data for ``--json``, text for people.
 Outcome: TypeAlias = tuple[int, Any, str]
+
+
+@dataclass(frozen=True)
+class Option:
+    """What the command line has of a parameter, where its name, type and docstring do not say it.
+
+    Attributes
+    ----------
+    flags : tuple of str
+        The long one last.
+    metavar : str
+        What stands for a value.
+    help : str
+        If the docstring of the function has none.
+    required : bool
+        At least one value of ``*parameter``.
+    repeated : bool
+        Each text of a sequence has the flag before it.
+    hidden : bool
+        For Python alone.
+    """
+
+    flags: tuple[str, ...] = ()
+    metavar: str | None = None
+    help: str = ""
+    required: bool = False
+    repeated: bool = False
+    hidden: bool = False
+
+
+PythonOnly = Option(hidden=True)
+_ESTIMATOR = Option(metavar="ESTIMATOR", help="Name, or FILE.py:CLASS.")
+_SEVERAL = replace(_ESTIMATOR, metavar="ESTIMATOR[,ESTIMATOR...]")
+
+# Parameters of several verbs.
+EstimatorName: TypeAlias = Annotated[Named, _ESTIMATOR]
+EstimatorNames: TypeAlias = Annotated[Named, _SEVERAL]
+Logs: TypeAlias = Annotated[
+    Any, Option(metavar="LOG", help="Logs, or folders of logs.", required=True)
+]
+Config: TypeAlias = Annotated[
+    str,
+    Option(
+        help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers)."
+    ),
+]
+Word: TypeAlias = Annotated[int, Option(help="Word width, 18 to 32 bits.")]
+Jobs: TypeAlias = Annotated[int | None, Option(help="At once; default: one for each processor.")]
+OutputFolder: TypeAlias = Annotated[
+    str | Path, Option(("-o", "--output"), "DIR", "Folder for the files.")
+]
+# Of a function's ``params``: `Arguments.call` makes one mapping of both.
+_PARAMS = Option(metavar="FILE.json", help="Parameter values, as tune writes them, repeatable.")
+_PARAM = Option(metavar="NAME=NUMBER", help="Parameter value, repeatable, on top of the files.")
+Params: TypeAlias = Annotated[Mapping[str, Any] | None, _PARAMS]
+#: Kinds of values that can be typed.
+_KINDS = {bool, int, float, str, Any, Path, Mapping, Sequence, Collection}
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A parameter as the command line has it.
+
+    Attributes
+    ----------
+    name : str
+        Of what argparse gives.
+    flags : tuple of str
+        None of a positional one.
+    settings : dict
+        For `ArgumentParser.add_argument`.
+    text : str
+        What it is.
+    convert : callable
+        From what argparse gives to what the function takes.
+    option : Option
+    """
+
+    name: str
+    flags: tuple[str, ...]
+    settings: dict[str, Any]
+    text: str
+    convert: Callable[[Any], Any]
+    option: Option
+
+    @property
+    def shown(self) -> str:
+        """Its flags, and what stands for its value."""
+        value = "" if "const" in self.settings else self.settings["metavar"] or self.name.upper()
+        return " ".join(filter(None, (", ".join(self.flags), value)))
+
+    def add_to(self, parser: ArgumentParser) -> None:
+        """Add it, with completion by files."""
+        names = self.flags or (self.name,)
+        where: dict[str, Any] = {"dest": self.name} if self.flags else {}
+        action: Any = parser.add_argument(
+            *names, **where, **self.settings, default=SUPPRESS, help=self.text.replace("%", "%%")
+        )
+        if action.nargs != 0:
+            action.complete = shtab.FILE
 
 
 #: Verbs that compile estimators, and so take profiles.
@@ -36,19 +160,98 @@ PROFILED = (
 )
 
 
-def profile_options(parser: ArgumentParser) -> None:
-    """Where formats come from beside intervals."""
-    parser.add_argument(
-        "--profile",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="ranges for formats, as fit writes them, repeatable; default: beside the estimator",
+def parameter_texts(function: Callable[..., Any]) -> dict[str, str]:
+    """What the section Parameters of a docstring says, by name, without marks."""
+    section = re.search(
+        r"^Parameters\n-+\n(.*?)(?=\n[^\n]+\n---|\Z)", inspect.getdoc(function) or "", re.M | re.S
     )
-    parser.add_argument("--no-profile", action="store_true", help="formats by intervals alone")
+    texts: dict[str, list[str]] = {}
+    names: list[str] = []
+    for line in section[1].splitlines() if section else ():
+        if line[:1].strip():
+            names = line.partition(" : ")[0].split(", ")
+            texts |= {name: [] for name in names}
+        for name in names if line[:1].isspace() else ():
+            texts[name].append(line.strip().replace("`", ""))
+    return {name: " ".join(lines) for name, lines in texts.items()}
 
 
-def chosen_profiles(args: Namespace) -> list[str] | None:
+def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
+    """What the command line has of a function, by name."""
+    texts = parameter_texts(function)
+    arguments: list[Argument] = []
+    for p in inspect.signature(function, eval_str=True).parameters.values():
+        annotated = get_origin(p.annotation) is Annotated
+        kind, *more = get_args(p.annotation) if annotated else [p.annotation]
+        option = next((x for x in more if isinstance(x, Option)), Option())
+        union = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+        kinds = {get_origin(k) or k for k in union}
+        if option.hidden or kinds.isdisjoint(_KINDS):
+            continue
+        text = option.help if option is _PARAMS else texts.get(p.name) or option.help
+        arguments.append(_argument(p, kinds, option, text))
+        if option is _PARAMS:
+            arguments.append(_argument(p.replace(name="param"), kinds, _PARAM, _PARAM.help))
+    return {argument.name: argument for argument in arguments}
+
+
+def _argument(p: inspect.Parameter, kinds: set[Any], option: Option, text: str) -> Argument:
+    """A parameter of some kinds."""
+    positional = p.kind is not p.KEYWORD_ONLY
+    flags = option.flags or (f"--{'no-' * (p.default is True)}{p.name.replace('_', '-')}",)
+    settings: dict[str, Any] = {"metavar": option.metavar}
+    convert: Callable[[Any], Any] = _same
+    if positional:
+        several = p.kind is p.VAR_POSITIONAL
+        settings["metavar"] = option.metavar or p.name.upper()
+        if several or p.default is not p.empty:
+            settings["nargs"] = ("+" if option.required else "*") if several else "?"
+    elif bool in kinds:
+        settings = {"action": "store_const", "const": not p.default}
+    elif Mapping in kinds or option.repeated:
+        settings["action"] = "append"
+        convert = _same if option.repeated else partial(parse_settings, option=flags[-1])
+    elif Sequence in kinds or Collection in kinds:
+        convert = _split
+    elif numbers := kinds & {int, float}:
+        (settings["type"],) = numbers
+    default = ",".join(p.default) if isinstance(p.default, tuple) else p.default
+    unsaid = isinstance(default, bool) or default in (p.empty, None, "")
+    if not unsaid and "default" not in text:
+        text = f"{text.removesuffix('.')}; default {default}."
+    return Argument(p.name, () if positional else flags, settings, text, convert, option)
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _split(text: str) -> list[str]:
+    return text.split(",")
+
+
+#: What each of `PROFILED` takes besides.
+PROFILE_ARGUMENTS = (
+    Argument(
+        "profile",
+        ("--profile",),
+        {"action": "append", "metavar": "FILE"},
+        "Ranges for formats, as fit writes them, repeatable; default: beside the estimator.",
+        _same,
+        Option(),
+    ),
+    Argument(
+        "no_profile",
+        ("--no-profile",),
+        {"action": "store_const", "const": True},
+        "Formats by intervals alone.",
+        _same,
+        Option(),
+    ),
+)
+
+
+def chosen_profiles(parsed: Mapping[str, Any]) -> list[str] | None:
     """Files of profiles; None: those beside the estimators' files.
 
     Raises
@@ -56,99 +259,183 @@ def chosen_profiles(args: Namespace) -> list[str] | None:
     InputError
         Files together with ``--no-profile``.
     """
-    files: list[str] = getattr(args, "profile", [])
-    if getattr(args, "no_profile", False):
-        if files:
-            raise InputError.at(
-                "--profile",
-                wanted="a profile, or --no-profile",
-                found="both",
-                fix="leave one of them out",
-            )
-        return []
-    return files or None
+    files: list[str] | None = parsed.get("profile")
+    if files and "no_profile" in parsed:
+        raise InputError.at(
+            "--profile",
+            wanted="a profile, or --no-profile",
+            found="both",
+            fix="leave one of them out",
+        )
+    return [] if "no_profile" in parsed else files
 
 
-def number_options(parser: ArgumentParser) -> None:
-    """Word width and parameter values."""
-    parser.add_argument("--word", type=int, default=32, help="word width, 18 to 32 bits")
-    parser.add_argument(
-        "--params",
-        action="append",
-        default=[],
-        metavar="FILE.json",
-        help="parameter values, as tune writes them, repeatable",
-    )
-    parser.add_argument(
-        "--param",
-        action="append",
-        default=[],
-        metavar="NAME=NUMBER",
-        help="parameter value, repeatable, on top of the files",
-    )
+@dataclass
+class Arguments:
+    """What was typed.
 
-
-def model_options(parser: ArgumentParser) -> None:
-    """Configuration of the core, word width, parameter values."""
-    parser.add_argument(
-        "--config",
-        default="small",
-        help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers)",
-    )
-    number_options(parser)
-
-
-def params_of(args: Namespace, names: Sequence[Named]) -> dict[str, Any]:
-    """Parameter values of the only estimator, or by estimator.
-
-    Raises
-    ------
-    InputError
-        A wrong name or value, a bad file, or one that is also the output.
+    Attributes
+    ----------
+    known : mapping of str to Argument
+        What the verb takes.
+    typed : dict
+        Of these by name, as argparse gives it.
+    json, quiet : bool
     """
-    for option, name in (("-o", "output"), ("--reproducer", "reproducer")):
-        refuse_inputs(getattr(args, name, None) or "", args.params, option)
-    if len(names) > 1:
-        return dict(params_for_each(names, args.params, args.param))
-    return dict(values_for(names[0], args.params, args.param))
+
+    known: Mapping[str, Argument]
+    typed: dict[str, Any]
+    json: bool
+    quiet: bool
+
+    @property
+    def progress(self) -> Callable[[str], None] | None:
+        """Where progress goes: stderr, unless ``--quiet`` or ``--json``."""
+        return None if self.quiet or self.json else tell
+
+    @property
+    def params(self) -> tuple[list[str], list[str]]:
+        """Parameter files, and texts ``NAME=NUMBER``.
+
+        Raises
+        ------
+        InputError
+            A file that is also the output.
+        """
+        files = self.typed.get("params", [])
+        for name in ("output", "reproducer"):
+            if self.typed.get(name):
+                refuse_inputs(self.typed[name], files, self.known[name].flags[0])
+        return files, self.typed.get("param", [])
+
+    def only(
+        self,
+        function: Callable[..., Any],
+        *,
+        wanted: str = "another use of this verb",
+        found: str = "one without it",
+        instead: str = "",
+    ) -> None:
+        """Refuse options that a function does not take.
+
+        Parameters
+        ----------
+        wanted, found : str
+            What these options belong to, and what is run.
+        instead : str
+            What else could be done, before "leave it out".
+
+        Raises
+        ------
+        InputError
+            One of them was typed.
+        """
+        taken = arguments_of(function)
+        for name in self.typed:
+            if name not in taken:
+                flag = self.known[name].flags[-1]
+                fix = f"{instead}leave {flag} out"
+                raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
+
+    def call(self, function: Callable[..., Any], *positional: Any, **more: Any) -> Any:
+        """Call a function with what was typed.
+
+        Parameters
+        ----------
+        positional
+            By default as typed.
+        more
+            Keywords on top of those that were typed.
+
+        Raises
+        ------
+        InputError
+            An option that the function does not take; a wrong value.
+        """
+        self.only(function)
+        taken = arguments_of(function)
+        options = {
+            name: argument.convert(self.typed[name])
+            for name, argument in taken.items()
+            if argument.flags and name in self.typed and name not in ("params", "param")
+        }
+        signature = inspect.signature(function)
+        if not positional:
+            for name, argument in taken.items():
+                if not argument.flags and name in self.typed:
+                    value = self.typed[name]
+                    positional += tuple(value) if isinstance(value, list) else (value,)
+        if {"params", "param"} & {*self.typed} and "params" not in more:
+            options["params"] = self._values(taken, signature.bind_partial(*positional).arguments)
+        if "progress" in signature.parameters:
+            options["progress"] = self.progress
+        return function(*positional, **options | more)
+
+    def _values(self, taken: Mapping[str, Argument], values: Mapping[str, Any]) -> dict[str, Any]:
+        """Parameter values of the only estimator, or by estimator."""
+        names: list[Named] = []
+        several = False
+        for name, value in values.items():
+            if taken[name].option in (_ESTIMATOR, _SEVERAL):
+                several |= taken[name].option == _SEVERAL
+                names += value if isinstance(value, tuple) else [value]
+        names = estimator_names(*names) if several else names
+        if len(names) == 1:
+            return values_for(names[0], *self.params)
+        return dict(params_for_each(names, *self.params))
 
 
-def refuse_options(
-    args: Namespace,
-    add_arguments: Callable[[ArgumentParser], None],
-    names: Sequence[str],
-    *,
-    wanted: str,
-    found: str,
-    instead: str = "",
-) -> None:
-    """Refuse options of a verb that have no meaning beside others.
+def outcome(result: Any, more: str = "") -> Outcome:
+    """The outcome of a result, with more text for people: 1 unless it is good."""
+    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{more}"
+
+
+class Verb:
+    """A verb of the command line.
 
     Parameters
     ----------
-    add_arguments : callable
-        The verb's, for their defaults.
-    names : sequence of str
-        Names of the options in ``args``.
-    wanted, found : str
-        What the options belong to, and what is run.
-    instead : str
-        What else could be done, before "leave it out".
-
-    Raises
-    ------
-    InputError
-        One of them has another value than its default.
+    modes : functions
+        What it can do: their parameters are its arguments and options.
+    call : callable, optional
+        From `Arguments` to an outcome, where there are several modes or something more to say; its
+        own parameters are arguments too, positional ones instead of those of the modes.
     """
-    parser = ArgumentParser(add_help=False)
-    add_arguments(parser)
-    for name in names:
-        if getattr(args, name) != parser.get_default(name):
-            option = f"--{name.replace('_', '-')}"
-            fix = f"{instead}leave {option} out"
-            raise InputError.at(option, wanted=wanted, found=found, fix=fix)
 
+    def __init__(
+        self, *modes: Callable[..., Any], call: Callable[..., Outcome] | None = None
+    ) -> None:
+        self.modes = modes
+        self.call = call
 
-def progress_of(args: Namespace) -> Callable[[str], None] | None:
-    """What progress is told to: stderr, unless ``--quiet`` or ``--json``."""
-    return None if args.quiet or args.json else tell
+    @cached_property
+    def own(self) -> dict[str, Argument]:
+        """Arguments of ``call`` itself."""
+        return {} if self.call is None else arguments_of(self.call)
+
+    @cached_property
+    def arguments(self) -> dict[str, Argument]:
+        """All that it takes, by name."""
+        every = [self.own, *map(arguments_of, self.modes)]
+        first = next((a for a in every if any(not x.flags for x in a.values())), {})
+        positional = {name: a for name, a in first.items() if not a.flags}
+        for arguments in every:
+            options = {name: a for name, a in arguments.items() if a.flags}
+            positional |= {name: a for name, a in options.items() if name not in positional}
+        return positional
+
+    def run(self, parsed: Mapping[str, Any]) -> Outcome:
+        """Do it with what argparse gives."""
+        typed = {name: value for name, value in parsed.items() if name in self.arguments}
+        arguments = Arguments(self.arguments, typed, json=parsed["json"], quiet=parsed["quiet"])
+        if self.call is None:
+            return outcome(arguments.call(*self.modes))
+        own: list[Any] = []
+        keywords: dict[str, Any] = {}
+        for name in [name for name in self.own if name in typed]:
+            value = typed.pop(name)
+            if self.own[name].flags:
+                keywords[name] = value
+            else:
+                own += value if isinstance(value, list) else [value]
+        return self.call(arguments, *own, **keywords)

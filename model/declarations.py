@@ -20,6 +20,7 @@ from boresight.model.words.fixed import Format
 __all__ = [
     "EXACT_UNITS",
     "GRAVITY",
+    "MICRO_G",
     "PERIODS",
     "QUATERNION",
     "SourceFormat",
@@ -41,6 +42,8 @@ PERIODS = {"ht": 2.0, "turn": 1.0}
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
 #: The unit g, standard gravity, m/s^2.
 GRAVITY = 9.80665
+#: A millionth of it, rounded once.
+MICRO_G = float(f"{GRAVITY}e-6")
 
 
 @dataclass(frozen=True)

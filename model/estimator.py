@@ -25,7 +25,7 @@ from boresight.model.lowering.profile import Profile
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.places import author_line, placed
 from boresight.model.step import Values, check_constants, checked
-from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.fixed import Arithmetic, check_word
 from boresight.model.words.program import InPort, Kind, Link, Port, Program
 
 __all__ = [
@@ -242,13 +242,7 @@ class Estimator:
 
         Values that belong to no node (constants, parts of a function) are left out.
         """
-        if not 18 <= word <= 32:
-            raise InputError.at(
-                "word",
-                wanted="18 to 32 bits",
-                found=str(word),
-                fix="choose a width inside the range",
-            )
+        check_word(word)
         trace = self.record()
         if self.profile is not None:
             self.profile.check(trace, self.name, self.inputs)

@@ -1,14 +1,52 @@
-"""Pages: self-contained HTML files, from templates beside the code that fills them."""
+"""Pages: self-contained HTML files with one style sheet (``base.html``).
+
+A page of text, tables and plots is made of `Section`; one with more has a template beside the code
+that fills it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
-__all__ = ["UNKNOWN", "number", "page", "unit"]
+__all__ = ["UNKNOWN", "Section", "Verdict", "number", "page", "page_of", "unit"]
 
 #: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
+
+
+class Verdict(NamedTuple):
+    """A text that is good, or not: green or red."""
+
+    text: str
+    good: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A part of a page.
+
+    Attributes
+    ----------
+    title, text : str
+    columns : sequence of str
+        Head of its table.
+    rows : sequence of sequences
+        Cells: text, a `Verdict`, or numbers, which are written as for people.
+    right : bool
+        Texts too are on the right of their cells, but in the first column.
+    figures : sequence of (caption, SVG)
+        See `sim.plotting.svg`.
+    """
+
+    title: str = ""
+    text: str = ""
+    columns: Sequence[str] = ()
+    rows: Sequence[Sequence[str | float | Verdict]] = ()
+    right: bool = False
+    figures: Sequence[tuple[str, str]] = ()
 
 
 def number(x: Any, digits: int = 4) -> str:
@@ -48,7 +86,14 @@ def page(package: str, name: str, /, **values: Any) -> str:
     """
     import jinja2
 
+    def source(wanted: str) -> str:
+        """Of a template: in the package, or one of those that all pages share."""
+        path = files(package).joinpath(wanted)
+        found = path if path.is_file() else files("boresight.sim").joinpath(wanted)
+        return found.read_text(encoding="utf-8")
+
     environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(source),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -56,5 +101,12 @@ def page(package: str, name: str, /, **values: Any) -> str:
         keep_trailing_newline=True,
     )
     environment.filters |= {"number": number, "unit": unit}
-    text = files(package).joinpath(name).read_text(encoding="utf-8")
-    return environment.from_string(text).render(values)
+    return environment.get_template(name).render(values)
+
+
+def page_of(
+    title: str, intro: Sequence[str | Verdict], sections: Sequence[Section], *, note: str = ""
+) -> str:
+    """The text of a page of paragraphs, sections and a note at its end."""
+    values = {"title": title, "intro": intro, "sections": sections, "note": note}
+    return page("boresight.sim", "sections.html", **values)

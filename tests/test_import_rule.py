@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from boresight.verbs import VERBS
 from tests.support.tree import ROOT, imports, python_files
 
 ROOMS = ("model", "gateware", "firmware", "sim", "systems")
@@ -39,6 +40,13 @@ def test_import_rule(folder):
     for path in python_files(folder):
         wrong = rooms(path) - MAY[folder]
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
+
+
+def test_verbs_import_no_verbs():
+    modules = tuple(f"boresight.{place}." for place in VERBS.values())
+    for place in VERBS.values():
+        path = ROOT / "boresight" / f"{place.replace('.', '/')}.py"
+        assert not [name for name in imports(path) if name.startswith(modules)], path
 
 
 def test_disk_needs_little():

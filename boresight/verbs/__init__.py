@@ -1,13 +1,30 @@
-"""One file for each verb of the command line, its function and its text; `texts` is its help."""
+"""One file for each verb of the command line: its function, and `Verb`, what is typed of it.
+
+The docstring of the file is its help: a line of what it is for, and examples.
+"""
 
 from __future__ import annotations
 
-__all__ = ["place_of"]
+__all__ = ["VERBS"]
 
-#: Verbs of the room `boresight.verbs.figures`.
-_FIGURES = ("accuracy", "bench", "covariance", "montecarlo", "tune")
-
-
-def place_of(verb: str) -> str:
-    """Name of a verb's module, below ``boresight``."""
-    return f"verbs.figures.{verb}" if verb in _FIGURES else f"verbs.{verb}"
+#: Where each verb is, below ``boresight``.
+VERBS = {
+    "new": "verbs.new",
+    "list": "verbs.list",
+    "compile": "verbs.compile",
+    "fit": "verbs.fit",
+    "run": "verbs.run",
+    "check": "verbs.check",
+    "report": "verbs.report",
+    "tune": "verbs.figures.tune",
+    "accuracy": "verbs.figures.accuracy",
+    "convert": "verbs.convert",
+    "experiment": "verbs.experiment",
+    "demo": "verbs.demo",
+    "bench": "verbs.figures.bench",
+    "covariance": "verbs.figures.covariance",
+    "montecarlo": "verbs.figures.montecarlo",
+    "monitor": "verbs.monitor",
+    "simulate": "verbs.simulate",
+    "doctor": "verbs.doctor",
+}

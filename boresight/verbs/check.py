@@ -1,19 +1,35 @@
-"""`boresight check`: prove all levels equal on one or more logs."""
+"""Prove integer model, C and RTL equal on logs, bit by bit, and near float64.
+
+boresight check my_filter.py log.csv  # all levels
+boresight check mekf first.csv folder  # several logs, or folders of logs
+boresight check mekf log.csv --levels fixed,c --word 24  # without RTL, in narrow words
+boresight check complementary,mekf log.csv  # taking turns on one core
+boresight check mekf,pi.py mekf=log.csv pi=motor.csv  # each with its own log
+boresight check replay reproducer.json  # a difference that was found, again
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, overload
+from typing import Annotated, Any, overload
 
 from boresight.arguments import check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, model_options, params_of, progress_of, refuse_options
+from boresight.options import (
+    Arguments,
+    Config,
+    EstimatorNames,
+    Logs,
+    Option,
+    Outcome,
+    Params,
+    Verb,
+    Word,
+)
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.check import EXACT, Check
@@ -24,7 +40,7 @@ from boresight.sim.records.files import log_files, read_logs, record_of
 from boresight.sim.records.record import Record
 from boresight.terminal import say
 
-__all__ = ["CheckResults", "add_arguments", "call", "check"]
+__all__ = ["CheckResults", "check"]
 
 #: Where a difference is kept, unless said otherwise.
 REPRODUCER = "reproducer.json"
@@ -97,25 +113,41 @@ def _own_record(name: str, own: Mapping[str, Any]) -> Record:
 
 
 def check(
-    name: Named,
-    *logs: Any,
-    config: str = "small",
-    word: int = 32,
+    name: EstimatorNames,
+    *logs: Logs,
+    config: Config = "small",
+    word: Word = 32,
     steps: int | None = None,
     levels: Sequence[str] = EXACT,
     simulator: str | None = None,
-    params: Mapping[str, Any] | None = None,
-    reproducer: str | Path | None = None,
+    params: Params = None,
+    reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     progress: Callable[[str], None] | None = None,
     each: Callable[[CheckResult], None] | None = None,
 ) -> CheckResults:
     """Check an estimator on logs; see `sim.compare.check.Check`.
 
-    ``name`` may be several names with commas: then one core holds them all and they take turns;
-    ``params`` is then a mapping by estimator. ``logs`` are paths of logs or folders, or what
-    `sim.records.record.Record.of` takes, each for all estimators; ``NAME=PATH``, or a mapping by
-    their names, gives each of several its own. ``each`` is called with every result as soon as it
-    is there.
+    Parameters
+    ----------
+    name : str, class or Estimator
+        Name, or FILE.py:CLASS; several with commas: all in one core, in turns. On the command
+        line also the word replay, before reproducers.
+    logs : paths, or data in memory (`Record.of`)
+        Logs, or folders of logs; with several estimators NAME=LOG, or a mapping by their names,
+        gives each its own.
+    steps : int, optional
+        Leading samples of each log.
+    levels : sequence of str
+        Some of fixed, c, rtl.
+    simulator : str, optional
+        verilator or icarus; by default what is there.
+    params : mapping, optional
+        Values other than the defaults; of several estimators such a mapping of each by its name.
+    reproducer : path, optional
+        Written when a level differs; `boresight check replay FILE` runs it. The command line
+        writes reproducer.json by default, or one with a number where a file of yours has that name.
+    each : callable, optional
+        Called with every result as soon as it is there.
 
     Returns
     -------
@@ -165,72 +197,41 @@ def check(
     return CheckResults(tuple(results))
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument(
-        "estimator",
-        metavar="ESTIMATOR[,ESTIMATOR...]",
-        help="estimator; several: all in one core, in turns; or the word replay",
-    )
-    parser.add_argument(
-        "logs",
-        nargs="+",
-        metavar="LOG",
-        help="logs, or folders of logs; of several estimators NAME=LOG gives one its own",
-    )
-    model_options(parser)
-    parser.add_argument("--steps", type=int, help="leading samples of each log")
-    parser.add_argument("--levels", default=",".join(EXACT), help=f"some of {','.join(EXACT)}")
-    parser.add_argument("--simulator", help="verilator or icarus; default: what is there")
-    parser.add_argument(
-        "--reproducer",
-        metavar="FILE",
-        help=f"written when a level differs; run it with: boresight check replay FILE; default: "
-        f"{REPRODUCER}, or one with a number where a file of yours has that name",
-    )
+def replay(
+    *files: str | Path, levels: Sequence[str] = EXACT, simulator: str | None = None
+) -> list[str]:
+    """Run reproducers, which hold their machine and inputs; all are read before the first is run.
+
+    Returns
+    -------
+    list of str
+        A line for each difference.
+    """
+    Check(Build(), levels=levels, simulator=simulator)  # refuses what it does not know
+    for file in files:
+        load_reproducer(Path(file))
+    return [
+        line
+        for file in files
+        for line in replay_reproducer(Path(file), levels=levels, simulator=simulator or "verilator")
+    ]
 
 
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    levels = tuple(args.levels.split(","))
-    if args.estimator == "replay":
-        return _replay(args, levels)
-    reproducer = args.reproducer
-    if reproducer is None:
-        reproducer = free_name(REPRODUCER, "check", option="--reproducer")
-    results = check(
-        args.estimator,
-        *args.logs,
-        config=args.config,
-        word=args.word,
-        steps=args.steps,
-        levels=levels,
-        simulator=args.simulator,
-        params=params_of(args, estimator_names(args.estimator)),
-        reproducer=reproducer,
-        progress=progress_of(args),
-        each=None if args.json else lambda result: say("\n".join(result.lines())),
-    )
+def call(arguments: Arguments) -> Outcome:
+    """Check, or run reproducers."""
+    typed = arguments.typed
+    if typed["name"] == "replay":
+        del typed["name"]
+        files = typed.pop("logs")
+        found = "a reproducer, which holds its own"
+        arguments.only(replay, wanted="an estimator and a log", found=found)
+        lines = arguments.call(replay, *files)
+        return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
+    if "reproducer" not in typed:
+        typed["reproducer"] = free_name(REPRODUCER, "check", option="--reproducer")
+    each = None if arguments.json else lambda result: say("\n".join(result.lines()))
+    results = arguments.call(check, each=each)
     return int(not results.good), results.to_json(), verdict(results)
 
 
-def _replay(args: Namespace, levels: Sequence[str]) -> Outcome:
-    """Run reproducers; all are good before the first is run. They hold their machine and inputs."""
-    refuse_options(
-        args,
-        add_arguments,
-        ("config", "word", "steps", "params", "param", "reproducer"),
-        wanted="an estimator and a log",
-        found="a reproducer, which holds its own",
-    )
-    Check(Build(), levels=levels, simulator=args.simulator)  # refuses what it does not know
-    files = [Path(file) for file in args.logs]
-    for file in files:
-        load_reproducer(file)
-    simulator = args.simulator or "verilator"
-    lines = [
-        line
-        for file in files
-        for line in replay_reproducer(file, levels=levels, simulator=simulator)
-    ]
-    return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
+VERB = Verb(check, replay, call=call)

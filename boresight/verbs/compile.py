@@ -1,19 +1,28 @@
-"""`boresight compile`: Verilog, ISE project, microcode, register map, C, report.json."""
+"""Write Verilog, ISE project, microcode, register map, C, report.json.
+
+boresight compile my_filter.py -o build  # a filter of one's own
+boresight compile complementary mekf -o build  # two in one core; a register says which runs
+boresight compile mekf --config fast --board mimas --synth -o build  # ISE project, estimates
+boresight compile mekf my_filter.py --config small-1024 -o build  # with twice the registers
+boresight compile my_filter.py --target generic --axi -o build  # for any part; behind AXI
+boresight compile "vqf(rate_hz=200, mag='none')" -o build  # one that takes arguments
+boresight compile complementary --urgent 3 -o build  # the first three outputs soonest
+"""
 
 from __future__ import annotations
 
 import json
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGETS,
     core_files,
+    estimate_core,
     project_files,
+    together,
     write_core,
     write_system,
     write_text,
@@ -24,15 +33,13 @@ from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
-from boresight.gateware.core import Core
-from boresight.gateware.microcode.image import rom_pieces
 from boresight.gateware.synthesis.estimate import Estimate, estimate
+from boresight.gateware.system.plan import SYSTEM_WORDS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.options import Config, EstimatorNames, OutputFolder, Params, Verb, Word
 from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
@@ -42,28 +49,21 @@ from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import report_data
 from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
-__all__ = ["add_arguments", "call", "compile", "estimate_core", "together"]
+__all__ = ["compile"]
 
 #: What an ISE project can be made of.
 TOPS = ("sensors", "records")
-#: Least width of its words, bits (`gateware.system.programs.system_core`).
-SYSTEM_WORD_LEAST = 26
-
-
-def estimate_core(core: Core) -> Estimate:
-    """Area and clock estimate of a core (yosys and our timing analysis)."""
-    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
 
 
 def compile(
-    name: Named,
-    *others: Named,
-    config: str = "small",
+    name: EstimatorNames,
+    *others: EstimatorNames,
+    config: Config = "small",
     board: str | None = None,
-    word: int = 32,
+    word: Word = 32,
     synth: bool = False,
-    output: str | Path = "build",
-    params: Mapping[str, Any] | None = None,
+    output: OutputFolder = "build",
+    params: Params = None,
     urgent: int | None = None,
     top: str = "sensors",
     with_cpu: bool = False,
@@ -78,31 +78,27 @@ def compile(
 
     Parameters
     ----------
-    name, others : str, class or Estimator
-        Names, ``file.py:Class``, classes or objects, in the order of their numbers in the core.
-    config : str
-        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
+    name : str, class or Estimator
+        Name, FILE.py:CLASS, class or object.
+    others : str, class or Estimator
+        More of them: one core holds them all, in this order, and a register says which runs.
     board : str, optional
-        Also write an ISE project for this board.
+        Also write an ISE project for this board: mimas or sk-xc6slx9.
     top : str
-        What that project is: "sensors", the complete system of readers, calibration, filters and
-        output (`gateware.system`), or "records", the core alone, fed by the host.
-    word : int
-        Word width, 18 to 32.
+        What that project is: sensors, the complete system of readers, calibration, filters and
+        output (`gateware.system`), or records, the core alone, fed by the host.
     synth : bool
-        Also synthesise: area and clock estimate of the core, and of the complete system if there
-        is one (``system`` in the report).
+        Also synthesise (yosys): area and clock estimate of the core, and of the complete system if
+        there is one (``system`` in the report).
     with_cpu : bool
-        With a soft core beside it, its firmware in block RAM; needs a board and "sensors".
+        With a soft core beside it, its firmware in block RAM; needs a board, sensors and the
+        RISC-V compiler.
     target : str
-        What ``core.v`` is for: "xc6slx9", with primitives of that part, or "generic", without any.
+        What ``core.v`` is for: xc6slx9, with primitives of that part, or generic, without any.
     axi : bool
         Also the core behind AXI4-Stream and AXI4-Lite, ``core_axi.v``.
-    output : path
-        Folder for the files.
-    params : mapping, optional
-        Parameter values other than the defaults; with several estimators, a mapping of such for
-        each of them by its name.
+    params : mapping
+        Values other than the defaults; of several estimators such a mapping of each by its name.
     urgent : int, optional
         Leading outputs whose latency counts first.
 
@@ -197,7 +193,7 @@ def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, ta
             fix="leave out --board or --target",
         )
     if board is not None and top == "sensors":
-        check_number("word of a complete system", word, SYSTEM_WORD_LEAST, 32)
+        check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
     if with_cpu and (board is None or top != "sensors"):
         raise InputError.at(
             "with-cpu",
@@ -224,82 +220,4 @@ def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) ->
     return to_verilog(write_system(folder, board, core), "system", instances=True)
 
 
-def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The report of a core from those of its programs; of a single one, its own."""
-    if len(reports) == 1:
-        return reports[0]
-    depth = sum(rom_pieces(len(core.image.rom)))
-    return {
-        "core": core.name,
-        "config": core.machine.name,
-        "word": core.machine.arithmetic.word,
-        "digest": core.digest,
-        "resources": reports[0]["resources"],
-        "fmax_mhz": reports[0]["timing"]["fmax_mhz"],
-        "microcode": {
-            "words": len(core.image.rom),
-            "depth": depth,
-            "bits": core.machine.word_bits,
-            "first_word": dict(zip(core.names, core.image.bases, strict=True)),
-        },
-        "states": {
-            "used": sum(len(p.program.states) for p in core.parts),
-            "available": core.machine.lanes * core.machine.state_slots,
-        },
-        "programs": dict(zip(core.names, reports, strict=True)),
-    }
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument(
-        "estimators",
-        nargs="+",
-        metavar="ESTIMATOR",
-        help="several: one core that holds them all, a register says which runs",
-    )
-    model_options(parser)
-    parser.add_argument("--board", help="also write an ISE project: mimas or sk-xc6slx9")
-    parser.add_argument(
-        "--top",
-        default="sensors",
-        help="what that is: sensors, the complete system, "
-        "or records, the core alone, fed by the host",
-    )
-    parser.add_argument(
-        "--with-cpu",
-        action="store_true",
-        help="and a soft core with its firmware (needs the RISC-V compiler)",
-    )
-    parser.add_argument(
-        "--target",
-        default=TARGETS[0],
-        help="what core.v is for: xc6slx9, with its primitives, or generic, any part",
-    )
-    parser.add_argument(
-        "--axi", action="store_true", help="also the core behind AXI4-Stream and AXI4-Lite"
-    )
-    parser.add_argument("--synth", action="store_true", help="also estimate area and clock (yosys)")
-    parser.add_argument("--urgent", type=int, help="leading outputs whose latency counts first")
-    parser.add_argument("-o", "--output", default="build", metavar="DIR")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    names = estimator_names(*args.estimators)
-    result = compile(
-        *names,
-        config=args.config,
-        board=args.board,
-        word=args.word,
-        synth=args.synth,
-        output=args.output,
-        params=params_of(args, names),
-        urgent=args.urgent,
-        top=args.top,
-        with_cpu=args.with_cpu,
-        target=args.target,
-        axi=args.axi,
-        progress=progress_of(args),
-    )
-    return 0, result.to_json(), str(result)
+VERB = Verb(compile)

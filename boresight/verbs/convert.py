@@ -1,20 +1,22 @@
-"""`boresight convert`: a published data set's files become logs."""
+"""A published data set's files (BROAD) to logs.
+
+boresight convert broad broad/data_mat -o logs  # needs scipy
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.arguments import check_choice
 from boresight.disk.output import output_folder
-from boresight.options import Outcome, progress_of
+from boresight.options import OutputFolder, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.data.convert_broad import broad_record, broad_trials
 from boresight.sim.records.files import content_of
 
-__all__ = ["ConvertResult", "ConvertedLog", "add_arguments", "call", "convert"]
+__all__ = ["ConvertResult", "ConvertedLog", "convert"]
 
 #: Data sets: what finds the files of one in a folder, and what reads one of them.
 _DATA_SETS = {"broad": (broad_trials, broad_record)}
@@ -35,12 +37,16 @@ class ConvertResult(Answer):
     data_set: str
     logs: tuple[ConvertedLog, ...]
 
+    def __str__(self) -> str:
+        count = len(self.logs)
+        return f"{count} log{'s' if count > 1 else ''} in {Path(self.logs[0].log).parent}"
+
 
 def convert(
     data_set: str,
     folder: str | Path,
     *,
-    output: str | Path = "build/logs",
+    output: OutputFolder = "build/logs",
     progress: Callable[[str], None] | None = None,
 ) -> ConvertResult:
     """Write an ``.npz`` log for each file of a data set.
@@ -81,15 +87,4 @@ def convert(
     return ConvertResult(data_set, tuple(rows))
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("data_set", metavar="DATA_SET", help=", ".join(_DATA_SETS))
-    parser.add_argument("folder", metavar="FOLDER", help="its files (of BROAD: data_mat)")
-    parser.add_argument("-o", "--output", default="build/logs", help="folder of the logs")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    result = convert(args.data_set, args.folder, output=args.output, progress=progress_of(args))
-    count = len(result.logs)
-    return 0, result.to_json(), f"{count} log{'s' if count > 1 else ''} in {args.output}"
+VERB = Verb(convert)

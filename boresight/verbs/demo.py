@@ -1,18 +1,28 @@
-"""The main job of `make`: all filters in one core, both configurations, on bundled real data."""
+"""The main job: one core with all filters, both configurations, proven on the bundled recording.
+
+boresight demo -o build  # what `make` does
+"""
 
 from __future__ import annotations
 
 import json
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from boresight.arguments import check_number
 from boresight.board.simulated import BoardFigures, runs_table
 from boresight.board.simulation import BOARD_FILES, default_log, write_board
-from boresight.core_files import core_files, project_files, write_core, write_system, write_text
+from boresight.core_files import (
+    core_files,
+    estimate_core,
+    project_files,
+    together,
+    write_core,
+    write_system,
+    write_text,
+)
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.device import XC6SLX9
@@ -21,7 +31,7 @@ from boresight.gateware.system.programs import system_core
 from boresight.model.estimators import FILTERS
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.failure import ToolFailed
-from boresight.options import Outcome, progress_of
+from boresight.options import OutputFolder, PythonOnly, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.board.setup import REAL
 from boresight.sim.compare.check import Check
@@ -33,18 +43,8 @@ from boresight.sim.records.files import read_record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.sim.rtl.simulators import require
-from boresight.verbs.compile import estimate_core, together
 
-__all__ = [
-    "RECORDING",
-    "STEPS",
-    "DemoCore",
-    "DemoFilter",
-    "DemoResult",
-    "add_arguments",
-    "call",
-    "demo",
-]
+__all__ = ["RECORDING", "STEPS", "DemoCore", "DemoFilter", "DemoResult", "demo"]
 
 RECORDING = "ximu_walk"
 CONFIGS = ("small", "fast")
@@ -143,19 +143,29 @@ class DemoResult(Answer):
 
 
 def demo(
-    names: Sequence[str] = FILTERS,
+    names: Annotated[Sequence[str], PythonOnly] = FILTERS,
     *,
-    output: str | Path = "build",
+    output: OutputFolder = "build",
     steps: int = STEPS,
-    restarts: int | None = None,
+    restarts: Annotated[int | None, PythonOnly] = None,
     progress: Callable[[str], None] | None = None,
 ) -> DemoResult:
     """Compile one core with all filters, prove it on the bundled recording, estimate, report.
 
     Writes ``<output>/core-<config>/`` (Verilog, ISE project of the complete system, C, register
     map, ``report.json`` and a page for each filter) for small and fast, ``<output>/board/``, the
-    page of the complete board in simulation, and ``<output>/summary.json``. ``restarts`` is the
-    effort of the scheduler.
+    page of the complete board in simulation, and ``<output>/summary.json``.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Filters.
+    output : path
+        Folder for the files.
+    steps : int
+        Leading samples of the recording.
+    restarts : int, optional
+        Effort of the scheduler.
 
     Returns
     -------
@@ -337,13 +347,4 @@ def _core_table(cores: Sequence[DemoCore]) -> str:
     return "\n".join(lines)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("-o", "--output", default="build", metavar="DIR")
-    parser.add_argument("--steps", type=int, default=STEPS, help="leading samples of the recording")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    result = demo(output=args.output, steps=args.steps, progress=progress_of(args))
-    return int(not result.good), result.to_json(), str(result)
+VERB = Verb(demo)

@@ -1,11 +1,14 @@
-"""`boresight doctor`: which tools are here, in which version, and what is missing."""
+"""Which tools are here, and what is missing.
+
+boresight doctor  # all of them
+boresight doctor --clear-cache  # empty the build cache
+"""
 
 from __future__ import annotations
 
 import platform
 import shutil
 import subprocess
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -18,21 +21,12 @@ from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.needs import COMMON, NEEDS, embeddable, install_line
-from boresight.options import Outcome
+from boresight.options import Arguments, Outcome, Verb, outcome
 from boresight.sim.answer import Answer
 from boresight.sim.formal.tools import solver_version
 from boresight.sim.rtl.simulators import available, version
 
-__all__ = [
-    "BuildCache",
-    "ClearedCache",
-    "DoctorResult",
-    "Tool",
-    "add_arguments",
-    "call",
-    "clear_cache",
-    "doctor",
-]
+__all__ = ["BuildCache", "ClearedCache", "DoctorResult", "Tool", "empty_cache", "doctor"]
 
 
 @dataclass(frozen=True)
@@ -104,7 +98,7 @@ class DoctorResult(Answer):
 
 @dataclass(frozen=True)
 class ClearedCache(Answer):
-    """What `clear_cache` took from a folder, and how many entries stayed, being in use."""
+    """What `empty_cache` took from a folder, and how many entries stayed, being in use."""
 
     path: str
     entries: int
@@ -216,7 +210,7 @@ def doctor() -> DoctorResult:
     return DoctorResult(tools, cache, good=all(t.version or not t.needed for t in tools))
 
 
-def clear_cache() -> ClearedCache:
+def empty_cache() -> ClearedCache:
     """Empty the build cache; what a running process uses stays.
 
     Returns
@@ -229,18 +223,20 @@ def clear_cache() -> ClearedCache:
     return ClearedCache(str(cache.root), cleared.entries, cleared.size, cleared.in_use)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument(
-        "--clear-cache", action="store_true", help="empty the build cache, and nothing else"
-    )
+def call(arguments: Arguments, *, clear_cache: bool = False) -> Outcome:
+    """The tools, or the cache emptied.
+
+    Parameters
+    ----------
+    clear_cache : bool
+        Empty the build cache, and nothing else.
+    """
+    if clear_cache:
+        return outcome(empty_cache())
+    result = doctor()
+    code, data, text = outcome(result)
+    missing = [str(t) for t in result.tools if t.needed and not t.version]
+    return code, data, "\n".join(missing) if arguments.quiet else text
 
 
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    if args.clear_cache:
-        cleared = clear_cache()
-        return 0, cleared.to_json(), str(cleared)
-    found = doctor()
-    missing = [str(t) for t in found.tools if t.needed and not t.version]
-    return int(not found.good), found.to_json(), "\n".join(missing) if args.quiet else str(found)
+VERB = Verb(doctor, call=call)

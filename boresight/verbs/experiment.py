@@ -1,22 +1,26 @@
-"""`boresight experiment`: a system run in simulation, its figures beside what they are to be."""
+"""A published experiment in simulation: page and JSON.
+
+boresight experiment ma2014 -o build  # the 2014 paper's tables and figures
+boresight experiment satcom --runs 2 -o build  # an antenna on a vehicle, in closed loop
+boresight experiment my_experiment.py:Mine  # one's own
+"""
 
 from __future__ import annotations
 
 import json
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 from boresight.arguments import check_number
 from boresight.disk.output import output_folder
-from boresight.model.resolve import names_of_entry_points
-from boresight.options import Outcome, progress_of
+from boresight.options import Option, OutputFolder, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.experiments.experiment import Experiment, Target, grouped
-from boresight.sim.experiments.registry import EXPERIMENT_GROUP, EXPERIMENTS, experiment_of
+from boresight.sim.experiments.registry import experiment_of
 
-__all__ = ["ExperimentResult", "add_arguments", "call", "experiment"]
+__all__ = ["ExperimentResult", "experiment"]
 
 
 @dataclass(frozen=True)
@@ -58,9 +62,9 @@ class ExperimentResult(Answer):
 
 
 def experiment(
-    what: str | type[Experiment] | Experiment,
+    what: Annotated[str | type[Experiment] | Experiment, Option(metavar="NAME")],
     *,
-    output: str | Path = "build",
+    output: OutputFolder = "build",
     seed: int = 1,
     runs: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -70,7 +74,7 @@ def experiment(
     Parameters
     ----------
     what : str, class or Experiment
-        A name, ``file.py:Class``, a class or an object.
+        A name of `boresight list`, ``file.py:Class``, a class or an object.
     output : path
         Folder for the files.
     seed : int
@@ -119,18 +123,4 @@ def _line(group: tuple[Target, ...]) -> str:
     return f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    names = sorted({*EXPERIMENTS, *names_of_entry_points(EXPERIMENT_GROUP)})
-    parser.add_argument("name", help=f"one of: {', '.join(names)}; or FILE.py:CLASS")
-    parser.add_argument("--seed", type=int, default=1, help="of the first run")
-    parser.add_argument("--runs", type=int, help="how many runs the spread comes from")
-    parser.add_argument("-o", "--output", default="build", metavar="DIR")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    told = experiment(
-        args.name, output=args.output, seed=args.seed, runs=args.runs, progress=progress_of(args)
-    )
-    return int(not told.good), told.to_json(), str(told)
+VERB = Verb(experiment)

@@ -1,4 +1,9 @@
-"""`boresight fit`: formats from what values reach in runs."""
+"""Choose the formats of an estimator's values from runs; the other verbs take them.
+
+boresight fit my_filter.py log.csv  # my_filter.fit.json, which every verb finds beside it
+boresight fit my_filter.py folder world.py:World  # from several logs and a closed loop
+boresight fit mekf log.csv -o mekf.fit.json  # for: check mekf log.csv --profile mekf.fit.json
+"""
 
 from __future__ import annotations
 
@@ -6,10 +11,9 @@ import copy
 import hashlib
 import json
 import math
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +25,9 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, number_options, params_of, progress_of
+from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
 from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult
+from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.fit.fitting import Effect, Fitted, effect, fitted
 from boresight.sim.fit.propose import applied, proposals, worth
 from boresight.sim.levels.build import Build
@@ -31,22 +36,21 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import log_files, read_logs
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import World
-from boresight.verbs.figures.covariance import initial_covariances
 
-__all__ = ["add_arguments", "call", "fit"]
+__all__ = ["fit"]
 
 FloatArray = npt.NDArray[np.float64]
 
 
 def fit(
-    name: Named,
-    *sources: Any,
-    params: Mapping[str, float] | None = None,
-    word: int = 32,
+    name: EstimatorName,
+    *sources: Annotated[Any, Option(metavar="LOG|WORLD", required=True)],
+    params: Params = None,
+    word: Word = 32,
     steps: int | None = None,
-    output: str | Path | None = None,
+    output: Annotated[str | Path | None, Option(("-o", "--output"), "FILE")] = None,
     propose: bool = False,
-    apply: str | Path | None = None,
+    apply: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> FitResult:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
@@ -60,9 +64,8 @@ def fit(
     Parameters
     ----------
     name : str, class or Estimator
-    sources : paths of logs or folders, data in memory (`Record.of`), worlds
-        A world is a class, an object, or a text as ``file.py:Class``; the estimator runs in it in
-        float64.
+    sources : paths, data in memory (`Record.of`), worlds
+        Logs, folders of logs, or worlds as FILE.py:CLASS, in which the estimator runs in float64.
     params : mapping, optional
         Parameter values of all runs.
     word : int
@@ -70,8 +73,8 @@ def fit(
     steps : int, optional
         Leading updates of each source.
     output : path, optional
-        The profile; by default ``FILE.fit.json`` beside the estimator's file (`profile_place`),
-        where every verb finds it.
+        The profile; by default ``FILE.fit.json`` beside the estimator's file, where every verb
+        finds it.
     propose : bool
         Narrower ranges of inputs and states besides, and what each alone would gain.
     apply : path, optional
@@ -265,47 +268,10 @@ def _finite(x: float) -> float | None:
     return float(x) if math.isfinite(x) else None
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("estimator", metavar="ESTIMATOR", help="name, or file.py:Class")
-    parser.add_argument(
-        "sources",
-        nargs="+",
-        metavar="LOG|WORLD",
-        help="logs, folders of logs, or worlds as file.py:Class",
-    )
-    number_options(parser)
-    parser.add_argument("--steps", type=int, help="leading updates of each")
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="the profile; default: FILE.fit.json beside the estimator's file, where verbs find it",
-    )
-
-    parser.add_argument(
-        "--propose",
-        action="store_true",
-        help="narrower ranges of inputs and states, and what each alone would gain",
-    )
-    parser.add_argument(
-        "--apply", metavar="FILE", help="a copy of the estimator's file with these ranges"
-    )
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
+def call(arguments: Arguments) -> Outcome:
+    """Choose formats by intervals alone, whatever profile there is."""
     with profiles(()):
-        params = params_of(args, [args.estimator])
-    found = fit(
-        args.estimator,
-        *args.sources,
-        params=params,
-        word=args.word,
-        steps=args.steps,
-        output=args.output,
-        propose=args.propose,
-        apply=args.apply,
-        progress=progress_of(args),
-    )
-    return int(not found.good), found.to_json(), str(found)
+        return outcome(arguments.call(fit))
+
+
+VERB = Verb(fit, call=call)

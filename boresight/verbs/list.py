@@ -1,8 +1,11 @@
-"""`boresight list`: the estimators, their interfaces, the experiments, the configurations."""
+"""Estimators, their parameters, experiments, configurations.
+
+boresight list  # for people
+boresight list --json  # for programs
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 
 from boresight.gateware.machine import ALL_CONFIGS
@@ -10,20 +13,12 @@ from boresight.model.declarations import Input, Output, Param
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import ESTIMATOR_GROUP, offered
-from boresight.options import Outcome
+from boresight.options import Verb
 from boresight.sim.answer import Answer, Json, JsonObject
 from boresight.sim.experiments.experiment import Experiment
 from boresight.sim.experiments.registry import EXPERIMENT_GROUP, EXPERIMENTS
 
-__all__ = [
-    "Catalogue",
-    "ListedConfig",
-    "ListedEstimator",
-    "ListedExperiment",
-    "add_arguments",
-    "call",
-    "list_estimators",
-]
+__all__ = ["Catalogue", "ListedConfig", "ListedEstimator", "ListedExperiment", "list_estimators"]
 
 
 @dataclass(frozen=True)
@@ -132,11 +127,4 @@ def list_estimators() -> Catalogue:
     )
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    found = list_estimators()
-    return 0, found.to_json(), str(found)
+VERB = Verb(list_estimators)

@@ -1,13 +1,17 @@
-"""`boresight monitor`: attitudes and registers of a board, from a port or a capture."""
+"""Attitudes and registers of a board, from its serial port or a capture.
+
+boresight monitor /dev/ttyUSB0  # attitudes, until Ctrl-C
+boresight monitor capture.bin --csv out.csv --plot out.png  # of a capture
+boresight monitor /dev/ttyUSB0 --map registers.json --write filter=1  # another filter
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from boresight.arguments import check_number
 from boresight.board.line import BoardLine, Listener, RegisterTable, value_of, word_of
@@ -17,20 +21,11 @@ from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.system.attitude_frame import Attitude, Update, Values
 from boresight.model.errors import InputError
-from boresight.options import Outcome
+from boresight.options import Arguments, Option, Outcome, PythonOnly, Verb, outcome
 from boresight.sim.answer import Answer
 from boresight.terminal import say
 
-__all__ = [
-    "MonitorResult",
-    "RegisterWord",
-    "Track",
-    "add_arguments",
-    "attitude_line",
-    "call",
-    "monitor",
-    "track_of",
-]
+__all__ = ["MonitorResult", "RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
 
 #: Most bits per second.
 _BAUD_MOST = 100_000_000
@@ -267,16 +262,16 @@ def _attitudes(
 
 
 def monitor(
-    source: str,
+    source: Annotated[str, Option(metavar="PORT|CAPTURE")],
     *,
     baud: int = 921_600,
     count: int | None = None,
-    csv: str | Path | None = None,
-    plot: str | Path | None = None,
-    reads: Sequence[str] = (),
-    writes: Sequence[str] = (),
-    register_map: str | Path | None = None,
-    silence_s: float = 5.0,
+    csv: Annotated[str | Path | None, Option(metavar="OUT.csv")] = None,
+    plot: Annotated[str | Path | None, Option(metavar="OUT.png")] = None,
+    reads: Annotated[Sequence[str], Option(("--read",), "NAME", repeated=True)] = (),
+    writes: Annotated[Sequence[str], Option(("--write",), "NAME=VALUE", repeated=True)] = (),
+    register_map: Annotated[str | Path | None, Option(("--map",), "REGISTERS.json")] = None,
+    silence_s: Annotated[float, PythonOnly] = 5.0,
     each: Callable[[Update], None] | None = None,
 ) -> MonitorResult:
     """Listen to a board; first write, then read registers.
@@ -291,15 +286,17 @@ def monitor(
     baud : int
         Bits per second.
     count : int, optional
-        Attitudes to take.
-    csv, plot : path, optional
-        Files to write: a table; a picture (.png, .svg, .pdf) of heading, pitch and roll.
+        Attitudes to take; by default all, or for ever.
+    csv : path, optional
+        Write a table.
+    plot : path, optional
+        Write a picture of heading, pitch and roll: .png, .svg or .pdf.
     reads : sequence of str
-        Names or addresses of registers.
+        Read a register, by name or address; repeatable.
     writes : sequence of str
-        ``NAME=VALUE``.
+        Write a register, before any is read; repeatable.
     register_map : path, optional
-        ``registers.json`` of the bitstream: names, formats, clock.
+        Register map of the bitstream: names, formats, clock.
     silence_s : float
         Longest silence of a port.
     each : callable, optional
@@ -358,42 +355,11 @@ def monitor(
     )
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("source", metavar="PORT|CAPTURE")
-    parser.add_argument("--baud", type=int, default=921_600, help="bits per second")
-    parser.add_argument("--count", type=int, help="attitudes to take; default: all, or for ever")
-    parser.add_argument("--csv", metavar="OUT.csv", help="write a table")
-    parser.add_argument("--plot", metavar="OUT.png", help="write a picture: .png, .svg or .pdf")
-    parser.add_argument(
-        "--read",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="read a register, by name or address, repeatable",
-    )
-    parser.add_argument(
-        "--write",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="write a register, before any is read, repeatable",
-    )
-    parser.add_argument("--map", metavar="REGISTERS.json", help="register map of the bitstream")
+def call(arguments: Arguments) -> Outcome:
+    """Listen, each attitude a line."""
+    quiet = arguments.json or arguments.quiet
+    each = None if quiet else lambda attitude: say(attitude_line(attitude))
+    return outcome(arguments.call(monitor, each=each))
 
 
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    each = None if args.json or args.quiet else lambda a: say(attitude_line(a))
-    result = monitor(
-        args.source,
-        baud=args.baud,
-        count=args.count,
-        csv=args.csv,
-        plot=args.plot,
-        reads=args.read,
-        writes=args.write,
-        register_map=args.map,
-        each=each,
-    )
-    return 0, result.to_json(), str(result)
+VERB = Verb(monitor, call=call)

@@ -1,23 +1,27 @@
-"""`boresight new`: an estimator of one's own to begin with, its world, a log and their test."""
+"""Write an estimator to begin with, its world, a log and their test.
+
+boresight new my_filter  # my_filter.py, my_filter.csv, test_my_filter.py, here
+boresight new work/my_filter.py  # in another folder
+"""
 
 from __future__ import annotations
 
 import importlib.util
 import keyword
 import os
-from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Annotated
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
-from boresight.options import Outcome
+from boresight.options import Option, Verb
 from boresight.sim.answer import Answer
 
-__all__ = ["NewResult", "add_arguments", "call", "new"]
+__all__ = ["NewResult", "new"]
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class NewResult(Answer):
 _FILES = {"{}.py": "estimator.txt", "{}.csv": "log.csv", "test_{}.py": "test.txt"}
 
 
-def new(name: str | Path) -> NewResult:
+def new(name: Annotated[str | Path, Option(metavar="NAME")]) -> NewResult:
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
     They pass `boresight check`, `boresight simulate` and pytest as they are.
@@ -120,12 +124,4 @@ def _taken(stem: str, folder: Path) -> bool:
     return found is not None and (found.origin is None or Path(found.origin).resolve() != here)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("name", metavar="NAME", help="such as my_filter, or folder/my_filter.py")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    made = new(args.name)
-    return 0, made.to_json(), str(made)
+VERB = Verb(new)

@@ -1,25 +1,29 @@
-"""`boresight report`: one HTML page and one JSON file about an estimator on logs."""
+"""Check, estimate and write report.html and report.json.
+
+boresight report my_filter.py log.csv -o report  # one page about it
+boresight report mekf log.csv --no-synth -o report  # sooner: no area, no clock
+boresight report mekf folder --widths -o report  # several logs; words of 18 to 32 bits
+boresight report mekf log.csv --against old/report.json  # what differs from another run
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 from urllib.parse import quote
 
 from boresight.arguments import check_machine, check_number
-from boresight.core_files import write_text
+from boresight.core_files import estimate_core, write_text
 from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, model_options, params_of, progress_of
+from boresight.options import Config, EstimatorName, Logs, Option, OutputFolder, Params, Verb, Word
 from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import verdict
@@ -29,9 +33,8 @@ from boresight.sim.report.against import read_report
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.sim.report.widths import width_section
-from boresight.verbs.compile import estimate_core
 
-__all__ = ["ReportResult", "add_arguments", "call", "links_of", "report"]
+__all__ = ["ReportResult", "links_of", "report"]
 
 
 @dataclass(frozen=True)
@@ -75,29 +78,33 @@ class ReportResult(Answer):
 
 
 def report(
-    name: Named,
-    *logs: Any,
-    config: str = "small",
-    word: int = 32,
+    name: EstimatorName,
+    *logs: Logs,
+    config: Config = "small",
+    word: Word = 32,
     steps: int | None = None,
     synth: bool = True,
     widths: bool = False,
-    against: str | Path | None = None,
-    output: str | Path = "build",
+    against: Annotated[str | Path | None, Option(metavar="FILE")] = None,
+    output: OutputFolder = "build",
     comparison: bool = False,
-    params: Mapping[str, float] | None = None,
+    params: Params = None,
     progress: Callable[[str], None] | None = None,
 ) -> ReportResult:
     """Check an estimator on logs, estimate area and clock, and write the report.
 
     Parameters
     ----------
-    logs
-        Paths of logs or folders, or what `sim.records.record.Record.of` takes.
+    logs : paths, or data in memory (`Record.of`)
+        Logs, or folders of logs.
+    steps : int, optional
+        Leading samples of each log.
+    synth : bool
+        Area and clock too (yosys); --no-synth: without.
     widths : bool
-        Run the first log in words of other widths too.
+        Run the first log in words of 18 to 32 bits too: a plot of the errors.
     against : path, optional
-        The report.json of another run: what differs becomes a table.
+        report.json of another run: what differs becomes a table.
     comparison : bool
         The logs' reference is another device's estimate, not truth.
 
@@ -156,41 +163,4 @@ def links_of(estimator: Estimator, folder: Path) -> dict[str, str]:
     return {name: quote(*paths) for name, paths in found.items() if len(paths) == 1}
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("estimator")
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
-    model_options(parser)
-    parser.add_argument("--steps", type=int, help="leading samples of each log")
-    parser.add_argument("--no-synth", action="store_true", help="leave area and clock out")
-    parser.add_argument(
-        "--widths", action="store_true", help="errors in words of 18 to 32 bits too: a plot"
-    )
-    parser.add_argument(
-        "--against", metavar="FILE", help="report.json of another run: a table of what differs"
-    )
-    parser.add_argument(
-        "--comparison",
-        action="store_true",
-        help="the logs' reference is another device's estimate, not truth",
-    )
-    parser.add_argument("-o", "--output", default="build", metavar="DIR")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    found = report(
-        args.estimator,
-        *args.logs,
-        config=args.config,
-        word=args.word,
-        steps=args.steps,
-        synth=not args.no_synth,
-        widths=args.widths,
-        against=args.against,
-        output=args.output,
-        comparison=args.comparison,
-        params=params_of(args, [args.estimator]),
-        progress=progress_of(args),
-    )
-    return 0 if found.good else 1, found.to_json(), str(found)
+VERB = Verb(report)

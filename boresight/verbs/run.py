@@ -1,13 +1,17 @@
-"""`boresight run`: one estimator on one log, on one level."""
+"""Run an estimator on a log; one row out per row in.
+
+boresight run my_filter.py log.csv --on fixed -o out.csv  # the integers of the core
+boresight run mekf log.csv --on float  # float64, compiled; out: mekf-float.csv
+boresight run mekf log.csv --params tuned.json --param r_acc=0.02  # with other parameters
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +20,18 @@ from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, model_options, params_of
+from boresight.options import (
+    Arguments,
+    Config,
+    EstimatorName,
+    Option,
+    Outcome,
+    Params,
+    Verb,
+    Word,
+    outcome,
+)
 from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
@@ -32,7 +45,7 @@ from boresight.sim.records.record import Column, Record
 from boresight.sim.worlds.loop import drive
 from boresight.terminal import tell
 
-__all__ = ["LEVELS", "RunAttitude", "RunResult", "add_arguments", "call", "run"]
+__all__ = ["LEVELS", "RunAttitude", "RunResult", "run"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -160,15 +173,15 @@ class RunResult(Answer):
 
 
 def run(
-    name: Named,
-    log: Any,
+    name: EstimatorName,
+    log: Annotated[Any, Option(metavar="LOG")],
     *,
     on: str = "fixed",
-    config: str = "small",
-    word: int = 32,
-    params: Mapping[str, float] | None = None,
+    config: Config = "small",
+    word: Word = 32,
+    params: Params = None,
     steps: int | None = None,
-    output: str | Path | None = None,
+    output: Annotated[str | Path | None, Option(("-o", "--output"), "OUT.csv")] = None,
 ) -> RunResult:
     """Run an estimator on a log.
 
@@ -177,13 +190,16 @@ def run(
     name : str, class or Estimator
         Name, ``file.py:Class``, class or object.
     log : path, mapping of arrays, table or Record
-        Columns by input name; see `sim.records.record.Record.of`.
+        Columns by input name (`Record.of`).
     on : str
-        One of `LEVELS`: "float" (compiled float64), "numpy" (the same, as written), "fixed" (the
-        integer interpreter), "c" or "rtl" (Verilator).
+        Level: float (compiled float64), numpy (the same, as written), fixed (the integer
+        interpreter), c or rtl (Verilator).
+    steps : int, optional
+        Leading samples of the log.
     output : path, optional
         Log (CSV, or ``.npz`` by its name) with one row per input row: ``t``, then every output with
-        its unit in the header; half turns in degrees.
+        its unit in the header; half turns in degrees. The command line writes
+        ESTIMATOR-LEVEL.csv by default, with --json none.
 
     Returns
     -------
@@ -244,33 +260,18 @@ def _attitude(given: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude | N
     return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("estimator")
-    parser.add_argument("log")
-    parser.add_argument("--on", default="fixed", help=f"one of {', '.join(LEVELS)}")
-    model_options(parser)
-    parser.add_argument("--steps", type=int)
-    parser.add_argument("-o", "--output", metavar="OUT.csv")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    if args.output is None and not args.json:
-        args.output = f"{find_estimator(args.estimator).name}-{args.on}.csv"
-    result = run(
-        args.estimator,
-        args.log,
-        on=args.on,
-        config=args.config,
-        word=args.word,
-        params=params_of(args, [args.estimator]),
-        steps=args.steps,
-        output=args.output,
-    )
+def call(arguments: Arguments) -> Outcome:
+    """Run, and say what is odd and where the rows are."""
+    typed = arguments.typed
+    if "output" not in typed and not arguments.json:
+        typed["output"] = f"{find_estimator(typed['name']).name}-{typed.get('on', 'fixed')}.csv"
+    result = arguments.call(run)
     for text in result.warnings:
         tell(f"warning: {text}")
-    text = str(result)
+    code, data, text = outcome(result)
     if result.good:
-        text = text.replace(" rows", f" rows to {args.output}", 1)
-    return int(not result.good), result.to_json(), text
+        text = text.replace(" rows", f" rows to {typed.get('output')}", 1)
+    return code, data, text
+
+
+VERB = Verb(run, call=call)

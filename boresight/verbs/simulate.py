@@ -1,11 +1,17 @@
-"""`boresight simulate`: the complete board in simulation, from sensor pins to the host's line."""
+"""The complete board, sensors at its pins; or a world and an estimator in a closed loop.
+
+boresight simulate my_filter.py my_filter.py --on rtl  # a world and an estimator in a file
+boresight simulate plant.py:Plant pi.py:Pi -o loop.csv  # what the loop saw, as a log
+boresight simulate mekf --seconds 1  # the board
+boresight simulate pointing.py --feed east=0.6  # one's own, behind the filter that it reads
+boresight simulate --faults  # every fault of both sensors
+"""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from boresight.arguments import check_choice
 from boresight.board.simulated import BoardResult, FaultsResult
@@ -19,14 +25,22 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
-from boresight.options import Outcome, model_options, params_of, progress_of, refuse_options
-from boresight.parameters import parse_settings
+from boresight.options import (
+    Arguments,
+    Config,
+    Option,
+    Outcome,
+    OutputFolder,
+    PythonOnly,
+    Verb,
+    outcome,
+)
 from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
 from boresight.sim.board.setup import REAL
 from boresight.sim.records.files import record_of
 from boresight.sim.worlds.world import WORLD_GROUP
 
-__all__ = ["add_arguments", "call", "simulate", "simulate_faults"]
+__all__ = ["simulate", "simulate_faults"]
 
 #: Longest simulated time, s: cycles are counted in 32 bits.
 _LONGEST_S = 20.0
@@ -36,11 +50,11 @@ def simulate(
     name: Named | None = None,
     log: Any = None,
     *,
-    config: str = "small",
+    config: Config = "small",
     seconds: float = 1.0,
     source: str = "heading",
-    feed: Mapping[str, float] | None = None,
-    output: str | Path = "build",
+    feed: Annotated[Mapping[str, float] | None, Option(metavar="NAME=VALUE")] = None,
+    output: OutputFolder = "build",
     core: Core | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> BoardResult:
@@ -57,16 +71,14 @@ def simulate(
     log : path, or data in memory (`Record.of`), optional
         Log with reference attitude; its rows are the samples, at 1024 a second whatever its own
         rate. By default a synthetic motion.
-    config : str
-        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
     seconds : float
         Length of the long run.
     source : str
-        The compass sends "heading" or "counts".
+        The compass sends heading or counts.
     feed : mapping, optional
-        Values of inputs that no sensor gives, for their registers.
+        Values of inputs that no sensor gives, for their registers; repeatable.
     output : path
-        Folder.
+        Folder for the files; of a world a log of what its loop saw, by default none.
     core : Core, optional
         Of `gateware.system.programs.system_core`; by default one with all filters is compiled.
 
@@ -116,7 +128,7 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
     return [*(name for name in dict.fromkeys(sources) if name in known), chosen]
 
 
-def check_options(*, config: str, seconds: float, source: str) -> None:
+def check_options(*, config: str = "small", seconds: float = 1.0, source: str = "heading") -> None:
     """Raise InputError for what no simulation can be told."""
     check_choice("config", config, ALL_CONFIGS)
     check_choice("source", source, SOURCES)
@@ -138,7 +150,7 @@ def _filter(name: str | None) -> str:
 def simulate_faults(
     name: str | None = None,
     *,
-    faults: Sequence[str] | None = None,
+    faults: Annotated[Sequence[str] | None, PythonOnly] = None,
     progress: Callable[[str], None] | None = None,
 ) -> FaultsResult:
     """Run every fault of both devices on the complete board, one after another.
@@ -172,88 +184,63 @@ def simulate_faults(
     return FaultsResult(name, tuple(trials))
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument(
-        "filter",
-        nargs="?",
-        help="estimator of the long run, default mekf, also FILE.py:Class; or a world, its own "
-        "or that of a package",
-    )
-    parser.add_argument(
-        "log",
-        nargs="?",
-        help="log with attitude, default a synthetic motion; after a world, the estimator",
-    )
-    parser.add_argument("--on", help="of a world: the level in its loop, default c")
-    parser.add_argument("--against", help="of a world: a second level, compared, default c")
-    parser.add_argument("--steps", type=int, help="of a world: most records")
-    model_options(parser)
-    parser.add_argument("--seconds", type=float, default=1.0, help="of the long run")
-    parser.add_argument("--source", default="heading", help="the compass sends heading or counts")
-    parser.add_argument(
-        "--feed",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="value of an input that no sensor gives, repeatable",
-    )
-    parser.add_argument(
-        "--faults",
-        action="store_true",
-        help="every fault of both sensors instead: when seen, what it does",
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", help="default build; of a world: a log of what it saw"
-    )
+def call(
+    arguments: Arguments,
+    name: Annotated[str | None, Option(metavar="ESTIMATOR")] = None,
+    log: Annotated[str | None, Option(metavar="LOG")] = None,
+    *,
+    faults: bool = False,
+) -> Outcome:
+    """The board, its faults, or a world.
 
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    check_options(config=args.config, seconds=args.seconds, source=args.source)
-    if args.filter is not None and _is_world(args.filter, args.log):
-        return _call_world(args)
-    refuse_options(
-        args,
-        add_arguments,
-        ("on", "against", "steps", "word", "param", "params"),
-        wanted="a world before it",
-        found="the simulation of the board",
-        instead="name a world, FILE.py:Class, or ",
-    )
-    if args.faults:
-        if args.log is not None:
-            raise InputError.at(
-                "--faults",
-                wanted="no log: the trials have a motion of their own",
-                found=args.log,
-                fix="leave it out",
-            )
-        refuse_options(
-            args,
-            add_arguments,
-            (*_OF_BOARD, "config", "output"),
-            wanted="the simulation of the board",
-            found="trials of faults, which have their own",
+    Parameters
+    ----------
+    name : str, optional
+        Estimator of the long run, by default mekf, also FILE.py:CLASS; or a world, of a file or of
+        a package.
+    log : path, optional
+        Log with attitude, by default a synthetic motion; after a world, the estimator.
+    faults : bool
+        Every fault of both sensors instead: when seen, what it does.
+    """
+    typed = arguments.typed
+    check_options(**{n: typed[n] for n in ("config", "seconds", "source") if n in typed})
+    if name is not None and _is_world(name, log):
+        arguments.only(simulate_world, wanted=_BOARD, found="a world")
+        _refuse_of_world(log, faults=faults)
+        return outcome(arguments.call(simulate_world, name, log))
+    instead = "name a world, FILE.py:Class, or "
+    arguments.only(simulate, wanted="a world before it", found=_BOARD, instead=instead)
+    if not faults:
+        result = arguments.call(simulate, name, log)
+        return outcome(result, f"\n{typed.get('output', 'build')}/board.html")
+    if log is not None:
+        raise InputError.at(
+            "--faults",
+            wanted="no log: the trials have a motion of their own",
+            found=log,
+            fix="leave it out",
         )
-        found = simulate_faults(args.filter, progress=progress_of(args))
-        return int(not found.good), found.to_json(), str(found)
-    output = "build" if args.output is None else args.output
-    result = simulate(
-        args.filter,
-        args.log,
-        config=args.config,
-        seconds=args.seconds,
-        source=args.source,
-        feed=parse_settings(args.feed, "--feed"),
-        output=output,
-        progress=progress_of(args),
-    )
-    return int(not result.good), result.to_json(), f"{result}\n{output}/board.html"
+    found = "trials of faults, which have their own"
+    arguments.only(simulate_faults, wanted=_BOARD, found=found)
+    return outcome(arguments.call(simulate_faults, name))
 
 
-#: Options of the board's simulation alone.
-_OF_BOARD = ("seconds", "source", "feed")
+#: What options of the board belong to.
+_BOARD = "the simulation of the board"
+
+
+def _refuse_of_world(estimator: str | None, *, faults: bool) -> None:
+    """Raise InputError for a world alone, or with faults."""
+    if faults:
+        raise InputError.at("--faults", wanted=_BOARD, found="a world", fix="leave --faults out")
+    if estimator is None:
+        raise InputError.at(
+            "simulate",
+            wanted="a world and an estimator",
+            found="a world alone",
+            fix="name the estimator too: boresight simulate WORLD.py:Class ESTIMATOR",
+        )
 
 
 def _is_world(text: str, other: str | None) -> bool:
@@ -273,32 +260,4 @@ def _is_world(text: str, other: str | None) -> bool:
     return True
 
 
-def _call_world(args: Namespace) -> Outcome:
-    """A closed loop."""
-    refuse_options(
-        args,
-        add_arguments,
-        (*_OF_BOARD, "faults"),
-        wanted="the simulation of the board",
-        found="a world",
-    )
-    if args.log is None:
-        raise InputError.at(
-            "simulate",
-            wanted="a world and an estimator",
-            found="a world alone",
-            fix="name the estimator too: boresight simulate WORLD.py:Class ESTIMATOR",
-        )
-    result = simulate_world(
-        args.filter,
-        args.log,
-        on=args.on or "c",
-        against=args.against or "c",
-        config=args.config,
-        word=args.word,
-        params=params_of(args, [args.log]),
-        steps=args.steps,
-        output=args.output,
-        progress=progress_of(args),
-    )
-    return int(not result.good), result.to_json(), str(result)
+VERB = Verb(simulate, simulate_world, simulate_faults, call=call)

@@ -9,6 +9,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.dsp48a1 import DSP48A1, X, Z
+from boresight.model.words.fixed import WORDS
 
 __all__ = ["Multiplier"]
 
@@ -49,8 +50,10 @@ class Multiplier(wiring.Component):
     CUT = 17
 
     def __init__(self, *, word: int = 32) -> None:
-        if not isinstance(word, int) or not 18 <= word <= 32:
-            raise ValueError(f"word must be an integer from 18 to 32, not {word!r}")
+        if not isinstance(word, int) or word not in WORDS:
+            raise ValueError(
+                f"word must be an integer from {WORDS[0]} to {WORDS[-1]}, not {word!r}"
+            )
         self.word = word
         super().__init__(
             {"en": In(1), "a": In(signed(word)), "b": In(signed(word)), "p": Out(signed(2 * word))}

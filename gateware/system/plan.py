@@ -23,6 +23,8 @@ RAW = (*(f"{name}_counts" for name in _INERTIAL), "stamp", "restart")
 _FRONT = ((RAW, (*_INERTIAL, "dt")), (tuple(f"{n}_counts" for n in _FIELD), _FIELD), (None, _FIELD))
 #: Maximum words of a record, and maximum number of estimators.
 _MOST_WORDS, _MOST_ESTIMATORS = 16, 8
+#: Widths of the words of a complete system, bits.
+SYSTEM_WORDS = range(26, 33)
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,10 @@ class Plan:
 
     def __post_init__(self) -> None:
         records = (*map(len, self.feed.records), *self.outputs)
-        if not 1 <= self.filters <= _MOST_ESTIMATORS or not 26 <= self.word <= 32:
+        if not 1 <= self.filters <= _MOST_ESTIMATORS or self.word not in SYSTEM_WORDS:
             raise ValueError(
-                f"plan must have 1 to {_MOST_ESTIMATORS} estimators and words of 26 to 32 bits, "
+                f"plan must have 1 to {_MOST_ESTIMATORS} estimators and words of "
+                f"{SYSTEM_WORDS[0]} to {SYSTEM_WORDS[-1]} bits, "
                 f"not {self.filters} and {self.word}"
             )
         if not all(1 <= words <= _MOST_WORDS for words in records):

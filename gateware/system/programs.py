@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.system.feed import MOST_REGISTERS
-from boresight.gateware.system.plan import FRONT_NAMES, Plan, plan_of
+from boresight.gateware.system.plan import FRONT_NAMES, SYSTEM_WORDS, Plan, plan_of
 from boresight.model.declarations import Input, SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
@@ -150,10 +150,10 @@ def system_core(
     ScheduleError
         The programs do not fit the machine.
     """
-    if not 26 <= word <= 32:
+    if word not in SYSTEM_WORDS:
         raise InputError.at(
             "word",
-            wanted="26 to 32 bits for a complete system",
+            wanted=f"{SYSTEM_WORDS[0]} to {SYSTEM_WORDS[-1]} bits for a complete system",
             found=str(word),
             fix="choose a width inside the range",
         )

@@ -25,12 +25,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.errors import InputError
 from boresight.model.words.rounded import binary_exponent
 
 __all__ = [
     "Arithmetic",
     "Format",
     "IntArray",
+    "WORDS",
+    "check_word",
     "fraction",
     "leading_sign_count",
     "table_index",
@@ -39,6 +42,20 @@ __all__ = [
 ]
 
 IntArray = npt.NDArray[np.int64]
+
+#: Widths of words, bits.
+WORDS = range(18, 33)
+
+
+def check_word(word: Any) -> None:
+    """Raise InputError unless words may have ``word`` bits."""
+    if not isinstance(word, int | np.integer) or word not in WORDS:
+        raise InputError.at(
+            "word",
+            wanted=f"{WORDS[0]} to {WORDS[-1]} bits",
+            found=str(word),
+            fix="choose a width inside the range",
+        )
 
 
 @dataclass(frozen=True)
@@ -66,8 +83,8 @@ class Arithmetic:
     SHIFT_BITS = 5
 
     def __post_init__(self) -> None:
-        if not 18 <= self.word <= 32:
-            raise ValueError(f"word must be 18 to 32 bits, not {self.word!r}")
+        if self.word not in WORDS:
+            raise ValueError(f"word must be {WORDS[0]} to {WORDS[-1]} bits, not {self.word!r}")
         if self.guard == 0:
             object.__setattr__(self, "guard", 4 + 2 * (self.word >= 22) + 2 * (self.word >= 28))
 

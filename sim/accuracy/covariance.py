@@ -27,10 +27,21 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Run
 
-__all__ = ["Covariance", "CovarianceTrial", "covariance_of", "covariance_trial"]
+__all__ = [
+    "P0",
+    "Covariance",
+    "CovarianceTrial",
+    "covariance_of",
+    "covariance_trial",
+    "initial_covariances",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
+#: Initial variances of an attitude, rad^2.
+P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
+#: Share of their default of other initial variances; of initial deviations the roots.
+SHARES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
 _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
 
 
@@ -203,3 +214,25 @@ def _ends(
     sides = run.outputs, floating.run_anew(inputs).outputs
     every = differences(estimator.outputs, *({n: x[tail] for n, x in s.items()} for s in sides))
     return [d for d in every if d.output == ATTITUDE] or every
+
+
+def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:
+    """Parameter sets of several initial covariances, of the parameters named ``p0_...``.
+
+    Angles, in rad and rad^2, take each of `P0`, or its root. Where none is an angle, all take
+    `SHARES` of their default, within their range; one empty set where there is none.
+    """
+    names = [p for p in estimator.params if p.name.startswith("p0_")]
+    names = [p for p in names if p.unit in ("rad", "rad^2")] or names
+    if not names:
+        return [{}]
+    sets = []
+    for p0, share in zip(P0, SHARES, strict=True):
+        values = {}
+        for p in names:
+            power = 1.0 if p.unit.endswith("^2") else 0.5
+            angle = p.unit in ("rad", "rad^2")
+            value = (p0 if angle else share) ** power * (1.0 if angle else p.default)
+            values[p.name] = min(max(value, p.low), p.high)
+        sets.append(values)
+    return sets

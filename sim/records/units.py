@@ -11,6 +11,8 @@ import re
 from functools import cache
 from typing import Any
 
+from boresight.model.declarations import GRAVITY
+
 __all__ = ["UnitError", "linear"]
 
 #: ``gauss`` or ``G``, optionally with a prefix.
@@ -27,7 +29,7 @@ def _registry() -> Any:
 
     registry: Any = pint.UnitRegistry()
     registry.define("half_turn = pi * radian = ht")
-    registry.define("g0 = 9.80665 * meter / second ** 2")
+    registry.define(f"g0 = {GRAVITY} * meter / second ** 2")
     registry.define("tesla_gauss = 1e-4 * tesla")
     return registry
 

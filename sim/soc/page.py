@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
-from importlib.resources import files
 from typing import Any
 
 from boresight.sim.attitude.ma2014 import CLOCK_MHZ
+from boresight.sim.pages import Section, page_of
 from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, settings, svg
 
 __all__ = ["bars", "render_page", "timeline"]
@@ -16,6 +15,13 @@ _WAYS = (
     ("float C", "float", COLOUR["pitch"]),
     ("integer C", "integer", COLOUR["amber"]),
     ("core", "hardware", COLOUR["heading"]),
+)
+
+#: Head of the table.
+_COLUMNS = (
+    *("filter", "float C, cycles", "integer C, cycles", "core, cycles", "the paper, cycles"),
+    *("integer C / core", "float C / core", "float C, bytes", "integer C, bytes"),
+    *("integer C, updates that differ", "float C from float64, deg"),
 )
 
 Row = Mapping[str, Any]
@@ -96,10 +102,11 @@ def timeline(rows: Sequence[Row], *, salt: str = "soc-time") -> str:
         return svg(figure, salt)
 
 
-def _table_row(row: Row) -> str:
+def _cells(row: Row) -> list[str]:
+    """A row of the table."""
     paper, ratios = row["paper_cycles"], row["ratios"]
-    cells = (
-        escape(row["estimator"]),
+    return [
+        row["estimator"],
         *(f"{_cycles(row, way):,.0f}" for way in ("float", "integer", "hardware")),
         f"{paper:,}" if paper else "",
         f"{ratios['integer_to_hardware']:.0f}",
@@ -108,35 +115,43 @@ def _table_row(row: Row) -> str:
         f"{row['integer']['code_bytes']:,}",
         f"{row['integer']['mismatches']} of {row['integer']['updates']:,}",
         f"{row['float']['apart_deg']:.1e}",
-    )
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    ]
 
 
-def _offload(report: Mapping[str, Any]) -> str:
-    if "offload" not in report:
-        return ""
-    row = report["offload"]
+def _offload(row: Row) -> str:
+    """What the complete board did."""
+    to_memory = row["update_to_memory_cycles"]
     return (
-        f"<p>Offload, the complete board with {escape(row['estimator'])} on the core: "
-        f"{row['in_memory']:,} of {row['updates']:,} updates in the processor's memory, "
-        f"{row['mismatches']} differ; sample to results "
-        f"{row['sample_to_update_cycles']['max']} cycles, from there through the "
-        f"interrupt into memory "
-        f"{row['update_to_memory_cycles']['median']} (at most "
-        f"{row['update_to_memory_cycles']['max']}).</p>"
+        f"The complete board with {row['estimator']} on the core: {row['in_memory']:,} of "
+        f"{row['updates']:,} updates in the processor's memory, {row['mismatches']} differ; sample "
+        f"to results {row['sample_to_update_cycles']['max']} cycles, from there through the "
+        f"interrupt into memory {to_memory['median']} (at most {to_memory['max']})."
     )
 
 
 def render_page(report: Mapping[str, Any]) -> str:
     """HTML text of the report of ``python -m boresight.sim.soc -o DIR``."""
     rows = report["software"]
-    page = files("boresight.sim.soc").joinpath("firmware.html").read_text(encoding="utf-8")
-    return page.format(
-        updates=f"{rows[0]['integer']['updates']:,}",
-        log=escape(rows[0]["log"]),
-        bars=bars(rows),
-        timeline=timeline(rows),
-        rows="\n".join(map(_table_row, rows)),
-        offload=_offload(report),
-        clock=CLOCK_MHZ,
+    sections = [
+        Section(figures=[("", bars(rows))]),
+        Section(
+            title="Time of one update, as in Figure 8 of Ma Long et al. (2014)",
+            figures=[("", timeline(rows))],
+        ),
+        Section(title="Figures", columns=_COLUMNS, rows=[*map(_cells, rows)], right=True),
+    ]
+    if "offload" in report:
+        sections.append(Section(title="Offload", text=_offload(report["offload"])))
+    return page_of(
+        "Hardware and software on one FPGA",
+        [
+            "The same filters as float C with the soft-float library (the paper's way), as integer "
+            "C (bit-equal to the core), both on a simulated VexRiscv, and on the core: "
+            f"{rows[0]['integer']['updates']:,} recorded updates of {rows[0]['log']} each, by the "
+            "processor's own cycle counter."
+        ],
+        sections,
+        note="Cycles are medians; the core's are those from the sample to the attitude. Our "
+        "estimate for the soft core's clock is 65 MHz, so microseconds at "
+        f"{CLOCK_MHZ:g} MHz are cycles in the paper's unit, not a promise. Made by make firmware.",
     )

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from boresight.model.declarations import GRAVITY
 from boresight.systems.satcom.dish import Link
 from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.world import SensorErrors, Vehicles
@@ -37,7 +38,7 @@ _PI = {"beam": "heading_pi"}
 #: The heading measured by each tracking sample alone, with the receiver's noise; R as it is.
 _DECLARED = {
     **{"cutoff": 0.625, "damping": 4.0, "heading_sd": 0.2 * _DEG},
-    **{"roll_sd": 0.05 / 9.80665, "pitch_sd": 0.05 / 9.80665},
+    **{"roll_sd": 0.05 / GRAVITY, "pitch_sd": 0.05 / GRAVITY},
 }
 
 CASES = {

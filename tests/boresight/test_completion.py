@@ -10,7 +10,7 @@ import pytest
 import shtab
 
 from boresight.cli import main
-from boresight.verbs.texts import VERBS
+from boresight.verbs import VERBS
 
 #: Words behind `boresight`, the last one begun, and all words that have to be offered.
 TYPED = {

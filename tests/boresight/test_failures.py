@@ -114,10 +114,10 @@ def test_a_worker_is_killed(tmp_path) -> None:
 
 
 def test_a_bug_says_that_it_is_one(monkeypatch, capsys) -> None:
-    def broken() -> None:
+    def broken(*_: object) -> None:
         raise ZeroDivisionError("by\nnothing")
 
-    monkeypatch.setattr("boresight.verbs.list.list_estimators", broken)
+    monkeypatch.setattr("boresight.verbs.list.offered", broken)
     assert main(["list"]) == 3
     said = capsys.readouterr().err
     assert said.startswith(
@@ -139,10 +139,10 @@ def test_a_bug_says_that_it_is_one(monkeypatch, capsys) -> None:
     ],
 )
 def test_other_ends(error: BaseException, code: int, words: str, monkeypatch, capsys) -> None:
-    def broken() -> None:
+    def broken(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr("boresight.verbs.list.list_estimators", broken)
+    monkeypatch.setattr("boresight.verbs.list.offered", broken)
     before = signal.getsignal(signal.SIGINT)
     assert main(["list"]) == code
     assert words in capsys.readouterr().err

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.verbs.texts import VERBS
+from boresight.verbs import VERBS
 from tests.support import pages
 
 #: Pages with a test of their own beside this one.

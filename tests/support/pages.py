@@ -117,7 +117,7 @@ def parsed(line: str) -> None:
     words = shlex.split(line.partition(" > ")[0], comments=True)
     try:
         with _heard() as heard:
-            cli._parser().parse_args(words[1:])
+            cli.parse(words[1:])
     except SystemExit as end:
         assert end.code == 0, f"{line}: {heard.getvalue()}"
 

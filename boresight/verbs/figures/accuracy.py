@@ -1,29 +1,33 @@
-"""`boresight accuracy`: estimators against truth; attitude filters beside published ones."""
+"""Error of our estimators and of published ones on logs with truth.
+
+boresight accuracy  # at a glance: our filters, VQF, carriers that never rest
+boresight accuracy my_filter.py log.csv  # each output in its unit
+boresight accuracy all folder -o build  # ours beside VQF, Madgwick, Mahony, an EKF
+boresight accuracy mekf,vqf_online folder --protocol full  # cut, biased, blinded, ...
+"""
 
 from __future__ import annotations
 
 import json
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, estimator_of
-from boresight.options import Outcome, number_options, progress_of, refuse_options
+from boresight.options import Arguments, Jobs, Option, Outcome, Params, Verb, Word, outcome
 from boresight.results.accuracy import AccuracyResult
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
 from boresight.sim.accuracy.peers import PEERS, require_peers
-from boresight.sim.accuracy.protocol.plan import PROTOCOLS
 from boresight.sim.accuracy.trials import STAND_IN, read_trials
 from boresight.sim.records.files import log_files
 from boresight.verbs.figures.protocol import accuracy_protocol
 
-__all__ = ["accuracy", "add_arguments", "call"]
+__all__ = ["accuracy"]
 
 #: What runs where nothing is named: ours, and the published filters that take seconds.
 FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
@@ -32,12 +36,12 @@ FIRST = "complementary,ekf_bias,mekf,vqf_online,vqf_basic"
 def accuracy(
     names: Named | Sequence[Named],
     *logs: Any,
-    floating: bool = True,
-    comparisons: Collection[str] = (),
-    params: Mapping[str, Mapping[str, float]] | None = None,
-    word: int = 32,
-    jobs: int | None = None,
-    output: str | Path | None = None,
+    floating: Annotated[bool, Option(("--no-float",))] = True,
+    comparisons: Annotated[Collection[str], Option(("--comparison",), "LOG,...")] = (),
+    params: Params = None,
+    word: Word = 32,
+    jobs: Jobs = None,
+    output: Annotated[str | Path | None, Option(("-o", "--output"), "DIR")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> AccuracyResult:
     """Error of estimators against the truth of logs, output by output, and from float64.
@@ -54,15 +58,12 @@ def accuracy(
         Logs, or folders of logs; the bundled ones by default. Data in memory is what `Record.of`
         takes, with truths as ``NAME_true``.
     floating : bool
-        Whether compiled float64 runs too, and fixed point is compared with it.
+        Compiled float64 runs too, and fixed point is compared with it; --no-float: fixed point
+        only.
     comparisons : names of logs
         Their reference is another device's estimate: shown, but no part of the means.
-    params : mapping, optional
-        Parameter values by estimator.
-    word : int
-        Word width.
-    jobs : int, optional
-        Threads and processes; one for each processor by default.
+    params : mapping
+        Values by estimator; files as tune writes them.
     output : path, optional
         Folder for accuracy.html and accuracy.json.
 
@@ -115,75 +116,40 @@ def accuracy(
     return result
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument(
-        "estimators",
-        nargs="?",
-        metavar="ESTIMATOR[,ESTIMATOR...]",
-        help=f"estimators and published filters, or: ours, published, all; without anything "
-        f"{FIRST} at a glance",
-    )
-    parser.add_argument(
-        "logs", nargs="*", metavar="LOG", help="logs, or folders of logs; default: the bundled logs"
-    )
-    parser.add_argument(
-        "--protocol",
-        metavar="NAME",
-        help=f"{', '.join(PROTOCOLS)}: each log cut, biased, resampled, blinded, ...; without logs "
-        "the bundled ones and four synthetic carriers",
-    )
-    parser.add_argument("--no-float", action="store_true", help="fixed point only")
-    parser.add_argument(
-        "--comparison",
-        metavar="LOG,...",
-        default="",
-        help="logs whose reference is another device's estimate, not truth",
-    )
-    parser.add_argument("--jobs", type=int, help="at once; default: one for each processor")
-    number_options(parser)
-    parser.add_argument("-o", "--output", metavar="DIR", help="also write accuracy.html and .json")
+def call(
+    arguments: Arguments,
+    names: Annotated[str | None, Option(metavar="ESTIMATOR[,ESTIMATOR...]")] = None,
+    *logs: Annotated[Any, Option(metavar="LOG")],
+    protocol: Annotated[str | None, Option(metavar="NAME")] = None,
+) -> Outcome:
+    """On logs as they are, or made harder by a protocol.
+
+    Parameters
+    ----------
+    names : str, optional
+        Estimators and published filters, or: ours, published, all; without anything a short
+        protocol of ours and VQF, glance.
+    logs : paths
+        Logs, or folders of logs; by default the bundled logs.
+    protocol : str, optional
+        full, short or glance: each log cut, biased, resampled, blinded, ...; without logs the
+        bundled ones and synthetic carriers.
+    """
+    typed = arguments.typed
+    if names is None:
+        names, protocol = FIRST, protocol or "glance"
+    if protocol is not None:
+        found = "a protocol, which runs float64 and needs truth"
+        arguments.only(accuracy_protocol, wanted="logs alone", found=found)
+    if "comparisons" in typed:
+        typed["comparisons"] = ",".join(filter(None, typed["comparisons"].split(",")))
+    params = params_by_estimator(chosen(names)[0], *arguments.params)
+    if protocol is not None:
+        result = arguments.call(accuracy_protocol, protocol, names, *logs, params=params)
+        return outcome(result, f"\n\n{result.page}")
+    result = arguments.call(accuracy, names, *logs, params=params)
+    folder = typed.get("output")
+    return outcome(result, "" if folder is None else f"\n\n{folder}/accuracy.html")
 
 
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    if args.estimators is None:
-        args.estimators, args.protocol = FIRST, args.protocol or "glance"
-    if args.protocol is not None:
-        return _call_protocol(args)
-    result = accuracy(
-        args.estimators,
-        *args.logs,
-        floating=not args.no_float,
-        comparisons=[name for name in args.comparison.split(",") if name],
-        params=params_by_estimator(chosen(args.estimators)[0], args.params, args.param),
-        word=args.word,
-        jobs=args.jobs,
-        output=args.output,
-        progress=progress_of(args),
-    )
-    text = str(result)
-    if args.output is not None:
-        text += f"\n\n{args.output}/accuracy.html"
-    return int(not result.good), result.to_json(), text
-
-
-def _call_protocol(args: Namespace) -> Outcome:
-    refuse_options(
-        args,
-        add_arguments,
-        ("no_float", "comparison"),
-        wanted="logs alone",
-        found="a protocol, which runs float64 and needs truth",
-    )
-    result = accuracy_protocol(
-        args.protocol,
-        args.estimators,
-        *args.logs,
-        params=params_by_estimator(chosen(args.estimators)[0], args.params, args.param),
-        word=args.word,
-        jobs=args.jobs,
-        output=args.output or "build",
-        progress=progress_of(args),
-    )
-    return int(not result.good), result.to_json(), f"{result}\n\n{result.page}"
+VERB = Verb(accuracy, accuracy_protocol, call=call)

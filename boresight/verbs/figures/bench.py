@@ -1,11 +1,15 @@
-"""`boresight bench`: rates of the models, each with how it was measured."""
+"""Interpreter against C on 10,000,000 updates, and their rates.
+
+boresight bench  # the filters of the main job
+boresight bench my_filter.py --updates 100000  # one's own, for less long
+"""
 
 from __future__ import annotations
 
 import time
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +24,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
-from boresight.options import Outcome, progress_of
+from boresight.options import Arguments, EstimatorName, Outcome, PythonOnly, Verb
 from boresight.sharing import estimator_names
 from boresight.sim.answer import Answer
 from boresight.sim.levels.build import Build
@@ -29,7 +33,7 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 
-__all__ = ["BenchResult", "add_arguments", "bench", "call", "random_inputs"]
+__all__ = ["BenchResult", "bench", "random_inputs"]
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,7 @@ def bench(
     name: Named = "complementary",
     *,
     updates: int = 10_000_000,
-    runs: int = 20_000,
+    runs: Annotated[int, PythonOnly] = 20_000,
     progress: Callable[[str], None] | None = None,
 ) -> BenchResult:
     """Measure updates per second and prove interpreter = C over ``updates`` updates.
@@ -107,6 +111,13 @@ def bench(
     The interpreter runs ``runs`` logs side by side: one half windows of the bundled recording (of
     values drawn from the declared ranges, where it does not feed the estimator), one half random
     words; the C model gets the same words.
+
+    Parameters
+    ----------
+    updates : int
+        Updates of each estimator.
+    runs : int
+        Logs side by side.
 
     Returns
     -------
@@ -190,21 +201,19 @@ def _compared(
     return mismatches, len(long) / (time.process_time() - start)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument(
-        "estimators",
-        nargs="*",
-        metavar="ESTIMATOR",
-        help="which; by default those of the main job, one after the other",
-    )
-    parser.add_argument("--updates", type=int, default=10_000_000)
+def call(arguments: Arguments, *names: EstimatorName) -> Outcome:
+    """One after the other.
 
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    names = estimator_names(*(args.estimators or FILTERS))
-    results = [bench(name, updates=args.updates, progress=progress_of(args)) for name in names]
+    Parameters
+    ----------
+    names : estimators
+        By default those of the main job, one after the other.
+    """
+    every = estimator_names(*(names or FILTERS))
+    results = [arguments.call(bench, name) for name in every]
     good = all(result.mismatches == 0 for result in results)
     text = "\n\n".join(map(str, results))
     return int(not good), {"results": [result.to_json() for result in results]}, text
+
+
+VERB = Verb(bench, call=call)

@@ -1,28 +1,39 @@
-"""`boresight montecarlo`: many draws of a world; is the estimator as good as it says and can be?"""
+"""Many draws of a world: errors, NEES, NIS and spread against the bound.
+
+boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world and an estimator
+"""
 
 from __future__ import annotations
 
 import json
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.loop import NamedWorld, world_of
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named, estimator_of
-from boresight.options import Outcome, number_options, params_of, progress_of
+from boresight.model.resolve import estimator_of
+from boresight.options import (
+    EstimatorName,
+    Jobs,
+    Option,
+    OutputFolder,
+    Params,
+    PythonOnly,
+    Verb,
+    Word,
+)
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.montecarlo.campaign import Campaign, draws, made
 from boresight.sim.montecarlo.cluster import cluster
 from boresight.sim.montecarlo.figures import figures, text
 
-__all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "add_arguments", "call", "montecarlo"]
+__all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "montecarlo"]
 
 LEVELS = ("c", "fixed", "float")
 
@@ -134,19 +145,19 @@ class MonteCarloResult(Answer):
 
 
 def montecarlo(
-    world: NamedWorld,
-    estimator: Named,
+    world: Annotated[NamedWorld, Option(metavar="WORLD")],
+    estimator: EstimatorName,
     *,
     runs: int = 100,
     seed: int = 1,
     on: str = "c",
-    word: int = 32,
-    params: Mapping[str, float] | None = None,
+    word: Word = 32,
+    params: Params = None,
     steps: int | None = None,
-    jobs: int | None = None,
-    scheduler: str | None = None,
-    executor: Any = None,
-    output: str | Path = "build",
+    jobs: Jobs = None,
+    scheduler: Annotated[str | None, Option(metavar="ADDRESS")] = None,
+    executor: Annotated[Any, PythonOnly] = None,
+    output: OutputFolder = "build",
     progress: Callable[[str], None] | None = None,
 ) -> MonteCarloResult:
     """Run draws of a world on an estimator: errors, NEES, NIS, spread against the bound.
@@ -157,18 +168,23 @@ def montecarlo(
     Parameters
     ----------
     world : str, class or World
-        With `World.draw`; `World.bound` gives what no estimator can beat.
+        FILE.py:CLASS, with `World.draw`; `World.bound` gives what no estimator can beat.
     estimator : str, class or Estimator
-        With `Estimator.error_covariance` and `Estimator.nis_freedom`, if it has these.
-    runs, seed : int
-        How many draws, and the seed of the first.
+        Name, or FILE.py:CLASS; with `Estimator.error_covariance` and `Estimator.nis_freedom`, if it
+        has these.
+    runs : int
+        How many draws.
+    seed : int
+        Of the first draw.
     on : str
-        "c", "fixed" or "float".
+        Level: c, fixed or float.
+    steps : int, optional
+        Most records of a draw.
     jobs : int, optional
         Processes; by default one for each processor. World and estimator that are no texts run in
         this process.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers run them instead.
+        Of a Dask cluster whose workers run the draws instead.
     executor : concurrent.futures.Executor, optional
         Who runs them, instead of both.
     output : path
@@ -247,36 +263,4 @@ def _others(
     return nullcontext(executor)
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("world", metavar="WORLD", help="FILE.py:CLASS, with draw(seed)")
-    parser.add_argument("estimator", metavar="ESTIMATOR")
-    parser.add_argument("--runs", type=int, default=100, help="how many draws")
-    parser.add_argument("--seed", type=int, default=1, help="of the first draw")
-    parser.add_argument("--on", default="c", help=", ".join(LEVELS))
-    number_options(parser)
-    parser.add_argument("--steps", type=int, help="most records of a draw")
-    parser.add_argument("--jobs", type=int, help="processes; default: one for each processor")
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="of a Dask cluster that runs the draws"
-    )
-    parser.add_argument("-o", "--output", default="build", metavar="DIR")
-
-
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    told = montecarlo(
-        args.world,
-        args.estimator,
-        runs=args.runs,
-        seed=args.seed,
-        on=args.on,
-        word=args.word,
-        params=params_of(args, [args.estimator]),
-        steps=args.steps,
-        jobs=args.jobs,
-        scheduler=args.scheduler,
-        output=args.output,
-        progress=progress_of(args),
-    )
-    return 0, told.to_json(), str(told)
+VERB = Verb(montecarlo)

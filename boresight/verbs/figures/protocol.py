@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from boresight.disk.output import OutputFile
 from boresight.filters import chosen
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
+from boresight.options import Jobs, OutputFolder, Params, Word
 from boresight.results.protocol import ProtocolResult
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.protocol.page import render_page
@@ -41,10 +42,10 @@ def accuracy_protocol(
     protocol: str,
     names: Named | Sequence[Named],
     *logs: str | Path,
-    params: Mapping[str, Mapping[str, float]] | None = None,
-    word: int = 32,
-    jobs: int | None = None,
-    output: str | Path = "build",
+    params: Params = None,
+    word: Word = 32,
+    jobs: Jobs = None,
+    output: OutputFolder = "build",
     progress: Callable[[str], None] | None = None,
 ) -> ProtocolResult:
     """Attitude filters on logs that are made harder in one way each.

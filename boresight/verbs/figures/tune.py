@@ -1,22 +1,37 @@
-"""`boresight tune`: fit an estimator's parameters to logs with truth, in the open."""
+"""Fit parameters to logs with truth, in the open, with cross-validation.
+
+boresight tune my_filter.py folder -o tuned.json  # then: run ... --params tuned.json
+boresight tune mekf folder --folds 3 --detune 3  # what is left from a detuned start
+boresight tune mekf folder --protocol short --hold cases  # is one case paid for by another?
+boresight tune mekf folder --protocol short --rounds 0 --vary 1.25  # sensitivities alone
+boresight tune my_filter.py log.csv --only alpha --weight vel=0.5  # one, with weights
+"""
 
 from __future__ import annotations
 
 import json
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
 from boresight.arguments import JOBS_MOST, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Outcome, number_options, params_of, progress_of
-from boresight.parameters import parse_settings
+from boresight.options import (
+    Arguments,
+    EstimatorName,
+    Jobs,
+    Logs,
+    Option,
+    Outcome,
+    Params,
+    Verb,
+    Word,
+    outcome,
+)
 from boresight.results.tune import (
     CrossValidation,
     TunedParameter,
@@ -26,14 +41,13 @@ from boresight.results.tune import (
     TuneSearch,
     TuneTrial,
 )
-from boresight.sim.accuracy.protocol.plan import PROTOCOLS
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import Tuned, deal_named, tunable
 from boresight.sim.accuracy.tuning import Fold, Objective, Tuning, detuned, means, weights_of
 from boresight.sim.records.files import log_files
 from boresight.verbs.figures.trials import trials_of
 
-__all__ = ["add_arguments", "call", "tune"]
+__all__ = ["tune"]
 
 #: What the figures are, for people.
 SOURCE = (
@@ -43,21 +57,21 @@ SOURCE = (
 
 
 def tune(
-    name: Named,
-    *logs: Any,
-    protocol: str | None = None,
+    name: EstimatorName,
+    *logs: Logs,
+    protocol: Annotated[str | None, Option(metavar="NAME")] = None,
     folds: int | None = None,
-    hold: str = "logs",
+    hold: Annotated[str, Option(metavar="WHAT")] = "logs",
     seed: int | None = None,
-    names: Sequence[str] | None = None,
-    weights: Mapping[str, float] | None = None,
+    names: Annotated[Sequence[str] | None, Option(("--only",), "A,B,...")] = None,
+    weights: Annotated[Mapping[str, float] | None, Option(("--weight",), "OUTPUT=NUMBER")] = None,
     rounds: int = 12,
-    detune: float = 1.0,
-    vary: float = 2.0,
-    params: Mapping[str, float] | None = None,
-    word: int = 32,
-    jobs: int | None = None,
-    output: str | Path | None = None,
+    detune: Annotated[float, Option(metavar="FACTOR")] = 1.0,
+    vary: Annotated[float, Option(metavar="FACTOR")] = 2.0,
+    params: Params = None,
+    word: Word = 32,
+    jobs: Jobs = None,
+    output: Annotated[str | Path | None, Option(("-o", "--output"), "PARAMS.json")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> TuneResult:
     """Tune parameters by a pattern search on the emitted C; see `sim.accuracy.tuning`.
@@ -68,17 +82,19 @@ def tune(
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs. Those without truth are named and left out.
     protocol : str, optional
-        Tune on every log in every case of it (`sim.accuracy.protocol`): each case is a figure.
+        Tune on every log in every case of it, as accuracy has them: full, short or glance; each
+        case is a figure.
     folds : int, optional
         Of the cross-validation; 1: none. By default 3, or as many as there are logs.
     hold : str
-        What a fold holds back: "logs", each in all of its cases, or "cases", each of all logs.
+        What a fold holds back: logs, each in all of its cases, or cases, each of all logs.
     seed : int, optional
         Shuffle the trials before they are dealt to the folds; by default in order of their names.
     names : sequence of str, optional
         Parameters to tune; all that can be moved by factors by default.
     weights : mapping, optional
-        Of figures (an output, or an angle of an attitude), on top of the defaults.
+        How much an error counts (of an output, or an angle of an attitude), repeatable, on top of
+        the defaults: 1, of an attitude its angle.
     rounds : int
         Most rounds of each search; 0: none, the sensitivities of what is given alone.
     detune : float
@@ -86,12 +102,8 @@ def tune(
         tuned on these trials, the folds do not inherit that.
     vary : float
         Factor of the sensitivities.
-    params : mapping, optional
-        Values to start from, and to hold where they are not tuned; defaults otherwise.
-    word : int
-        Word width.
-    jobs : int, optional
-        Threads; one for each processor by default.
+    params : mapping
+        Values to start from, and to hold where they are not tuned; files as tune writes them.
     output : path, optional
         JSON file with the result; ``--params`` reads it.
 
@@ -238,69 +250,10 @@ def _or_none(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """What the command line takes."""
-    parser.add_argument("estimator")
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="logs, or folders of logs")
-    parser.add_argument(
-        "--protocol",
-        metavar="NAME",
-        help=f"each log in every case of {', '.join(PROTOCOLS)}, as accuracy has them",
-    )
-    parser.add_argument("--folds", type=int, help="of the cross-validation, default 3; 1: none")
-    parser.add_argument(
-        "--hold", metavar="WHAT", default="logs", help="back in a fold: logs (default) or cases"
-    )
-    parser.add_argument(
-        "--seed", type=int, help="shuffle the trials before they are dealt to folds"
-    )
-    parser.add_argument("--only", metavar="A,B,...", help="parameters to tune; default: all")
-    parser.add_argument(
-        "--weight",
-        action="append",
-        default=[],
-        metavar="OUTPUT=NUMBER",
-        help="how much an output's error counts, repeatable; default 1, of an attitude its angle",
-    )
-    parser.add_argument(
-        "--rounds", type=int, default=12, help="most rounds of a search; 0: sensitivities alone"
-    )
-    parser.add_argument(
-        "--detune",
-        type=float,
-        default=1.0,
-        metavar="FACTOR",
-        help="start off by this factor, so that folds do not inherit the start",
-    )
-    parser.add_argument(
-        "--vary", type=float, default=2.0, metavar="FACTOR", help="of the sensitivities"
-    )
-    parser.add_argument("--jobs", type=int, help="threads; default: one for each processor")
-    number_options(parser)
-    parser.add_argument("-o", "--output", metavar="PARAMS.json", help="result, for --params")
+def call(arguments: Arguments) -> Outcome:
+    """Tune, and say where the result is."""
+    file = arguments.typed.get("output")
+    return outcome(arguments.call(tune), "" if file is None else f"\n  written: {file}")
 
 
-def call(args: Namespace) -> Outcome:
-    """Do it; see `Outcome`."""
-    result = tune(
-        args.estimator,
-        *args.logs,
-        protocol=args.protocol,
-        folds=args.folds,
-        hold=args.hold,
-        seed=args.seed,
-        names=None if args.only is None else args.only.split(","),
-        weights=parse_settings(args.weight, "--weight"),
-        rounds=args.rounds,
-        detune=args.detune,
-        vary=args.vary,
-        params=params_of(args, [args.estimator]),
-        word=args.word,
-        jobs=args.jobs,
-        output=args.output,
-        progress=progress_of(args),
-    )
-    text = str(result)
-    if args.output is not None:
-        text += f"\n  written: {args.output}"
-    return 0, result.to_json(), text
+VERB = Verb(tune, call=call)

@@ -16,6 +16,7 @@ from boresight.sim.accuracy.covariance import (
     CovarianceTrial,
     covariance_of,
     covariance_trial,
+    initial_covariances,
 )
 from boresight.sim.accuracy.manoeuvres import hostile, manoeuvre
 from boresight.sim.levels.integer import words_of
@@ -23,7 +24,6 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
 from boresight.sim.records.segments import interpret
-from boresight.verbs.figures.covariance import initial_covariances
 
 STEPS = 1500
 

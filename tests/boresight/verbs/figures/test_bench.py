@@ -34,7 +34,7 @@ def test_random_words_are_small_extreme_and_all_else(word: int) -> None:
 def test_one_update_that_differs_is_no_success(mismatches, code, monkeypatch, capsys) -> None:
     asked = []
 
-    def bench(name: str, *, updates: int, progress: object) -> module.BenchResult:
+    def bench(name: str, *, updates: int = 0, progress: object) -> module.BenchResult:
         asked.append((name, updates))
         return module.BenchResult(name, 1234567, mismatches, 1, 1, 1.0, 1.0, "made up")
 

@@ -9,7 +9,7 @@ import boresight
 from boresight.cli import main
 from boresight.model.estimator import Estimator, Param
 from boresight.model.estimators import estimator
-from boresight.verbs.figures.covariance import P0, initial_covariances
+from boresight.sim.accuracy.covariance import P0, initial_covariances
 from tests.support.strangers import csv, kalman, program
 
 
