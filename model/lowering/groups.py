@@ -118,14 +118,8 @@ class Groups:
             if isinstance(placed, int):
                 alone = len(products) == 1 and form.constant == 0.0
                 if alone and products[placed].scale is not Scale.NONE:
-                    if (coarser := self._coarser(form, products[placed], frac, target)) is not None:
-                        products[placed] = coarser
-                        continue
-                    raise self._too_large(
-                        target,
-                        "a root or reciprocal in it varies too much for one format: declare its "
-                        "range with ops.bounded",
-                    )
+                    products[placed] = self._coarser(form, products[placed], frac, target)
+                    continue
                 products[placed] = self._separate(form, products[placed], target)
             elif placed is not None:
                 return self._append(form, placed, target, frac)
@@ -268,20 +262,16 @@ class Groups:
         )
         return Product(number, negate=p.negate, when=p.when)
 
-    def _coarser(self, form: Form, p: Product, frac: int, target: Target) -> Product | None:
-        """A product whose second factor is too fine for its result, with a coarser copy of that.
-
-        None where it has none that can be coarser.
-        """
-        if p.b is None:
-            return None
+    def _coarser(self, form: Form, p: Product, frac: int, target: Target) -> Product:
+        """A product that is too fine for its result, with a coarser copy of its last factor."""
         excess = self.frac(p.a) + self._second(form, p)[0] - p.exponent - frac
         excess -= self.arith.guard + self.arith.shift_max
-        said, fewer = self.values[p.b], self.frac(p.b) - excess
-        word = Form([Product(p.b)])
-        known = (said.low, said.high, said.range_source, said.unit)
-        limits = Target(f"{said.name}_coarse", *known, line=target.line)
-        return replace(p, b=self.group(word, limits, frac=fewer, exact=True))
+        number = p.a if p.b is None else p.b
+        factor, word = self.values[number], Form([Product(number)])
+        known = (factor.low, factor.high, factor.range_source, factor.unit)
+        limits = Target(f"{factor.name}_coarse", *known, line=target.line)
+        copy = self.group(word, limits, frac=self.frac(number) - excess, exact=True)
+        return replace(p, a=copy) if p.b is None else replace(p, b=copy)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
         """The product of two words with the fewest fraction bits: the one to compute apart."""
