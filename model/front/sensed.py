@@ -59,7 +59,8 @@ def full_scale_params(
     rate, force : float, optional
         Full scale of the gyro [rad/s] and of the accelerometer [m/s^2].
     """
-    most = {} if rate is None else {"gyro_most_sq": (0.98 * rate) ** 2}
+    most = {} if rate is None else {"gyro_most_sq": 0.98 * 0.98 * rate * rate}
     if force is not None:
-        most["force_most_sq"] = (0.98 * force - GRAVITY) ** 2
+        beyond = 0.98 * force - GRAVITY
+        most["force_most_sq"] = beyond * beyond
     return {q.name: min(max(most[q.name], q.low), q.high) for q in params if q.name in most}

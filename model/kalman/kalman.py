@@ -93,8 +93,8 @@ class Kalman(Estimator):
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
         #: Variances: beyond the first no element grows, the second is added in every update.
-        self.held = [_HELD * most**2 for most in self.most]
-        self.least_noise = [self.floor * n * most**2 for most in self.most]
+        self.held = [_HELD * most * most for most in self.most]
+        self.least_noise = [self.floor * n * most * most for most in self.most]
         self.covariance_states = {
             f"p_{a}_{b}": (i, j)
             for i, a in enumerate(self.errors)
@@ -111,7 +111,7 @@ class Kalman(Estimator):
     def _covariance_state(self, name: str) -> declarations.State:
         i, j = self.covariance_states[name]
         most = self.most[i] * self.most[j]
-        low, initial = (0.0, self.initial_sd[i] ** 2) if i == j else (-most, 0.0)
+        low, initial = (0.0, self.initial_sd[i] * self.initial_sd[i]) if i == j else (-most, 0.0)
         units = [self._unit(k) for k in (i, j)]
         unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
         return declarations.State(name, low, most, unit, initial, line=self.places[i])

@@ -193,7 +193,7 @@ class Update:
         spread = sum(
             size(d) * (math.sqrt(k.held[j]) if i == j else k.most[j]) for j, d in row.items()
         )
-        return math.sqrt(spread**2 + size(variance) + k.least_noise[i])
+        return math.sqrt(spread * spread + size(variance) + k.least_noise[i])
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
         """An element of P within what standard deviations allow."""

@@ -60,7 +60,9 @@ class Influence:
 def influences(
     program: Program, nodes: Mapping[int, Node], inputs: IntArray, states: IntArray
 ) -> dict[str, list[Influence]]:
-    """Influences on each output, the largest first.
+    """Influences on each output, the largest first; of a program with linked words none.
+
+    These are copies in the format of another program (`model.linking`), which the graph lacks.
 
     Parameters
     ----------
@@ -72,6 +74,9 @@ def influences(
         State words after each update.
     """
     made = dict(nodes)
+    results = {*program.outputs, *(value for pair in program.states for value in pair)}
+    if not results <= made.keys():
+        return {}
     adjoint = _Adjoint(program, made, inputs, states)
     errors = rounding_errors(
         program, made, inputs[adjoint.some], states[adjoint.some], adjoint.before

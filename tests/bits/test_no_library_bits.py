@@ -23,6 +23,7 @@ FLOAT = (
     "firmware/floating/build.py",
     "firmware/floating/precision.py",
     "model/recorded.py",
+    "model/kalman/textbook.py",
 )
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (
@@ -73,6 +74,9 @@ EXACT_NUMPY = set(
         "iinfo",
         "inf",
         "int32",
+        "integer",
+        "moveaxis",
+        "ndim",
         "int64",
         "invert",
         "isfinite",

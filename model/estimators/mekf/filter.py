@@ -179,7 +179,7 @@ class Mekf(Estimator):
         full = p.gyro_most_sq < speed_sq
         late = LATE * p.gyro_most_sq < x.fastest_sq
         gyro = [ops.where(jumped, mean, w) for w, mean in zip(told, rate, strict=True)]
-        stale = ops.where(leveling, enough_field, x.field_left) < 0.0
+        stale = ~(ops.where(leveling, enough_field, x.field_left) > 0.0)
         heading_unknown = leveling | (x.horizontal < 0.0)
         # Begun anew without a field, the attitude that it had is better than none.
         anew = leveling & (~no_field | (x.rest_s < 0.0))
@@ -350,7 +350,9 @@ class Mekf(Estimator):
         rest_s = ops.saturated(ops.where(at_rest, x.rest_s + dt, 0.0), 32.0)
         rest_s = ops.where(leveling & no_vertical, -1.0, ops.where(leveling, 0.0, rest_s))
 
-        field_left = ops.saturated(x.field_left - dt, 1.0)
+        # That field is turned by the old heading: after an alignment it is not used again.
+        left = ops.where(heading_unknown, 0.0, x.field_left) - dt
+        field_left = ops.bounded(ops.where(left < 0.0, 0.0, left), 0.0, 0.25, "less than it was")
         # The fastest of late; a jump is none.
         slower = ~forgotten & (ops.where(jumped, -1.0, speed_sq - x.fastest_sq) < 0.0)
         forgotten_sq = x.fastest_sq - FASTEST_FORGET * dt * x.fastest_sq
@@ -382,9 +384,7 @@ class Mekf(Estimator):
             ),
             "fastest_sq": ops.where(slower, forgotten_sq, speed_sq),
             "rest_s": rest_s,
-            "field_left": ops.where(
-                no_field, ops.where(leveling, -1.0, field_left), FIELD_AGE_LIMIT
-            ),
+            "field_left": ops.where(no_field, field_left, FIELD_AGE_LIMIT),
         }
         out = {
             "pitch": pitch,

@@ -209,7 +209,7 @@ STATES = (
     State("turn", -1.0, 1.5, "s", -1.0),
     State("fastest_sq", 0.0, 4800.0, "(rad/s)^2"),  # largest squared rate of late
     State("rest_s", -1.0, 32.0, "s", -1.0),  # for how long at rest; -1: tilt not known
-    State("field_left", -1.0, 0.25, "s", -1.0),  # for how long the field's direction is still used
+    State("field_left", 0.0, 0.25, "s"),  # for how long the field's direction is still used
 )
 
 #: Inputs, states and parameters that only a field needs, and what they are without one.

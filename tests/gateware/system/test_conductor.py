@@ -462,8 +462,8 @@ async def watch(ctx, bench: Bench, model: Model) -> None:
     [
         (Bench, 0),
         (Bench, 1),
-        (partial(Bench, replace(PLAN, word=26, count_bits=10)), 2),
-        (chain_bench, 3),
+        (partial(Bench, replace(PLAN, word=26, count_bits=10)), 5),
+        (chain_bench, 15),
         (chain_bench, 4),
     ],
 )
