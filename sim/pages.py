@@ -6,6 +6,7 @@ that fills it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -50,9 +51,11 @@ class Section:
 
 
 def number(x: Any, digits: int = 4) -> str:
-    """Format a number with grouped thousands and its significant digits."""
-    if x is None:
+    """Format a number with grouped thousands and its significant digits; NaN as None, unknown."""
+    if x is None or math.isnan(x):
         return UNKNOWN
+    if math.isinf(x):
+        return ("" if x > 0 else "\N{MINUS SIGN}") + "\N{INFINITY}"
     if x == 0 or 1e-3 <= abs(x) < 1e9:
         whole = isinstance(x, int) or float(x).is_integer() or abs(x) >= 10 ** (digits - 1)
         text = f"{x:,.0f}".replace(",", "\N{NARROW NO-BREAK SPACE}") if whole else f"{x:.{digits}g}"

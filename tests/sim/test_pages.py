@@ -14,6 +14,8 @@ from tests.support.tree import ROOT
     ("value", "text"),
     [
         (None, "\N{EM DASH}"),
+        (float("nan"), "\N{EM DASH}"),
+        (-float("inf"), "\u2212\u221e"),
         (0, "0"),
         (0.0, "0"),
         (120, "120"),
