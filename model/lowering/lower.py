@@ -95,14 +95,13 @@ def _fit(
     Nodes inside of a function, which no expression stands for, get what follows from those of their
     arguments. What replaces a state has that state's format: see `Fusion.limit`.
     """
-    results = {found.node if isinstance(found, Flag) else found for found in made}
+    recorded = [value.node if isinstance(value, Flag) else value for value in made]
     for number, range_ in profile.ranges.items():
-        found = made[number]
-        node = found.node if isinstance(found, Flag) else found
-        if node not in after:
+        if (node := recorded[number]) not in after:
             _give(node, range_, profile)
+    of_expressions = {*recorded}
     for node in graph.nodes:
-        if node not in results and (following := _following(node)) is not None:
+        if node not in of_expressions and (following := _following(node)) is not None:
             _give(node, following, profile)
 
 

@@ -73,19 +73,19 @@ def influences(
     states : int64 (n, n_states)
         State words after each update.
     """
-    made = dict(nodes)
+    node_of = dict(nodes)
     results = {*program.outputs, *(value for pair in program.states for value in pair)}
-    if not results <= made.keys():
+    if not results <= node_of.keys():
         return {}
-    adjoint = _Adjoint(program, made, inputs, states)
+    adjoint = _Adjoint(program, node_of, inputs, states)
     errors = rounding_errors(
-        program, made, inputs[adjoint.some], states[adjoint.some], adjoint.before
+        program, node_of, inputs[adjoint.some], states[adjoint.some], adjoint.before
     )
     out: dict[str, list[Influence]] = {}
     for k, name in enumerate(program.output_names):
         effects = adjoint.effects(k)
         rms = {n: effects[n] * e.rms for n, e in errors.items() if effects.get(n)}
-        out[name] = _sorted(program, made, rms)
+        out[name] = _sorted(program, node_of, rms)
     return out
 
 
@@ -93,7 +93,7 @@ def _sorted(
     program: Program, nodes: Mapping[int, Node], rms: Mapping[int, float]
 ) -> list[Influence]:
     whole = math.fsum(x * x for x in rms.values())
-    found = [
+    influential = [
         Influence(
             program.values[n].name,
             nodes[n].line,
@@ -104,7 +104,7 @@ def _sorted(
         for n, x in rms.items()
         if math.isfinite(x) and x > 0.0
     ]
-    return sorted(found, key=lambda i: -i.rms)
+    return sorted(influential, key=lambda i: -i.rms)
 
 
 class _Adjoint:
@@ -131,10 +131,10 @@ class _Adjoint:
         #: Of each next state by each state: (updates, next, state).
         self.jacobian = np.zeros((count, len(self.leaf), len(self.leaf)))
         for k, (_, after) in enumerate(program.states):
-            found = self.sweep({nodes[after].number: np.ones(count)})
+            slopes = self.sweep({nodes[after].number: np.ones(count)})
             for j, leaf in enumerate(self.leaf):
-                if leaf in found:
-                    self.jacobian[:, k, j] = found[leaf]
+                if leaf in slopes:
+                    self.jacobian[:, k, j] = slopes[leaf]
 
     def sweep(self, seeds: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
         """Derivatives (updates,) by every node of a sum of nodes with these weights."""
@@ -171,12 +171,12 @@ class _Adjoint:
             for k, (_, after) in enumerate(program.states):
                 node = nodes[after].number
                 seeds[node] = seeds.get(node, np.zeros(self.count)) + later[1:, k]
-            found = self.sweep(seeds)
+            slopes = self.sweep(seeds)
             copies = {after: k for k, (_, after) in enumerate(program.states)}
-            for value, node_of in nodes.items():
+            for value, source in nodes.items():
                 # A copy in the state's format is read by the state alone.
                 copy = value in copies and value not in program.outputs
-                at = later[1:, copies[value]] if copy else found.get(node_of.number)
+                at = later[1:, copies[value]] if copy else slopes.get(source.number)
                 if at is not None:
                     total[value] = total.get(value, 0.0) + float(np.mean(at * at))
         return {value: math.sqrt(square / _SIGNS) for value, square in total.items()}
@@ -185,13 +185,13 @@ class _Adjoint:
 def _ordered(nodes: Mapping[int, Node], program: Program) -> list[Node]:
     """All nodes that outputs and next states need, arguments first."""
     ahead = [nodes[n] for n in (*program.outputs, *(after for _, after in program.states))]
-    found: dict[int, Node] = {}
+    needed: dict[int, Node] = {}
     while ahead:
         node = ahead.pop()
-        if node.number not in found:
-            found[node.number] = node
+        if node.number not in needed:
+            needed[node.number] = node
             ahead += node.args
-    return [found[number] for number in sorted(found)]
+    return [needed[number] for number in sorted(needed)]
 
 
 def _slopes(order: Sequence[Node], twin: Twin) -> dict[tuple[int, int], FloatArray]:
