@@ -454,8 +454,11 @@ def test_none_is_plain(monkeypatch: pytest.MonkeyPatch) -> None:
 # what a replay under cocotb is given and what becomes of its files, with a runner that is played
 # test_replay_bench.py and test_random_rtl.py run the real one.
 
-PASSED = '<testsuites><testsuite tests="1" failures="0"/></testsuites>'
-FAILED = PASSED.replace('failures="0"', 'failures="1"')
+#: JUnit's results, as cocotb 2.0 and 2.1 count them.
+PASSED = '<testsuites><testsuite tests="1" failures="0"><testcase/></testsuite></testsuites>'
+FAILED = PASSED.replace('failures="0"', 'failures="1"').replace(
+    "<testcase/>", "<testcase><failure/></testcase>"
+)
 INPUTS = np.array([[1, -1], [2, 3]])
 
 
