@@ -46,12 +46,14 @@ if TYPE_CHECKING:
     from boresight.model.errors import InputError as InputError
     from boresight.model.errors import ToolMissing as ToolMissing
     from boresight.model.estimator import Estimator as Estimator
+    from boresight.regression import baseline as baseline
     from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
     from boresight.results.fit import FitResult as FitResult
     from boresight.results.protocol import ProtocolResult as ProtocolResult
     from boresight.results.tune import TuneResult as TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
+    from boresight.sim.baseline import Baseline as Baseline
     from boresight.sim.compare.results import CheckResult as CheckResult
     from boresight.sim.experiments.experiment import Experiment as Experiment
     from boresight.sim.experiments.experiment import Result as Result
@@ -102,12 +104,14 @@ _PLACES = {
     "model.declarations": "Input Output Param State",
     "model.errors": "InputError ToolMissing",
     "model.estimator": "Estimator",
+    "regression": "baseline",
     "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
     "results.fit": "FitResult",
     "results.protocol": "ProtocolResult",
     "results.tune": "TuneResult",
     "sim.accuracy.covariance": "CovarianceTrial",
+    "sim.baseline": "Baseline",
     "sim.compare.results": "CheckResult",
     "sim.experiments.experiment": "Experiment Result Target",
     "sim.records.files": "record_of",

@@ -7,14 +7,14 @@ command line; a notebook shows tables.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from html import escape
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-__all__ = ["Answer", "Json", "JsonObject", "plain"]
+__all__ = ["SHARES", "Answer", "Figure", "Json", "JsonObject", "plain"]
 
 #: Values of JSON.
 Json: TypeAlias = "None | bool | int | float | str | list[Json] | dict[str, Json]"
@@ -24,8 +24,41 @@ JsonObject: TypeAlias = dict[str, Json]
 _WIDEST = 160
 
 
+#: Shares by which figures may get worse from one day to another, by kind.
+SHARES = {"cycles": 0.0, "area": 0.01, "clock": 0.05, "error": 0.1, "count": 0.0}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a result that can be compared with that of an earlier day.
+
+    Attributes
+    ----------
+    title : str
+    kind : str
+        One of `SHARES`; "same": results that differ in it are not compared; empty: not judged.
+    unit : str
+        Unless the data have one beside it.
+    falls : bool
+        It is worse where it is smaller.
+    """
+
+    title: str
+    kind: str
+    unit: str = ""
+    falls: bool = False
+
+
 class Answer:
-    """Base of the dataclasses that functions return."""
+    """Base of the dataclasses that functions return.
+
+    Attributes
+    ----------
+    judged : mapping of str to Figure
+        What of `to_json` can be compared with an earlier day's, by place (`sim.baseline`).
+    """
+
+    judged: ClassVar[Mapping[str, Figure]] = {}
 
     def to_json(self) -> JsonObject:
         """Return the fields as plain data; arrays become lists, NaN and infinity None."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.accuracy.trials import Trial
 from boresight.sim.accuracy.tuning import means
-from boresight.sim.answer import Answer
+from boresight.sim.answer import Answer, Figure
 from boresight.sim.compare.difference import ATTITUDE, Difference
 
 __all__ = ["AccuracyLog", "AccuracyNear", "AccuracyResult", "AccuracyRow", "AccuracyTrial"]
@@ -177,6 +177,15 @@ class AccuracyResult(Answer):
     estimators : tuple of AccuracyRow
         Each estimator at each level.
     """
+
+    judged: ClassVar[Mapping[str, Figure]] = {
+        "word": Figure("word", "same"),
+        "good": Figure("good", "count", falls=True),
+        "estimators.*.mean.*": Figure("error against truth", "error"),
+        "estimators.*.trials.*.error.*": Figure("error against truth", "error"),
+        "estimators.*.vs_float.*.apart": Figure("fixed-float", "error"),
+        "estimators.*.saturated_updates": Figure("updates that saturated", "count"),
+    }
 
     source: str
     word: int

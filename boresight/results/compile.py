@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 from boresight.gateware.synthesis.estimate import Estimate
-from boresight.sim.answer import Answer, JsonObject, plain
+from boresight.sim.answer import Answer, Figure, JsonObject, plain
+from boresight.sim.report.against import JUDGED
 
 __all__ = ["CompileResult", "CompiledProgram", "CoreFigures"]
 
@@ -87,6 +89,8 @@ class CompileResult(Answer):
         Contents of report.json, and of `to_json`; with several estimators, what concerns them all
         and under ``programs`` the report of each.
     """
+
+    judged: ClassVar[Mapping[str, Figure]] = JUDGED
 
     output: Path
     config: str

@@ -5,6 +5,7 @@ boresight check mekf first.csv folder  # several logs, or folders of logs
 boresight check mekf log.csv --levels fixed,c --word 24  # without RTL, in narrow words
 boresight check complementary,mekf log.csv  # taking turns on one core
 boresight check mekf,pi.py mekf=log.csv pi=motor.csv  # each with its own log
+boresight check my_filter.py log.csv --baseline check.json  # also beside an earlier --json
 boresight check replay reproducer.json  # a difference that was found, again
 """
 
@@ -13,25 +14,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, overload
+from typing import Annotated, Any, ClassVar, overload
 
 from boresight.arguments import check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import (
-    Arguments,
-    Config,
-    EstimatorNames,
-    Logs,
-    Option,
-    Outcome,
-    Params,
-    Verb,
-    Word,
-)
+from boresight.options import Arguments, Config, EstimatorNames, Logs, Option, Outcome, Params, Word
+from boresight.regression import JudgedVerb
 from boresight.sharing import estimator_names, params_of_each
-from boresight.sim.answer import Answer, JsonObject, plain
+from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.compare.check import EXACT, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
@@ -55,6 +47,19 @@ class CheckResults(Answer, Sequence[CheckResult]):
     results : tuple of CheckResult
         In the order of the logs.
     """
+
+    judged: ClassVar[Mapping[str, Figure]] = {
+        "results.*.config": Figure("config", "same"),
+        "results.*.word": Figure("word", "same"),
+        "results.*.good": Figure("good", "count", falls=True),
+        "results.*.accuracy.outputs.*.samples": Figure("samples", "count", falls=True),
+        "results.*.accuracy.outputs.*.max": Figure("largest error", "error"),
+        "results.*.accuracy.outputs.*.rms": Figure("error, rms", "error"),
+        "results.*.accuracy.saturated_updates": Figure("updates that saturated", "count"),
+        "results.*.textbook.*.max": Figure("from the textbook's form", "error"),
+        "results.*.verification.*.cycles_predicted": Figure("latency", "cycles", "cycles"),
+        "results.*.verification.*.interval_predicted": Figure("interval", "cycles", "cycles"),
+    }
 
     results: tuple[CheckResult, ...]
 
@@ -234,4 +239,4 @@ def call(arguments: Arguments) -> Outcome:
     return int(not results.good), results.to_json(), verdict(results)
 
 
-VERB = Verb(check, replay, call=call)
+VERB = JudgedVerb(check, replay, call=call, judged=CheckResults.judged)

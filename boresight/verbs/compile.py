@@ -39,7 +39,8 @@ from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Config, EstimatorNames, OutputFolder, Params, Verb, Word
+from boresight.options import Config, EstimatorNames, OutputFolder, Params, Word
+from boresight.regression import JudgedVerb
 from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
@@ -220,4 +221,4 @@ def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) ->
     return to_verilog(write_system(folder, board, core), "system", instances=True)
 
 
-VERB = Verb(compile)
+VERB = JudgedVerb(compile, judged=CompileResult.judged)

@@ -1,6 +1,6 @@
 """Write an estimator to begin with, its world, a log and their test.
 
-boresight new my_filter  # my_filter.py, my_filter.csv, test_my_filter.py, here
+boresight new my_filter  # my_filter.py, its log, results and test, here
 boresight new work/my_filter.py  # in another folder
 """
 
@@ -31,18 +31,19 @@ class NewResult(Answer):
     Attributes
     ----------
     files : tuple of Path
-        The estimator with its world, a log, and their test.
+        The estimator with its world, a log, their test, and what `boresight check` gives.
     """
 
     files: tuple[Path, ...]
 
     def __str__(self) -> str:
-        source, log, test = self.files
+        source, log, test, baseline = self.files
         name = _class(source.stem)
         return (
             f"{source}: the estimator {name}, and {name}World that moves it\n"
             f"{log}: a log of that world\n"
             f"{test}: their test\n"
+            f"{baseline}: results of check, with which the test compares\n"
             f"now: boresight check {source} {log}\n"
             f"     boresight simulate {source} {source}\n"
             f"     pytest {test}"
@@ -50,13 +51,19 @@ class NewResult(Answer):
 
 
 #: What is written, by name of the file, and the text that it is made of.
-_FILES = {"{}.py": "estimator.txt", "{}.csv": "log.csv", "test_{}.py": "test.txt"}
+_FILES = {
+    "{}.py": "estimator.txt",
+    "{}.csv": "log.csv",
+    "test_{}.py": "test.txt",
+    "{}_baseline.json": "baseline.txt",
+}
 
 
 def new(name: Annotated[str | Path, Option(metavar="NAME")]) -> NewResult:
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
-    They pass `boresight check`, `boresight simulate` and pytest as they are.
+    Beside them ``NAME_baseline.json``, what `boresight check` gives, for the test. They pass
+    `boresight check`, `boresight simulate` and pytest as they are.
 
     Parameters
     ----------
@@ -77,6 +84,7 @@ def new(name: Annotated[str | Path, Option(metavar="NAME")]) -> NewResult:
     stem = path.name.removesuffix(".py")
     _check_name(stem, os.fspath(name))
     words = {"StarterWorld": f"{_class(stem)}World", "Starter": _class(stem), "starter": stem}
+    words["STARTER"] = _class(stem).lower()  # the estimator's name
     files = {path.with_name(pattern.format(stem)): made for pattern, made in _FILES.items()}
     places = {path: OutputFile(path, "new", of=stem, option="NAME") for path in files}
     for path, place in places.items():

@@ -3,16 +3,50 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from boresight.model.errors import InputError
+from boresight.sim.answer import Figure
+from boresight.sim.baseline import compared
 from boresight.sim.records.reading import read_bytes
 
-__all__ = ["against_section", "read_report"]
+__all__ = ["FIGURES", "JUDGED", "against_section", "read_report"]
 
-Figure = float | str | None
+_ONE = {
+    "word": Figure("word", "", "bits"),
+    "config": Figure("configuration", ""),
+    "timing.latency_cycles_by_output.*": Figure("latency", "cycles", "cycles"),
+    "timing.interval_cycles": Figure("interval", "cycles", "cycles"),
+    "schedule.ops_total": Figure("operations", ""),
+    "resources.lut": Figure("LUT", "area"),
+    "resources.reg": Figure("registers", "area"),
+    "resources.dsp": Figure("DSP", "area"),
+    "resources.blkmem": Figure("RAM", "area"),
+    "timing.fmax_mhz.*.p75": Figure("clock, slow nets", "clock", "MHz", falls=True),
+    "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
+    "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
+    "accuracy.verdict.outputs.*.max": Figure("largest error", "error"),
+    "accuracy.verdict.outputs.*.rms": Figure("error, rms", "error"),
+    "accuracy.verdict.saturated_updates": Figure("updates that saturated", "count"),
+    "accuracy.logs.*.truth.*.rms": Figure("error against truth, rms", "error"),
+    "numerics.*.format": Figure("format", ""),
+}
+_SAME = {name: Figure(name, "same") for name in ("design", "config", "word")}
+
+
+def _with_programs(figures: Mapping[str, Figure]) -> dict[str, Figure]:
+    """Of a report, and of a report of several programs."""
+    return {
+        f"{of}{place}": figure for of in ("", "programs.*.") for place, figure in figures.items()
+    }
+
+
+#: What two reports are compared by.
+FIGURES = _with_programs(_ONE)
+#: What is judged where a report is compared with that of an earlier day.
+JUDGED = _with_programs({place: f for place, f in _ONE.items() if f.kind} | _SAME)
 
 
 def read_report(path: str | Path) -> dict[str, Any]:
@@ -46,48 +80,15 @@ def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict
         ``rows``: figure, unit, before, after (null where a report has none), and their ratio where
         both are positive numbers; ``equal``: how many figures are the same in both.
     """
-    old, new = dict(_figures(before)), dict(_figures(after))
-    rows, equal = [], 0
-    for name, unit in dict.fromkeys((*old, *new)):
-        x, y = old.get((name, unit)), new.get((name, unit))
-        if x == y:
-            equal += 1
-            continue
-        numbers = all(isinstance(v, int | float) and v > 0 for v in (x, y))
-        ratio = float(f"{y / x:.4g}") if numbers else None  # type: ignore[operator]
-        rows.append({"figure": name, "unit": unit, "before": x, "after": y, "ratio": ratio})
+    found = compared(after, before, FIGURES, file="")
+    rows = []
+    for c in found.changes:
+        numbers = isinstance(c.before, float) and isinstance(c.now, float) and c.before > 0 < c.now
+        ratio = float(f"{c.now / c.before:.4g}") if numbers else None  # type: ignore[operator]
+        row = {"figure": c.figure, "unit": c.unit, "before": c.before, "after": c.now}
+        rows.append({**row, "ratio": ratio})
     return {
         "before": {key: before.get(key) for key in ("design", "config", "word", "digest")},
         "rows": rows,
-        "equal": equal,
+        "equal": found.equal,
     }
-
-
-def _figures(data: Mapping[str, Any]) -> Iterator[tuple[tuple[str, str], Figure]]:
-    """Everything that can be compared, by name and unit."""
-    timing, resources, speed = data["timing"], data["resources"], data["target"]["speed"]
-    yield ("word", "bits"), data["word"]
-    yield ("configuration", ""), data["config"]
-    yield ("log", ""), ", ".join(log["dataset"] for log in data["accuracy"]["logs"])
-    yield ("latency", "cycles"), timing["latency_cycles"]["predicted"]
-    yield ("interval", "cycles"), timing["interval_cycles"]
-    yield ("operations", ""), data["schedule"]["ops_total"]
-    for key, name in (("lut", "LUT"), ("reg", "registers"), ("dsp", "DSP"), ("blkmem", "RAM")):
-        yield (name, ""), resources[key]
-    if timing["fmax_mhz"] is not None:
-        yield ("clock, slow nets", "MHz"), timing["fmax_mhz"].get(speed, {}).get("p75")
-    yield ("C, memory", "bytes"), data["firmware"]["ram_bytes"]
-    yield ("C, tables", "bytes"), data["firmware"]["table_bytes"]
-    verdict = data["accuracy"]["verdict"]
-    for o in verdict["outputs"] if verdict else ():
-        yield (f"error of {o['output']}, largest", o["unit"]), o["max"]
-        yield (f"error of {o['output']}, rms", o["unit"]), o["rms"]
-    if verdict:
-        yield ("updates that saturated", ""), verdict["saturated_updates"]
-    for log in data["accuracy"]["logs"]:
-        for o in log["truth"]:
-            name = f"{o['output']} against {log['reference']} on {log['dataset']}, rms"
-            yield (name, o["unit"]), o["rms"]
-    for row in data["numerics"]:
-        whole = row["format"].partition(",")[2].rstrip(">")
-        yield (f"integer bits of {row['signal']}", ""), int(whole)

@@ -168,7 +168,8 @@ def _heard() -> Iterator[io.StringIO]:
 
 
 def _command(line: str, folder: Path, where: str, shown: str, *, only: bool) -> str:
-    """Run one command line; what it said."""
+    """Run one command line; what it said, unless that goes to a file."""
+    line, _, target = line.partition(" > ")
     words = shlex.split(line, comments=True)
     if not words or words[0] in SETUP:
         return ""
@@ -182,6 +183,8 @@ def _command(line: str, folder: Path, where: str, shown: str, *, only: bool) -> 
         if program == "boresight":
             code = cli.main([*words[1:], *(["-q"] if "-q" not in words else [])])
             assert code == _code(shown), f"{where}: {line}: {code}\n{heard.getvalue()}"
+            if target:
+                (folder / target.strip()).write_text(heard.getvalue(), encoding="utf-8")
         elif program == "pytest":
             call_tests(folder)
         else:

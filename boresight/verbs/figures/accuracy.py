@@ -18,7 +18,8 @@ from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, estimator_of
-from boresight.options import Arguments, Jobs, Option, Outcome, Params, Verb, Word, outcome
+from boresight.options import Arguments, Jobs, Option, Outcome, Params, Word, outcome
+from boresight.regression import JudgedVerb
 from boresight.results.accuracy import AccuracyResult
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
@@ -152,4 +153,4 @@ def call(
     return outcome(result, "" if folder is None else f"\n\n{folder}/accuracy.html")
 
 
-VERB = Verb(accuracy, accuracy_protocol, call=call)
+VERB = JudgedVerb(accuracy, accuracy_protocol, call=call, judged=AccuracyResult.judged)

@@ -23,7 +23,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_all_of_it_passes_at_once(folder, capsys):
     assert main(["new", "my_filter", "--json"]) == 0
-    written = ["my_filter.py", "my_filter.csv", "test_my_filter.py"]
+    written = ["my_filter.py", "my_filter.csv", "test_my_filter.py", "my_filter_baseline.json"]
     assert capsys.readouterr().out == '{"files": ["' + '", "'.join(written) + '"]}\n'
     assert sorted(p.name for p in folder.iterdir() if p.name[0] != ".") == sorted(written)
     assert estimator_of("my_filter.py").name == "myfilter"
@@ -99,5 +99,5 @@ def test_names_that_no_module_may_have(name, found, folder, capsys):
 
 def test_nothing_of_the_template_is_left(folder):
     for path in boresight.new("bear").files:
-        assert "tarter" not in path.read_text()
+        assert "starter" not in path.read_text().lower()
     assert (ROOT / "boresight" / "starter" / "estimator.txt").read_text().count("Starter") == 2

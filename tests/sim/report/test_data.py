@@ -500,7 +500,8 @@ def test_the_same_run_twice(report: dict[str, Any]) -> None:
 
 def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
     after = copy.deepcopy(report)
-    after["timing"]["latency_cycles"]["predicted"] *= 2
+    latency = after["timing"]["latency_cycles_by_output"]
+    latency["roll"] *= 2
     after["resources"]["lut"] = None
     after["config"] = "small"
     after["timing"]["fmax_mhz"]["-2"]["p75"] = 100.0
@@ -510,14 +511,14 @@ def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
     found = against_section(report, after)
     rows = {r["figure"]: (r["before"], r["after"], r["ratio"]) for r in found["rows"]}
     output = report["accuracy"]["verdict"]["outputs"][0]
-    cycles = report["timing"]["latency_cycles"]["predicted"]
+    cycles = report["timing"]["latency_cycles_by_output"]["roll"]
     assert rows == {
-        "latency": (cycles, 2 * cycles, 2.0),
+        "roll: latency": (cycles, 2 * cycles, 2.0),
         "LUT": (803, None, None),
         "configuration": ("fast", "small", None),
-        "clock, slow nets": (80.0, 100.0, 1.25),
-        f"error of {output['output']}, largest": (output["max"], 0.0, None),
-        "integer bits of gx": (7, -3, None),
+        "-2: clock, slow nets": (80.0, 100.0, 1.25),
+        f"{output['output']}: largest error": (output["max"], 0.0, None),
+        "gx: format": ("fixed<32,7>", "fixed<32,-3>", None),
     }
     assert found["equal"] == against_section(report, report)["equal"] - len(rows)
 
@@ -525,9 +526,9 @@ def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
 def test_what_only_one_report_has(report: dict[str, Any], core: Core) -> None:
     rows = against_section(report_data(core), report)["rows"]
     new = {r["figure"]: (r["before"], r["after"]) for r in rows}
-    assert new["DSP"] == (None, 8) and new["clock, slow nets"] == (None, 80.0)
+    assert new["DSP"] == (None, 8) and new["-2: clock, slow nets"] == (None, 80.0)
     assert new["updates that saturated"] == (None, 0)
-    assert any(name.endswith("against truth on synthetic_60s, rms") for name in new)
+    assert any(name.startswith("synthetic_60s, ") and "truth" in name for name in new)
 
 
 def test_files(report: dict[str, Any], tmp_path: Path) -> None:

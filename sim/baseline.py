@@ -1,0 +1,229 @@
+"""Results beside those of an earlier day: what changed, and what got worse by more than accepted.
+
+A result says which of its numbers have a worse direction (`Answer.judged`), by patterns of places
+in its JSON: names with dots between, ``*`` for each entry of a list or an object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from boresight.model.errors import InputError
+from boresight.sim.answer import SHARES, Answer, Figure, plain
+from boresight.sim.records.reading import kind_of, read_json
+
+__all__ = ["NAMES", "Baseline", "Change", "compared", "figures_of", "read_baseline"]
+
+Number: TypeAlias = float | str | None
+#: What names an entry of a list.
+NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "signal")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A figure that is not what it was.
+
+    Attributes
+    ----------
+    figure, unit : str
+    before, now : float, str or None
+        None: it is not there.
+    share : float or None
+        Of ``before``, by which it got worse; negative: better. None where there is no such number.
+    worse : bool
+        By more than accepted.
+    """
+
+    figure: str
+    unit: str
+    before: Number
+    now: Number
+    share: float | None
+    worse: bool
+
+
+@dataclass(frozen=True)
+class Baseline(Answer):
+    """A result beside an earlier one.
+
+    Attributes
+    ----------
+    file : str
+        Of the earlier one.
+    allowed : mapping of str to float
+        Accepted shares, by kind of figure.
+    equal : int
+        Figures that are as they were.
+    changes : tuple of Change
+        The others, those that got worse first.
+    """
+
+    file: str
+    allowed: Mapping[str, float]
+    equal: int
+    changes: tuple[Change, ...]
+
+    @property
+    def worse(self) -> tuple[Change, ...]:
+        """What got worse by more than accepted."""
+        return tuple(c for c in self.changes if c.worse)
+
+    @property
+    def good(self) -> bool:
+        """Nothing did."""
+        return not self.worse
+
+    def __str__(self) -> str:
+        rows = [
+            (c.figure, _text(c.before), _text(c.now), c.unit, _share(c.share), "WORSE" * c.worse)
+            for c in self.changes
+        ]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = [f"against {self.file}: {self.equal} figures equal, {len(rows)} changed"]
+        for name, before, now, *rest in rows:
+            cells = [name.ljust(widths[0]), before.rjust(widths[1]), "->", now.rjust(widths[2])]
+            cells += [text.ljust(width) for text, width in zip(rest, widths[3:], strict=True)]
+            lines.append(f"  {' '.join(cells)}".rstrip())
+        if not self.good:
+            first = self.worse[0]
+            change = f"{_text(first.before)} -> {_text(first.now)} {first.unit}".rstrip()
+            more = len(self.worse) - 1
+            lines.append(
+                f"FAILED: worse than {self.file}: {first.figure} {change}"
+                + (f", and {more} more" if more else "")
+            )
+        return "\n".join(lines)
+
+
+def _text(value: Number) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
+    return "none" if value is None else str(value)
+
+
+def _share(share: float | None) -> str:
+    return "" if share is None else f"{share:+.1%}"
+
+
+def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
+    """An earlier result.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is none of this kind.
+    """
+    wanted = "an earlier result, which --json prints"
+    data = read_json(path, wanted)
+    if not figures_of(data, judged):
+        raise InputError.at(
+            str(path),
+            wanted=f"{wanted} for the same verb",
+            found=kind_of(data) if not isinstance(data, dict) else f"one of {', '.join(data)}"[:80],
+            fix="write it with --json > FILE",
+        )
+    return data
+
+
+def compared(
+    result: Any,
+    before: Any,
+    judged: Mapping[str, Figure],
+    *,
+    file: str | Path,
+    allow: Mapping[str, float] | None = None,
+) -> Baseline:
+    """A result, as plain data or not, beside an earlier one.
+
+    Parameters
+    ----------
+    before
+        `read_baseline`.
+    allow : mapping of str to float, optional
+        Accepted shares by kind of figure, on top of `SHARES`.
+
+    Raises
+    ------
+    InputError
+        An unknown kind, or results that cannot be compared.
+    """
+    allowed = SHARES | dict(allow or {})
+    for kind, share in allowed.items():
+        if kind not in SHARES or not share >= 0.0:
+            raise InputError.at(
+                f"allow {kind}",
+                wanted=f"a share from 0 up of one of {', '.join(SHARES)}",
+                found=f"{share:g} of {kind}",
+                fix="write for example area=0.05",
+            )
+    old, new = figures_of(before, judged), figures_of(plain(result), judged)
+    changes = []
+    for name in dict.fromkeys((*old, *new)):
+        was, unit, figure = old.get(name, (None, "", None))
+        now, unit, figure = new.get(name, (None, unit, figure))
+        assert figure is not None
+        if figure.kind == "same" and name in old and name in new and was != now:
+            raise InputError.at(
+                str(file),
+                wanted=f"an earlier result of the same {name}, {now}",
+                found=f"{was}",
+                fix="compare with one of the same, or write it anew with --json",
+            )
+        if was != now and figure.kind != "same":
+            changes.append(_change(name, unit, figure, was, now, allowed))
+    changes.sort(key=lambda c: (not c.worse, not c.share, -(c.share or 0.0)))
+    return Baseline(str(file), allowed, len({*old, *new}) - len(changes), tuple(changes))
+
+
+def _change(
+    name: str, unit: str, figure: Figure, was: Number, now: Number, allowed: Mapping[str, float]
+) -> Change:
+    share = None
+    if isinstance(was, str) or isinstance(now, str) or not figure.kind:
+        worse = False
+    elif was is None or now is None:
+        worse = now is None  # what was there is gone
+    else:
+        by = (now - was) * (-1 if figure.falls else 1)
+        share = by / abs(was) if was else None
+        worse = by > allowed[figure.kind] * abs(was)
+    return Change(name, unit, was, now, share, worse)
+
+
+def figures_of(data: Any, judged: Mapping[str, Figure]) -> dict[str, tuple[Number, str, Figure]]:
+    """Value and unit of every figure of a result, by name; None in the data is no figure."""
+    out: dict[str, tuple[Number, str, Figure]] = {}
+    for pattern, figure in judged.items():
+        for labels, value, unit in _places(data, pattern.split("."), (), figure.unit):
+            name = ": ".join(filter(None, (", ".join(labels), figure.title)))
+            entry = (float(value) if isinstance(value, int | float) else value, unit, figure)
+            k = 1
+            while (key := name if k == 1 else f"{name} ({k})") in out and out[key] != entry:
+                k += 1
+            out[key] = entry
+    return out
+
+
+def _places(
+    data: Any, path: Sequence[str], labels: tuple[str, ...], unit: str
+) -> Iterator[tuple[tuple[str, ...], Any, str]]:
+    """Numbers and texts at a pattern: names of the entries that led there, value, unit."""
+    if not path:
+        if isinstance(data, int | float | str):
+            yield labels, data, unit
+        return
+    if isinstance(data, dict) and isinstance(data.get("unit"), str):
+        unit = data["unit"]
+    if path[0] != "*":
+        if isinstance(data, dict) and path[0] in data:
+            yield from _places(data[path[0]], path[1:], labels, unit)
+    elif isinstance(data, list):
+        for entry in data:
+            names = [entry[n] for n in NAMES if isinstance(entry, dict) and entry.get(n)]
+            yield from _places(entry, path[1:], (*labels, *map(str, names)), unit)
+    elif isinstance(data, dict):
+        for name, entry in data.items():
+            yield from _places(entry, path[1:], (*labels, name), unit)
