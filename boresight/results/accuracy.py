@@ -9,6 +9,7 @@ from typing import ClassVar, TypeAlias
 
 import numpy as np
 
+from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.benchmark import Result
 from boresight.sim.accuracy.figures import ANGLES
@@ -17,6 +18,7 @@ from boresight.sim.accuracy.trials import Trial
 from boresight.sim.accuracy.tuning import means
 from boresight.sim.answer import Answer, Figure
 from boresight.sim.compare.difference import ATTITUDE, Difference
+from boresight.sim.report.accuracy import ANGLES as EULER
 
 __all__ = ["AccuracyLog", "AccuracyNear", "AccuracyResult", "AccuracyRow", "AccuracyTrial"]
 
@@ -229,8 +231,8 @@ class AccuracyResult(Answer):
         if attitude := [r for r in rows if r.attitude]:
             lines += _attitudes(self, attitude, floating)
         for row in rows:
-            if not row.attitude:
-                lines += ["", *_outputs(self, row, floating.get(row.estimator))]
+            if names := _own_outputs(row):
+                lines += ["", *_outputs(self, row, names, floating.get(row.estimator))]
         if self.left_out:
             lines += ["", "left out, no reference: " + ", ".join(self.left_out)]
         return "\n".join(lines).strip("\n")
@@ -267,7 +269,16 @@ def _count(value: float | None, width: int) -> str:
     return f"{'-' if value is None else f'{value:,.0f}':>{width}s}"
 
 
-def _outputs(data: AccuracyResult, row: AccuracyRow, floating: AccuracyRow | None) -> list[str]:
+def _own_outputs(row: AccuracyRow) -> list[str]:
+    """Outputs of an estimator that the table of attitudes does not show."""
+    names = dict.fromkeys((*row.units, *(d.output for d in row.vs_float)))
+    shown = {*ANGLES, *EULER, *QUATERNION, ATTITUDE, "status"} if row.attitude else set()
+    return [name for name in names if name not in shown]
+
+
+def _outputs(
+    data: AccuracyResult, row: AccuracyRow, names: Sequence[str], floating: AccuracyRow | None
+) -> list[str]:
     """One estimator, output by output."""
     mean, other = row.mean or {}, (floating.mean if floating else None) or {}
     near = {d.output: d for d in row.vs_float}
@@ -276,10 +287,10 @@ def _outputs(data: AccuracyResult, row: AccuracyRow, floating: AccuracyRow | Non
         f"{row.estimator}, W = {data.word}: root mean square error against truth, mean over "
         f"{trials} log{'s' if trials != 1 else ''}; over every sample the",
         f"largest difference of fixed point and float64; updates that saturated: "
-        f"{row.saturated_updates:,}",
+        f"{_count(row.saturated_updates, 0)}",
         f"  {'':20s}{'error':>10s}{'in float64':>12s}{'fixed-float':>13s}{'accepted':>11s}",
     ]
-    for name in [*row.units, *(n for n in near if n not in row.units)]:
+    for name in names:
         d = near.get(name)
         unit = row.units.get(name) or (d.unit if d else "")
         line = f"  {f'{name} {unit}':20s}{_short(mean.get(name), 10)}{_short(other.get(name), 12)}"
@@ -288,7 +299,7 @@ def _outputs(data: AccuracyResult, row: AccuracyRow, floating: AccuracyRow | Non
             line += "" if d.good else "  BEYOND"
         lines.append(line)
     for trial in row.trials if len(row.trials) > 1 else ():
-        found = ", ".join(f"{n} {_short(x, 0)}" for n, x in trial.error.items())
+        found = ", ".join(f"{n} {_short(x, 0)}" for n, x in trial.error.items() if n in names)
         lines.append(f"  {trial.trial}: {found or 'no truth'}")
     return lines
 

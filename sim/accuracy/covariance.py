@@ -42,6 +42,8 @@ FloatArray = npt.NDArray[np.float64]
 P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 #: Share of their default of other initial variances; of initial deviations the roots.
 SHARES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
+#: Least eigenvalue that rounding explains, in last bits.
+_LEAST = -4.0
 _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
 
 
@@ -124,7 +126,7 @@ class CovarianceTrial(Answer):
     @property
     def good(self) -> bool:
         """No variance below zero, no eigenvalue below the rounding of one word."""
-        return self.negative_diagonals == 0 and self.least_eigenvalue >= -4.0
+        return self.negative_diagonals == 0 and self.least_eigenvalue >= _LEAST
 
     def to_json(self) -> JsonObject:
         """Plain data, with ``good``."""
@@ -132,11 +134,18 @@ class CovarianceTrial(Answer):
 
     def __str__(self) -> str:
         drift = ", ".join(f"{name} {value:.3g}" for name, value in self.drift.items())
+        faults = [f"{self.negative_diagonals} updates with a negative variance"] * (
+            self.negative_diagonals > 0
+        )
+        if self.least_eigenvalue < _LEAST:
+            faults.append(f"least eigenvalue below {_LEAST:g} last bits")
         return (
-            f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a "
-            f"negative variance, least eigenvalue {self.least_eigenvalue:.1f} LSB of "
-            f"{self.eigenvalues_checked}, {self.saturated} saturated, from float64 after "
-            f"{self.compared} updates: {drift}"
+            f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a negative "
+            f"variance; least eigenvalue {self.least_eigenvalue:,.0f} last bits of P's words, in "
+            f"{self.eigenvalues_checked} of its values: "
+            + (f"FAILED, {', '.join(faults)}" if faults else "good")
+            + f"\n  not judged, as this input is hostile: {self.saturated} updates saturated; from "
+            f"float64 within {self.compared} updates: {drift}"
         )
 
 

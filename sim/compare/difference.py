@@ -2,7 +2,7 @@
 
 Values are compared in the output's unit; angles modulo their period; flags bit by bit; outputs
 named ``qw qx qy qz`` with the sign that brings the quaternions together, and besides as the angle
-between the attitudes, in degrees.
+between the attitudes, in degrees: 180 where one of them has a norm beyond 0.5 to 2.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ FloatArray = npt.NDArray[np.float64]
 
 #: Name of the difference between attitudes.
 ATTITUDE = "attitude"
+#: Natural logarithm of a quaternion's norm that is no attitude's.
+_NORMS = math.log(2.0)
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,8 @@ class Difference:
             verdict = "not judged"
         else:
             verdict = f"{'within' if self.good else 'BEYOND'} {self.tolerance:.3g}"
+            if self.output == ATTITUDE and self.largest == 180.0:
+                verdict += ", as one has a norm beyond 0.5 to 2, or is half a turn off"
         where = "" if self.at_step is None else f" in step {self.at_step}"
         return (
             f"{self.output:12s} max {self.largest:.3g}{unit}{where}, rms {self.rms:.3g}: {verdict}"
@@ -155,9 +159,11 @@ def around(apart: FloatArray, period: float) -> FloatArray:
 
 
 def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
-    """Angle [rad] of the rotation between quaternions (n, 4), which need not be of norm 1."""
+    """Angle [rad] of the rotation between quaternions (n, 4), of norms near 1; else half a turn."""
     w, *v = np.moveaxis(quaternion_multiply(q, quaternion_conjugate(r)), -1, 0)
-    return np.asarray(2.0 * np.arctan2(np.linalg.norm(v, axis=0), np.abs(w)), dtype=np.float64)
+    angle = 2.0 * np.arctan2(np.linalg.norm(v, axis=0), np.abs(w))
+    none = np.abs(np.log(np.linalg.norm(np.stack([q, r]), axis=-1))).max(axis=0) > _NORMS
+    return np.asarray(np.where(none, math.pi, angle), dtype=np.float64)
 
 
 def _difference(

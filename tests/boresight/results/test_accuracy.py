@@ -78,6 +78,15 @@ def test_attitudes_side_by_side() -> None:
     assert not [x for x in lines if x.startswith("mine, attitude")]
 
 
+def test_outputs_beside_an_attitude_have_their_table() -> None:
+    errors = {"one": angles(1.5) | {"vx": 0.125}}
+    apart = [near("qw", "", 1e-6, 1e-3), near("attitude", "deg", 1e-4, 0.01)]
+    apart += [near("vx", "m/s", 1e-5, 0.01), near("pz", "m", 2e-5, 0.01)]
+    lines = str(data(row("ins", "fixed", errors, vs_float=apart))).splitlines()
+    table = [x.split()[0] for x in lines[lines.index("") + 4 :] if x.startswith("  ")]
+    assert table[-2:] == ["vx", "pz"] and "qw" not in table and "total" not in table
+
+
 def test_what_is_no_truth_is_said() -> None:
     shown = row("mine", "fixed", {"one": angles(1.5)}, mean=None)
     for kind, title in (

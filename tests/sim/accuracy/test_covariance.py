@@ -54,6 +54,7 @@ def test_filters_stay_positive_and_with_float(name: str, least_lsb: float) -> No
     (drift,) = t.drift.items()
     assert drift[0] == "attitude deg" and 0.0 < drift[1] < 0.005
     assert str(t).startswith(f"{name}: {t.updates} updates, 0 with a negative variance")
+    assert str(t).splitlines()[0].endswith(": good")
 
 
 class Greedy(EkfQuaternionVector):
@@ -78,8 +79,9 @@ def test_a_covariance_that_loses_positiveness_is_seen() -> None:
 def test_verdict() -> None:
     good = CovarianceTrial("x", 1, 0, -1.0, 1, 0, {}, 1)
     assert good.good
-    assert not CovarianceTrial("x", 1, 1, 5.0, 1, 0, {}, 1).good
-    assert not CovarianceTrial("x", 1, 0, -5.0, 1, 0, {}, 1).good
+    for count, least, said in ((1, 5.0, "1 updates with"), (0, -5.0, "eigenvalue below -4")):
+        bad = CovarianceTrial("x", 1, count, least, 1, 0, {}, 1)
+        assert not bad.good and f"FAILED, {said}" in str(bad)
 
 
 def test_filter_without_covariance_is_refused() -> None:
@@ -118,4 +120,4 @@ def test_any_filter_of_its_own_inputs() -> None:
     t = covariance_trial(Scalar(), records, updates=12_000, compared=500)
     assert t.good and t.negative_diagonals == 0 and t.updates == 12_000
     assert list(t.drift) == ["pos m"] and 0.0 < t.drift["pos m"] < 1e-6
-    assert str(t).endswith(f"from float64 after 500 updates: pos m {t.drift['pos m']:.3g}")
+    assert str(t).endswith(f"from float64 within 500 updates: pos m {t.drift['pos m']:.3g}")

@@ -162,7 +162,7 @@ def test_quaternions_of_either_sign_are_one_attitude() -> None:
 
 
 def test_attitudes_by_their_angle() -> None:
-    q, r = np.stack([turned(10.0), turned(0.0)]), np.stack([turned(12.0), -3.0 * turned(0.0)])
+    q, r = np.stack([turned(10.0), turned(0.0)]), np.stack([turned(12.0), -turned(0.0)])
     made = differences(ATTITUDES, columns(q), columns(r))[4]
     assert (made.output, made.unit, made.at_step, made.samples) == ("attitude", "deg", 0, 2)
     assert made.largest == pytest.approx(2.0, rel=1e-9)
@@ -172,6 +172,16 @@ def test_attitudes_by_their_angle() -> None:
     assert near.good and near.largest == pytest.approx(0.2)
     far = differences(ATTITUDES, columns(q[1:]), columns(turned(190.0, 2)[None, :]))[4]
     assert far.largest == pytest.approx(170.0)
+
+
+@pytest.mark.parametrize(("norm", "angle"), [(0.0, 180.0), (0.4, 180.0), (0.6, 0.0), (3.0, 180.0)])
+@pytest.mark.parametrize("both", [False, True])
+def test_a_quaternion_that_is_no_attitude_is_half_a_turn_off(norm, angle, both) -> None:
+    q = np.stack([turned(10.0)] * 2)
+    r = np.stack([turned(10.0), norm * turned(10.0)])
+    made = differences(ATTITUDES, columns(r), columns(r if both else q))[4]
+    assert made.largest == pytest.approx(angle, abs=1e-5)
+    assert not angle or (made.at_step == 1 and not made.good and "norm beyond" in made.line())
 
 
 def test_attitudes_are_judged_where_every_component_is() -> None:
