@@ -79,7 +79,7 @@ def test_a_covariance_that_loses_positiveness_is_seen() -> None:
 def test_verdict() -> None:
     good = CovarianceTrial("x", 1, 0, -1.0, 1, 0, {}, 1)
     assert good.good
-    for count, least, said in ((1, 5.0, "1 updates with"), (0, -5.0, "eigenvalue below -4")):
+    for count, least, said in ((1, 5.0, "1 updates with"), (0, -5.0, "least eigenvalue below -4")):
         bad = CovarianceTrial("x", 1, count, least, 1, 0, {}, 1)
         assert not bad.good and f"FAILED, {said}" in str(bad)
 
