@@ -9,7 +9,7 @@ from boresight.cli import main
 from boresight.verbs.list import list_estimators
 from tests.support.estimators import ALL
 
-EXPERIMENTS = ["array", "ma2014", "mls", "radar", "satcom"]
+EXPERIMENTS = ["array", "ma2014", "mls", "pmsm", "radar", "satcom"]
 
 
 def test_names_as_json(capsys):
@@ -28,6 +28,7 @@ def test_names_as_json(capsys):
         "array_attitude",
         "array_phases",
         "mls_attitude",
+        "pmsm",
         "registration",
         "satcom",
         "satcom_pointing",

@@ -1,0 +1,1 @@
+"""Sensorless drive of a synchronous machine: filter and controllers in one core."""
