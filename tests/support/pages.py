@@ -5,8 +5,8 @@ one page being one module. ``sh`` is command lines, of which `boresight` is call
 point and ``pytest`` by calling the tests; a few tools run as they are, and what sets up an
 environment does not. ``text`` is what the block before it printed, of command lines the last:
 ``...`` stands for any lines, decimals may differ, times and Icarus, which not all have, do not
-count. ``toml`` is parsed. A block without a language is a drawing; one in braces is Sphinx's own,
-and the build of the site checks it.
+count. ``toml`` and ``yaml`` are parsed, of workflows the command lines too. A block without a
+language is a drawing; one in braces is Sphinx's own, and the build of the site checks it.
 
 ``<!-- parsed, not run: WHY -->`` before a block of command lines: their arguments are looked at.
 """
@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from boresight import cli
 
@@ -147,6 +148,10 @@ def run_page(page: str, folder: Path) -> int:
         elif block.language == "sh":
             for line in block.text.splitlines():
                 said = _command(line, folder, where, shown, only=block.parsed)
+        elif block.language == "yaml":
+            yaml.safe_load(block.text)
+            for line in re.findall(r"- (?:run: )?(boresight .+)", block.text):
+                parsed(line)
         elif block.language == "toml":
             tomllib.loads(block.text)
         elif block.language == "text":
