@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from boresight.model.errors import InputError
 from boresight.sim.experiments.experiment import Result, Target
 from boresight.sim.experiments.targets import targets_of
 from boresight.systems.array import experiment
@@ -95,12 +94,6 @@ def test_targets_fall_where_their_figure_does(result: Result) -> None:
         ("array_attitude_latency_cycles_small", 141.0, "cycles to the attitude, small"),
     ):
         assert wrong(**{key: value}) == [name]
-
-
-@pytest.mark.parametrize("hours", [0.5, 25.0])
-def test_hours_are_checked(hours: float) -> None:
-    with pytest.raises(InputError, match="^experiment array, hours: wanted 1 to 24, found"):
-        Array(hours=hours)
 
 
 # -- cases: both rates in every reading, and all of them worlds and filters that there are --------

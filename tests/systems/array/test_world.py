@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from boresight.model.errors import InputError
 from boresight.sim.worlds.inertial import sensors
 from boresight.systems.array.world import ALIGNED, DT, ERECTED, TurningArray
 
@@ -143,20 +142,3 @@ def test_records_without_truths() -> None:
     assert [n for n in columns if not n.endswith("_true")] == list(fewer)
     for name, values in fewer.items():
         np.testing.assert_array_equal(values, columns[name])
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"deg_s": 0.0}, "deg_s: wanted above 0, to 44, found 0.0"),
-        ({"deg_s": 45.0}, "deg_s: wanted above 0"),
-        ({"hours": 0.0}, "hours: wanted above 0, to 100"),
-        ({"errors": -1.0}, "errors: wanted 0 or more"),
-        ({"noise": -1.0}, "noise: wanted 0 or more"),
-        ({"nods_arcsec": -1.0}, "nods_arcsec: wanted 0 or more"),
-        ({"counts_bits": 12}, "counts_bits: wanted 16 to 48"),
-    ],
-)
-def test_what_is_refused(options, message: str) -> None:
-    with pytest.raises(InputError, match=f"^turning_array, {message}"):
-        TurningArray(**options)

@@ -74,21 +74,6 @@ def test_on_deck() -> None:
     assert (loop.inputs[0, 0], loop.inputs[1, 0]) == (-1e-3, 1e-3)
 
 
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"azimuth_deg": 70.0}, "landing, azimuth_deg: wanted -62 to 62, found 70.0"),
-        ({"elevation_deg": 60.0}, "landing, elevation_deg: wanted -45 to 45, found 60.0"),
-        ({"beams": 2}, "landing, beams: wanted 8 or more, found 2"),
-        ({"spacing": 0.0}, "array, spacing: wanted wavelengths above 0"),
-        ({"motion": "storm"}, "motion: wanted one of"),
-    ],
-)
-def test_mistakes(options: dict, message: str) -> None:
-    with pytest.raises(InputError, match=f"^{message}"):
-        Landing(seconds=1.1, **options)
-
-
 def test_more_elements_than_the_estimator_has_outputs() -> None:
     world = Landing("sea_5", seconds=1.1, beams=8)
     message = r"^landing, elements: wanted as many as the estimator has phases, 16, found 64"

@@ -93,23 +93,6 @@ def test_the_loop_with_the_filter() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"dt": 0.0}, "dt: wanted 0.01 to 1 s, found 0.0"),
-        ({"seconds": 0.01}, "seconds: wanted"),
-        ({"noise": -1.0}, "noise: wanted 0 or more"),
-        ({"missed": 1.0}, "missed: wanted a share below 1"),
-        ({"late_s": 11.0}, "late_s: wanted 0 to 10 s"),
-        ({"bias": (1.0,)}, "bias and noises: wanted six"),
-        ({"sites": ((0, 0, 0),)}, "sites: wanted two radars"),
-    ],
-)
-def test_what_is_refused(options, message: str) -> None:
-    with pytest.raises(InputError, match=f"^two_radars, {message}"):
-        TwoRadars(**options)
-
-
 # -- flights: an orbit and energy against closed forms, lines, the ground -------------------------
 
 T = 0.1 * np.arange(1701)

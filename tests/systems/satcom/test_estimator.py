@@ -9,7 +9,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.firmware.build import CModel
-from boresight.gateware.core import build_core
 from boresight.model.errors import InputError
 from boresight.model.estimator import input_words, param_words, with_params
 from boresight.sim.levels.build import Build
@@ -17,7 +16,7 @@ from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
 from boresight.sim.records.record import Column, Record
 from boresight.systems.satcom.estimator import Satcom
-from boresight.systems.satcom.interface import BIAS_UNIT, STATUS_BITS
+from boresight.systems.satcom.interface import BIAS_UNIT
 from tests.support.compiled_float import compiled_float
 
 GRAVITY = 9.80665
@@ -273,17 +272,12 @@ def test_what_was_printed_fails() -> None:
     assert roll == pytest.approx(-5.0, abs=0.1)
     out = float_run(u, {"tilt_known_sd": 1.0}, estimator=Satcom(detector="printed"))
     assert (out["status"][2:].astype(int) & 1).all()
-    with pytest.raises(InputError, match=r"^satcom, roll: wanted one of corrected, printed, found"):
-        Satcom(roll="mirrored")
-    with pytest.raises(InputError, match=r"^satcom, detector: wanted one of"):
-        Satcom(detector="none")
 
 
 def test_status_of_tracking_samples() -> None:
     u = motion(1, 300)
     status = float_run(u, PARAMS)["status"].astype(int)
     assert [status[1] & 6, status[10] & 6, status[155] & 6, status[260] & 6] == [2, 0, 2, 4]
-    assert set(STATUS_BITS) == {0, 1, 2, 3}
 
 
 def test_a_sample_beyond_the_gate_changes_nothing() -> None:
@@ -396,12 +390,6 @@ def test_without_tracking_the_tilt_is_kept_for_ever() -> None:
     assert 2 < full.sum() < 0.9 * len(u)
     for name in ("roll", "pitch"):
         assert np.sqrt(np.mean((180.0 * fixed.outputs[name][100:]) ** 2)) < 0.4
-
-
-@pytest.mark.parametrize("config, latency, interval", [("small", 720, 950), ("fast", 520, 500)])
-def test_cycles(config: str, latency: int, interval: int) -> None:
-    core = build_core(Satcom().compile(), config)
-    assert core.schedule.latency <= latency and core.schedule.interval <= interval
 
 
 def test_a_heading_at_its_limit_is_cut_by_half() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.gateware.core import build_core, build_shared_core
+from boresight.gateware.core import build_shared_core
 from boresight.model.errors import InputError
 from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
@@ -143,11 +143,6 @@ def test_reads_the_attitude_of_the_filter() -> None:
     assert not any(i.source for i in pointing.inputs[7:])
     core = build_shared_core([attitude.compile(), pointing.compile()], "small")
     assert [part.program.name for part in core.parts] == ["satcom", "satcom_pointing"]
-
-
-@pytest.mark.parametrize("config, interval", [("small", 270), ("fast", 250)])
-def test_cycles(config: str, interval: int) -> None:
-    assert build_core(SatcomPointing().compile(), config).schedule.interval <= interval
 
 
 def test_wherever_it_is_the_outputs_are_bounded() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from boresight.firmware.build import CModel
-from boresight.model.errors import InputError
 from boresight.model.estimator import input_words
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.resolve import estimator_of
@@ -56,8 +55,3 @@ def test_it_leaves_out_what_only_a_field_needs() -> None:
     assert not {"heading_var", "field_trust_s", "dip_trust_s", "field_min_sq"} & kept
     sizes = [len(e.compile().ops) for e in (six, full)]
     assert sizes[0] < 0.85 * sizes[1]
-
-
-def test_another_magnetometer_is_refused() -> None:
-    with pytest.raises(InputError, match=r"^mekf, mag: wanted full or none, found 'some'"):
-        Mekf("some")

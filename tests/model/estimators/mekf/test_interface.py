@@ -6,7 +6,6 @@ from boresight.model.estimators.mekf.interface import (
     PARAMS,
     START,
     STATES,
-    STATUS_BITS,
     covariance_name,
 )
 
@@ -30,18 +29,3 @@ def test_it_starts_without_an_attitude() -> None:
 def test_every_parameter_says_what_it_does() -> None:
     assert all(p.meaning and p.unit for p in PARAMS)
     assert len({p.name for p in PARAMS}) == len(PARAMS)
-
-
-def test_every_bit_is_documented() -> None:
-    words = (
-        "no attitude yet",
-        "heading not aligned",
-        "accelerometer",
-        "no magnetometer",
-        "field odd",
-        "at rest",
-        "full scale",
-    )
-    assert list(STATUS_BITS) == list(range(len(words)))
-    for text, word in zip(STATUS_BITS.values(), words, strict=True):
-        assert word in text
