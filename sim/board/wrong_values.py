@@ -1,4 +1,4 @@
-"""Accelerometer faults with wrong values in valid form, which the filter must survive."""
+"""Values in valid form that the filter must survive: wrong forces, and a turn that is too fast."""
 
 from __future__ import annotations
 
@@ -6,36 +6,56 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.declarations import GRAVITY
+from boresight.model.front.inertial import GYRO_SCALE
+from boresight.model.front.sensed import GYRO_COUNTS
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
+from boresight.sim.worlds.fast_turn import RAMP_S, fast_turn
 
-__all__ = ["FULL_SCALE_G", "WRONG_VALUES", "wronged"]
+__all__ = ["FAST_TURNS", "FULL_SCALE_G", "TURN_S", "WRONG_VALUES", "wronged"]
 
-FloatArray = npt.NDArray[np.float64]
 FULL_SCALE_G = 5.0  #: of the ADIS16385's accelerometer.
+#: Rate of a fast turn in full scales of the gyro, and how long it is at full scale [s].
+BEYOND, FULL_SCALE_S = 1.1, 0.1
+#: s, with rise and fall.
+TURN_S = FULL_SCALE_S + 2.0 * RAMP_S / BEYOND
 
 
-def _stuck(acc: FloatArray) -> FloatArray:
-    return np.repeat(acc[:1], len(acc), axis=0)
+def _stuck(log: NineAxis, rows: slice) -> NineAxis:
+    acc = log.acc.copy()
+    acc[rows] = acc[rows.start]
+    return replace(log, acc=acc)
 
 
-def _saturated(acc: FloatArray) -> FloatArray:
-    return np.column_stack([np.full(len(acc), FULL_SCALE_G * GRAVITY), acc[:, 1:]])
+def _saturated(log: NineAxis, rows: slice) -> NineAxis:
+    acc = log.acc.copy()
+    acc[rows, 0] = FULL_SCALE_G * GRAVITY
+    return replace(log, acc=acc)
 
 
-#: Functions of the specific force during a fault.
-WRONG_VALUES: dict[str, Callable[[FloatArray], FloatArray]] = {
+def _turned(axis: int) -> Callable[[NineAxis, slice], NineAxis]:
+    """The sensor really turns beyond its gyro's full scale, from the first row on."""
+    rate = BEYOND * GYRO_COUNTS * GYRO_SCALE * np.eye(3)[axis]
+
+    def fault(log: NineAxis, rows: slice) -> NineAxis:
+        begin_s = float(log.t[rows.start])
+        return fast_turn(log, begin_s=begin_s, rate_rad_s=rate, seconds=TURN_S - 2.0 * RAMP_S)
+
+    return fault
+
+
+#: Fast turns about each axis: no fault of a device, and the truth turns too.
+FAST_TURNS = {f"fast_turn_{name}": _turned(axis) for axis, name in enumerate("xyz")}
+#: What each makes of a log in some rows.
+WRONG_VALUES: dict[str, Callable[[NineAxis, slice], NineAxis]] = {
     "force_stuck": _stuck,
     "force_saturated": _saturated,
+    **FAST_TURNS,
 }
 
 
 def wronged(record: Record, fault: str, rows: slice) -> Record:
-    """Return a nine-axis record with a fault in some rows."""
-    log = NineAxis.of(record)
-    acc = log.acc.copy()
-    acc[rows] = WRONG_VALUES[fault](acc[rows])
-    return replace(log, acc=acc).record()
+    """Return a nine-axis record with a fault in some rows; a fast turn has its own length."""
+    return WRONG_VALUES[fault](NineAxis.of(record), rows).record()

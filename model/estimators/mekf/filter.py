@@ -227,7 +227,7 @@ class Mekf(Estimator):
         # The reference survives a rate at full scale: it tells the field from a magnet's after it.
         settling = ops.where(late, 0.0, grown)
         forget = ops.saturated(p.field_forget_per_s * dt + FIELD_YOUTH * settling, 1.0)
-        odd_sq = ops.where(odd_now < x.odd_sq, x.odd_sq - forget * x.odd_sq, odd_now)
+        odd_sq = ops.maximum(odd_now, x.odd_sq - forget * x.odd_sq)
         odd_sq = ops.named("odd", ops.bounded(odd_sq, 0.0, 2.0, "a part of it"))
 
         # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.

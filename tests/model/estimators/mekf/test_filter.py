@@ -140,6 +140,14 @@ def test_a_deviation_is_remembered_for_a_while() -> None:
     assert kept[975] > 0.5 * kept[949] > 2.0 * gone[975]
 
 
+def test_without_new_fields_a_deviation_only_shrinks() -> None:
+    """Else it alternates between two values, and a last bit decides which one is used."""
+    x, _ = _with_magnet()
+    x[900:, MAG] = 0.0
+    odd = run(x)[1]["odd_sq"][:, 0]
+    assert odd[902] > 0.1 and (np.diff(odd[902:]) <= 0.0).all()
+
+
 def test_a_lasting_field_becomes_the_reference() -> None:
     q = attitudes(40.0, 50.0)
     x = records(q, 0.02)
