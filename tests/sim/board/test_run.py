@@ -362,14 +362,14 @@ def test_what_is_never_a_pass(text: str, message: str) -> None:
 #: Device, fault, span; the events that tell of it, how soon; whether samples are lost.
 TRIALS = (
     ("adis", "force_saturated", (790, 890), ("inertial_over_range",), 0.01, False),
-    ("adis", "absent", (1410, 1560), ("inertial_no_data_ready", "inertial_restart"), 0.01, True),
-    ("adis", "bit_flips", (2263, 2400), ("inertial_config_error", "inertial_restart"), 0.01, True),
-    ("hmr", "silence", (22, 26), ("compass_went_stale",), 0.7, False),
+    ("adis", "absent", (2030, 2180), ("inertial_no_data_ready", "inertial_restart"), 0.01, True),
+    ("adis", "bit_flips", (2883, 3020), ("inertial_config_error", "inertial_restart"), 0.01, True),
+    ("hmr", "silence", (27, 31), ("compass_went_stale",), 0.7, False),
 )
 
 
 def test_faults_in_turn() -> None:
-    found = faults_in_turn(shared_board(), [row[:3] for row in TRIALS], updates=3050)
+    found = faults_in_turn(shared_board(), [row[:3] for row in TRIALS], updates=3690)
     for trial, (device, fault, _, events, within_s, loses) in zip(found, TRIALS, strict=True):
         assert (trial.device, trial.fault) == (device, fault) and trial.good, trial
         assert trial.seen_as == events and trial.seen_after_s < within_s, trial
