@@ -239,24 +239,40 @@ class Output:
         Unit of the values.
     tolerance : float, optional
         Largest accepted difference of fixed point and float64, in ``unit``. Angles
-        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` exactly, with any
+        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` bit by bit, with any
         tolerance. By default the difference is shown and not judged.
     meaning : str
         Description, for register maps and pages.
+    share, longest : float, int
+        Of words of `EXACT_UNITS`, which are decisions: largest accepted share of updates in which
+        they differ from those of float64, and most such updates in a row.
 
     Raises
     ------
     InputError
-        The tolerance is negative or not a number.
+        The tolerance or ``longest`` is negative or not a number, or ``share`` is none from 0 to 1.
     """
 
     name: str
     unit: str = ""
     tolerance: float | None = None
     meaning: str = ""
+    share: float = 1e-5
+    longest: int = 10
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        for name, value, wanted, good in (
+            ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
+            ("longest", self.longest, "of 0 or more", self.longest >= 0),
+        ):
+            if not good:
+                raise InputError.at(
+                    placed(self.line, f"output {self.name}"),
+                    wanted=f"a {name} {wanted}",
+                    found=repr(value),
+                    fix="give what you accept of decisions that differ from those of float64",
+                )
         if self.tolerance is not None and not 0.0 <= self.tolerance < math.inf:
             raise InputError.at(
                 placed(self.line, f"output {self.name}"),

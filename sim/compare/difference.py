@@ -1,15 +1,20 @@
 """One output beside its reference: how far apart, where, and whether that is accepted.
 
-Values are compared in the output's unit; angles modulo their period; flags bit by bit; outputs
-named ``qw qx qy qz`` with the sign that brings the quaternions together, and besides as the angle
-between the attitudes, in degrees: 180 where one of them has a norm beyond 0.5 to 2.
+Values are compared in the output's unit; angles modulo their period; outputs named ``qw qx qy qz``
+with the sign that brings the quaternions together, and besides as the angle between the attitudes,
+in degrees: 180 where one of them has a norm beyond 0.5 to 2.
+
+Words of `EXACT_UNITS` are decisions, compared bit by bit: a value within rounding of a threshold is
+decided either way, and few words of many may differ. From there on both forms are right and need
+not be near: values are judged where the decisions so far agree, and on the other rows by their root
+mean square.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +23,7 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS, PERIODS, QUATERNION, Output
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["ATTITUDE", "Difference", "around", "differences"]
+__all__ = ["ATTITUDE", "Decided", "Difference", "around", "differences"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -35,9 +40,9 @@ class Difference:
     Attributes
     ----------
     output, unit : str
-        ``ATTITUDE`` in deg is the angle between two quaternions; of flags the unit is "words".
+        ``ATTITUDE`` in deg is the angle between two quaternions; of decisions the unit is "words".
     samples : int
-        Compared; samples without a reference are left out.
+        Compared; samples without a reference are left out, and those in ``after``.
     largest, rms : float
         NaN where a value is none.
     at_step : int or None
@@ -46,6 +51,10 @@ class Difference:
         None: shown, not judged.
     apart : float64 (n,)
         Of every sample; NaN where there is no reference, or no number.
+    decided : Decided, optional
+        Of decisions, how many differ.
+    after : Difference, optional
+        The samples from the first decision that differs on, judged by their root mean square.
     """
 
     output: str
@@ -56,6 +65,8 @@ class Difference:
     at_step: int | None
     tolerance: float | None
     apart: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+    decided: Decided | None = None
+    after: Difference | None = None
 
     @property
     def first_beyond(self) -> int | None:
@@ -67,7 +78,12 @@ class Difference:
     @property
     def good(self) -> bool:
         """Not judged, or within the tolerance over at least one sample; NaN is beyond any."""
-        return self.tolerance is None or (self.samples > 0 and self.largest <= self.tolerance)
+        if self.tolerance is None or not self.samples:
+            return self.tolerance is None
+        if self.decided is not None:
+            return math.isfinite(self.largest) and self.decided.good
+        steady = self.after is None or self.after.rms <= self.tolerance
+        return self.largest <= self.tolerance and steady
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
@@ -80,11 +96,16 @@ class Difference:
             "at_step": self.at_step,
             "tolerance": self.tolerance,
             "good": self.good,
+            **({} if self.decided is None else {"decisions": asdict(self.decided)}),
+            **({} if self.after is None else {"after": self.after.to_json()}),
         }
 
     def line(self) -> str:
         """One line for people."""
         unit = f" {self.unit}" if self.unit else ""
+        if self.decided is not None and self.decided.differing and math.isfinite(self.largest):
+            verdict = "within what is accepted" if self.good else "BEYOND what is accepted"
+            return f"{self.output:12s} {self.decided} from step {self.at_step} on: {verdict}"
         if self.tolerance is None:
             verdict = "not judged"
         else:
@@ -92,8 +113,49 @@ class Difference:
             if self.output == ATTITUDE and self.largest == 180.0:
                 verdict += ", as one has a norm beyond 0.5 to 2, or is half a turn off"
         where = "" if self.at_step is None else f" in step {self.at_step}"
+        text = f"max {self.largest:.3g}{unit}{where}, rms {self.rms:.3g}"
+        if self.after is not None:
+            text += f"; in {self.after.samples} updates after a decision that differs, max "
+            text += f"{self.after.largest:.3g} in step {self.after.at_step}, rms "
+            text += f"{self.after.rms:.3g}"
+        return f"{self.output:12s} {text}: {verdict}"
+
+
+@dataclass(frozen=True)
+class Decided:
+    """Decisions that differ.
+
+    Attributes
+    ----------
+    differing, of : int
+        Updates.
+    longest : int
+        Most of them in a row.
+    most_share, most_longest : float, int
+        What is accepted (`Output`).
+    """
+
+    differing: int
+    of: int
+    longest: int
+    most_share: float
+    most_longest: int
+
+    @property
+    def share(self) -> float:
+        """Of the updates."""
+        return self.differing / self.of
+
+    @property
+    def good(self) -> bool:
+        """Few enough differ, and not too many in a row."""
+        return self.share <= self.most_share and self.longest <= self.most_longest
+
+    def __str__(self) -> str:
         return (
-            f"{self.output:12s} max {self.largest:.3g}{unit}{where}, rms {self.rms:.3g}: {verdict}"
+            f"{self.differing} of {self.of} decisions differ, a share of {self.share:.2g} "
+            f"(accepted {self.most_share:.2g}), up to {self.longest} in a row (accepted "
+            f"{self.most_longest})"
         )
 
 
@@ -119,6 +181,7 @@ def differences(
     whole = all(name in by_name and name in reference for name in QUATERNION)
     turned = dict(reference)
     out = []
+    alike = _alike(outputs, found, reference) if judged else None
     with np.errstate(all="ignore"):  # a reference may be infinite
         if whole:
             q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (found, reference))
@@ -131,22 +194,44 @@ def differences(
                 apart = _apart(o.unit, found[o.name], turned[o.name])
                 # A truth may have gaps; a float64 run that is no number is a fault.
                 there = judged | np.isfinite(turned[o.name])
-                unit = "words" if exact else o.unit
-                out.append(_difference(o.name, unit, apart, there, tolerance))
+                if exact:
+                    made = _difference(o.name, "words", apart, there, tolerance)
+                    out.append(replace(made, decided=_decided(o, apart)) if judged else made)
+                else:
+                    out.append(_difference(o.name, o.unit, apart, there, tolerance, alike))
         if whole:
             limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
             known = [x for x in limits if x is not None]
             # An angle a differs by a/2 in the quaternion, of length at most twice a component's.
             limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
             known_there = judged | np.isfinite(r).all(axis=-1)
-            out.append(_difference(ATTITUDE, "deg", np.degrees(_angle(q, r)), known_there, limit))
+            angle = np.degrees(_angle(q, r))
+            out.append(_difference(ATTITUDE, "deg", angle, known_there, limit, alike))
     return out
+
+
+def _alike(
+    outputs: Sequence[Output], found: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]
+) -> int | None:
+    """Leading updates whose decisions agree; None: all."""
+    exact = [o for o in outputs if o.unit in EXACT_UNITS and o.name in reference]
+    differ = [_apart(o.unit, found[o.name], reference[o.name]) != 0.0 for o in exact]
+    wrong = np.logical_or.reduce(differ) if differ else np.zeros(0, dtype=np.bool_)
+    return int(wrong.argmax()) if wrong.any() else None
+
+
+def _decided(output: Output, apart: FloatArray) -> Decided:
+    differing = apart != 0.0
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], differing, [False]]).astype(np.int8)))
+    longest = int(np.diff(ends)[::2].max(initial=0))
+    count = int(np.count_nonzero(differing))
+    return Decided(count, len(apart), longest, output.share, output.longest)
 
 
 def _apart(unit: str, found: FloatArray, reference: FloatArray) -> FloatArray:
     if unit in EXACT_UNITS:
         return np.where(
-            np.isnan(found) | np.isnan(reference), np.nan, np.rint(found) != np.rint(reference)
+            np.isnan(found) | ~np.isfinite(reference), np.nan, np.rint(found) != np.rint(reference)
         )
     apart = np.abs(found - reference)
     return around(apart, PERIODS[unit]) if unit in PERIODS else apart
@@ -167,10 +252,21 @@ def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
 
 
 def _difference(
-    name: str, unit: str, apart: FloatArray, known: npt.ArrayLike, tolerance: float | None
+    name: str,
+    unit: str,
+    apart: FloatArray,
+    known: npt.ArrayLike,
+    tolerance: float | None,
+    alike: int | None = None,
 ) -> Difference:
+    """Of leading samples, and after them; all of them for None."""
     there = np.broadcast_to(np.asarray(known, dtype=np.bool_), apart.shape)
     curve = np.where(there, apart, np.nan)
+    if alike is not None:
+        before = _difference(name, unit, apart[:alike], there[:alike], tolerance)
+        rest = _difference(name, unit, apart[alike:], there[alike:], None)
+        step = None if rest.at_step is None else rest.at_step + alike
+        return replace(before, apart=curve, after=replace(rest, at_step=step))
     if not there.any():
         return Difference(name, unit, 0, math.nan, math.nan, None, tolerance, curve)
     seen = apart[there]

@@ -10,11 +10,13 @@ import numpy.typing as npt
 
 from boresight.sim.accuracy.innovations import Innovations, innovations
 from boresight.sim.attitude.zyx import wrapped
-from boresight.sim.experiments.forms import differences_of, run_forms
+from boresight.sim.compare.difference import differences
+from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop
+from boresight.systems.satcom import interface
 from boresight.systems.satcom.cases import Case
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
@@ -84,11 +86,12 @@ def _beside_float(
 ) -> tuple[dict[str, float], list[Innovations]]:
     """Float64 on the records of a run: how far it is, and its innovations."""
     outputs = {n: values[:, run] for n, values in loops.outputs.items()}
-    apart = 180.0 * differences_of(outputs, reference, ANGLES, 2.0)
-    status = reference["status"].astype(int)
+    judged = {n: reference[n] for n in (*ANGLES, "status")}
+    *angles, words = differences(interface.OUTPUTS, outputs, judged)
+    apart, status = 180.0 * np.stack([d.apart for d in angles]), reference["status"].astype(int)
     nu = [reference[o.name][begun:] for o in INNOVATIONS]
     tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
-    differs = status != outputs["status"]
+    assert words.decided is not None
     seen = [innovations(nu[0], tilt), innovations(nu[1], tilt)]
     seen.append(innovations(nu[2][heading], heading[heading]))
     return {
@@ -96,9 +99,9 @@ def _beside_float(
         **{
             f"rho_{name}": float(one.correlation[0]) for name, one in zip(ANGLES, seen, strict=True)
         },
-        "fixed_float_max": float(np.abs(apart).max()),
+        "fixed_float_max": float(apart.max()),
         "fixed_float_rms": float(np.sqrt(np.mean(apart**2, axis=1)).max()),
-        "agreed_max": 0.0 if differs.any() else float(np.abs(apart).max()),
-        "status_differs_sum": float(differs.sum()),
-        "status_share": float(differs.mean()),
+        "agreed_max": 180.0 * max(d.largest for d in angles),
+        "status_differs_sum": float(words.decided.differing),
+        "status_share": words.decided.share,
     }, seen

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boresight.model.estimator import Output
-from boresight.sim.compare.difference import ATTITUDE, QUATERNION, Difference, differences
+from boresight.sim.compare.difference import ATTITUDE, QUATERNION, Decided, Difference, differences
 
 NAN, INF = float("nan"), float("inf")
 
@@ -79,9 +79,53 @@ def test_half_turns_as_angles(a: int, b: int, turns: int) -> None:
 def test_flags_are_compared_exactly(unit: str) -> None:
     flags = Output("s", unit, tolerance=5.0)
     made = apart(flags, [3.0, 4.0, 4.0, 7.0], [3.0, 4.0, 5.0, 0.0])
-    assert made == Difference("s", "words", 4, 1.0, math.sqrt(0.5), 2, 0.0)
+    decided = Decided(2, 4, 2, 1e-5, 10)
+    assert made == Difference("s", "words", 4, 1.0, math.sqrt(0.5), 2, 0.0, decided=decided)
     assert not made.good
     assert apart(flags, [3.0 + 1e-9, 8.0], [3.0, 8.0 - 1e-9]).good
+
+
+def decisions(rows: list[int], n: int = 200_000, **accepted: float) -> list[Difference]:
+    """A status that differs in some rows, and a value that is 3 off in row 150,000 alone."""
+    outputs = [Output("s", "bits", **accepted), Output("y", "m", tolerance=1.0)]
+    zero = np.zeros(n)
+    found = {"s": zero.copy(), "y": zero.copy()}
+    found["s"][rows], found["y"][150_000] = 2.0, 3.0
+    return differences(outputs, found, {"s": zero, "y": zero})
+
+
+def test_a_share_of_decisions_may_differ_and_so_many_in_a_row() -> None:
+    assert decisions([5, 9])[0].good
+    assert not decisions([5, 9, 12])[0].good
+    assert decisions([5, 9, 12], share=2e-5)[0].good
+    row = list(range(20, 40))
+    assert decisions(row, share=1e-4, longest=20)[0].good
+    made = decisions(row, share=1e-4)[0]
+    assert not made.good and made.first_beyond == 20
+    assert made.line() == (
+        "s            20 of 200000 decisions differ, a share of 0.0001 (accepted 0.0001), up to 20 "
+        "in a row (accepted 10) from step 20 on: BEYOND what is accepted"
+    )
+    assert made.to_json()["decisions"] == {
+        "differing": 20, "of": 200_000, "longest": 20, "most_share": 1e-4, "most_longest": 10,
+    }  # fmt: skip
+
+
+def test_values_are_judged_up_to_the_first_decision_that_differs_and_behind_it_by_rms() -> None:
+    assert not decisions([])[1].good and not decisions([150_001])[1].good
+    made = decisions([150_000, 160_000])[1]
+    assert made.good and (made.samples, made.largest, made.apart[150_000]) == (150_000, 0.0, 3.0)
+    assert made.after == Difference(
+        "y", "m", 50_000, 3.0, pytest.approx(3.0 / math.sqrt(5e4)), 150_000, None
+    )
+    assert "in 50000 updates after a decision that differs, max 3 in step 150000" in made.line()
+    json.dumps(made.to_json(), allow_nan=False)
+    far = {"s": np.array([0.0, 1.0, 0.0]), "y": np.array([0.0, 2.0, 2.0])}
+    outputs = [Output("s", "flags", share=1.0), Output("y", tolerance=1.5)]
+    lost = differences(outputs, far, {name: np.zeros(3) for name in far})
+    assert lost[0].good and not lost[1].good and lost[1].first_beyond == 1
+    truth = differences(outputs, far, {name: np.zeros(3) for name in far}, judged=False)
+    assert truth[1].samples == 3 and truth[0].decided is None
 
 
 def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:

@@ -46,7 +46,10 @@ def test_every_row_of_the_specification_is_there() -> None:
     gates = {r["figure"].removeprefix("satcom_"): (r["low"], r["high"]) for r in rows()}
     assert gates["adaptive_fixed_float_max"] == ("", "0.005")
     assert gates["adaptive_fixed_float_rms"] == ("", "0.001")
-    assert gates["adaptive_status_differs_sum"] == ("", "0")
+    assert gates["adaptive_agreed_max"] == ("", "0.005")
+    assert gates["adaptive_status_share"] == ("", "1e-5")
+    shown = {r["figure"].removeprefix("satcom_") for r in rows() if r["reported"]}
+    assert shown == {"adaptive_fixed_float_max", "adaptive_status_differs_sum"}
     for axis in ("roll", "pitch", "heading"):
         assert gates[f"adaptive_{axis}_rms"] == ("", "0.06")
     assert gates["fixed_r_worst_rms"] == ("1", "") and gates["adaptive_loss_db_99_max"][1] == "0.5"
