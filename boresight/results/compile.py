@@ -13,6 +13,9 @@ from boresight.sim.report.against import JUDGED
 
 __all__ = ["CompileResult", "CompiledProgram", "CoreFigures"]
 
+#: Clock for which times are told.
+_CLOCK_HZ = 100e6
+
 
 @dataclass(frozen=True)
 class CoreFigures:
@@ -85,6 +88,8 @@ class CompileResult(Answer):
         Area and clock of the core, with ``synth``.
     system : CoreFigures or None
         Those of the complete system, if there is one.
+    rate_hz : float or None
+        Records a second that are planned.
     report : mapping
         Contents of report.json, and of `to_json`; with several estimators, what concerns them all
         and under ``programs`` the report of each.
@@ -100,6 +105,25 @@ class CompileResult(Answer):
     core: CoreFigures | None
     system: CoreFigures | None
     report: JsonObject = field(repr=False)
+    rate_hz: float | None = None
+
+    @property
+    def good(self) -> bool:
+        """The core is done with every record before the next one comes."""
+        return all(self._busy(p) <= 1.0 for p in self.programs)
+
+    def _busy(self, program: CompiledProgram) -> float:
+        """Share of the time that a program needs at the planned rate."""
+        return (self.rate_hz or 0.0) * program.interval_cycles / _CLOCK_HZ
+
+    def _interval(self, program: CompiledProgram) -> str:
+        """The interval, and what it means."""
+        most = _CLOCK_HZ / program.interval_cycles
+        text = f"interval {program.interval_cycles}, at 100 MHz up to {most:,.0f} updates/s"
+        if self.rate_hz is None:
+            return text
+        busy = f"{100.0 * self._busy(program):.2g} % at {self.rate_hz:g} Hz"
+        return f"{text}; busy {busy}{', TOO SLOW' * (self._busy(program) > 1.0)}"
 
     def to_json(self) -> JsonObject:
         """The contents of report.json."""
@@ -124,14 +148,15 @@ class CompileResult(Answer):
         lines = [
             f"{self.output}: {p.name + ': ' if len(self.programs) > 1 else ''}"
             + ", ".join(f"{k} {v}" for k, v in p.latency_cycles.items())
-            + " cycles"
+            + f" cycles; {self._interval(p)}"
             for p in self.programs
         ]
-        if self.system is not None:
-            s, clock = self.system, self.system.clock_mhz_estimate
-            lines.append(
-                f"complete system: {s.lut} LUT, {s.ff} FF, {s.dsp} "
-                f"DSP48A1, {s.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, "
-                f"-2, median nets; {clock['p75']} with 75th percentile nets)"
-            )
+        for name, design in (("core", self.core), ("complete system", self.system)):
+            if design is not None:
+                clock = design.clock_mhz_estimate
+                lines.append(
+                    f"{name}: {design.lut} LUT, {design.ff} FF, {design.dsp} DSP48A1, "
+                    f"{design.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, -2, median "
+                    f"nets; {clock['p75']} with 75th percentile nets)"
+                )
         return "\n".join(lines)

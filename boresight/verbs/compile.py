@@ -12,6 +12,7 @@ boresight compile complementary --urgent 3 -o build  # the first three outputs s
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -70,6 +71,7 @@ def compile(
     with_cpu: bool = False,
     target: str = TARGETS[0],
     axi: bool = False,
+    rate: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> CompileResult:
     """Compile one estimator or several into a core, and write everything about it.
@@ -102,6 +104,8 @@ def compile(
         Values other than the defaults; of several estimators such a mapping of each by its name.
     urgent : int, optional
         Leading outputs whose latency counts first.
+    rate : float, optional
+        Records a second, Hz: fails where the core at 100 MHz is not done in time.
 
     Returns
     -------
@@ -123,6 +127,8 @@ def compile(
     check_machine(config, word)
     if urgent is not None:
         check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
+    if rate is not None:
+        check_number("rate", int(rate) if math.isfinite(rate) else -1, 1, SYSTEM_CLOCK_HZ)
     chosen = params_of_each(names, params)
     build = Build(*estimators, config=config, word=word, params=chosen, urgent=urgent)
     _check_project(board, top, word, with_cpu=with_cpu, target=target)
@@ -153,11 +159,16 @@ def compile(
             whole = CoreFigures.of(estimate(system, "system", cache_dir=Cache().root))
             data["system"] = plain(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return _result(Path(output), build, area, whole, data)
+    return _result(Path(output), build, area, whole, data, rate)
 
 
 def _result(
-    output: Path, build: Build, area: Estimate | None, whole: CoreFigures | None, data: JsonObject
+    output: Path,
+    build: Build,
+    area: Estimate | None,
+    whole: CoreFigures | None,
+    data: JsonObject,
+    rate: float | None,
 ) -> CompileResult:
     """What was compiled."""
     core = build.core
@@ -177,6 +188,7 @@ def _result(
         core=None if area is None else CoreFigures.of(area),
         system=whole,
         report=data,
+        rate_hz=rate,
     )
 
 

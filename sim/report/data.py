@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
@@ -97,11 +99,12 @@ def report_data(
         "word": program.arithmetic.word,
         "digest": program.digest,
         "command": command,
+        "verdict": _verdict(checks),
         "target": {"device": device.name, "speed": f"-{grade}", "clock_mhz": clock_mhz},
         "verification": _verification(checks, warn),
-        "timing": timing_section(core, area, levels, clock_mhz, grade, warn),
+        "timing": timing_section(core, area, levels, clock_mhz, grade, warn, _rate(checks)),
         "resources": _resources(area, device),
-        "schedule": schedule_section(core),
+        "schedule": schedule_section(core, {} if observed is None else observed.lines),
         "numerics": numerics_section(program, observed),
         "influence": [] if observed is None else _influence(program, observed),
         "profile": _profile(checks),
@@ -126,6 +129,25 @@ def _influence(program: Program, observed: Observed) -> list[dict[str, Any]]:
         for (name, found), port in zip(observed.influences.items(), program.ports, strict=True)
         if found
     ]
+
+
+def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
+    """Whether all checks are good, and what is wrong, with the log where there are several."""
+    several = len(checks) > 1
+    return {
+        "good": all(check.good for check in checks) if checks else None,
+        "failures": [
+            f"{check.given.record.name}: {text}" if several else text
+            for check in checks
+            for text in check.failures
+        ],
+    }
+
+
+def _rate(checks: Sequence[CheckResult]) -> float | None:
+    """Records a second: of the log that has most, by the median of its steps."""
+    steps = [float(np.median(np.diff(c.given.t))) for c in checks if c.given.t is not None]
+    return max((1.0 / step for step in steps if step > 0.0), default=None)
 
 
 def _profile(checks: Sequence[CheckResult]) -> dict[str, Any] | None:

@@ -18,6 +18,8 @@ from boresight.sim.report.sources import source_of
 
 __all__ = ["render_html"]
 
+#: Cycles whose chart is unfolded, at most.
+_MOST_CYCLES = 640
 #: Rows of the table of advice, at most.
 _MOST_ADVICE = 12
 
@@ -84,6 +86,17 @@ def _advice(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return sorted((r for r in rows if r["advice"]), key=taken)
 
 
+def _warnings(data: Mapping[str, Any]) -> list[str]:
+    """What restricts the numbers, without what failed, which stands above."""
+    failed = data["verdict"]["failures"]
+    said = [w.partition(": ")[2] for w in data["warnings"]]
+    return [
+        w
+        for w, text in zip(data["warnings"], said, strict=True)
+        if not any(text and (text in f or f.partition(": ")[2] in w) for f in failed)
+    ]
+
+
 def _finite(data: Mapping[str, Any]) -> None:
     """ValueError if the data holds what JSON cannot."""
 
@@ -122,6 +135,8 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         "boresight.sim.report",
         "report.html",
         d=data,
+        warnings=_warnings(data),
+        most_cycles=_MOST_CYCLES,
         worst=worst_output,
         linked=_linker(links or {}),
         advice=_advice(rows),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 from boresight.gateware.core import Core
@@ -54,8 +55,21 @@ def _label(schedule: Schedule, slot: Slot) -> str:
     )
 
 
-def schedule_section(core: Core) -> dict[str, Any]:
-    """Units with their load, totals, and the chart.
+#: Source lines that are named, at most.
+_LINES = 8
+
+
+def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
+    """Source lines with most slots; None: of no line."""
+    s = core.schedule
+    of = {v.name: lines.get(n) for n, v in enumerate(core.program.values)}
+    ops = [of.get(s.program.values[op.dest].name) for op in s.program.ops]
+    count = Counter(ops[x.op] for x in s.slots if x.op is not None)
+    return [{"line": line, "slots": n} for line, n in count.most_common(_LINES)] if lines else []
+
+
+def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict[str, Any]:
+    """Units with their load, totals, source ``lines`` with most slots, and the chart.
 
     ``units`` has a row for every lane and kind of slot, and for the input and output words.
     In ``chart``, ``slots`` are [cycle, lane, kind, label, op], ``gets`` [cycle, name] and
@@ -93,6 +107,7 @@ def schedule_section(core: Core) -> dict[str, Any]:
         "copies": len(s.program.ops) - len(core.program.ops),
         "slots_total": len(slots),
         "cycles": s.length,
+        "lines": _by_line(core, lines or {}),
         "chart": {
             "slots": slots,
             "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.streamed, strict=True)],

@@ -29,8 +29,9 @@ def timing_section(
     clock_mhz: float,
     grade: int,
     warn: Callable[[str], None],
+    rate_hz: float | None = None,
 ) -> dict[str, Any]:
-    """What the schedule says, what was counted, what the estimate gives."""
+    """What the schedule says, what was counted, what the estimate gives; records a second."""
     s = core.schedule
     update_us = s.latency / clock_mhz
     paper_us = PAPER_US.get(core.program.name)
@@ -41,6 +42,11 @@ def timing_section(
         warn("cycles: predicted by the schedule, not counted in a simulation")
     elif (least, most) != (s.latency, s.latency):
         warn(f"cycles: predicted {s.latency}, counted {least} to {most}")
+    if rate_hz is not None and rate_hz * s.interval > clock_mhz * 1e6:
+        warn(
+            f"interval: {s.interval} cycles at {clock_mhz:g} MHz are longer than a record's at "
+            f"{rate_hz:g} Hz"
+        )
     return {
         "latency_cycles": {"predicted": s.latency, "min": least, "max": most},
         "latency_cycles_by_output": dict(zip(s.program.output_names, s.latencies, strict=True)),
@@ -51,6 +57,10 @@ def timing_section(
         ),
         "update_us": round(update_us, 4),
         "updates_per_s": round(clock_mhz * 1e6 / s.interval, 1),
+        "rate_hz": None if rate_hz is None else float(f"{rate_hz:.6g}"),
+        "busy_percent": None
+        if rate_hz is None
+        else float(f"{rate_hz * s.interval / (clock_mhz * 1e4):.3g}"),
         "paper_us": paper_us,
         "paper_cycles": round(paper_us * CLOCK_MHZ) if paper_us is not None else None,
         "speedup": round(paper_us / update_us, 1) if paper_us is not None else None,

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
+
+import pytest
 
 from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures
 
@@ -23,11 +26,20 @@ RESULT = CompileResult(
 
 def test_text() -> None:
     assert str(RESULT).splitlines() == [
-        "build: a: pos 24, vel 26 cycles",
-        "build: b: x 9 cycles",
+        "build: a: pos 24, vel 26 cycles; interval 31, at 100 MHz up to 3,225,806 updates/s",
+        "build: b: x 9 cycles; interval 12, at 100 MHz up to 8,333,333 updates/s",
+        "core: 515 LUT, 361 FF, 4 DSP48A1, 14 RAMB16; clock 129.9 MHz "
+        "(estimate, -2, median nets; 95.2 with 75th percentile nets)",
         "complete system: 1791 LUT, 1500 FF, 4 DSP48A1, 17.5 RAMB16; clock 110.0 MHz "
         "(estimate, -2, median nets; None with 75th percentile nets)",
     ]
+
+
+@pytest.mark.parametrize(("rate", "said"), [(1e5, "busy 3.1 % at 100000 Hz"), (4e6, "TOO SLOW")])
+def test_a_planned_rate(rate: float, said: str) -> None:
+    result = dataclasses.replace(RESULT, rate_hz=rate)
+    assert str(result).splitlines()[0].endswith(said)
+    assert result.good is (said != "TOO SLOW") and RESULT.good
 
 
 def test_data_and_table() -> None:

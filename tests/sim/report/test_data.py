@@ -478,6 +478,28 @@ def test_counts_are_those_of_all_levels_that_ran(core: Core) -> None:
     assert found["critical_path"] is None and found["fmax_mhz"] is None
 
 
+def test_a_rate_makes_the_core_busy(core: Core) -> None:
+    period = core.schedule.interval / 100e6
+    found, warnings = section(core, rate_hz=0.25 / period)
+    assert found["busy_percent"] == pytest.approx(25.0)
+    assert not [w for w in warnings if w.startswith("interval")]
+    found, warnings = section(core, rate_hz=1.01 / period)
+    assert found["busy_percent"] == pytest.approx(101.0)
+    assert [w for w in warnings if w.startswith("interval: ") and "longer than" in w]
+    assert section(core)[0]["busy_percent"] is None
+
+
+def test_slots_by_source_line(report: dict[str, Any]) -> None:
+    lines = report["schedule"]["lines"]
+    counts = [row["slots"] for row in lines]
+    assert (
+        counts == sorted(counts, reverse=True)
+        and 0 < sum(counts) <= (report["schedule"]["slots_total"])
+    )
+    assert any("complementary.py, line " in (row["line"] or "") for row in lines)
+    assert report["timing"]["rate_hz"] == 100.0
+
+
 def test_no_longest_path(core: Core, estimate: Estimate) -> None:
     none = dataclasses.replace(
         estimate, timing=tuple(dataclasses.replace(t, worst=None) for t in estimate.timing)

@@ -241,6 +241,36 @@ def test_widths_another_run_and_several_logs(report: dict[str, Any]) -> None:
     assert "none of them keeps every tolerance" in text and "Nothing differs." in text
 
 
+def test_the_verdict_comes_first(report: dict[str, Any]) -> None:
+    good = " ".join(Page(render_html(report)).text.split())
+    assert report["verdict"] == {"good": True, "failures": []}
+    assert good.index(" good ") < good.index("bit words") and "FAILED" not in good
+    data = copy.deepcopy(report)
+    data["verdict"] = {"good": False, "failures": ["pos max 3 m: BEYOND 1", "rtl in x: no run"]}
+    data["warnings"] += ["accuracy: pos max 3 m: BEYOND 1", "verification: rtl failed: no run"]
+    text = " ".join(Page(render_html(data)).text.split())
+    assert text.index("FAILED") < text.index("BEYOND 1") < text.index("bit words")
+    assert text.count("BEYOND 1") == text.count("no run") == 1
+    assert report["warnings"][0] in text
+
+
+def test_a_long_chart_is_folded(report: dict[str, Any]) -> None:
+    folds = sum(tag == "details" for tag, _ in Page(render_html(report)).tags)
+    data = copy.deepcopy(report)
+    data["schedule"]["cycles"] = 3133
+    page = Page(render_html(data))
+    assert sum(tag == "details" for tag, _ in page.tags) == folds + 1
+    assert "The chart: 3\N{NARROW NO-BREAK SPACE}133 cycles" in page.text
+
+
+def test_half_turns_are_in_degrees_in_tables_as_in_plots(report: dict[str, Any]) -> None:
+    data = copy.deepcopy(report)
+    for o in data["accuracy"]["verdict"]["outputs"]:
+        o |= {"unit": "ht", "max": 0.01, "rms": 0.005, "tolerance": 0.02}
+    text = " ".join(Page(render_html(data)).text.split())
+    assert "1.80.93.6deg" in text and "half turns0" not in text
+
+
 def test_same_data_same_text(html: str, report: dict[str, Any]) -> None:
     assert render_html(report) == html
     assert render_html(json.loads(json.dumps(report))) == html
