@@ -11,8 +11,10 @@ import pytest
 from boresight.cli import main
 from boresight.model.errors import InputError, shortened
 from boresight.model.estimators import ESTIMATORS
+from boresight.sim.records.bundled import bundled
 from tests.support.bad_files import changed
 from tests.support.estimators import ALL
+from tests.support.tree import ROOT
 
 pytestmark = pytest.mark.pythons
 
@@ -34,12 +36,18 @@ def refused(tmp_path, capsys, monkeypatch):
         "noise.bin": "".join(chr(k * 7919 % 128) for k in range(4000)),
         "empty.bin": "",
         "other.json": '{"a": 1}',
+        "short.csv": "t,z\n0,1\n1,2\n",
+        "text.csv": "t,z\n0,1\n1,x\n",
+        "file": "",
     }.items():
         (tmp_path / name).write_text(content)
     (tmp_path / "folder").mkdir()
-    before = sorted(map(str, tmp_path.rglob("*")))
+
+    def everything() -> dict[str, bytes | None]:
+        return {str(p): p.read_bytes() if p.is_file() else None for p in tmp_path.rglob("*")}
 
     def run(line: str) -> str:
+        before = everything()
         try:
             code = main(line.split())
         except SystemExit as stop:
@@ -47,10 +55,15 @@ def refused(tmp_path, capsys, monkeypatch):
         said = capsys.readouterr()
         assert code == 2, said
         assert said.out == "" and said.err.startswith("error: ") and said.err.count("\n") == 1
-        assert sorted(map(str, tmp_path.rglob("*"))) == before
+        assert everything() == before
         return str(said.err)
 
     return run
+
+
+SUPPORT = ROOT / "tests" / "support"
+SYSTEMS = f"{ROOT}/systems/mls/"
+DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
 
 
 @pytest.mark.parametrize(
@@ -125,10 +138,72 @@ def refused(tmp_path, capsys, monkeypatch):
             "config: wanted one of small, fast, small-1024, fast-1024, found 'nosuch'",
         ),
         ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
+        # what is run, and on what
+        ("fly", "invalid choice: 'fly'"),
+        ("check complementary", "the following arguments are required: LOG"),
+        ("run kalman log.csv", "boresight list"),
+        ("run none.py log.csv", "none.py: wanted a Python file with an estimator, found "),
+        ("check complementary absent.csv", "absent.csv: wanted a log file that can be read, found"),
+        ("run mekf text.csv", "text.csv, line 3, column z: wanted a finite number, or nothing, fo"),
+        ("run mekf short.csv", "short.csv: wanted a column gx [rad/s], an input of mekf, "),
+        ("run mekf log.csv --on gpu", "on: wanted one of numpy, float, fixed, c, rtl, found 'gpu'"),
+        ("run complementary log.csv --param kp_pitch_per_s=33", "kp_pitch_per_s: wanted 0 to 32"),
+        ("run complementary log.csv --param kp=x", "--param: wanted NAME=NUMBER, found 'kp=x'"),
+        ("run mekf log.csv --word 33", "word: wanted 18 to 32 bits, found 33; "),
+        ("run mekf log.csv -o log.csv", "error: log.csv: wanted "),
+        ("run mekf log.csv -q -o file/out.csv", "file"),
+        ("compile complementary complementary -o x", "complementary"),
+        ("compile complementary -o file", "found a file, not a folder"),
+        ("compile complementary -o x --board arty", "board: wanted one of mimas"),
+        ("compile complementary -o x --target ecp5", "target: wanted "),
+        ("compile complementary -o x --target generic --board mimas", "target: wanted "),
+        ("compile complementary -o x --word 17", "word: wanted 18 to 32 bits, found 17"),
+        ("compile array_phases -o x --param spacing=0", "spacing: wanted 0.1 to 1"),
+        (f"compile {SYSTEMS}phases.py:ArrayPhases(elements=500) -o x", "elements: wanted 2 to 160"),
+        (f"compile {SYSTEMS}estimator.py:MlsAttitude(picard=2) -o x", "picard: wanted one of 3"),
+        ("convert broat . -o x", "broat"),
+        ("convert broad nowhere -o x", "nowhere"),
+        ("covariance complementary", "states that are a covariance, named p00, p01, p11"),
+        ("covariance ekf_quaternion --updates 0", "updates: wanted 1 to "),
+        ("covariance ekf_quaternion --log none.csv", "none.csv: wanted a log file that can be rea"),
+        ("experiment ma2015", "wanted one of array, ma2014, mls, radar, satcom, or file.py:Class"),
+        ("experiment ma2014 --runs 1 -o x", "runs: wanted "),
+        ("experiment ma2014 -o file", "found a file, not a folder"),
+        (f"{DRAWS} --runs 1", "runs: wanted 2 to 1,000,000, found 1"),
+        (f"{DRAWS} --on rtl", "on: wanted one of c, fixed, float"),
+        (f"{DRAWS} --jobs 0", "jobs: wanted 1 to"),
+        (f"{DRAWS} --steps 0", "steps: wanted 1 or more"),
+        (f"{DRAWS} --param p9=1", "parameter p9"),
+        ("simulate kalman -o x", "estimator: wanted one of array_attitude, "),
+        ("simulate mekf --source gps -o x", "source: wanted one of counts, heading, found 'gps'"),
+        ("simulate mekf --seconds 0 -o x", "seconds: wanted 0.05 to 20, found 0"),
+        ("simulate mekf --seconds nan -o x", "seconds: wanted 0.05 to 20, found nan"),
+        (
+            f"simulate mekf {bundled('ximu_walk')} --seconds 13 -o x",
+            "log 'ximu_walk': wanted 13312 rows or more, found 12625; give a longer log",
+        ),
     ],
 )
 def test_mistakes(line: str, message: str, refused) -> None:
     assert message in refused(line)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ((HEADER + ROWS).replace("gz", "gq"), "a column gz [rad/s]"),
+        ((HEADER + ROWS).replace(",mz\n", "\n").replace(",-40\n", "\n"), "a column mz [uT]"),
+        (HEADER + ROWS.replace("0.05,", "zero,"), "zero"),
+        (HEADER + ROWS.replace("9.8", "nan"), "line 2, column az: wanted a finite number"),
+        (HEADER + "1" + ROWS, "a time above 1"),
+        (HEADER, "row"),
+        ("", "empty"),
+    ],
+)
+def test_bad_logs(text: str, message: str, refused, tmp_path: Path) -> None:
+    (tmp_path / "bad.csv").write_text(text)
+    error = refused("run complementary bad.csv -o out.csv")
+    assert message in error and "bad.csv" in error
 
 
 def test_programs_that_do_not_fit_leave_no_folder(refused) -> None:

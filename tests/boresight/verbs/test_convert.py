@@ -32,10 +32,3 @@ def test_one_bad_file_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["convert", "broad", str(tmp_path), "-o", str(tmp_path / "logs")]) == 2
     assert "02_b.mat" in capsys.readouterr().err
     assert not list(tmp_path.glob("logs/*.npz"))
-
-
-@pytest.mark.parametrize("data_set, folder", [("broat", "."), ("broad", "nowhere")])
-def test_no_such_thing(data_set: str, folder: str, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["convert", data_set, folder]) == 2
-    assert not list(tmp_path.iterdir())

@@ -48,7 +48,6 @@ def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
         ("complementary_as_printed", True),
     ]
     assert (tmp_path / "board" / "board.html").is_file()
-    assert main(["demo", "--steps", "0", "-o", str(tmp_path)]) == 2
 
 
 def test_what_cannot_run_is_told_before_anything_else(tmp_path, monkeypatch, capsys) -> None:

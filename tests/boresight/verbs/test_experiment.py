@@ -102,25 +102,3 @@ def test_an_experiment_in_a_file(tmp_path, capsys):
     assert data["experiment"] == "mine" and data["figures"] == {"seed": 1}
     assert data["targets"][0]["limit"] == [4, None] and data["targets"][0]["pass"]
     assert data["files"] == [str(tmp_path / "out" / "mine.json")]
-
-
-def refused(capsys, *argv):
-    code = main([str(a) for a in argv])
-    out = capsys.readouterr()
-    assert code == 2 and out.out == "" and out.err.count("\n") == 1, out
-    assert out.err.startswith("error: ")
-    return out.err
-
-
-def test_bad_names_seeds_and_folders(tmp_path, capsys):
-    assert (
-        "wanted one of array, ma2014, mls, radar, satcom, or file.py:Class, found 'ma2015'"
-        in refused(capsys, "experiment", "ma2015")
-    )
-    assert "seed" in refused(capsys, "experiment", "ma2014", "--seed", "-1", "-o", tmp_path)
-    assert "runs" in refused(capsys, "experiment", "ma2014", "--runs", "1", "-o", tmp_path)
-    assert not list(tmp_path.iterdir())
-    blocker = tmp_path / "file"
-    blocker.write_text("")
-    assert "file" in refused(capsys, "experiment", "ma2014", "-o", blocker)
-    assert blocker.read_text() == ""

@@ -256,37 +256,6 @@ def test_json_has_no_nan(here: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert data["outputs"]["x"] == [1.5, 0.25, 2.125]
 
 
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
-        (["mine.py", "log.csv", "--on", "vhdl"], "error: on: wanted one of numpy, float, fixed, c, "
-         "rtl, found 'vhdl'; "),
-        (["mine.py", "log.csv", "--config", "huge"], "error: config: wanted one of small, fast"),
-        (["mine.py", "log.csv", "--word", "33"], "error: word: wanted 18 to 32 bits, found 33; "),
-        (["mine.py", "log.csv", "--steps", "0"], "error: steps: wanted 1 or more, found 0; "),
-        (["mine.py", "log.csv", "--param", "k=2"], "error: parameter k: wanted 0 to 1"),
-        (["mine.py", "none.csv"], "error: none.csv: wanted a log file that can be read, found no "),
-        (["none.py", "log.csv"], "error: none.py: wanted a Python file with an estimator, found "),
-        (["mine.py", "log.csv", "-o", "log.csv"], "error: log.csv: wanted "),
-        (["mekf", "log.csv"], "error: log.csv: wanted a column gx [rad/s], an input of mekf, "),
-        (["mine.py", "bad.csv"], "error: bad.csv, line 3, column z: wanted a finite number, or "),
-    ],
-)  # fmt: skip
-def test_refused(
-    here: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Path("bad.csv").write_text("t,z\n0,1\n1,x\n")
-    before = sorted(here.iterdir())
-    assert main(["run", *arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith(message) and captured.err.count("\n") == 1
-    assert captured.out == ""
-    assert [p for p in sorted(here.iterdir()) if p.suffix == ".csv"] == [
-        p for p in before if p.suffix == ".csv"
-    ]
-    assert Path("log.csv").read_text() == LOG
-
-
 def test_a_row_per_row(capsys, tmp_path):
     log, out = SYNTHETIC, tmp_path / "out.csv"
     rows = {}

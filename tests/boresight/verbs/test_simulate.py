@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight.cli import main
 from boresight.gateware.system.programs import system_core
-from boresight.sim.records.bundled import bundled
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.simulate")
@@ -41,26 +39,6 @@ def test_figures_and_page(small, tmp_path) -> None:
     page = (tmp_path / "board.html").read_text()
     assert "complementary" in page and "<svg" in page and "http" not in page
     assert "51" in str(data)
-
-
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
-        (["kalman"], "error: estimator: wanted one of array_attitude, "),
-        (["mekf", "--source", "gps"], "error: source: wanted one of counts, heading, found 'gps'"),
-        (["mekf", "--seconds", "0"], "error: seconds: wanted 0.05 to 20, found 0"),
-        (["mekf", "--seconds", "nan"], "error: seconds: wanted 0.05 to 20, found nan"),
-        (
-            ["mekf", str(bundled("ximu_walk")), "--seconds", "13"],
-            "error: log 'ximu_walk': wanted 13312 rows or more, found 12625; give a longer log",
-        ),
-    ],
-)
-def test_refused(arguments, message, capsys, tmp_path) -> None:
-    assert main(["simulate", *arguments, "-o", str(tmp_path / "new")]) == 2
-    err = capsys.readouterr().err
-    assert err.startswith(message) and err.count("\n") == 1
-    assert not (tmp_path / "new").exists()
 
 
 def test_data_in_memory_is_read() -> None:

@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import boresight
-from boresight.cli import main
 from boresight.gateware.core import build_core, build_shared_core
 from boresight.model.linking import linked_estimators
 from boresight.sim.levels.build import Build
@@ -91,26 +90,6 @@ def test_cycles(elements: int, config: str, interval: int) -> None:
 def test_most_elements_fit_a_core() -> None:
     core = build_core(ArrayPhases(MOST_ELEMENTS).compile(), "small", restarts=0)
     assert len(core.program.outputs) == MOST_ELEMENTS + 1
-
-
-@pytest.mark.parametrize(
-    "argv, message",
-    [
-        (
-            ["compile", f"{FILE}:ArrayPhases(elements=500)", "-o"],
-            "elements: wanted 2 to 160, found 500",
-        ),
-        (["compile", "array_phases", "--param", "spacing=0", "-o"], "spacing: wanted 0.1 to 1"),
-        (
-            ["compile", f"{OTHER}:MlsAttitude(picard=2)", "-o"],
-            "picard: wanted one of 3, 4, found 2",
-        ),
-    ],
-)
-def test_mistakes_are_one_line(argv: Any, message: str, tmp_path: Any, capsys: Any) -> None:
-    assert main([*argv, str(tmp_path / "x")]) == 2
-    out = capsys.readouterr()
-    assert message in out.err and out.err.count("\n") == 1 and not (tmp_path / "x").exists()
 
 
 def test_four_programs_in_one_core() -> None:

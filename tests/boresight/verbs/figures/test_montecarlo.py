@@ -91,23 +91,6 @@ def test_objects_run_here(tmp_path) -> None:
     assert data.nees is None and "nees" not in data.to_json()  # float keeps no words of states
 
 
-@pytest.mark.parametrize(
-    "more, message",
-    [
-        (["--runs", "1"], "runs: wanted 2 to 1,000,000, found 1"),
-        (["--on", "rtl"], "on: wanted one of c, fixed, float"),
-        (["--jobs", "0"], "jobs: wanted 1 to"),
-        (["--steps", "0"], "steps: wanted 1 or more"),
-        (["--param", "p9=1"], "parameter p9"),
-    ],
-)
-def test_what_is_refused(more, message, tmp_path, capsys) -> None:
-    assert main(["montecarlo", *TEXTS, *more, "-o", str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert message in error and error.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_world_without_draws_or_truth(tmp_path, capsys) -> None:
     path = tmp_path / "w.py"
     path.write_text(
