@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from boresight.disk.cache import Cache
+from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
+from boresight.firmware.validation import validate_c
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
+from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.texts.bench import Recorded
@@ -24,6 +28,8 @@ from boresight.gateware.texts.core import (
     register_texts,
     verilog_head,
 )
+from boresight.gateware.texts.memories import check_memories
+from boresight.results.compile import Proven
 from boresight.sim.levels.build import Build
 
 __all__ = [
@@ -31,6 +37,7 @@ __all__ = [
     "core_files",
     "estimate_core",
     "project_files",
+    "prove",
     "together",
     "write_core",
     "write_system",
@@ -70,6 +77,34 @@ def project_files(board: str, *, system: bool) -> list[str]:
     return [f"ise-{board}/{name}" for name in names]
 
 
+def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
+    """Prove that microcode and C of a core compute its programs, for all inputs.
+
+    Parameters
+    ----------
+    core : Core
+        The core.
+    texts : mapping, optional
+        Files of `write_core` by name: their C, and the memories in their Verilog.
+
+    Raises
+    ------
+    Refuted
+        They do not: a bug of the compiler.
+    """
+    begin = time.perf_counter()
+    programs = [part.program for part in core.parts]
+    registers = [part.allocation.addresses() for part in core.parts]
+    operations = validate_microcode(core.machine, core.image, programs, registers)
+    if texts is not None:
+        for verilog in sorted(name for name in texts if name in ("core.v", "core_sim.v")):
+            check_memories(core.machine, core.image, texts[verilog])
+        firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
+        for program in programs:
+            validate_c(program, Body(program).name, firmware)
+    return Proven(operations, texts is not None, time.perf_counter() - begin)
+
+
 def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
     """Write the ISE project of a complete system, with its register map beside it."""
     system = system_design(core)(SYSTEM_CLOCK_HZ)
@@ -87,8 +122,10 @@ def write_core(
     area: Estimate | None = None,
     target: str = TARGETS[0],
     axi: bool = False,
-) -> None:
+) -> Proven:
     """Write Verilog, microcode, programs, schedules, C, register map, texts and bench of a core.
+
+    Before anything is written, microcode and C are proven.
 
     Parameters
     ----------
@@ -104,6 +141,11 @@ def write_core(
         One of `TARGETS`.
     axi : bool
         Whether to write the core with an AXI interface, too.
+
+    Raises
+    ------
+    Refuted
+        Microcode or C do not compute the programs: a bug of the compiler.
     """
     core = build.core
     about = describe(core, {e.name: e.summary for e in build.estimators})
@@ -115,9 +157,11 @@ def write_core(
     texts |= integration_files(about, records, generic=target == "generic", axi=axi, area=area)
     for number in range(len(core.parts)):
         texts |= _program_texts(core.select(number))
+    proven = prove(core, texts)
     for file, text in texts.items():
         (folder / file).parent.mkdir(exist_ok=True)
         write_text(folder / file, text)
+    return proven
 
 
 def write_text(file: Path, text: str) -> None:

@@ -11,7 +11,30 @@ from boresight.gateware.synthesis.estimate import Estimate
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.report.against import JUDGED
 
-__all__ = ["CompileResult", "CompiledProgram", "CoreFigures"]
+__all__ = ["CompileResult", "CompiledProgram", "CoreFigures", "Proven"]
+
+
+@dataclass(frozen=True)
+class Proven:
+    """Proof that what was compiled computes the programs, for all inputs (docs/proofs.md).
+
+    Attributes
+    ----------
+    operations : int
+        Operations of all programs.
+    firmware : bool
+        Whether the C is proven, too.
+    seconds : float
+        Time of the proof.
+    """
+
+    operations: int
+    firmware: bool
+    seconds: float
+
+    def __str__(self) -> str:
+        what = "microcode and C" if self.firmware else "microcode"
+        return f"{self.operations} operations, {what}, all inputs  {self.seconds:.1f} s"
 
 #: Clock for which times are told.
 _CLOCK_HZ = 100e6
@@ -84,6 +107,8 @@ class CompileResult(Answer):
         Of the microcode and the schedule: the same digest, the same bits.
     programs : tuple of CompiledProgram
         The estimators, by their numbers in the core.
+    proven : Proven
+        What was proven of the core before its files were written.
     core : CoreFigures or None
         Area and clock of the core, with ``synth``.
     system : CoreFigures or None
@@ -102,6 +127,7 @@ class CompileResult(Answer):
     word: int
     digest: str
     programs: tuple[CompiledProgram, ...]
+    proven: Proven
     core: CoreFigures | None
     system: CoreFigures | None
     report: JsonObject = field(repr=False)
@@ -151,6 +177,7 @@ class CompileResult(Answer):
             + f" cycles; {self._interval(p)}"
             for p in self.programs
         ]
+        lines.append(f"proven: {self.proven}")
         for name, design in (("core", self.core), ("complete system", self.system)):
             if design is not None:
                 clock = design.clock_mhz_estimate

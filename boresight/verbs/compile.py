@@ -23,6 +23,7 @@ from boresight.core_files import (
     core_files,
     estimate_core,
     project_files,
+    prove,
     together,
     write_core,
     write_system,
@@ -42,7 +43,7 @@ from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Config, EstimatorNames, OutputFolder, Params, Word
 from boresight.regression import JudgedVerb
-from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures
+from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures, Proven
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
 from boresight.sim.compare.soundness import check_sound
@@ -143,7 +144,7 @@ def compile(
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(core)
         say(f"{', '.join(own)} for {config}: Verilog")
-        write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
+        proven = write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
         system = None
         if board is not None:
             say(f"ISE project for {board}: {top}")
@@ -159,12 +160,13 @@ def compile(
             whole = CoreFigures.of(estimate(system, "system", cache_dir=Cache().root))
             data["system"] = plain(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return _result(Path(output), build, area, whole, data, rate)
+    return _result(Path(output), build, proven, area, whole, data, rate)
 
 
 def _result(
     output: Path,
     build: Build,
+    proven: Proven,
     area: Estimate | None,
     whole: CoreFigures | None,
     data: JsonObject,
@@ -185,6 +187,7 @@ def _result(
             )
             for part in core.parts
         ),
+        proven=proven,
         core=None if area is None else CoreFigures.of(area),
         system=whole,
         report=data,
@@ -228,6 +231,7 @@ def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) ->
         clock_hz=SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ,
         params=given,
     )
+    prove(core)
     if with_cpu:
         return soc_verilog(write_soc(folder, board, core))
     return to_verilog(write_system(folder, board, core), "system", instances=True)

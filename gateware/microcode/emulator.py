@@ -1,13 +1,15 @@
 """Cycle-level emulator of the machine, written from `docs/engine.md` alone.
 
 It executes an image like the hardware, stage by stage, one ROM word per cycle, so that a difference
-between model and core can be located to the cycle.
+between model and core can be located to the cycle. `Emulator` computes with integers;
+`gateware.microcode.validation` replaces what its words are and executes the same stages on terms.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.assemble import decode
@@ -43,17 +45,16 @@ class _Lane:
     a2: int = 0
     b2: int = 0
     product3: int = 0
-    take3: bool = False
-    negate3: bool = False
+    take3: Any = False
+    negate3: Any = False
     product4: int = 0
     amount4: int = 0
-    take4: bool = False
-    negate4: bool = False
-    r5: int = 0
-    carry5: int = 0
+    take4: Any = False
+    negate4: Any = False
+    r5: Any = 0
     acc6: int = 0
     index: int = 0
-    flag: bool = False
+    flag: int = 0
     norm2: int = 0  #: count for the slot at stage 2
     norm3: int = 0  #: ... and at stage 3
 
@@ -208,57 +209,96 @@ class Emulator:
 
     def _stages(self, lane: _Lane, f: dict[str, int], input_word: int | None) -> int | None:
         """Run all stages of one lane, the last one first; return the word written, if any."""
-        arith = self.machine.arithmetic
         # 6 write
-        q = lane.acc6 >> arith.guard
-        clamped = min(max(q, arith.min_int), arith.max_int)
         result: int | None = None
         if input_word is not None:
             result = input_word
         elif f["we"]:
-            result = self._signed(q) if f["wrap"] else clamped
-            self.saturated |= bool(f["sticky"] and not f["wrap"] and clamped != q)
+            result = self._result(lane.acc6, wrap=bool(f["wrap"]), sticky=bool(f["sticky"]))
         # 5 accumulate
-        start = 1 << (arith.guard - 1) if f["first"] else lane.acc6
-        width = arith.acc_width
-        total = (start + lane.r5 + lane.carry5) & ((1 << width) - 1)
-        lane.acc6 = total - (total >> (width - 1) << width)
+        lane.acc6 = self._sum(None if f["first"] else lane.acc6, lane.r5)
         # 4 shift
-        r = lane.product4 >> lane.amount4
-        lane.r5 = (~r if lane.negate4 else r) if lane.take4 else 0
-        lane.carry5 = int(lane.take4 and lane.negate4)
+        lane.r5 = self._shifted(lane.product4, lane.amount4, lane.negate4, lane.take4)
         # 3 shift amount
-        n = lane.norm3
-        lane.amount4 = max(0, f["shift"] - (0, n, n & ~1, n >> 1)[f["scale"]])
+        lane.amount4 = self._amount(f["shift"], f["scale"], lane.norm3)
         lane.product4, lane.take4, lane.negate4 = lane.product3, lane.take3, lane.negate3
         # 2 multiply
-        lane.product3 = lane.a2 * lane.b2
-        lane.negate3 = bool(f["neg"] ^ (f["neg_flag"] & lane.flag))
-        lane.take3 = bool(f["when"] ^ (f["when_flag"] & lane.flag))
+        lane.product3 = self._product(lane.a2, lane.b2)
+        lane.negate3 = self._condition(f["neg"], f["neg_flag"], lane.flag)
+        lane.take3 = self._condition(f["when"], f["when_flag"], lane.flag)
         lane.norm3 = lane.norm2
         # 1 read: captures see the raw A, the multiplier the masked words
-        index = self._captures(lane, f)
-        mask = (1 << arith.fraction_bits) - 1
-        lane.a2 = lane.a1 & mask if f["frac_a"] else lane.a1
-        lane.b2 = lane.b1 & mask if f["frac_b"] else lane.b1
+        if f["cap_index"]:
+            lane.index = self._index(lane.a1, f["quarter"])
+        if f["cap_flag"]:
+            lane.flag = self._sign(lane.a1, f["quarter"])
+        if f["cap_norm"]:
+            lane.norm2 = self._count(lane.a1)
+        lane.a2 = self._fraction(lane.a1) if f["frac_a"] else lane.a1
+        lane.b2 = self._fraction(lane.b1) if f["frac_b"] else lane.b1
         # 0 address
         lane.a1 = self._read(f["a_addr"])
         if f["table"]:
             block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
-            lane.b1 = self.tables[block * Machine.TABLE_BLOCK + index * 4 + coefficient]
+            lane.b1 = self._coefficient(block, coefficient, lane.index)
         else:
             lane.b1 = self._read(f["b_addr"])
         return result
 
-    def _captures(self, lane: _Lane, f: dict[str, int]) -> int:
-        """Captures of stage 1; returns the index for addresses of this cycle."""
+    def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
+        """Word of the accumulator; raises the flag where it is clamped."""
         arith = self.machine.arithmetic
-        seen = self._signed(lane.a1 + (f["quarter"] << (arith.word - 2)))
-        if f["cap_index"]:
-            lane.index = (seen >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
-        if f["cap_flag"]:
-            lane.flag = seen < 0
-        if f["cap_norm"]:
-            magnitude = lane.a1 ^ (lane.a1 >> 63)
-            lane.norm2 = min(arith.word - 1 - magnitude.bit_length(), arith.norm_max)
-        return lane.index
+        q = acc >> arith.guard
+        if wrap:
+            return self._signed(q)
+        clamped = min(max(q, arith.min_int), arith.max_int)
+        self.saturated |= sticky and clamped != q
+        return clamped
+
+    def _sum(self, acc: int | None, shifted: Any) -> int:
+        """The accumulator (None: the rounding half) and one term more."""
+        arith = self.machine.arithmetic
+        width = arith.acc_width
+        total = ((1 << (arith.guard - 1) if acc is None else acc) + shifted) & ((1 << width) - 1)
+        return cast(int, total - (total >> (width - 1) << width))
+
+    def _shifted(self, product: int, amount: int, negate: Any, take: Any) -> Any:
+        """Term of a product."""
+        r = product >> amount
+        return (-r if negate else r) if take else 0
+
+    def _amount(self, shift: int, scale: int, count: int) -> int:
+        """Right shift of a product."""
+        return max(0, shift - (0, count, count & ~1, count >> 1)[scale])
+
+    def _product(self, a: int, b: int) -> int:
+        return a * b
+
+    def _condition(self, bit: int, flagged: int, flag: int) -> Any:
+        """The bit, exclusive-or the flag if ``flagged``."""
+        return bit ^ (flagged & flag)
+
+    def _fraction(self, word: int) -> int:
+        """Bits of a word below the segment index."""
+        return word & ((1 << self.machine.arithmetic.fraction_bits) - 1)
+
+    def _coefficient(self, block: int, coefficient: int, index: int) -> int:
+        """Word of the table memory."""
+        return self.tables[block * Machine.TABLE_BLOCK + index * 4 + coefficient]
+
+    def _seen(self, word: int, quarter: int) -> int:
+        """Word that a capture sees."""
+        return self._signed(word + (quarter << (self.machine.arithmetic.word - 2)))
+
+    def _index(self, word: int, quarter: int) -> int:
+        """Segment index."""
+        arith = self.machine.arithmetic
+        return (self._seen(word, quarter) >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
+
+    def _sign(self, word: int, quarter: int) -> int:
+        return int(self._seen(word, quarter) < 0)
+
+    def _count(self, word: int) -> int:
+        """Leading-sign count."""
+        arith = self.machine.arithmetic
+        return min(arith.word - 1 - (word ^ (word >> 63)).bit_length(), arith.norm_max)

@@ -1,0 +1,291 @@
+"""Validation of microcode: the ROM's bits compute what the programs say, for all inputs.
+
+The emulator executes one update of each program on terms instead of integers: inputs, parameters
+and states are symbols, every register, capture and pipeline stage that an update does not define
+itself holds a symbol of its own. At the end each output, next state and saturation flag must be
+the term that the program's operations define (`model.words.terms`), and no word that lasts from
+update to update may have been written. So the proof of one update is the proof of any number of
+them, in any order, with any parameter writes, changes of program and abandoned updates between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+from boresight.gateware.machine import Machine
+from boresight.gateware.microcode.assemble import decode
+from boresight.gateware.microcode.emulator import Emulator, Record
+from boresight.gateware.microcode.image import Image
+from boresight.model.words.program import Kind, Program, Scale
+from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refuted, Terms
+
+__all__ = ["validate_microcode"]
+
+#: Values of the field ``scale``.
+_SCALES = (Scale.NONE, Scale.FULL, Scale.EVEN, Scale.HALF)
+
+
+def validate_microcode(
+    machine: Machine,
+    image: Image,
+    programs: Sequence[Program],
+    registers: Sequence[Mapping[int, int]],
+) -> int:
+    """Prove that an image computes its programs; return the number of their operations.
+
+    Parameters
+    ----------
+    machine : Machine
+        Configuration.
+    image : Image
+        Memory contents.
+    programs : sequence of Program
+        The source programs, by their numbers.
+    registers : sequence of mapping
+        For each program, the register of each parameter and state, by number of the value
+        (`Allocation.addresses`).
+
+    Raises
+    ------
+    Refuted
+        Some word differs for some input; the message names program, word and both terms.
+    """
+    core = _Core(machine, image, programs, registers)
+    core.check_first_words()
+    for number, program in enumerate(programs):
+        # Which copy of its states each program reads; only its own and its sources' matter.
+        others = {core.numbers[link.program] for link in program.linked.values()}
+        free = sorted({number, *others})
+        for bits in product((0, 1), repeat=len(free)):
+            parities = [0] * len(programs)
+            for k, bit in zip(free, bits, strict=True):
+                parities[k] = bit
+            _Update(core, number, parities).check()
+    return sum(len(program.ops) for program in programs)
+
+
+class _Core:
+    """What the proofs of all programs of a core share."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        image: Image,
+        programs: Sequence[Program],
+        registers: Sequence[Mapping[int, int]],
+    ) -> None:
+        self.machine = machine
+        self.image = image
+        self.programs = programs
+        self.numbers = {program.name: k for k, program in enumerate(programs)}
+        #: Register of each parameter and (current) state: (program, value) to address.
+        self.lasting = {
+            (k, n): where[n]
+            for k, (program, where) in enumerate(zip(programs, registers, strict=True))
+            for n in (*program.of_kind(Kind.PARAM), *(state for state, _ in program.states))
+        }
+        half = machine.bank_depth // 2
+        words = {
+            (lane * machine.bank_depth + fields[f"dest{lane}"])
+            for fields in (decode(machine, word) for word in image.rom)
+            for lane in range(machine.lanes)
+            if fields[f"we{lane}"] or (lane == 0 and fields["get"])
+        }
+        #: Registers of the lower halves that no program writes, nor the host.
+        self.constants = {
+            address
+            for address in range(machine.bank_depth * machine.lanes)
+            if address % machine.bank_depth < half
+        } - {*words, *self.lasting.values()}
+
+    def check_first_words(self) -> None:
+        """Check the words of parameters, states and tables before the first update."""
+        mask = (1 << self.machine.arithmetic.word) - 1
+        for (k, n), address in self.lasting.items():
+            value = self.programs[k].values[n]
+            copies = {address}
+            if value.kind is Kind.STATE:
+                copies.add(address + self.machine.state_slots)
+            for copy in sorted(copies):
+                if self.image.registers[copy] != value.initial & mask:
+                    raise Refuted(
+                        f"{self.programs[k].name}: {value.name} must begin with {value.initial}, "
+                        f"not with {self.image.registers[copy]} in register {copy}"
+                    )
+        for program in self.programs:
+            if all(op.table is None for op in program.ops):
+                continue
+            for k, word in enumerate(program.table_memory):
+                if self.image.tables[k] != word & mask:
+                    raise Refuted(
+                        f"{program.name}: word {k} of the tables must be {word}, "
+                        f"not {self.image.tables[k]}"
+                    )
+
+
+class _Symbolic(Emulator):
+    """The emulator on terms; ``saturated`` becomes the set of words that raise the flag."""
+
+    def __init__(self, machine: Machine, image: Image, terms: Terms) -> None:
+        super().__init__(machine, image)
+        self.terms = terms
+        self.clamped: set[int] = set()
+        self.registers = [terms.symbol(f"left in register {k}") for k in range(len(self.registers))]
+        for number, lane in enumerate(self.lanes):
+            left = {
+                name: terms.symbol(f"left in {name} of lane {number}")
+                for name in (
+                    *("a1", "b1", "a2", "b2", "product3", "product4", "amount4", "r5", "acc6"),
+                    *("index", "flag", "norm2", "norm3"),
+                )
+            }
+            for name, symbol in left.items():
+                setattr(lane, name, symbol)
+            lane.r5 = left["r5"], NEVER, ALWAYS
+            lane.take3 = lane.take4 = False, left["flag"]
+            lane.negate3 = lane.negate4 = False, left["flag"]
+
+    def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
+        word = self.terms.result(acc, wrap=wrap)
+        if sticky and self.terms.is_clamp(word):
+            self.clamped.add(word)
+        return word
+
+    def _sum(self, acc: int | None, shifted: Any) -> int:
+        return self.terms.total(acc, *shifted)
+
+    def _shifted(self, product: int, amount: int, negate: Any, take: Any) -> Any:
+        return self.terms.shifted(product, amount), negate, take
+
+    def _amount(self, shift: int, scale: int, count: int) -> int:
+        return self.terms.amount(shift, _SCALES[scale], count)
+
+    def _product(self, a: int, b: int) -> int:
+        return self.terms.product(a, b)
+
+    def _condition(self, bit: int, flagged: int, flag: int) -> Condition:
+        return bool(bit), flag if flagged else None
+
+    def _fraction(self, word: int) -> int:
+        return self.terms.fraction(word)
+
+    def _coefficient(self, block: int, coefficient: int, index: int) -> int:
+        return self.terms.coefficient(block, coefficient, index)
+
+    def _index(self, word: int, quarter: int) -> int:
+        return self.terms.index(word, quarter=bool(quarter))
+
+    def _sign(self, word: int, quarter: int) -> int:
+        return self.terms.sign(word, quarter=bool(quarter))
+
+    def _count(self, word: int) -> int:
+        return self.terms.count(word)
+
+
+class _Update:
+    """One update of one program, for one choice of parities."""
+
+    def __init__(self, core: _Core, number: int, parities: Sequence[int]) -> None:
+        self.core = core
+        self.program = core.programs[number]
+        self.terms = Terms(core.machine.arithmetic)
+        self.emulator = _Symbolic(core.machine, core.image, self.terms)
+        self.emulator.number = number
+        self.emulator.parities = list(parities)
+        for address in core.constants:
+            word = self.emulator._signed(core.image.registers[address])
+            self.emulator.registers[address] = self.terms.word(word)
+        #: Symbol of each parameter and state of any program.
+        self.symbols = {(k, n): self.terms.symbol(self._name(k, n), n) for k, n in core.lasting}
+        #: Physical register of each of them.
+        self.registers = {
+            (k, n): self._physical(address, parities[k]) for (k, n), address in core.lasting.items()
+        }
+        for item, address in self.registers.items():
+            self.emulator.registers[address] = self.symbols[item]
+
+    def _name(self, k: int, n: int) -> str:
+        return f"{self.core.programs[k].name}.{self.core.programs[k].values[n].name}"
+
+    def _physical(self, address: int, parity: int) -> int:
+        return self.emulator._physical(address, parity)
+
+    def check(self) -> None:
+        """Raise Refuted unless the update computes what the program says."""
+        program, number = self.program, self.emulator.number
+        inputs = {
+            n: self.terms.symbol(f"input {program.values[n].name}", n) for n in program.streamed
+        }
+        try:
+            record = self.emulator.update([inputs[n] for n in program.streamed])
+        except IndexError:
+            raise Refuted(f"{program.name}: the microcode leaves the program") from None
+        if self.emulator.framing or self.emulator.pc != 0 or not record.cycles:
+            raise Refuted(f"{program.name}: the microcode must take {len(inputs)} words, once")
+        symbols = {n: s for (k, n), s in self.symbols.items() if k == number}
+        for n, link in program.linked.items():
+            assert link.state is not None
+            symbols[n] = self.symbols[self.core.numbers[link.program], link.state]
+        meaning = Meaning.of(program, self.terms, symbols | inputs)
+        self._check_writes(record)
+        for what, word, wanted in self._words(record, meaning):
+            if word != wanted:
+                raise Refuted(self._difference(what, word, wanted, meaning, record))
+        if self.emulator.clamped != meaning.saturated:
+            differ = self.emulator.clamped ^ meaning.saturated
+            raise Refuted(
+                f"{program.name}: the saturation flag differs by {self.terms.text(min(differ))}"
+            )
+
+    def _words(self, record: Record, meaning: Meaning) -> Iterator[tuple[str, int, int]]:
+        """Each word that leaves or lasts: its name, its term in the microcode, in the program."""
+        program, number = self.program, self.emulator.number
+        ends = [k == len(program.outputs) - 1 for k in range(len(program.outputs))]
+        if record.lasts != ends:
+            raise Refuted(
+                f"{program.name}: the microcode must emit {len(ends)} words, the last one marked, "
+                f"not {record.lasts}"
+            )
+        for name, word, n in zip(
+            program.output_names, record.outputs, program.outputs, strict=True
+        ):
+            yield f"output {name}", word, meaning.values[n]
+        parity = self.emulator.parities[number]
+        for state, after in program.states:
+            address = self._physical(self.core.lasting[number, state], parity)
+            name = program.values[state].name
+            yield f"next {name}", self.emulator.registers[address], meaning.values[after]
+
+    def _check_writes(self, record: Record) -> None:
+        """Check that the update writes no word that lasts: it may be abandoned in any cycle."""
+        lasting = {address: item for item, address in self.registers.items()}
+        for (k, n), address in self.core.lasting.items():
+            if k != self.emulator.number:  # either copy of another program's state is its own
+                lasting |= {self._physical(address, parity): (k, n) for parity in (0, 1)}
+        for write in record.writes:
+            if write.address in lasting:
+                raise Refuted(
+                    f"{self.program.name}: cycle {write.cycle} writes "
+                    f"{self._name(*lasting[write.address])}, register {write.address}"
+                )
+
+    def _difference(
+        self, what: str, word: int, wanted: int, meaning: Meaning, record: Record
+    ) -> str:
+        """Message about the first operation whose word the update never computes."""
+        program = self.program
+        computed = {write.word for write in record.writes}
+        missing = (op for op in program.ops if meaning.values[op.dest] not in computed)
+        first = next(missing, None)
+        text = (
+            f"{program.name}: {what} must be {self.terms.text(wanted)}, not {self.terms.text(word)}"
+        )
+        if first is None:
+            return text
+        value = program.values[first.dest]
+        return (
+            f"{text}; operation {program.ops.index(first)} ({value.name}) is the first that no "
+            "register receives"
+        )

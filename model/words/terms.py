@@ -1,0 +1,236 @@
+"""Symbolic words: what a program computes, as terms over its inputs, parameters and states.
+
+Each distinct term is stored once and has a number, so two words with the same number are equal
+for all inputs. The microcode (`gateware.microcode.validation`) and the emitted C
+(`firmware.validation`) are executed on such numbers and compared with `Meaning`, which says what
+the program's operations compute (`model.words.fixed`).
+
+Equal are sums with the same terms in any order, products with exchanged factors, and a word and its
+copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). The order of a
+sum does not matter because the accumulator is exact modulo 2^`Arithmetic.acc_width`, and the
+compiler has proven that no sum exceeds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
+
+__all__ = ["ALWAYS", "NEVER", "Condition", "Meaning", "Refuted", "Terms"]
+
+#: (bit, flag): the bit, exclusive-or the flag with this number where there is one.
+Condition = tuple[bool, int | None]
+NEVER: Condition = (False, None)
+ALWAYS: Condition = (True, None)
+
+_NEGATE = {Negate.NO: (False, False), Negate.YES: (True, False)}
+_NEGATE |= {Negate.IF: (False, True), Negate.UNLESS: (True, True)}
+_WHEN = {When.ALWAYS: (True, False), When.IF: (False, True), When.UNLESS: (True, True)}
+
+#: Levels of a term that `Terms.text` shows.
+_DEPTH = 3
+
+
+class Refuted(Exception):
+    """A translation does not compute what its program says: a bug of the compiler."""
+
+
+class Terms:
+    """Numbers of terms; the same term always has the same number.
+
+    Parameters
+    ----------
+    arithmetic : Arithmetic
+        Widths; they decide which products are copies.
+    """
+
+    def __init__(self, arithmetic: Arithmetic) -> None:
+        self.arithmetic = arithmetic
+        self._numbers: dict[tuple[Any, ...], int] = {}
+        self._terms: list[tuple[Any, ...]] = []
+
+    def _number(self, *term: Any) -> int:
+        number = self._numbers.setdefault(term, len(self._terms))
+        if number == len(self._terms):
+            self._terms.append(term)
+        return number
+
+    def symbol(self, name: str, number: int = 0) -> int:
+        """A word that may have any value; the same name and number are the same word."""
+        return self._number("symbol", name, number)
+
+    def word(self, value: int) -> int:
+        """A constant."""
+        return self._number("word", value)
+
+    def value(self, number: int) -> int | None:
+        """Value of a constant; None for any other term."""
+        kind, *rest = self._terms[number]
+        return cast(int, rest[0]) if kind == "word" else None
+
+    def fraction(self, word: int) -> int:
+        """Bits of the word below the segment index."""
+        return self._number("fraction", word)
+
+    def sign(self, word: int, *, quarter: bool) -> int:
+        """Sign bit of the word, or of the word plus a quarter of the range."""
+        return self._number("sign", word, quarter)
+
+    def count(self, word: int) -> int:
+        """Normalisation count of the word."""
+        return self._number("count", word)
+
+    def index(self, word: int, *, quarter: bool) -> int:
+        """Segment index of the word, or of the word plus a quarter of the range."""
+        return self._number("index", word, quarter)
+
+    def coefficient(self, block: int, coefficient: int, index: int) -> int:
+        """Word of the table memory."""
+        return self._number("table", block, coefficient, index)
+
+    def product(self, a: int, b: int) -> int:
+        """Product of two words."""
+        return self._number("product", *sorted((a, b)))
+
+    def amount(self, shift: int, scale: Scale = Scale.NONE, count: int | None = None) -> int:
+        """Right shift of a product: ``shift`` less a part of the count, not below 0."""
+        if scale is Scale.NONE:
+            return self.word(shift)
+        return self._number("amount", shift, scale.value, count)
+
+    def shifted(self, product: int, amount: int) -> int:
+        """``floor(product / 2^amount)``."""
+        return self._number("shifted", product, amount)
+
+    def total(self, total: int | None, shifted: int, negate: Condition, take: Condition) -> int:
+        """A sum (None: the rounding half alone) and one term more.
+
+        The term is subtracted under the condition ``negate`` and takes part under ``take``.
+        """
+        before: tuple[Any, ...] = ()
+        if total is not None:
+            kind, *parts = self._terms[total]
+            before = tuple(parts) if kind == "total" else (total,)
+        if take == NEVER:
+            return self._number("total", *before)
+        term = self._number("term", shifted, negate, take)
+        return self._number("total", *sorted((*before, term)))
+
+    def result(self, total: int, *, wrap: bool) -> int:
+        """Word of a sum: modulo 2^W, or clamped."""
+        copied = self._copied(total)
+        return self._number("wrap" if wrap else "clamp", total) if copied is None else copied
+
+    def is_clamp(self, number: int) -> bool:
+        """Whether the word is a clamped sum, which may raise the saturation flag."""
+        return bool(self._terms[number][0] == "clamp")
+
+    def _copied(self, total: int) -> int | None:
+        """The word whose copy the sum is; None for any other sum."""
+        kind, *parts = self._terms[total]
+        if kind != "total" or len(parts) != 1 or self._terms[parts[0]][0] != "term":
+            return None
+        _, shifted, negate, take = self._terms[parts[0]]
+        kind, *of = self._terms[shifted]
+        if kind != "shifted" or (negate, take) != (NEVER, ALWAYS):
+            return None
+        product, amount = of
+        kind, *factors = self._terms[product]
+        shift = self.value(amount)
+        if kind != "product" or shift is None:
+            return None
+        for word, factor in (factors, reversed(factors)):
+            if self.value(factor) == 1 << (shift + self.arithmetic.guard):
+                return cast(int, word)
+        return None
+
+    def text(self, number: int, depth: int = _DEPTH) -> str:
+        """A term in words, down to a depth, for messages."""
+        kind, *parts = self._terms[number]
+        if kind in ("symbol", "word"):
+            return str(parts[0])
+        if depth == 0:
+            return "..."
+        if kind == "term":
+            shifted, negate, take = parts
+            return self._signed(shifted, negate, take, depth)
+        if kind == "table":
+            block, coefficient, index = parts
+            return f"table({block}, {coefficient}, {self.text(index, depth - 1)})"
+        if kind == "amount":
+            shift, scale, count = parts
+            return f"{shift} - {scale} {self.text(count, depth - 1)}"
+        if kind in ("sign", "index"):
+            return f"{kind}{'+quarter' * parts[1]}({self.text(parts[0], depth - 1)})"
+        return f"{kind}({', '.join(self.text(n, depth - (kind != 'total')) for n in parts)})"
+
+    def _signed(self, shifted: int, negate: Condition, take: Condition, depth: int) -> str:
+        text = self.text(shifted, depth)
+        for name, (bit, flag), plain in (("minus if", negate, NEVER), ("only if", take, ALWAYS)):
+            if (bit, flag) != plain:
+                of = "" if flag is None else self.text(flag, depth - 1)
+                text += f" {name} {'not ' * (bit and flag is not None)}{of or bit}"
+        return text
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a program computes in one update, for all inputs, parameters and states.
+
+    Attributes
+    ----------
+    values : tuple of int
+        Term of each value, by its number.
+    saturated : frozenset of int
+        Terms of the results that raise the flag when they are clamped.
+    """
+
+    values: tuple[int, ...]
+    saturated: frozenset[int]
+
+    @classmethod
+    def of(cls, program: Program, terms: Terms, symbols: Mapping[int, int]) -> Meaning:
+        """Meaning of a program; ``symbols`` are the terms of inputs, parameters and states."""
+        values = [
+            terms.word(v.initial) if v.kind is Kind.CONST else symbols.get(n, -1)
+            for n, v in enumerate(program.values)
+        ]
+        saturated = set()
+        for op in program.ops:
+            total = _sum(op, values, terms)
+            values[op.dest] = terms.result(total, wrap=op.overflow is Overflow.WRAP)
+            if op.overflow is Overflow.SAT and terms.is_clamp(values[op.dest]):
+                saturated.add(values[op.dest])  # not a copy, which is never clamped
+        return cls(tuple(values), frozenset(saturated))
+
+
+def _sum(op: Op, values: list[int], terms: Terms) -> int:
+    """Sum of an operation: ``2^(G-1) + sum_k sign_k * floor(a_k * b_k / 2^s_k)``."""
+    flag = None if op.flag is None else terms.sign(values[op.flag], quarter=op.flag_quarter)
+    count = None if op.norm is None else terms.count(values[op.norm])
+    index = None if op.index is None else terms.index(values[op.index], quarter=op.index_quarter)
+    total = None
+    for term in op.terms:
+        product = terms.product(*_factors(op, term, values, index, terms))
+        shifted = terms.shifted(product, terms.amount(term.shift, term.scale, count))
+        negate, take = (
+            (bit, flag if flagged else None)
+            for bit, flagged in (_NEGATE[term.negate], _WHEN[term.when])
+        )
+        total = terms.total(total, shifted, negate, take)
+    assert total is not None
+    return total
+
+
+def _factors(
+    op: Op, term: Term, values: list[int], index: int | None, terms: Terms
+) -> tuple[int, int]:
+    a = terms.fraction(values[term.a]) if term.fraction_a else values[term.a]
+    if term.b is None:
+        assert op.table is not None and term.coefficient is not None and index is not None
+        return a, terms.coefficient(op.table, term.coefficient, index)
+    return a, terms.fraction(values[term.b]) if term.fraction_b else values[term.b]

@@ -1,0 +1,112 @@
+"""The proof of emitted C accepts what the emitter writes and refuses what computes other words."""
+
+import random
+import re
+
+import pytest
+
+from boresight.firmware.emit import emit_c
+from boresight.firmware.validation import validate_c
+from boresight.model.front import FRONT
+from boresight.model.words.terms import Refuted
+from tests.bits.compile_all import estimators
+from tests.support.linked import linked_core
+from tests.support.random_program import random_program
+
+
+@pytest.mark.parametrize("name", {**estimators(), **FRONT})
+def test_shipped_programs(name: str) -> None:
+    program = {**estimators(), **FRONT}[name]().compile()
+    texts = emit_c(program, prefix="filter")
+    assert validate_c(program, "filter", texts) == len(program.ops)
+
+
+def test_linked_programs() -> None:
+    for part in linked_core().parts:
+        assert validate_c(part.program, part.program.name, emit_c(part.program))
+
+
+@pytest.mark.parametrize("word", [18, 23, 32])
+@pytest.mark.parametrize("seed", range(8))
+def test_random_programs(seed: int, word: int) -> None:
+    program = random_program(seed, word=word, n_ops=30)
+    assert validate_c(program, program.name, emit_c(program))
+
+
+# Seeded faults: one token of the text, outside comments.
+
+NUMBER = re.compile(r"(?<![\w.])\d+(?=u?\b)")
+LOCAL = re.compile(r"\bv\d+_\w+")
+PLACES = {"+=": "-=", "-=": "+=", "& flag": "& ~flag", "& ~flag": "& flag", "n >> 1": "n & ~1u"}
+HELPERS = {"sign_mask(": "sign_mask_quarter(", "segment_index(": "segment_index_quarter("}
+RESULTS = {
+    "saturate(acc, &saturated)": "clip(acc)",
+    "clip(acc)": "wrap(acc)",
+    "wrap(acc)": "clip(acc)",
+}
+
+
+def faulty(text: str, rng: random.Random) -> str:
+    """The text with one number, operator, variable, function or line changed."""
+    lines = text.split("\n")
+    first = next(k for k, line in enumerate(lines) if "_init(" in line and line.endswith("{"))
+    while True:
+        k = rng.choice([*range(first, len(lines)), *range(first)])
+        code, slashes, note = lines[k].partition(" //")
+        for change in rng.sample((number, exchanged, variable, dropped), 4):
+            changed = change(code, text, rng)
+            if changed != code:
+                return "\n".join([*lines[:k], changed + slashes + note, *lines[k + 1 :]])
+
+
+def number(code: str, text: str, rng: random.Random) -> str:
+    numbers = list(NUMBER.finditer(code))
+    if not numbers or code.startswith(("#", "/", " *")):
+        return code
+    match = rng.choice(numbers)
+    return f"{code[: match.start()]}{int(match[0]) ^ 1 << rng.randrange(4)}{code[match.end() :]}"
+
+
+def exchanged(code: str, text: str, rng: random.Random) -> str:
+    for before, after in rng.sample(
+        [*(PLACES | HELPERS | RESULTS).items()], len(PLACES | HELPERS | RESULTS)
+    ):
+        if before in code:
+            return code.replace(before, after, 1)
+    return code
+
+
+def variable(code: str, text: str, rng: random.Random) -> str:
+    """Another variable that is defined before the line."""
+    match = next(iter(LOCAL.finditer(code.partition(" = ")[2])), None)
+    names = sorted(set(LOCAL.findall(text.partition(code)[0]))) if match else []
+    return code.replace(match[0], rng.choice(names), 1) if match and names else code
+
+
+def dropped(code: str, text: str, rng: random.Random) -> str:
+    return "" if re.match(r"    (acc|flag|n|out|self|segment)\W.*=", code) else code
+
+
+def test_faults(seeds: int = 60) -> None:
+    for seed in range(seeds):
+        rng = random.Random(seed)
+        program = random_program(seed % 10, n_ops=20, n_states=3)
+        texts = emit_c(program, prefix="filter")
+        text = faulty(texts["filter.c"], rng)
+        with pytest.raises(Refuted):
+            validate_c(program, "filter", texts | {"filter.c": text})
+
+
+@pytest.mark.soak
+def test_many_faults() -> None:
+    test_faults(seeds=2000)
+
+
+def test_members_in_another_order() -> None:
+    program = random_program(4, n_inputs=3)
+    texts = emit_c(program, prefix="filter")
+    lines = texts["filter.h"].split("\n")
+    k = next(k for k, line in enumerate(lines) if "Inputs of one update" in line) + 2
+    lines[k], lines[k + 1] = lines[k + 1], lines[k]
+    with pytest.raises(Refuted, match=r"^filter\.c: "):
+        validate_c(program, "filter", texts | {"filter.h": "\n".join(lines)})

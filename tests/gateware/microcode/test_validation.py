@@ -1,0 +1,206 @@
+"""The proof of microcode accepts what the compiler makes and refuses what computes other words."""
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import pytest
+
+from boresight.gateware.core import Core, build_core, build_shared_core
+from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.microcode.assemble import assemble, decode, encode
+from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.microcode.image import Image
+from boresight.gateware.microcode.validation import validate_microcode
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.front import FRONT
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
+from boresight.model.words.terms import Refuted
+from tests.bits.compile_all import estimators
+from tests.support.linked import linked_core
+from tests.support.random_program import random_inputs, random_program, random_programs
+
+CONFIG = pytest.mark.parametrize("config", ALL_CONFIGS)
+
+
+def prove(core: Core, image: Image | None = None) -> int:
+    programs = [part.program for part in core.parts]
+    registers = [part.allocation.addresses() for part in core.parts]
+    return validate_microcode(core.machine, image or core.image, programs, registers)
+
+
+@pytest.mark.parametrize("name", {**estimators(), **FRONT})
+@pytest.mark.parametrize("lanes", [1, 2])
+def test_shipped_programs(name: str, lanes: int) -> None:
+    program = {**estimators(), **FRONT}[name]().compile()
+    try:
+        core = build_core(program, ("small", "fast")[lanes - 1], restarts=0)
+    except ScheduleError:
+        core = build_core(program, ("small-1024", "fast-1024")[lanes - 1], restarts=0)
+    assert prove(core) == len(program.ops)
+
+
+@CONFIG
+def test_linked_programs(config: str) -> None:
+    """Either copy of each state, of the program that runs and of those that it reads."""
+    core = linked_core(config)
+    assert prove(core) == sum(len(part.program.ops) for part in core.parts)
+
+
+@CONFIG
+@pytest.mark.parametrize("seed", range(6))
+def test_random_programs(config: str, seed: int) -> None:
+    programs = random_programs(seed, 1 + seed % 3, n_ops=25)
+    assert prove(build_shared_core(programs, config, restarts=0)) > 0
+
+
+def test_words_of_other_programs() -> None:
+    """A program that writes what another one needs later is refused, whichever copy it is."""
+    core = linked_core()
+    machine, image = core.machine, core.image
+    for number, base in enumerate(image.bases):
+        at = base + machine.STAGE_WRITE + 3
+        for k, part in enumerate(core.parts):
+            addresses = part.allocation.addresses()
+            for address in (addresses[state] for state, _ in part.program.states if k != number):
+                for offset in (0, machine.state_slots):
+                    fields = decode(machine, image.rom[at])
+                    fields |= {"we0": 1, "dest0": address + offset, "get": 0}
+                    rom = list(image.rom)
+                    rom[at] = encode(machine, fields)
+                    with pytest.raises(Refuted):
+                        prove(core, replace(image, rom=rom))
+
+
+def test_message() -> None:
+    """The first operation that differs is named."""
+    program = random_program(3, n_ops=12)
+    core = build_core(program, "small", restarts=0)
+    fields = [decode(core.machine, word) for word in core.image.rom]
+    k = next(k for k, f in enumerate(fields) if f["shift0"] and f["when0"])
+    fields[k]["shift0"] -= 1
+    rom = [encode(core.machine, f) for f in fields]
+    with pytest.raises(
+        Refuted, match=r"^\w+: (output|next) \S+ must be .*, not .*; operation \d+ \("
+    ):
+        prove(core, replace(core.image, rom=rom))
+
+
+# Seeded faults: one place of an image, of the registers, of the schedule, or of the skew.
+
+Fault = Callable[[Program, Core, random.Random], Image]
+
+
+def flipped(words: Sequence[int], bits: int, used: Sequence[int], rng: random.Random) -> list[int]:
+    out = list(words)
+    out[rng.choice(used)] ^= 1 << rng.randrange(bits)
+    return out
+
+
+def in_rom(program: Program, core: Core, rng: random.Random) -> Image:
+    used = range(len(core.image.rom))
+    return replace(core.image, rom=flipped(core.image.rom, core.machine.word_bits, used, rng))
+
+
+def in_registers(program: Program, core: Core, rng: random.Random) -> Image:
+    used = sorted(set(core.allocation.addresses().values()))
+    return replace(core.image, registers=flipped(core.image.registers, 32, used, rng))
+
+
+def in_tables(program: Program, core: Core, rng: random.Random) -> Image:
+    """A bit of one coefficient, in every segment."""
+    first, bit = rng.randrange(4), 1 << rng.randrange(32)
+    tables = [word ^ bit * (k % 4 == first) for k, word in enumerate(core.image.tables)]
+    return replace(core.image, tables=tables)
+
+
+def in_allocation(program: Program, core: Core, rng: random.Random) -> Image:
+    """Two values exchange their registers, or share one."""
+    ranges = list(core.allocation.live_ranges)
+    a, b = rng.sample(range(len(ranges)), 2)
+    addresses = ranges[a].address, ranges[b].address
+    ranges[a] = replace(ranges[a], address=addresses[1])
+    if rng.random() < 0.5:
+        ranges[b] = replace(ranges[b], address=addresses[0])
+    return assemble(core.schedule, replace(core.allocation, live_ranges=tuple(ranges)))
+
+
+def in_schedule(program: Program, core: Core, rng: random.Random) -> Image:
+    """A slot is a cycle early or late, loses a capture, its first or last, or its exchange."""
+    slots = list(core.schedule.slots)
+    k = rng.randrange(len(slots))
+    slot = slots[k]
+    changes = [{"cycle": slot.cycle - 1}, {"cycle": slot.cycle + 1}, {"swap": not slot.swap}]
+    changes += [
+        {name: not getattr(slot, name)}
+        for name in ("cap_index", "cap_flag", "cap_norm", "quarter", "first", "last")
+    ]
+    slots[k] = replace(slot, **rng.choice(changes))
+    return assemble(replace(core.schedule, slots=tuple(slots)), core.allocation)
+
+
+def in_skew(program: Program, core: Core, rng: random.Random) -> Image:
+    """A field stands a word early or late, everywhere."""
+    fields = [decode(core.machine, word) for word in core.image.rom]
+    name = rng.choice([f.name for f in core.machine.fields() if f.name != "home"])
+    column = [f[name] for f in fields]
+    by = rng.choice((-1, 1))
+    for f, value in zip(fields, column[by:] + column[:by], strict=True):
+        f[name] = value
+    return replace(core.image, rom=[encode(core.machine, f) for f in fields])
+
+
+FAULTS = (in_rom, in_registers, in_tables, in_allocation, in_schedule, in_skew)
+
+
+def computes(core: Core, image: Image, records: list[list[int]]) -> bool:
+    """Whether the emulator's words are the interpreter's over some updates."""
+    emulator, model = Emulator(core.machine, image), Interpreter(core.program)
+    for record in records:
+        out, saturated = model.update([[word] for word in record])
+        emulator.saturated = False
+        update = emulator.update(record)
+        if update.outputs != out[:, 0].tolist() or emulator.saturated != saturated[0]:
+            return False
+        if emulator.framing or update.lasts[-1:] != [True] or update.lasts.count(True) != 1:
+            return False
+    return True
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults(fault: Fault, seeds: int = 40) -> None:
+    """Each fault that some input shows is refuted; the others change nothing that is read."""
+    shown = 0
+    for seed in range(seeds):
+        rng = random.Random(f"{fault.__name__} {seed}")
+        program = random_program(seed, n_ops=20, n_states=1 + seed % 4)
+        core = build_core(program, rng.choice(list(ALL_CONFIGS)), restarts=0)
+        try:
+            image = fault(program, core, rng)
+            image.check(core.machine)
+            if computes(core, image, random_inputs(program, seed, 12)):
+                continue
+        except (ScheduleError, ValueError, IndexError):
+            continue  # noticed by the assembler, or it leaves the program
+        shown += 1
+        with pytest.raises(Refuted):
+            prove(core, image)
+    assert shown >= seeds // 8
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("fault", FAULTS)
+def test_many_faults(fault: Fault) -> None:
+    test_faults(fault, seeds=1000)
+
+
+def test_exchanged_states() -> None:
+    """The registers of parameters and states are those that the microcode reads and writes."""
+    program = random_program(5, n_ops=10, n_states=3)
+    core = build_core(program, "small", restarts=0)
+    registers = core.allocation.addresses()
+    states = [state for state, _ in program.states]
+    registers[states[0]], registers[states[1]] = registers[states[1]], registers[states[0]]
+    with pytest.raises(Refuted):
+        validate_microcode(core.machine, core.image, [program], [registers])
