@@ -36,6 +36,7 @@ class Proven:
         what = "microcode and C" if self.firmware else "microcode"
         return f"{self.operations} operations, {what}, all inputs  {self.seconds:.1f} s"
 
+
 #: Clock for which times are told.
 _CLOCK_HZ = 100e6
 
