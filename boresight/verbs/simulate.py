@@ -37,7 +37,7 @@ from boresight.options import (
 )
 from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
 from boresight.sim.board.setup import REAL
-from boresight.sim.records.files import record_of
+from boresight.sim.records.files import FORMATS, record_of
 from boresight.sim.worlds.world import WORLD_GROUP
 
 __all__ = ["simulate", "simulate_faults"]
@@ -251,7 +251,7 @@ def _is_world(text: str, other: str | None) -> bool:
     if ".py" not in text:
         name = text.partition("(")[0]
         return name not in FILTERS and name in names_of_entry_points(WORLD_GROUP)
-    if other is not None and not other.endswith((".csv", ".npz")):
+    if other is not None and not other.endswith(tuple(FORMATS)):
         return True
     try:
         world_of(text)

@@ -6,6 +6,7 @@ module    contents
 record    a table of columns by name, with units, validity and locations for messages
 units     conversion of units
 text      CSV, with faults named by line and column
+columnar  Parquet, Feather, MAT, packed CSV; fast CSV by pyarrow
 archive   ``.npz`` archives, the nine-axis form included
 feed      a record as an estimator's inputs: units, steps, true values
 reader    the input reader of logs, loops and streams: missing samples, flags, ranges

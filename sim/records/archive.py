@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from boresight.sim.records.nine_axis import TRIADS
 from boresight.sim.records.record import Record, columns_of, index_place, name_of
 from boresight.sim.records.steps import RESTART_S, steps_of
 
-__all__ = ["format_npz", "parse_npz"]
+__all__ = ["format_npz", "heads_of", "parse_npz", "record_of_arrays"]
 
 #: Arrays of the nine-axis form, and their columns.
 _TRIPLES = {**{key: names for key, (names, _) in TRIADS.items()}, "q": QUATERNION}
@@ -43,12 +44,16 @@ _UNREADABLE = (
 def format_npz(record: Record) -> bytes:
     """Pack a record: one array for each column."""
     buffer = io.BytesIO()
-    arrays = {
+    np.savez_compressed(buffer, allow_pickle=False, **heads_of(record))
+    return buffer.getvalue()
+
+
+def heads_of(record: Record) -> dict[str, npt.NDArray[np.float64]]:
+    """Columns of a record by name, with their units in brackets."""
+    return {
         name if column.unit is None else f"{name}[{column.unit}]": column.values
         for name, column in record.columns.items()
     }
-    np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    return buffer.getvalue()
 
 
 def _arrays_of(path: Path, content: bytes) -> dict[str, npt.NDArray[Any]]:
@@ -80,10 +85,30 @@ def parse_npz(path: Path, content: bytes) -> Record:
     InputError
         The content is not such an archive; the message names array and index, from 0.
     """
-    arrays = _arrays_of(path, content)
+    return record_of_arrays(path, list(_arrays_of(path, content).items()))
+
+
+def record_of_arrays(path: Path, named: Sequence[tuple[str, npt.NDArray[Any]]]) -> Record:
+    """The record of a file's arrays: one for each column, or the nine-axis form.
+
+    Raises
+    ------
+    InputError
+        None, two of one name, or one that is no column; the message names array and index, from 0.
+    """
+    arrays = dict(named)
     if not arrays:
         raise InputError.at(
             str(path), wanted="arrays", found="an empty archive", fix="store one array per column"
+        )
+    if len(arrays) < len(named):
+        names = [name for name, _ in named]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError.at(
+            str(path),
+            wanted="every column once",
+            found=f"{names.count(twice)} columns {twice}",
+            fix="keep one of them",
         )
     columns = columns_of(str(path), _flattened(str(path), arrays))
     return Record(name_of(path), columns, index_place(str(path)), str(path))

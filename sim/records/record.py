@@ -37,7 +37,12 @@ class Column:
 
 def name_of(path: Path) -> str:
     """Name of a file without suffix, with unprintable bytes escaped."""
-    return path.stem.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    packed = path.name.lower().endswith((".csv.gz", ".csv.zst"))
+    return (
+        Path(path.stem if packed else path.name)
+        .stem.encode("utf-8", "surrogateescape")
+        .decode("utf-8", "replace")
+    )
 
 
 def index_place(where: str) -> Place:

@@ -6,6 +6,7 @@ field means that there is no new sample.
 
 from __future__ import annotations
 
+import codecs
 from functools import partial
 from pathlib import Path
 
@@ -13,22 +14,36 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
+from boresight.sim.records.columnar import fast_rows, fast_table
 from boresight.sim.records.record import Column, Record, name_of, split_header
 
 __all__ = ["format_csv", "parse_csv"]
 
 FloatArray = npt.NDArray[np.float64]
 
+#: Values from which on pyarrow is worth its import, and rows that are written at once.
+_FAST_FROM, _ROWS = 100_000, 1 << 16
 
-def format_csv(record: Record) -> str:
+
+def format_csv(record: Record) -> bytes:
     """Write each float64 with the shortest digits that read back exactly; NaN as an empty field."""
     header = ",".join(
         name if column.unit is None else f"{name}[{column.unit}]"
         for name, column in record.columns.items()
     )
-    rows = np.column_stack([c.values for c in record.columns.values()]).tolist()
+    values = [c.values for c in record.columns.values()]
+    parts = [f"{header}\n".encode()]
+    for k in range(0, len(record), _ROWS):
+        own = [v[k : k + _ROWS] for v in values]
+        fast = fast_rows(own) if len(record) * len(values) > _FAST_FROM else None
+        parts.append(_lines(own) if fast is None else fast)
+    return b"".join(parts)
+
+
+def _lines(values: list[FloatArray]) -> bytes:
+    rows = np.column_stack(values).tolist()
     body = "\n".join(",".join(map(repr, row)) for row in rows)
-    return f"{header}\n" + f"{body}\n".replace("nan", "")
+    return f"{body}\n".replace("nan", "").encode()
 
 
 def parse_csv(path: Path, content: bytes) -> Record:
@@ -46,6 +61,8 @@ def parse_csv(path: Path, content: bytes) -> Record:
     InputError
         The content is not such a table; the message names line and column.
     """
+    if (plain := _plain(path, content)) is not None:
+        return plain
     lines = _lines_of(path, content)
     top = next((k for k, s in enumerate(lines) if s.strip() and not s.startswith("#")), None)
     if top is None:
@@ -71,9 +88,35 @@ def parse_csv(path: Path, content: bytes) -> Record:
             fix="write one line per sample",
         )
     table = _table(path, top + 2, [name for name, _ in heads], rows)
+    return _record(path, top, heads, table)
+
+
+def _record(path: Path, top: int, heads: list[tuple[str, str | None]], table: FloatArray) -> Record:
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
     location = partial(_location, path, top + 2)
     return Record(name_of(path), columns, location, str(path))
+
+
+def _plain(path: Path, content: bytes) -> Record | None:
+    """The record of a long file of plain numbers, by pyarrow; None for any other."""
+    if len(content) < 10 * _FAST_FROM or content.startswith(codecs.BOM_UTF8):
+        return None
+    start, top = 0, 0
+    while True:
+        end = content.find(b"\n", start)
+        line = content[start:end]
+        if end < 0 or b"\r" in line[:-1] or b"\0" in line:
+            return None
+        if line.strip() and not line.startswith(b"#"):
+            break
+        start, top = end + 1, top + 1
+    try:
+        heads = _header(f"{path}, line {top + 1}", line.decode().rstrip("\r"))
+    except UnicodeDecodeError:
+        return None
+    body = memoryview(content)[end + 1 : len(content.rstrip())]
+    table = fast_table(body, [name for name, _ in heads]) if len(heads) > 1 else None
+    return None if table is None else _record(path, top, heads, table)
 
 
 def _location(path: Path, first_line: int, row: int, column: str) -> str:

@@ -72,7 +72,7 @@ def test_tells_optional_from_needed(cache, capsys, monkeypatch):
     )
     assert lines["ISE (xst)"].startswith("not here: ISE 14.7 (optional: bitstreams")
     assert lines["numpy"][0].isdigit() and lines["scipy"].endswith(
-        "(optional: `boresight convert`)"
+        "(optional: MAT; `boresight convert`)"
     )
     assert main(["doctor", "-q"]) == 1
     assert {line.split()[1] for line in capsys.readouterr().out.splitlines()} == {"MISSING:"}

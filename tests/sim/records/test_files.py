@@ -2,6 +2,7 @@
 
 import io
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.records import text
 from boresight.sim.records.archive import format_npz, parse_npz
-from boresight.sim.records.files import content_of, log_files, read_record, record_of
+from boresight.sim.records.files import FORMATS, content_of, log_files, read_record, record_of
 from boresight.sim.records.reading import kind_of, read_bytes, read_json
 from boresight.sim.records.record import Column, Record
 from boresight.sim.records.text import format_csv, parse_csv
@@ -31,16 +33,113 @@ def packed(**arrays: Any) -> bytes:
     return buffer.getvalue()
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.npz", "a.NPZ"])
+@pytest.mark.parametrize("name", ["a.csv", "a.txt", "a.NPZ", *(f"a{suffix}" for suffix in FORMATS)])
 def test_written_and_read_back_exactly(tmp_path: Path, name: str) -> None:
     held = {"t": Column(T, "s"), "z": Column(np.array([np.nan, 0.1 + 0.2, -0.0, 1e-300]))}
     content = content_of(name, Record("r", held))
     assert content.startswith(b"PK") == name.lower().endswith(".npz")
+    assert content == content_of(name, Record("r", held))
     (tmp_path / name).write_bytes(content)
     found = read_record(tmp_path / name)
     assert found.name == "a" and [c.unit for c in found.columns.values()] == ["s", None]
     for key, column in held.items():
         assert found.columns[key].values.tobytes() == column.values.tobytes()
+
+
+@pytest.mark.parametrize("suffix", [".gz", ".zst", ".parquet", ".feather", ".mat", ".npz"])
+def test_damaged_files_are_one_line(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / (f"a.csv{suffix}" if suffix in (".gz", ".zst") else f"a{suffix}")
+    rng = np.random.default_rng(31)
+    whole = content_of(path, Record("r", {n: Column(rng.normal(size=50)) for n in "uvw"}))
+    refused = 0
+    for k in range(200):
+        content = bytearray(whole)
+        if k % 2:
+            content[rng.integers(len(content))] ^= 1 << rng.integers(8)
+        else:
+            del content[rng.integers(len(content)) :]
+        path.write_bytes(content)
+        try:
+            read_record(path)
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error) and str(error).startswith(str(tmp_path)), k
+    assert refused > 100
+
+
+@pytest.mark.parametrize(
+    ("name", "package"),
+    [("a.parquet", "pyarrow"), ("a.feather", "pyarrow"), ("a.csv.zst", "pyarrow")]
+    + [("a.mat", "scipy")],
+)
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch, name: str, package: str) -> None:
+    record = Record("r", {"z": Column(T)})
+    (tmp_path / name).write_bytes(content_of(name, record))
+    for module in [m for m in sys.modules if m.partition(".")[0] == package] + [package]:
+        monkeypatch.setitem(sys.modules, module, None)
+    for call in (lambda: read_record(tmp_path / name), lambda: content_of(name, record)):
+        with pytest.raises(ToolMissing, match=rf"{package} was not found: pip install 'boresight"):
+            call()
+
+
+def test_what_others_write(tmp_path: Path) -> None:
+    pyarrow, io_of = pytest.importorskip("pyarrow"), pytest.importorskip("scipy.io")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = pyarrow.table({"t[ms]": [1, 2, 3], "z": pyarrow.array([1.5, None, 2.5])})
+    parquet.write_table(table, tmp_path / "a.parquet")
+    found = read_record(tmp_path / "a.parquet").columns
+    assert found["t"].unit == "ms" and found["t"].values.tolist() == [1.0, 2.0, 3.0]
+    assert found["z"].values.tolist()[::2] == [1.5, 2.5] and np.isnan(found["z"].values[1])
+    twice = pyarrow.table([[1.0], [2.0]], names=["z", "z"])
+    parquet.write_table(twice, tmp_path / "a.parquet")
+    with pytest.raises(InputError, match="wanted every column once, found 2 columns z"):
+        read_record(tmp_path / "a.parquet")
+    parquet.write_table(pyarrow.table({"z": ["a"]}), tmp_path / "a.parquet")
+    with pytest.raises(InputError, match="column z: wanted real numbers"):
+        read_record(tmp_path / "a.parquet")
+    gyr = np.arange(6.0).reshape(2, 3)
+    io_of.savemat(tmp_path / "b.mat", {"gyr": gyr, "t": [[0.0], [1.0]], "fs": 4.0})
+    found = read_record(tmp_path / "b.mat").columns
+    assert found["gz"].values.tolist() == [2.0, 5.0] and found["dt"].values.tolist() == [0.25] * 2
+    (tmp_path / "c.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(64))
+    with pytest.raises(InputError, match="found one of version 7.3"):
+        read_record(tmp_path / "c.mat")
+
+
+FIELDS = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False).map(repr),
+    st.sampled_from(["", " 1", "1 ", "\t2", "+1", "1_0", "nan", "inf", "1e999", "-0", ".5", "5."]),
+    st.sampled_from(["0x1", "a", '"1"', "1e-400", "\u0661", " ", "-", "1e", "1,2", "1\n"]),
+)
+
+
+@settings(max_examples=200)
+@given(st.lists(st.lists(FIELDS, min_size=2, max_size=2), min_size=1, max_size=4), st.data())
+def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
+    end = data.draw(st.sampled_from(["\n", "\r\n"]))
+    head = data.draw(st.sampled_from(["a,b", "# note\n\na[s], b", "\ufeffa,b", "a,b,c", "1,2"]))
+    last = data.draw(st.sampled_from(["", end, 2 * end]))
+    content = (end.join([head, *map(",".join, rows)]) + last).encode()
+
+    def read(fast_from: int) -> Any:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(text, "_FAST_FROM", fast_from)
+            try:
+                found = parse_csv(PATH, content)
+            except InputError as error:
+                return str(error)
+            values = {n: (c.unit, c.values.tobytes()) for n, c in found.columns.items()}
+            return values, found.place(1, "b"), format_csv(found)
+
+    assert read(0) == read(1 << 40)
+
+
+def test_a_wrong_cell_of_a_long_file_is_named() -> None:
+    rows = [f"{k},{k / 8}" for k in range(100_000)]
+    assert text._plain(PATH, "\n".join(["t,z", *rows]).encode()) is not None
+    rows[70_000] = "70000,1.2.3"
+    with pytest.raises(InputError, match="line 70002, column z: wanted a finite number, or noth"):
+        parse_csv(PATH, "\n".join(["t,z", *rows]).encode())
 
 
 def test_files_by_suffix(tmp_path: Path) -> None:
@@ -63,12 +162,12 @@ def test_of_paths_and_of_memory(tmp_path: Path) -> None:
 
 
 def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
-    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv"):
+    for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv", "e.csv.gz"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     found = log_files([tmp_path / "notes.txt", tmp_path])
     assert [p.relative_to(tmp_path).as_posix() for p in found] == [
-        *("notes.txt", "a.npz", "b.csv", "deep/c.csv")
+        *("notes.txt", "a.npz", "b.csv", "deep/c.csv", "e.csv.gz")
     ]
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="empty: wanted a log, or a folder with .* without any; "):
@@ -162,7 +261,7 @@ units = st.lists(st.sampled_from([None, "", "deg/s", "nan"]), min_size=4, max_si
 @given(columns, names, units)
 def test_round_trip(values: list[np.ndarray], heads: list[str], said: list[str | None]) -> None:
     held = {n: Column(v, u) for n, v, u in zip(heads, values, said, strict=False)}
-    found = parse_csv(PATH, format_csv(Record("r", held)).encode())
+    found = parse_csv(PATH, format_csv(Record("r", held)))
     assert list(found.columns) == list(held)
     for name, column in held.items():
         assert bits(found.columns[name].values) == bits(column.values)
@@ -175,7 +274,7 @@ def test_text_as_written() -> None:
         "nano": Column(np.array([NAN, 1e-300])),
         "k": Column(np.array([-0.0, 3.0]), ""),
     }
-    assert format_csv(Record("r", held)) == "t[s],nano,k[]\n0.0,,-0.0\n0.1,1e-300,3.0\n"
+    assert format_csv(Record("r", held)) == b"t[s],nano,k[]\n0.0,,-0.0\n0.1,1e-300,3.0\n"
 
 
 @pytest.mark.parametrize(

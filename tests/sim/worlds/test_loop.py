@@ -95,7 +95,7 @@ def test_what_it_saw_is_a_log() -> None:
     """Run again on any level it gives the same outputs: gaps and flags are kept."""
     for level in ("numpy", "fixed"):
         found = closed(Plant(), level)
-        again = parse_csv(Path("loop.csv"), format_csv(found.record(Half(), "loop")).encode())
+        again = parse_csv(Path("loop.csv"), format_csv(found.record(Half(), "loop")))
         assert list(again.columns) == ["z", "c", "u_true"]
         given = feed(Half(), again)
         assert np.array_equal(given.inputs, found.inputs)

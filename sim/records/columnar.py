@@ -1,0 +1,253 @@
+"""Parquet and Feather by pyarrow, MAT by scipy, CSV packed by gzip or zstd; fast CSV by pyarrow.
+
+Units stand in brackets behind the names of the columns; in a MAT file, whose names cannot hold
+them, in a struct ``units``.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import zlib
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.records.archive import heads_of, record_of_arrays
+from boresight.sim.records.record import Record
+
+__all__ = [
+    "fast_rows",
+    "fast_table",
+    "format_feather",
+    "format_mat",
+    "format_parquet",
+    "pack_gzip",
+    "pack_zstd",
+    "parse_feather",
+    "parse_mat",
+    "parse_parquet",
+    "unpack_gzip",
+    "unpack_zstd",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def _module(name: str, reads: str) -> ModuleType:
+    try:
+        return import_module(name)
+    except ImportError:
+        package = name.partition(".")[0]
+        raise ToolMissing(
+            f"{package} was not found: pip install 'boresight[logs]' for {reads}."
+        ) from None
+
+
+def _arrow(name: str, reads: str) -> ModuleType:
+    return _module(f"pyarrow.{name}" if name else "pyarrow", reads)
+
+
+def _damaged(path: Path, wanted: str, error: Exception) -> InputError:
+    said = str(error).strip().splitlines()
+    return InputError.at(
+        str(path),
+        wanted=wanted,
+        found=f"a file that cannot be read as one ({said[0][:120] if said else 'damaged'})",
+        fix="write it again, or give it the suffix of what it holds",
+    )
+
+
+def parse_parquet(path: Path, content: bytes) -> Record:
+    """Parse a Parquet file; raises InputError as `archive.parse_npz`."""
+    parquet = _arrow("parquet", "Parquet")
+    return _record(path, "a Parquet file", lambda b: parquet.ParquetFile(b).read(), content)
+
+
+def parse_feather(path: Path, content: bytes) -> Record:
+    """Parse a Feather file (version 2, or 1); raises InputError as `archive.parse_npz`."""
+    read = _arrow("feather", "Feather").read_table
+    return _record(path, "a Feather file", read, content)
+
+
+def _record(path: Path, wanted: str, read: Any, content: bytes) -> Record:
+    try:
+        table = read(_arrow("", wanted).BufferReader(content))
+        table.validate(full=True)
+        arrays = [column.to_numpy() for column in table.columns]
+    except Exception as error:  # pyarrow lets out whatever its readers of damaged bytes meet
+        raise _damaged(path, wanted, error) from None
+    return record_of_arrays(path, list(zip(table.column_names, arrays, strict=True)))
+
+
+def format_parquet(record: Record) -> bytes:
+    """Pack a record: one column for each, compressed by zstd."""
+    buffer = io.BytesIO()
+    _arrow("parquet", "Parquet").write_table(_table(record), buffer, compression="zstd")
+    return buffer.getvalue()
+
+
+def format_feather(record: Record) -> bytes:
+    """Pack a record: one column for each, compressed by LZ4."""
+    buffer = io.BytesIO()
+    _arrow("feather", "Feather").write_feather(_table(record), buffer, compression="lz4")
+    return buffer.getvalue()
+
+
+def _table(record: Record) -> Any:
+    arrow = _arrow("", "Parquet and Feather")
+    return arrow.table({n: arrow.array(values) for n, values in heads_of(record).items()})
+
+
+def parse_mat(path: Path, content: bytes) -> Record:
+    """Parse a MAT file up to version 7: a vector for each column, or the nine-axis form.
+
+    Raises
+    ------
+    InputError
+        The content is not such a file; the message names array and index, from 0.
+    """
+    load = _module("scipy.io", "MAT").loadmat
+    try:
+        held = load(io.BytesIO(content))
+        struct = held.pop("units", None)
+        units = {n: str(struct[n].item().item()) for n in struct.dtype.names} if _of(struct) else {}
+        arrays = [
+            (f"{n}[{units[n]}]" if n in units else n, _vector(n, array))
+            for n, array in held.items()
+            if not n.startswith("__")
+        ]
+    except NotImplementedError:
+        raise InputError.at(
+            str(path),
+            wanted="a MAT file up to version 7",
+            found="one of version 7.3, which is HDF5",
+            fix="save it with -v7",
+        ) from None
+    except Exception as error:  # scipy too
+        raise _damaged(path, "a MAT file up to version 7", error) from None
+    return record_of_arrays(path, arrays)
+
+
+def _of(struct: Any) -> bool:
+    return struct is not None and struct.dtype.names is not None
+
+
+def _vector(name: str, held: Any) -> npt.NDArray[Any]:
+    """MATLAB has matrices only: a row or a column is a vector, and the rate a number."""
+    array: npt.NDArray[Any] = np.asarray(held)
+    if name == "fs" and array.size == 1:
+        return array.reshape(())
+    return array.ravel() if array.ndim == 2 and 1 in array.shape else array
+
+
+def format_mat(record: Record) -> bytes:
+    """Pack a record: a column vector for each column, and the struct ``units``."""
+    arrays: dict[str, Any] = {n: c.values[:, None] for n, c in record.columns.items()}
+    if units := {n: c.unit for n, c in record.columns.items() if c.unit is not None}:
+        arrays["units"] = units
+    buffer = io.BytesIO()
+    _module("scipy.io", "MAT").savemat(buffer, arrays, long_field_names=True, do_compression=True)
+    content = buffer.getvalue()
+    return b"MATLAB 5.0 MAT-file".ljust(116) + content[116:]  # scipy writes the time there
+
+
+def pack_gzip(content: bytes) -> bytes:
+    """Pack by gzip: the same bytes at any time."""
+    return gzip.compress(content, mtime=0)
+
+
+def unpack_gzip(path: Path, content: bytes) -> bytes:
+    """Unpack; raises InputError for other content."""
+    try:
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error) as error:
+        raise _damaged(path, "a file packed by gzip", error) from None
+
+
+def pack_zstd(content: bytes) -> bytes:
+    """Pack by zstd."""
+    arrow = _arrow("", "zstd")
+    sink = arrow.BufferOutputStream()
+    with arrow.CompressedOutputStream(sink, "zstd") as stream:
+        stream.write(content)
+    return bytes(sink.getvalue())
+
+
+def unpack_zstd(path: Path, content: bytes) -> bytes:
+    """Unpack; raises InputError for other content."""
+    arrow = _arrow("", "zstd")
+    try:
+        with arrow.CompressedInputStream(arrow.BufferReader(content), "zstd") as stream:
+            return bytes(stream.read())
+    except Exception as error:  # pyarrow's
+        raise _damaged(path, "a file packed by zstd", error) from None
+
+
+def fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
+    """Parse lines of plain numbers, as `text.parse_csv` would; None where anything is unusual.
+
+    Returns
+    -------
+    float64 (rows, columns) or None
+        NaN for an empty field. None: pyarrow is not here, or the lines must be looked at one by
+        one, for whatever they hold that is no finite number.
+    """
+    try:
+        csv, arrow = import_module("pyarrow.csv"), import_module("pyarrow")
+    except ImportError:
+        return None
+    try:
+        table = csv.read_csv(
+            arrow.BufferReader(body),
+            csv.ReadOptions(column_names=names),
+            csv.ParseOptions(quote_char=False, ignore_empty_lines=False),
+            csv.ConvertOptions(
+                column_types=dict.fromkeys(names, arrow.float64()),
+                null_values=[""],
+                check_utf8=False,
+            ),
+        )
+    except arrow.ArrowInvalid:
+        return None
+    values = np.empty((table.num_rows, len(names)), order="F")
+    for k, column in enumerate(table.columns):
+        values[:, k] = column.to_numpy()
+        none = np.count_nonzero(np.isnan(values[:, k]))
+        if none != column.null_count or np.isinf(values[:, k]).any():
+            return None
+    return values
+
+
+def fast_rows(columns: list[FloatArray]) -> bytes | None:
+    """Write lines as `text.format_csv` does, to the byte; None without pyarrow."""
+    try:
+        arrow, compute = import_module("pyarrow"), import_module("pyarrow.compute")
+    except ImportError:
+        return None
+    texts = []
+    for values in columns:
+        text = compute.cast(arrow.array(values), arrow.string())
+        size = np.abs(values)
+        # Python writes "5.0", where arrow has "5"; beyond these limits the exponents differ too.
+        whole = (values == np.floor(values)) & (size < 1e10)
+        other = ~whole & ((size < 1e-4) | (size >= 1e10))
+        if whole.any():
+            zero = compute.binary_join_element_wise(text.filter(arrow.array(whole)), ".0", "")
+            text = compute.replace_with_mask(text, arrow.array(whole), zero)
+        if other.any():
+            own = arrow.array(list(map(repr, values[other].tolist())))
+            text = compute.replace_with_mask(text, arrow.array(other), own)
+        if (none := np.isnan(values)).any():
+            text = compute.if_else(arrow.array(none), "", text)
+        texts.append(text)
+    lines = compute.binary_join_element_wise(*texts, ",")
+    ended = compute.binary_join_element_wise(lines, "", "\n")
+    first, last = ended.offset, ended.offset + len(ended)
+    ends = np.frombuffer(ended.buffers()[1], np.int32)
+    return memoryview(ended.buffers()[2])[ends[first] : ends[last]].tobytes()
