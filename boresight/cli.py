@@ -40,6 +40,8 @@ class _Parser(argparse.ArgumentParser):
         for kind, wanted in (("int", "a whole number"), ("float", "a number")):
             message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
         text = shortened(str(InputError(message.removeprefix("argument "))), _LONGEST)
+        if text.startswith("the following arguments are required: VERB"):
+            text = f"wanted a verb: {', '.join(VERBS)}"
         tell(f"error: {text} (see {self.prog} --help)")
         self.exit(2)
 
@@ -131,9 +133,10 @@ def parse(argv: Sequence[str]) -> dict[str, Any]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
+    argv = sys.argv[1:] if argv is None else argv
     try:
         with interruptible():
-            parsed = parse(sys.argv[1:] if argv is None else argv)
+            parsed = parse(argv)
             with profiles(chosen_profiles(parsed)):
                 code, data, text = verb_of(parsed["verb"]).run(parsed)
             if parsed["json"]:
@@ -142,7 +145,11 @@ def main(argv: Sequence[str] | None = None) -> int:
                 say(text)
             return int(code)
     except (Exception, KeyboardInterrupt) as error:
-        return code_of(error)
+        code = code_of(error)
+        if code in (1, 2, 3) and "--json" in argv:
+            parts = error.parts if isinstance(error, InputError) else {}
+            say(json.dumps({"error": {"message": str(error).partition("\n")[0], **parts}}))
+        return code
 
 
 if __name__ == "__main__":

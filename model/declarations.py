@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from keyword import iskeyword
 from numbers import Real
 from typing import Any, Protocol
 
@@ -313,10 +314,11 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
         seen = set()
         for declaration in declared:
             location = placed(declaration.line if isinstance(declaration, _DECLARED) else "", where)
-            if not (isinstance(declaration.name, str) and declaration.name.isidentifier()):
+            name = declaration.name
+            if not (isinstance(name, str) and name.isidentifier()) or iskeyword(name):
                 raise InputError.at(
                     location,
-                    wanted=f"{kind} names of letters, digits and _",
+                    wanted=f"{kind} names of letters, digits and _, no words of Python",
                     found=repr(declaration.name),
                     fix="rename it",
                 )

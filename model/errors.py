@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 __all__ = ["InputError", "ToolMissing", "closest", "require", "shortened"]
 
@@ -42,6 +42,9 @@ class InputError(ValueError):
         that cannot be printed are written as escapes.
     """
 
+    #: ``where``, ``wanted``, ``found``, ``fix``, of a message that has them.
+    parts: Mapping[str, str] = {}
+
     def __init__(self, message: str) -> None:
         super().__init__(_printable(" ".join(message.split())))
 
@@ -62,7 +65,9 @@ class InputError(ValueError):
         """
         prefix = f"{shortened(where, _WHERE)}: " if where else ""
         wanted, found = shortened(wanted, _WANTED), shortened(found, _FOUND)
-        return cls(f"{prefix}wanted {wanted}, found {found}; {fix}")
+        error = cls(f"{prefix}wanted {wanted}, found {found}; {fix}")
+        error.parts = {"where": where, "wanted": wanted, "found": found, "fix": fix}
+        return error
 
 
 def require(

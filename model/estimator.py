@@ -177,7 +177,7 @@ class Estimator:
                     f"parameter {name}",
                     wanted=f"one of {', '.join(closest(name, legal))}",
                     found=repr(name),
-                    fix=f"boresight list shows all of {self.name}",
+                    fix="correct the name",
                 )
             p = legal[name]
             if not p.low <= value <= p.high:  # NaN fails too

@@ -20,7 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias, TypeVar
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, closest
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.lowering.profile import Profile, read_profile
@@ -200,12 +200,17 @@ def _named(
     for point in metadata.entry_points(group=group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
-    names = sorted({*shipped, *names_of_entry_points(group)})
+    names = {*shipped, *names_of_entry_points(group)}
+    fix = "boresight list shows them all"
+    if Path(f"{name}.py").is_file():
+        fix = f"write {name}.py, the file that is here"
+    elif Path(name).exists():
+        fix = f"the {kind} comes first, logs after it"
     raise InputError.at(
         kind,
-        wanted=f"one of {', '.join(names)}, or file.py:Class",
+        wanted=f"file.py:Class, or one of {', '.join(closest(name, names))}, ...",
         found=repr(name),
-        fix="boresight list shows them all",
+        fix=fix,
     )
 
 

@@ -24,6 +24,10 @@ _CURES = (
         r"does not support ufuncs|no callable \w+ method|ufunc '\w+' not supported",
         "numpy's functions take no traced value: use boresight.ops (sincos_ht, sqrt, exp, ...)",
     ),
+    (
+        r"casting rule",
+        "numpy.linalg takes no traced value: one scalar update for each measurement has no inverse",
+    ),
     (r"not supported between|unsupported operand", "use + - * / ** and comparisons of numbers"),
     (
         r"shapes? .* (not aligned|mismatch)|could not be broadcast|mismatch in its core",

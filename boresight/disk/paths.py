@@ -68,12 +68,19 @@ def absolute(path: StrPath, option: str) -> Path:
     Raises
     ------
     InputError
-        The path is empty.
+        The path is empty, or a dash.
     """
     text = os.fspath(path)
     if not text.strip():
         raise InputError.at(
             option, wanted="a name", found="an empty one", fix=f"write a name after {option}"
+        )
+    if text == "-":
+        raise InputError.at(
+            option,
+            wanted="the name of a file or folder",
+            found="-",
+            fix="write /dev/stdout for standard output, ./- for a file of that name",
         )
     whole = os.path.abspath(text)
     return Path(os.path.realpath(os.path.dirname(whole)), os.path.basename(whole))

@@ -11,6 +11,7 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import wraps
 from typing import Any, TypeVar
 
 import numpy as np
@@ -56,6 +57,17 @@ class Expression:
 _E = TypeVar("_E", bound=Expression)
 
 
+def _by_element(operator_: Callable[..., Any]) -> Callable[..., Any]:
+    """An operator that leaves an array on its right to numpy."""
+
+    @wraps(operator_)
+    def method(self: Scalar, other: Any) -> Any:
+        array = isinstance(other, np.ndarray) and other.ndim > 0
+        return NotImplemented if array else operator_(self, other)
+
+    return method
+
+
 class Scalar(Refuses, Expression, refused=NO_NUMBER):
     """A number that records what is computed with it."""
 
@@ -65,23 +77,27 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
             options["dtype"] = object  # conditions, not truth values
         return getattr(ufunc, method)(*_objects(inputs), **options)
 
+    @_by_element
     def __add__(self, other: Any) -> Scalar:
         return self.tracer.add(self, self.tracer.lift(other))
 
     def __radd__(self, other: Any) -> Scalar:
         return self.tracer.add(self.tracer.lift(other), self)
 
+    @_by_element
     def __sub__(self, other: Any) -> Scalar:
         return self.tracer.sub(self, self.tracer.lift(other))
 
     def __rsub__(self, other: Any) -> Scalar:
         return self.tracer.sub(self.tracer.lift(other), self)
 
+    @_by_element
     def __mul__(self, other: Any) -> Scalar:
         return self.tracer.mul(self, self.tracer.lift(other))
 
     __rmul__ = __mul__
 
+    @_by_element
     def __truediv__(self, other: Any) -> Scalar:
         return self.tracer.div(self, self.tracer.lift(other))
 
@@ -100,17 +116,21 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
     def __pow__(self, power: Any) -> Scalar:
         return self.tracer.power(self, power)
 
+    @_by_element
     def __lt__(self, other: Any) -> Condition:
         return self.tracer.less(self, self.tracer.lift(other))
 
+    @_by_element
     def __gt__(self, other: Any) -> Condition:
         return self.tracer.less(self.tracer.lift(other), self)
 
+    @_by_element
     def __ge__(self, other: Any) -> Condition:
-        return ~self.__lt__(other)
+        return ~self.tracer.less(self, self.tracer.lift(other))
 
+    @_by_element
     def __le__(self, other: Any) -> Condition:
-        return ~self.__gt__(other)
+        return ~self.tracer.less(self.tracer.lift(other), self)
 
     def __eq__(self, other: object) -> Any:
         if self is other:

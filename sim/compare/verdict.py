@@ -26,6 +26,9 @@ __all__ = ["Accuracy", "judge"]
 
 FloatArray = npt.NDArray[np.float64]
 
+#: Values that saturated of which a line names, those first that did most often.
+_FEW = 5
+
 
 @dataclass(frozen=True)
 class Accuracy:
@@ -86,7 +89,10 @@ class Accuracy:
         """`faults` without the differences: saturations, ranges, the first failing operation."""
         out = []
         if self.saturated_updates:
-            names = ", ".join(f"{name} ({n})" for name, n in self.saturated.items())
+            most = sorted(self.saturated.items(), key=lambda item: -item[1])
+            names = ", ".join(f"{name} ({n})" for name, n in most[:_FEW])
+            if len(most) > _FEW:
+                names += f", and {len(most) - _FEW} more values"
             out.append(f"{self.saturated_updates} updates SATURATED: {names}")
         return [
             *out,

@@ -78,11 +78,12 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         an input without ``missing``, a value outside the declared range of an input without
         ``clamp``, or a sample rate other than the estimator is designed for.
     """
+    _refuse_missing(estimator, record, linked)
     _refuse_rate(estimator, record)
     reader = InputReader(estimator, lambda row, _, name: record.place(row, name), linked=linked)
     inputs, new = reader.take_rows(
         {
-            i.name: _values(estimator, record, i)
+            i.name: _values(record, i)
             for k, i in enumerate(estimator.inputs)
             if not i.flags and k not in linked
         }
@@ -138,18 +139,47 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
         )
 
 
-def _values(estimator: Estimator, record: Record, declared: Input) -> FloatArray:
+#: Names that others give to the column of times.
+_TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
+
+
+def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int]) -> None:
+    """InputError for all inputs without a column, with the columns that may be meant."""
+    columns = list(record.columns)
+    missing = [
+        i
+        for k, i in enumerate(estimator.inputs)
+        if not i.flags and k not in linked and i.name not in columns
+    ]
+    missing = [i for i in missing if i.name != "dt" or "t" not in columns]
+    if not missing:
+        return
+    hints = []
+    for i in missing:
+        near = next((c for c in columns if c.lower() == i.name.lower()), None)
+        time = next((c for c in columns if c.lower() in _TIMES), None) if i.name == "dt" else None
+        if near or time:
+            hints.append(f"{near or time} to {i.name if near else 't (dt is its difference)'}")
+    names = [
+        f"{'t [s] or ' if i.name == 'dt' else ''}{i.name}" + (f" [{i.unit}]" if i.unit else "")
+        for i in missing
+    ]
+    many = len(missing) > 1
+    raise InputError.at(
+        record.where,
+        wanted=f"{'columns' if many else 'a column'} {', '.join(names)}, "
+        f"{'inputs' if many else 'an input'} of {estimator.name}",
+        found=f"columns {', '.join(columns[:12])}" + (", ..." if len(columns) > 12 else ""),
+        fix=f"rename {', '.join(hints)}"
+        if len(hints) == len(missing)
+        else f"add {'them' if many else 'it'}, or rename what holds {'them' if many else 'it'}",
+    )
+
+
+def _values(record: Record, declared: Input) -> FloatArray:
     """Values of an input's column in its unit, NaN where there is no new sample."""
     if declared.name not in record.columns:
-        if declared.name == "dt" and "t" in record.columns:
-            return record.steps()
-        raise InputError.at(
-            record.where,
-            wanted=f"a column {declared.name} [{declared.unit}], an input of {estimator.name}",
-            found=f"columns {', '.join(list(record.columns)[:12])}"
-            + (", ..." if len(record.columns) > 12 else ""),
-            fix="add it, or rename the one that holds it",
-        )
+        return record.steps()
     return record.values(declared.name, declared.unit)
 
 

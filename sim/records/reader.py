@@ -150,7 +150,9 @@ class InputReader:
             if (gap := np.isnan(column)).any():
                 first = "" if declared.missing is None else " in the first row"
                 advice = f", or declare Input({declared.name!r}, ..., missing=...)"
-                fix = "complete the log" + ("" if declared.missing else advice)
+                if declared.missing:
+                    advice = ", or declare missing=NUMBER, which needs no sample before it"
+                fix = f"complete the log{advice}"
                 raise self._error(*_first(gap), declared.name, f"a number{first}", "no value", fix)
 
     def _check_range(self, values: FloatArray, beyond: BoolArray) -> None:

@@ -140,6 +140,15 @@ def _lines_of(path: Path, content: bytes) -> list[str]:
 
 
 def _header(where: str, line: str) -> list[tuple[str, str | None]]:
+    for separator, name in ((";", "semicolons"), ("\t", "tabs")):
+        if "," not in line and separator in line:
+            raise InputError.at(
+                where,
+                wanted="commas between the columns, and decimal points",
+                found=name,
+                fix=f"export it so, or: tr '{separator if separator == ';' else chr(92) + 't'},' "
+                "',.' < LOG > log.csv",
+            )
     heads = [split_header(where, field) for field in line.split(",")]
     names = [name for name, _ in heads]
     twice = next((name for name in names if names.count(name) > 1), None)

@@ -54,7 +54,8 @@ def refused(tmp_path, capsys, monkeypatch):
             code = stop.code
         said = capsys.readouterr()
         assert code == 2, said
-        assert said.out == "" and said.err.startswith("error: ") and said.err.count("\n") == 1
+        assert bool(said.out) is ("--json" in line)
+        assert said.err.startswith("error: ") and said.err.count("\n") == 1
         assert everything() == before
         return str(said.err)
 
@@ -76,6 +77,9 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
             "run mekf log.csv --config huge",
             "config: wanted one of small, fast, small-1024, fast-1024, found 'huge'",
         ),
+        ("run mekf log.csv -o -", "-o: wanted the name of a file or folder, found -; write"),
+        ("check log.csv mekf", "found 'log.csv'; the estimator comes first, logs after it"),
+        ("", "wanted a verb: new, list, compile"),
         ("run mekf /dev/zero", "/dev/zero: wanted a log file that can be read, found a device"),
         ("run mekf folder", "folder: wanted a log file that can be read, found a folder"),
         ("run mekf text.txt/x", "wanted a log file that can be read, found not a directory"),
@@ -204,6 +208,22 @@ def test_bad_logs(text: str, message: str, refused, tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text(text)
     error = refused("run complementary bad.csv -o out.csv")
     assert message in error and "bad.csv" in error
+
+
+@pytest.mark.parametrize(
+    ("line", "parts"),
+    [
+        ("check mekf none.csv", {"where": "none.csv", "found": "no such file or directory"}),
+        ("compile mekf --word 99 -o x", {"where": "word", "wanted": "18 to 32 bits"}),
+    ],
+)
+def test_an_error_is_an_object_for_programs(line, parts, tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([*line.split(), "--json"]) == 2
+    said = capsys.readouterr()
+    error = json.loads(said.out)["error"]
+    assert parts.items() <= error.items() and error["fix"]
+    assert said.err == f"error: {error['message']}\n"
 
 
 def test_programs_that_do_not_fit_leave_no_folder(refused) -> None:

@@ -67,7 +67,7 @@ def test_unknown_parameters_are_refused() -> None:
     with pytest.raises(
         InputError,
         match=r"^parameter ratio: wanted one of rate, offset, found "
-        r"'ratio'; boresight list shows all of leaky$",
+        r"'ratio'; correct the name$",
     ):
         Leaky().param_values({"ratio": 0.5})
 

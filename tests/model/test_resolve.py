@@ -263,13 +263,13 @@ def test_entry_points(installed: None) -> None:
         )
 
 
-def test_unknown_names_are_answered_with_all(installed: None) -> None:
+def test_unknown_names_are_answered_with_the_nearest(installed: None) -> None:
     known = {"one": Offered, "two": Offered}
     with pytest.raises(InputError) as raised:
         load("three", Estimator, "estimator", known, resolve.ESTIMATOR_GROUP)
     assert str(raised.value) == (
-        "estimator: wanted one of broken, mekf, number, one, theirs, two, world, or file.py:Class, "
-        "found 'three'; boresight list shows them all"
+        "estimator: wanted file.py:Class, or one of theirs, broken, two, one, ..., found 'three'; "
+        "boresight list shows them all"
     )
 
 

@@ -67,7 +67,12 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
 @pytest.mark.parametrize(
     "found, line",
     [
-        ("float() or a function of math, of a traced value; ", lambda x: math.sin(x.y)),
+        ("float() of a traced value, by math or an array of numbers; ", lambda x: math.sin(x.y)),
+        ("float() of a traced value, by math or an array", lambda x: np.zeros(1).fill(x.y)),
+        (
+            "UFuncTypeError: Can...loat64') with casting rule 'same_kind'; numpy.linalg",
+            lambda x: np.linalg.inv([[x.y]]),
+        ),
         ("0; ", lambda x: x.y / 0.0),
         ("'z'; correct the name, or declare the state", lambda x: x.z),
         ("(1, 0); correct it", lambda x: ops.bounded(x.y, 1, 0, "")),

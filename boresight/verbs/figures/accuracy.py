@@ -23,6 +23,7 @@ from boresight.regression import JudgedVerb
 from boresight.results.accuracy import AccuracyResult
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.benchmark_page import render_page
+from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import STAND_IN, read_trials
 from boresight.sim.records.files import log_files
@@ -88,6 +89,13 @@ def accuracy(
         require_peers([PEERS[name] for name in {*peers, STAND_IN}])
     for e in ours:
         e.param_values((params or {}).get(e.name))
+    if not logs and (other := next((e for e in ours if not gives_attitude(e)), None)):
+        raise InputError.at(
+            "logs",
+            wanted=f"a log with truth for {other.name}",
+            found="none named",
+            fix="name one after the estimator; the bundled ones are of attitudes",
+        )
     trials, left_out = read_trials(logs, ours, comparisons=comparisons, peers=bool(peers))
     if not trials:
         raise InputError.at(

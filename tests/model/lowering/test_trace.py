@@ -108,6 +108,8 @@ def test_arrays_of_values(x: Any, y: Any) -> None:
     assert list(b @ a) == [x + 2.0 * y, 0.0 * x + y * y] and b.T[1, 0] == 2.0
     assert list(2.0 * a) == [x * 2.0, y * 2.0] and list(np.ones(2) * x) == [x, x]
     assert list(a - np.array([1.0, 0.0])) == [x - 1.0, y] and list(abs(a)) == [abs(x), abs(y)]
+    assert list(x * a) == [x * x, x * y] and list(x - b[0]) == [x - 1.0, x - 2.0]
+    assert [c.kind for c in x < a] == [c.kind for c in (x < x, x < y)]
     assert list(np.array([1.0, 2.0]) + x) == [1.0 + x, 2.0 + x] and list(a**2) == [x * x, y * y]
     assert x * np.array(3.0) is x * 3.0 and np.float64(2.0) - x is 2.0 - x
     assert (np.float64(1.0) <= x) is (x >= 1.0)

@@ -311,6 +311,10 @@ def test_empty_fields_are_gaps() -> None:
         ("a,b\n\n\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
         ("a\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
         ("#\na,b,a\n1,2,3\n", "walk.csv, line 2: wanted every column once, found 2 columns a; "),
+        ("t;z\n0,1;2\n", "walk.csv, line 1: wanted commas between the columns, and decimal points, "
+         "found semicolons; export it so, or: tr ';,' ',.' < LOG > log.csv"),
+        ("t\tz\n0.1\t2\n", "walk.csv, line 1: wanted commas between the columns, and decimal "
+         "points, found tabs; export it so, or: tr '\\t,' ',.' < LOG > log.csv"),
         ("1,2.5\n3,4\n", "walk.csv, line 1: wanted a header of column names, found numbers only; "),
         ("a,\n1,2\n", "walk.csv, line 1: wanted column names like gx or gx[deg/s], found ''; "),
         ("a,b\n1,2\n1\n", "walk.csv, line 3: wanted 2 fields, as in the header, found 1; complete"),

@@ -103,9 +103,13 @@ def test_time_steps() -> None:
     "changes, units, message",
     [
         ({"z": None}, {}, "log 'walk': wanted a column z [m], an input of probe, found columns c, "
-         "plain; add it, or rename the one that holds it"),
+         "plain; add it, or rename what holds it"),
+        ({"z": None, "Z": [1.0, 1.0]}, {}, "log 'walk': wanted a column z [m], an input of probe, "
+         "found columns c, plain, Z; rename Z to z"),
+        ({"z": None, "c": None}, {}, "log 'walk': wanted columns z [m], c, inputs of probe, found "
+         "columns plain; add them, or rename what holds them"),
         ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
-         "complete the log"),
+         "complete the log, or declare missing=NUMBER, which needs no sample before it"),
         ({"plain": [1.0, NAN]}, {}, "record, plain[1]: wanted a number, found no value; complete "
          "the log, or declare Input('plain', ..., missing=...)"),
         ({"z": [2.0, -2.5]}, {}, "record, z[1]: wanted -2 to 2 m, the declared range, found -2.5; "
@@ -132,7 +136,7 @@ def test_refused(changes: Any, units: dict[str, str], message: str) -> None:
 
 
 def test_many_columns_are_not_all_named() -> None:
-    with pytest.raises(InputError, match=r"wanted a column dt \[s\].*, \.\.\.; add it"):
+    with pytest.raises(InputError, match=r"wanted a column t \[s\] or dt \[s\].*, \.\.\.; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(13)})
     with pytest.raises(InputError, match=r"found columns k00, k01, .*, k07; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
@@ -311,7 +315,7 @@ def test_reader_refused(record: Any, message: str) -> None:
 
 
 def test_nothing_to_hold() -> None:
-    wanted = r"z\[0, 0\]: wanted a number in the first row, found no value; complete the log$"
+    wanted = r"z\[0, 0\]: wanted a number in the first row, found no value; complete the log, or d"
     with pytest.raises(InputError, match=wanted):
         reader().take({**GOOD, "z": NAN})
     with pytest.raises(InputError, match="found no value; mend it$"):

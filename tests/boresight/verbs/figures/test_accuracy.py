@@ -228,7 +228,7 @@ def test_words_that_differ_are_counted_over_all_logs(lag):
 
 def test_beyond_its_tolerance_fails(lag, capsys):
     assert main(["accuracy", "lag.py:Strict,complementary", "one.csv", "-q"]) == 2  # other columns
-    assert "wanted a column dt [s], an input of complementary" in capsys.readouterr().err
+    assert "wanted columns t [s] or dt [s], gx [rad/s], " in capsys.readouterr().err
     assert main(["accuracy", "lag.py:Strict", "one.csv", "-q"]) == 1
     text = capsys.readouterr().out
     assert re.search(r"^  y m .* 1e-15  BEYOND$", text, re.M)
