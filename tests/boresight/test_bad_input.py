@@ -149,7 +149,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("run none.py log.csv", "none.py: wanted a Python file with an estimator, found "),
         ("check complementary absent.csv", "absent.csv: wanted a log file that can be read, found"),
         ("run mekf text.csv", "text.csv, line 3, column z: wanted a finite number, or nothing, fo"),
-        ("run mekf short.csv", "short.csv: wanted a column gx [rad/s], an input of mekf, "),
+        ("run mekf short.csv", "short.csv: wanted columns gx [rad/s], gy [rad/s], "),
         ("run mekf log.csv --on gpu", "on: wanted one of numpy, float, fixed, c, rtl, found 'gpu'"),
         ("run complementary log.csv --param kp_pitch_per_s=33", "kp_pitch_per_s: wanted 0 to 32"),
         ("run complementary log.csv --param kp=x", "--param: wanted NAME=NUMBER, found 'kp=x'"),
