@@ -257,7 +257,7 @@ def test_classes_and_objects(lag):
 def test_refused(folder, tmp_path):
     log = folder / "a" / "a.csv"
     for names, options, message in (
-        ("kalman", {}, r"^estimator: wanted one of array_attitude, "),
+        ("kalman", {}, r"^estimator: wanted file.py:Class, or one of "),
         ([], {}, r"^estimators: wanted at least one"),
         ("complementary", {"comparisons": ["b"]}, r"--comparison: wanted names of logs"),
         ("complementary", {"jobs": 0}, r"^jobs: wanted 1 to 1,024"),
