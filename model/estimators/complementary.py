@@ -127,7 +127,8 @@ class Complementary(Estimator):
             1180.0,
             4800.0,
             "(rad/s)^2",
-            "squared rate from which on the gyro counts as saturated",
+            "squared rate from which on the gyro counts as saturated: a little less than its full "
+            "scale",
         ),
     )
     states = (

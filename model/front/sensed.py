@@ -59,7 +59,9 @@ def full_scale_params(
     rate, force : float, optional
         Full scale of the gyro [rad/s] and of the accelerometer [m/s^2].
     """
-    most = {} if rate is None else {"gyro_most_sq": 0.98 * 0.98 * rate * rate}
+    most = {}
+    if rate is not None:
+        most["gyro_most_sq"] = most["gyro_max_sq"] = 0.98 * 0.98 * rate * rate
     if force is not None:
         beyond = 0.98 * force - GRAVITY
         most["force_most_sq"] = beyond * beyond

@@ -380,7 +380,10 @@ class Mekf(Estimator):
             "youth": ops.where(leveling | aligning, YOUTH_START, older),
             "odd_sq": odd_sq,
             "turn": ops.bounded(
-                ops.where(due, h[1] - h[2], x.turn + dt), -1.0, 1.5, "one of three, and a time"
+                ops.where(leveling, -1.0, ops.where(due, h[1] - h[2], x.turn + dt)),
+                -1.0,
+                1.5,
+                "one of three, and a time",
             ),
             "fastest_sq": ops.where(slower, forgotten_sq, speed_sq),
             "rest_s": rest_s,

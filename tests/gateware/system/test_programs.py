@@ -57,13 +57,14 @@ def test_all_fit(config: str) -> None:
 
 
 def test_a_filter_is_told_the_sensors_full_scales() -> None:
-    for name, params, wanted in (
-        ("gyro_most_sq", None, 5.1**2),
-        ("gyro_most_sq", {"mekf": {"gyro_most_sq": 9.0}}, 9.0),
-        ("force_most_sq", None, 38.2**2),
+    for filter, name, params, wanted in (
+        ("mekf", "gyro_most_sq", None, 5.1**2),
+        ("mekf", "gyro_most_sq", {"mekf": {"gyro_most_sq": 9.0}}, 9.0),
+        ("mekf", "force_most_sq", None, 38.2**2),
+        ("complementary", "gyro_max_sq", None, 5.1**2),
     ):
-        core = system_core(("mekf",), restarts=0, params=params)
-        (program,) = (part.program for part in core.parts if part.program.name == "mekf")
+        core = system_core((filter,), restarts=0, params=params)
+        (program,) = (part.program for part in core.parts if part.program.name == filter)
         (node,) = (n for n, v in enumerate(program.values) if v.name == name)
         found = program.format(node).real(program.values[node].initial)
         assert found == pytest.approx(wanted, rel=0.02)
