@@ -15,6 +15,7 @@ from boresight.sim.formal.blocks import (
     bus,
     crc,
     frames,
+    lane,
     registers,
     results,
     sequencer,
@@ -86,6 +87,14 @@ PARTS = {
     "axi_lite": (
         *("bus.axi_lite", "axi.lite"),
         *(lambda b: axi.Lite(b.AxiLiteSlave(word=8, address=3)), None),
+    ),
+    "lane": (
+        *("engine.lane", "lane.stages_18_1"),
+        *(lambda b: lane.InStages(b.Lane(machine=lane.machine(18))), 9),
+    ),
+    "multiplier": (
+        *("engine.multiplier", "lane.product_24"),
+        *(lambda b: lane.OfPartialProducts(b.Multiplier(word=24)), 5),
     ),
 }
 
@@ -200,6 +209,16 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ("axi_lite", "ar_full & ~axi.rvalid", "ar_full"),
         ("axi_lite", "written.eq(~strobes.all())", "written.eq(~strobes.any())"),
         ("axi_lite", "with m.If(~asked & ~fetch):", "with m.If(~asked):"),
+        # One stage each: capture, mask, condition, amount, term, sum, clamp.
+        ("lane", "top[-1] ^ (self.quarter & top[-2])", "top[-1] ^ self.quarter"),
+        ("lane", "high & ~masked.replicate(len(high))", "high & ~masked"),
+        ("lane", "skip[1].eq(skip[0])", "skip[1].eq(~(self.when ^ (self.when_flag & flag)))"),
+        ("lane", "less.eq(n & ~1)", "less.eq(n)"),
+        ("lane", "carry.eq(invert & ~skip)", "carry.eq(invert)"),
+        ("lane", "half = 1 << (arith.guard - 1)", "half = 1 << arith.guard"),
+        ("lane", "over = q[-1], q[word - 1 : -1]", "over = q[-1], q[word:-1]"),
+        ("multiplier", "hl.c.eq(ll.m[cut:])", "hl.c.eq(ll.m[cut - 1 :])"),
+        ("multiplier", "low_next.eq(low)", "low_next.eq(ll.m[:cut])"),
     ],
 )
 def test_broken_in_one_place(part: str, old: str, new: str, mutant) -> None:
