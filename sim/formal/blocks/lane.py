@@ -242,19 +242,20 @@ def _lane(word: int, sources: int) -> Proof:
     )
 
 
+def _product(word: int) -> Proof:
+    return Proof(
+        name=f"lane.product_{word}",
+        depth=2,
+        induction=1,
+        cover=range(6, 7),
+        short=word == 32,
+        claim=f"Multiplier of {word}-bit words, any factors and stalls: its slices get the "
+        "halves of the factors, and the product is the sum of theirs, three cycles later",
+        harness=lambda: OfPartialProducts(Multiplier(word=word)),
+    )
+
+
 PROOFS = (
     *(_lane(word, sources) for word, sources in ((32, 1), (32, 2), (24, 1), (18, 1))),
-    *(
-        Proof(
-            name=f"lane.product_{word}",
-            depth=2,
-            induction=1,
-            cover=range(6, 7),
-            short=word == 32,
-            claim=f"Multiplier of {word}-bit words, any factors and stalls: its slices get the "
-            "halves of the factors, and the product is the sum of theirs, three cycles later",
-            harness=lambda word=word: OfPartialProducts(Multiplier(word=word)),
-        )
-        for word in (32, 24)
-    ),
+    *map(_product, (32, 24)),
 )
