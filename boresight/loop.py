@@ -158,7 +158,7 @@ def simulate_world(
             )
 
     loop = close(on)
-    apart = None if against == on else parting(filter, loop, close(against))
+    divergence = None if against == on else parting(filter, loop, close(against))
     reference = make_level("float", build).run(loop.inputs)
     accuracy = judge(build, 0, loop.inputs, loop.run, reference, loop.clamped)
     if target is not None:
@@ -169,10 +169,10 @@ def simulate_world(
         estimator=filter.name,
         on=on,
         against=against,
-        good=(apart is None or bool(floats)) and accuracy.good,
+        good=(divergence is None or bool(floats)) and accuracy.good,
         records=len(loop.inputs),
         records_per_s=round(loop.records_per_s),
-        parting=None if apart is None else apart.line(),
+        parting=None if divergence is None else divergence.line(),
         accuracy=accuracy.differences,
         truth=tuple(differences(filter.outputs, loop.outputs, loop.truth, judged=False)),
         clamped=loop.clamped,

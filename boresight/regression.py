@@ -116,19 +116,19 @@ class JudgedVerb(Verb):
             inputs = [w for w in flat if isinstance(w, str) and Path(w).is_file()]
             target = OutputFile(typed["junit"], name, inputs=inputs, option="--junit")
         code, data, text = super().run({n: v for n, v in parsed.items() if n not in besides})
-        found = None
+        comparison = None
         if before is not None:
-            found = compared(data, before, self.judged, file=file, allow=typed.get("allow"))
-            data = {**data, "baseline": found.to_json(), "good": not code and found.good}
-            text = f"{text.removesuffix('good') if not found.good else text}".rstrip("\n")
-            text = f"{text}\n{found}".lstrip("\n")
-            code = code or int(not found.good)
+            comparison = compared(data, before, self.judged, file=file, allow=typed.get("allow"))
+            data = {**data, "baseline": comparison.to_json(), "good": not code and comparison.good}
+            text = f"{text.removesuffix('good') if not comparison.good else text}".rstrip("\n")
+            text = f"{text}\n{comparison}".lstrip("\n")
+            code = code or int(not comparison.good)
         if target is not None:
-            target.write(junit(name, data, found))
+            target.write(junit(name, data, comparison))
         return code, data, text
 
 
-def junit(suite: str, data: Any, found: Baseline | None = None) -> str:
+def junit(suite: str, data: Any, baseline: Baseline | None = None) -> str:
     """Verdicts as JUnit XML: a test case for each object with ``good``, and each figure compared.
 
     Parameters
@@ -137,16 +137,16 @@ def junit(suite: str, data: Any, found: Baseline | None = None) -> str:
         The verb.
     data
         Plain data of a result.
-    found : Baseline, optional
+    baseline : Baseline, optional
         Figures that changed, of which those fail that are worse.
     """
     cases = ElementTree.Element("testsuite", name=f"boresight {suite}")
     verdicts = list(_verdicts(data, suite))
-    if found is not None:
-        for c in found.changes:
+    if baseline is not None:
+        for c in baseline.changes:
             said = f"{c.before} -> {c.now} {c.unit}".rstrip()
-            verdicts.append((found.file, c.figure, said if c.worse else "", None))
-        verdicts.append((found.file, f"{found.equal} equal figures", "", None))
+            verdicts.append((baseline.file, c.figure, said if c.worse else "", None))
+        verdicts.append((baseline.file, f"{baseline.equal} equal figures", "", None))
     for where, name, failure, seconds in verdicts or [(suite, suite, "", None)]:
         case = ElementTree.SubElement(cases, "testcase", classname=where, name=name)
         if seconds is not None:

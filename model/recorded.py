@@ -152,9 +152,9 @@ class _Comparison:
         few = range(min(self.rows, max(_ALONE[0], min(count, _ALONE[1]))))
         alone = np.stack([self._alone(row) for row in few], axis=1)
         for computed in (alone, *([] if together is None else [together])):
-            apart = _apart(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
-            for row in np.argsort(-apart, kind="stable")[:_SUSPECTS]:
-                if apart[row] > _EQUAL:
+            error = _apart(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
+            for row in np.argsort(-error, kind="stable")[:_SUSPECTS]:
+                if error[row] > _EQUAL:
                     self._look_again(int(row))
 
     def _look_again(self, row: int) -> None:

@@ -84,13 +84,13 @@ def _profile(what: Named, estimator: Estimator) -> Profile | None:
     if files is None:
         place = profile_place(what, estimator.name)
         return read_profile(place) if place is not None and place.exists() else None
-    found = [read_profile(file) for file in files]
-    own = [profile for profile in found if profile.estimator == estimator.name]
-    if found and not own:
+    profiles = [read_profile(file) for file in files]
+    own = [profile for profile in profiles if profile.estimator == estimator.name]
+    if profiles and not own:
         raise InputError.at(
-            found[0].place,
+            profiles[0].place,
             wanted=f"a profile of {estimator.name}",
-            found=f"one of {found[0].estimator}",
+            found=f"one of {profiles[0].estimator}",
             fix="add the one that fits, or leave --profile out",
         )
     return own[-1] if own else None
@@ -351,9 +351,9 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
     if isinstance(named, type) and issubclass(named, base):
         return named
     if name and name in vars(module):
-        found = f"{name}, not derived from {base.__name__}"
+        subject = f"{name}, not derived from {base.__name__}"
     else:
-        found = _listed(classes) if classes or not name else f"no {name}"
+        subject = _listed(classes) if classes or not name else f"no {name}"
     if not name and len(set(classes.values())) == 1:
         return next(iter(classes.values()))
     raise InputError.at(
@@ -361,7 +361,7 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
         wanted=f"a class {name} derived from boresight.{base.__name__}"
         if name
         else f"one class derived from boresight.{base.__name__}",
-        found=found,
+        found=subject,
         fix=f"name one: {path}:{next(iter(classes))}" if classes else f"write {_a(kind)} in it",
     )
 

@@ -92,8 +92,8 @@ def page(package: str, name: str, /, **values: Any) -> str:
     def source(wanted: str) -> str:
         """Of a template: in the package, or one of those that all pages share."""
         path = files(package).joinpath(wanted)
-        found = path if path.is_file() else files("boresight.sim").joinpath(wanted)
-        return found.read_text(encoding="utf-8")
+        template = path if path.is_file() else files("boresight.sim").joinpath(wanted)
+        return template.read_text(encoding="utf-8")
 
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(source),

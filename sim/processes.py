@@ -109,7 +109,7 @@ def dispatch(
         A process ended before its task, for example because it was killed.
     """
     if (files := profiles_now()) is not None:
-        tasks = [(label, _within, (files, work, *given)) for label, work, given in tasks]
+        tasks = [(label, _within, (files, work, *parameters)) for label, work, parameters in tasks]
     if executor is not None:
         yield from _submit(executor, tasks)
         return

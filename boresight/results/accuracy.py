@@ -72,11 +72,11 @@ class AccuracyNear:
     @classmethod
     def of(cls, several: Sequence[Difference]) -> AccuracyNear:
         """The differences of one output over all logs."""
-        first, apart = several[0], [_apart(d) for d in several]
+        first, differences = several[0], [_apart(d) for d in several]
         return cls(
             output=first.output,
             unit=first.unit,
-            apart=_number(sum(apart) if first.unit == "words" else max(apart)),
+            apart=_number(sum(differences) if first.unit == "words" else max(differences)),
             tolerance=first.tolerance,
             good=all(d.good for d in several),
         )
@@ -248,8 +248,8 @@ def _plain(figures: Mapping[str, float]) -> dict[str, float | None]:
 
 def _mean(results: Sequence[Result], trials: Collection[str]) -> dict[str, float | None] | None:
     """Plain mean over some trials; None if there is none."""
-    found = means([r.errors for r in results if r.trial in trials])
-    return _plain(found) if found else None
+    averages = means([r.errors for r in results if r.trial in trials])
+    return _plain(averages) if averages else None
 
 
 def _apart(d: Difference) -> float:
@@ -299,8 +299,8 @@ def _outputs(
             line += "" if d.good else "  BEYOND"
         lines.append(line)
     for trial in row.trials if len(row.trials) > 1 else ():
-        found = ", ".join(f"{n} {_short(x, 0)}" for n, x in trial.error.items() if n in names)
-        lines.append(f"  {trial.trial}: {found or 'no truth'}")
+        listing = ", ".join(f"{n} {_short(x, 0)}" for n, x in trial.error.items() if n in names)
+        lines.append(f"  {trial.trial}: {listing or 'no truth'}")
     return lines
 
 

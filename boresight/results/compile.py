@@ -61,10 +61,10 @@ class CoreFigures:
     clock_mhz_estimate: Mapping[str, float | None]
 
     @classmethod
-    def of(cls, found: Estimate) -> CoreFigures:
+    def of(cls, estimate: Estimate) -> CoreFigures:
         """Those of an estimate."""
-        clocks = {n: found.corner(grade=2, nets=n).fmax_mhz for n in ("median", "p75")}
-        area = found.area
+        clocks = {n: estimate.corner(grade=2, nets=n).fmax_mhz for n in ("median", "p75")}
+        area = estimate.area
         return cls(
             area.lut,
             area.ff,

@@ -180,8 +180,8 @@ class TuneResult(Answer):
             return f"{alone} {self.units[alone]}".strip()
         if len(weights) > 4 and len({*weights.values()}) == 1:
             return f"share of the given, {len(weights)} figures alike"
-        told = ", ".join(f"{n} {w:g}" for n, w in weights.items())
-        return f"share of the given, weights {told}"
+        weights_text = ", ".join(f"{n} {w:g}" for n, w in weights.items())
+        return f"share of the given, weights {weights_text}"
 
     def _most(self, s: Sensitivity) -> str:
         """Of several errors that count the one that changes most, in per cent."""

@@ -170,13 +170,13 @@ def check(
         check_number("steps", steps, 1)
     check_machine(config, word)
     build = Build(*estimators, config=config, word=word, params=params_of_each(names, params))
-    told: list[str] = []
+    messages: list[str] = []
     tell = progress or (lambda text: None)
     checking = Check(
         build,
         levels=levels,
         simulator=simulator,
-        progress=lambda text: tell("".join((*told, text))),
+        progress=lambda text: tell("".join((*messages, text))),
     )
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     files = log_files(x for x in (*shared, *own.values()) if isinstance(x, str | Path))
@@ -191,11 +191,11 @@ def check(
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     results: list[CheckResult] = []
     for records in rounds:
-        told[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        found = checking.run(*(r.head(steps) for r in records), reproducer=target)
-        results += found
+        messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
+        checked = checking.run(*(r.head(steps) for r in records), reproducer=target)
+        results += checked
         if each is not None:
-            for result in found:
+            for result in checked:
                 each(result)
     if target is not None and target.written:
         tell(f"the difference, to run again: {reproducer}")
@@ -228,8 +228,8 @@ def call(arguments: Arguments) -> Outcome:
     if typed["name"] == "replay":
         del typed["name"]
         files = typed.pop("logs")
-        found = "a reproducer, which holds its own"
-        arguments.only(replay, wanted="an estimator and a log", found=found)
+        mode = "a reproducer, which holds its own"
+        arguments.only(replay, wanted="an estimator and a log", found=mode)
         lines = arguments.call(replay, *files)
         return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
     if "reproducer" not in typed:

@@ -223,13 +223,13 @@ def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, ta
 
 def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) -> str:
     """Write the ISE project of the complete system; its Verilog."""
-    given = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
+    values = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
     core = system_core(
         build.estimators,
         config=build.config,
         word=build.word,
         clock_hz=SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ,
-        params=given,
+        params=values,
     )
     prove(core)
     if with_cpu:

@@ -92,25 +92,25 @@ def experiment(
     InputError
         Unknown name, seed out of range, folder that cannot be written.
     """
-    found = experiment_of(what)
+    instance = experiment_of(what)
     check_number("seed", seed, 0, 2**31)
-    runs = found.runs if runs is None else runs
+    runs = instance.runs if runs is None else runs
     check_number("runs", runs, 2, 1000)
-    files = (f"{found.name}.json", *found.pages)
-    with output_folder(output, f"experiment {found.name}", files=files) as folder:
-        result = found.run(seed=seed, runs=runs, say=progress or (lambda text: None))
-        told = ExperimentResult(
-            experiment=found.name,
+    files = (f"{instance.name}.json", *instance.pages)
+    with output_folder(output, f"experiment {instance.name}", files=files) as folder:
+        result = instance.run(seed=seed, runs=runs, say=progress or (lambda text: None))
+        outcome = ExperimentResult(
+            experiment=instance.name,
             figures=dict(result.figures),
             targets=result.targets,
             files=tuple(str(Path(output) / name) for name in files),
         )
         more = {"figures": dict(result.figures), "details": result.details}  # all finite
-        text = json.dumps(told.to_json() | more, allow_nan=False)
+        text = json.dumps(outcome.to_json() | more, allow_nan=False)
         (folder / files[0]).write_text(text + "\n")
-        for name in found.pages:
+        for name in instance.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")
-    return told
+    return outcome
 
 
 def _line(group: tuple[Target, ...]) -> str:

@@ -108,21 +108,21 @@ def fit(
     copied = None if apply is None else _copy(name, estimator, apply)
     say = progress or (lambda text: None)
     records = _records(estimator, sources, params, steps, say)
-    found = fitted(
+    fit_result = fitted(
         estimator, records, params=params, starts=initial_covariances(estimator), progress=say
     )
     say("fixed point, by intervals and with the profile")
     before, after = (
         effect(estimator, profile, records, params=params, word=word)
-        for profile in (None, found.profile)
+        for profile in (None, fit_result.profile)
     )
     if isinstance(after, str):
         raise InputError(after)
-    target.write(_text(found, records))
+    target.write(_text(fit_result, records))
     narrower: list[FitProposal] = []
-    for p in proposals(found) if propose or copied else ():
+    for p in proposals(fit_result) if propose or copied else ():
         say(f"{p.kind} {p.name}")
-        better = worth(found, [p], records, params=params, word=word)
+        better = worth(fit_result, [p], records, params=params, word=word)
         if isinstance(better, Effect):
             narrower.append(FitProposal(p, _errors(after, better)))
     if copied is not None:
@@ -135,14 +135,16 @@ def fit(
         estimator=estimator.name,
         profile=Path(output or place or f"{estimator.name}.fit.json"),
         records={n: len(x) for n, x in records.items()},
-        hostile_updates=found.hostile_updates,
-        values=sum(1 for e in found.trace.needed if e.args and e.number in found.intervals),
-        formats=len(found.profile.ranges),
-        limits=tuple(
-            FitLimit(_line(found, number), *range_)
-            for number, range_ in found.profile.limits.items()
+        hostile_updates=fit_result.hostile_updates,
+        values=sum(
+            1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
         ),
-        claims=_claims(found),
+        formats=len(fit_result.profile.ranges),
+        limits=tuple(
+            FitLimit(_line(fit_result, number), *range_)
+            for number, range_ in fit_result.profile.limits.items()
+        ),
+        claims=_claims(fit_result),
         errors=_errors(before, after),
         saturated_updates=after.saturated_updates,
         refused=before if isinstance(before, str) else "",
@@ -197,17 +199,19 @@ def _free(name: str, taken: Mapping[str, Any]) -> str:
     return next(n for n in names if n not in taken)
 
 
-def _line(found: Fitted, number: int) -> str:
-    return found.trace.tracer.expressions[number].line
+def _line(fit_result: Fitted, number: int) -> str:
+    return fit_result.trace.tracer.expressions[number].line
 
 
-def _claims(found: Fitted) -> tuple[FitClaim, ...]:
+def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
     """What `ops.bounded` claims, and how much of it was seen."""
     claims = []
-    for e in found.trace.needed:
+    for e in fit_result.trace.needed:
         if e.kind == "bounded":
             low, high, reason = e.data
-            runs = [reached.get(e.args[0].number) for reached in (found.seen, found.hostile)]
+            runs = [
+                reached.get(e.args[0].number) for reached in (fit_result.seen, fit_result.hostile)
+            ]
             used = [_used(seen, low, high) for seen in runs]
             claims.append(FitClaim(e.line, reason, low, high, *used))
     return tuple(sorted(claims, key=lambda c: -max(c.logs, c.hostile)))
@@ -233,18 +237,18 @@ def _number(x: float | None) -> float | None:
     return x if x is not None and math.isfinite(x) else None
 
 
-def _text(found: Fitted, records: Mapping[str, FloatArray]) -> str:
+def _text(fit_result: Fitted, records: Mapping[str, FloatArray]) -> str:
     """The profile as JSON, a line for each value."""
-    profile = found.profile
+    profile = fit_result.profile
 
     def row(number: int, chosen: tuple[float, float]) -> str:
         ends = {
-            "interval": found.intervals[number],
-            "records": found.seen.get(number),
-            "hostile": found.hostile.get(number),
+            "interval": fit_result.intervals[number],
+            "records": fit_result.seen.get(number),
+            "hostile": fit_result.hostile.get(number),
         }
         shown = {name: ends_ and [_finite(x) for x in ends_] for name, ends_ in ends.items()}
-        said = {"number": number, "line": _line(found, number), **shown, "chosen": chosen}
+        said = {"number": number, "line": _line(fit_result, number), **shown, "chosen": chosen}
         return json.dumps(said)
 
     made_from = [
@@ -255,7 +259,7 @@ def _text(found: Fitted, records: Mapping[str, FloatArray]) -> str:
         "estimator": profile.estimator,
         "record": profile.record,
         "made_from": made_from,
-        "hostile_updates": found.hostile_updates,
+        "hostile_updates": fit_result.hostile_updates,
     }
     tables = [
         f'"{name}": [\n' + ",\n".join(row(*item) for item in rows.items()) + "\n]"

@@ -34,17 +34,17 @@ class ListedEstimator:
     def to_json(self) -> JsonObject:
         """Plain data."""
 
-        def told(every: tuple[object, ...], *names: str) -> Json:
-            return [{name: getattr(one, name) for name in names} for one in every]
+        def entries(every: tuple[object, ...], *names: str) -> Json:
+            return [{name: getattr(item, name) for name in names} for item in every]
 
         return {
             "name": self.name,
             "summary": self.summary,
-            "inputs": told(self.inputs, "name", "unit", "low", "high"),
-            "parameters": told(
+            "inputs": entries(self.inputs, "name", "unit", "low", "high"),
+            "parameters": entries(
                 self.parameters, "name", "default", "low", "high", "unit", "meaning"
             ),
-            "outputs": told(self.outputs, "name", "unit"),
+            "outputs": entries(self.outputs, "name", "unit"),
         }
 
 

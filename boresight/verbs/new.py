@@ -100,24 +100,24 @@ def _class(stem: str) -> str:
     return "".join(part[:1].upper() + part[1:] for part in stem.split("_"))
 
 
-def _check_name(stem: str, given: str) -> None:
+def _check_name(stem: str, typed: str) -> None:
     """Raise InputError unless a module, and a class, may be called so."""
-    found = ""
-    if given.endswith(os.sep):
-        found = "a folder"
+    objection = ""
+    if typed.endswith(os.sep):
+        objection = "a folder"
     elif not (stem.isascii() and stem.isidentifier() and _class(stem).isidentifier()):
-        found = repr(stem)
+        objection = repr(stem)
     elif keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)):
-        found = "a word of Python"
+        objection = "a word of Python"
     elif stem in (*ESTIMATORS, *names_of_entry_points(ESTIMATOR_GROUP)):
-        found = "the name of an estimator that is there"
-    elif _taken(stem, Path(given).parent):
-        found = "the name of an installed module, which it would hide"
-    if found:
+        objection = "the name of an estimator that is there"
+    elif _taken(stem, Path(typed).parent):
+        objection = "the name of an installed module, which it would hide"
+    if objection:
         raise InputError.at(
-            given or "''",
+            typed or "''",
             wanted="a name for a module of your own: letters, digits and _",
-            found=found,
+            found=objection,
             fix="choose another, such as my_filter",
         )
 
@@ -125,11 +125,11 @@ def _check_name(stem: str, given: str) -> None:
 def _taken(stem: str, folder: Path) -> bool:
     """Whether a module of that name is there already, elsewhere than in the folder."""
     try:
-        found = importlib.util.find_spec(stem)
+        spec = importlib.util.find_spec(stem)
     except ValueError:  # __main__
         return True
     here = (folder / f"{stem}.py").resolve()
-    return found is not None and (found.origin is None or Path(found.origin).resolve() != here)
+    return spec is not None and (spec.origin is None or Path(spec.origin).resolve() != here)
 
 
 VERB = Verb(new)

@@ -151,7 +151,7 @@ def links_of(estimator: Estimator, folder: Path) -> dict[str, str]:
 
     By name; of two files of one name there is none.
     """
-    found: dict[str, set[str]] = {}
+    links: dict[str, set[str]] = {}
     for cls in type(estimator).__mro__:
         if cls.__module__.partition(".")[0] in ("boresight", "builtins"):
             continue
@@ -159,8 +159,8 @@ def links_of(estimator: Estimator, folder: Path) -> dict[str, str]:
             code = getattr(member, "__code__", None)
             if code is not None and Path(code.co_filename).is_file():
                 path = Path(code.co_filename).resolve()
-                found.setdefault(path.name, set()).add(os.path.relpath(path, folder.resolve()))
-    return {name: quote(*paths) for name, paths in found.items() if len(paths) == 1}
+                links.setdefault(path.name, set()).add(os.path.relpath(path, folder.resolve()))
+    return {name: quote(*paths) for name, paths in links.items() if len(paths) == 1}
 
 
 VERB = Verb(report)

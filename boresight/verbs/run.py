@@ -228,35 +228,35 @@ def run(
         )
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
     record = record_of(log).head(steps)
-    given = feed(estimator, record)
+    columns = feed(estimator, record)
     with make_level(on, build) as level:
-        (loop,) = drive(given, level)
+        (loop,) = drive(columns, level)
     outputs = loop.outputs
     result = RunResult(
         estimator=estimator.name,
         on=on,
         log=record.name,
-        t=given.t,
+        t=columns.t,
         outputs=outputs,
         units={o.name: o.unit for o in estimator.outputs},
-        truth=tuple(differences(estimator.outputs, outputs, given.truth, judged=False)),
-        warnings=tuple(given.warnings),
-        clamped=given.clamped,
+        truth=tuple(differences(estimator.outputs, outputs, columns.truth, judged=False)),
+        warnings=tuple(columns.warnings),
+        clamped=columns.clamped,
         fault=loop.run.fault,
-        attitude=_attitude(given, outputs),
+        attitude=_attitude(columns, outputs),
     )
     if target is not None:
         target.write(content_of(str(output), result.record()))
     return result
 
 
-def _attitude(given: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude | None:
+def _attitude(columns: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude | None:
     """What is said of an attitude besides; None if the outputs are none."""
     if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
         return None
     q, rmse = attitude_of(outputs), None
-    if all(name in given.truth for name in QUATERNION):
-        rmse = attitude_rmse(q, attitude_of(given.truth), given.counts)
+    if all(name in columns.truth for name in QUATERNION):
+        rmse = attitude_rmse(q, attitude_of(columns.truth), columns.counts)
     return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse)
 
 

@@ -98,12 +98,12 @@ def simulate(
     filters = _beside(chosen)
     check_options(config=config, seconds=seconds, source=source)
     updates = round(seconds * REAL.rate_hz)
-    given = default_log(updates) if log is None else record_of(log)
-    if len(given) < max(updates, SHORT):
+    record = default_log(updates) if log is None else record_of(log)
+    if len(record) < max(updates, SHORT):
         raise InputError.at(
-            f"log {given.name!r}",
+            f"log {record.name!r}",
             wanted=f"{max(updates, SHORT)} rows or more",
-            found=str(len(given)),
+            found=str(len(record)),
             fix="give a longer log, or fewer --seconds",
         )
     inputs = (log,) if isinstance(log, str | Path) else ()
@@ -115,7 +115,7 @@ def simulate(
             say(f"core with {names} and the calibration, {config}")
             core = system_core(filters, config=config)
         return write_board(
-            folder, chosen.name, core, given, updates=updates, source=source, feed=feed, say=say
+            folder, chosen.name, core, record, updates=updates, source=source, feed=feed, say=say
         )
 
 
@@ -221,8 +221,8 @@ def call(
             found=log,
             fix="leave it out",
         )
-    found = "trials of faults, which have their own"
-    arguments.only(simulate_faults, wanted=_BOARD, found=found)
+    mode = "trials of faults, which have their own"
+    arguments.only(simulate_faults, wanted=_BOARD, found=mode)
     return outcome(arguments.call(simulate_faults, name))
 
 

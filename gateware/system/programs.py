@@ -45,9 +45,9 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
             found=str(len(chosen)),
             fix="leave some out",
         )
-    given = _formats([e.compile(word=word) for e in front])
+    formats = _formats([e.compile(word=word) for e in front])
     registers: dict[str, Input] = {}
-    fed = [_fed(e, names, given, registers, word) for e in chosen]
+    fed = [_fed(e, names, formats, registers, word) for e in chosen]
     if len(registers) > MOST_REGISTERS:
         raise InputError.at(
             "estimators",
@@ -70,7 +70,7 @@ def _formats(front: Sequence[Program]) -> dict[str, int]:
 def _fed(
     estimator: Estimator,
     names: set[str],
-    given: Mapping[str, int],
+    formats: Mapping[str, int],
     registers: dict[str, Input],
     word: int,
 ) -> Estimator:
@@ -81,7 +81,7 @@ def _fed(
         if i.source.partition(".")[0] in names or i.flags:
             inputs.append(i)
         elif i.name in SENSED:
-            inputs.append(_sensed(i, SENSED[i.name], given[i.name], word, where))
+            inputs.append(_sensed(i, SENSED[i.name], formats[i.name], word, where))
         else:
             first = registers.setdefault(i.name, i)
             form = Format.declared(word, first.low, first.high, first.unit)
@@ -171,8 +171,8 @@ def system_core(
     for e in estimators:
         scales = full_scale_params(e.params, rate=rate, force=force)
         values[e.name] = {**values.get(e.name, {}), **scales}
-    for name, given in (params or {}).items():
-        values[name] = {**values.get(name, {}), **given}
+    for name, overrides in (params or {}).items():
+        values[name] = {**values.get(name, {}), **overrides}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
     return build_shared_core(programs, config, restarts=restarts)
 

@@ -47,11 +47,11 @@ class Product:
         """Whether there is no second factor."""
         return self.b is None and self.coefficient is None
 
-    def term(self, shift: int, one: int | None) -> Term:
-        """The term with this shift; ``one`` is the second factor where there is no other."""
+    def term(self, shift: int, unit: int | None) -> Term:
+        """The term with this shift; ``unit`` is the second factor where there is no other."""
         return Term(
             self.a,
-            self.b if one is None else one,
+            self.b if unit is None else unit,
             shift,
             self.coefficient,
             self.negate,

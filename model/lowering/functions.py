@@ -50,11 +50,11 @@ class Functions:
             low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())
             high = float((c[:, first] + c[:, first + 1].clip(min=0.0)).max())
             frac = tables.part_format(table, arith, low, high).frac
-            one = groups.one(arith.word - 2)
+            unit = groups.one(arith.word - 2)
             parts[part] = groups.group(
                 Form(
                     [
-                        Product(one, coefficient=first),
+                        Product(unit, coefficient=first),
                         Product(x, coefficient=first + 1, fraction_a=True),
                     ],
                     index=(x, quarter),

@@ -171,31 +171,31 @@ class Groups:
                 - frac
                 - arith.guard
             )
-            one = None
+            unit = None
             if p.times_one:
-                one = min(arith.word - 2, arith.shift_max - shift)
-                frac_b, bound_b = one, 1 << max(one, 0)
+                unit = min(arith.word - 2, arith.shift_max - shift)
+                frac_b, bound_b = unit, 1 << max(unit, 0)
             else:
                 frac_b, bound_b = self._second(form, p)
             shift += frac_b
-            if shift > arith.shift_max or (one is not None and one < 0):
+            if shift > arith.shift_max or (unit is not None and unit < 0):
                 return number
             if shift < slack:
                 return None
-            if slack and form.norm == p.a and one is not None:
+            if slack and form.norm == p.a and unit is not None:
                 total += 1 << (arith.word - 1 + arith.guard)  # normalised itself: inside the word
             else:
                 total += _ceil_shift(self._bound(p.a, p.fraction_a) * bound_b, shift - slack)
-            placed.append(_Placed(p, shift, one))
+            placed.append(_Placed(p, shift, unit))
         if form.constant != 0.0 or not placed:
             own = Format.for_range(arith.word, form.constant, form.constant).frac
             number = self.constant(form.constant, min(own, frac + arith.guard))
-            one = arith.word - 2
-            shift = self.frac(number) + one - frac - arith.guard  # at most `one`
+            unit = arith.word - 2
+            shift = self.frac(number) + unit - frac - arith.guard  # at most `one`
             if shift < 0:
                 return None
-            total += _ceil_shift(self._bound(number, False) << one, shift)
-            placed.append(_Placed(Product(number), shift, one))
+            total += _ceil_shift(self._bound(number, False) << unit, shift)
+            placed.append(_Placed(Product(number), shift, unit))
         return placed if total < 1 << (arith.acc_width - 1) else None
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:

@@ -22,15 +22,15 @@ def operations_by_line(program: Program, nodes: Mapping[int, Node]) -> Counter[s
     program, nodes
         As `Estimator.compile_traced` gives them.
     """
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     parts = 0
     for op in program.ops:
         parts += 1
         line = nodes[op.dest].line if op.dest in nodes else ""
         if line:
-            found[line] += parts
+            counts[line] += parts
             parts = 0
-    return found
+    return counts
 
 
 def heaviest(traced: Sequence[tuple[Program, Mapping[int, Node]]]) -> str:
@@ -38,10 +38,10 @@ def heaviest(traced: Sequence[tuple[Program, Mapping[int, Node]]]) -> str:
     total = sum(len(program.ops) for program, _ in traced)
     if not total:
         return ""
-    found = Counter[str]()
+    counts = Counter[str]()
     for program, nodes in traced:
         of = f"{program.name}, " if len(traced) > 1 else ""
         for line, count in operations_by_line(program, nodes).items():
-            found[of + line] += count
-    named = ", ".join(f"{line} ({count})" for line, count in found.most_common(_NAMED))
+            counts[of + line] += count
+    named = ", ".join(f"{line} ({count})" for line, count in counts.most_common(_NAMED))
     return f"; most of its {total} operations: {named}"

@@ -83,10 +83,10 @@ def repeatable(same: bool, line: str = "") -> None:
         )
 
 
-def _refusing(found: str, fix: str) -> Callable[..., Any]:
+def _refusing(operation: str, fix: str) -> Callable[..., Any]:
     def refuse(self: Any, *_: Any) -> Any:
         raise InputError.at(
-            author_line(), wanted="operations that can be recorded", found=found, fix=fix
+            author_line(), wanted="operations that can be recorded", found=operation, fix=fix
         )
 
     return refuse
@@ -98,6 +98,6 @@ class Refuses:
     def __init_subclass__(cls, refused: Refused = {}, **options: Any) -> None:  # noqa: B006
         super().__init_subclass__(**options)
         methods: Iterable[str]
-        for methods, (found, fix) in refused.items():
+        for methods, (operation, fix) in refused.items():
             for method in methods:
-                setattr(cls, method, _refusing(found, fix))
+                setattr(cls, method, _refusing(operation, fix))

@@ -63,11 +63,11 @@ def _ours(
     """One of our estimators on all records, made anew for each rate that it needs to know."""
     made: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed]]]] = {}
     for t in trials:
-        one, given = t.fed(estimator)
-        made.setdefault(tuple(one.rates_hz.values()), (one, []))[1].append((t.name, given))
+        member, columns = t.fed(estimator)
+        made.setdefault(tuple(member.rates_hz.values()), (member, []))[1].append((t.name, columns))
     out: list[Result] = []
-    for one, those in made.values():
-        out += _at_one_rate(one, those, params, word, with_float, jobs)
+    for member, those in made.values():
+        out += _at_one_rate(member, those, params, word, with_float, jobs)
     return out
 
 
@@ -80,19 +80,19 @@ def _at_one_rate(
     jobs: int | None,
 ) -> list[Result]:
     """One of our estimators on records, by name, that one build of it takes."""
-    feeds = [given for _, given in named]
+    feeds = [columns for _, columns in named]
     loops = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
     level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
     fixed, floating = [], []
-    for (trial, given), loop in zip(named, loops, strict=True):
+    for (trial, columns), loop in zip(named, loops, strict=True):
         near: tuple[Difference, ...] = ()
-        units = units_of(estimator, given)
+        units = units_of(estimator, columns)
         if level is not None:
-            (real,) = drive(given, level)
+            (real,) = drive(columns, level)
             near = tuple(differences(estimator.outputs, loop.outputs, real.outputs))
-            error = errors(estimator, given, real.outputs)
+            error = errors(estimator, columns, real.outputs)
             floating.append(Result(estimator.name, "float", trial, error, units, real.seconds))
-        judged = errors(estimator, given, loop.outputs), units, loop.seconds
+        judged = errors(estimator, columns, loop.outputs), units, loop.seconds
         saturated = loop.run.n_saturated
         fixed.append(Result(estimator.name, "fixed", trial, *judged, saturated, near))
     return fixed + floating

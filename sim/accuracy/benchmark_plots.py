@@ -44,8 +44,8 @@ def style_of(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:
 
 def total_of(trial: Mapping[str, Any]) -> float | None:
     """Total RMSE [deg] of one trial of a row."""
-    found: float | None = trial["error"].get("total")
-    return found
+    total: float | None = trial["error"].get("total")
+    return total
 
 
 def _figure(height: float) -> tuple[Any, Any]:

@@ -76,8 +76,8 @@ def covariance_of(estimator: Estimator) -> Covariance:
     known = dict(estimator.covariance_elements) or {
         s.name: (m[1], m[2]) for s in estimator.states if (m := _ELEMENT.fullmatch(s.name))
     }
-    found = [(*known[s.name], k) for k, s in enumerate(estimator.states) if s.name in known]
-    axes = [i for i, j, _ in found if i == j]
+    entries = [(*known[s.name], k) for k, s in enumerate(estimator.states) if s.name in known]
+    axes = [i for i, j, _ in entries if i == j]
     if not axes:
         raise InputError.at(
             estimator.name,
@@ -87,7 +87,7 @@ def covariance_of(estimator: Estimator) -> Covariance:
         )
     return Covariance(
         tuple(axes),
-        tuple((axes.index(i), axes.index(j), k) for i, j, k in found if {i, j} <= {*axes}),
+        tuple((axes.index(i), axes.index(j), k) for i, j, k in entries if {i, j} <= {*axes}),
     )
 
 

@@ -32,34 +32,34 @@ def gives_attitude(estimator: Estimator) -> bool:
     return {*QUATERNION} <= {o.name for o in estimator.outputs}
 
 
-def units_of(estimator: Estimator, given: Feed) -> dict[str, str]:
+def units_of(estimator: Estimator, columns: Feed) -> dict[str, str]:
     """Units of the figures that a record's truth allows, by name; empty without any truth."""
-    units, apart = {}, _apart(estimator, given)
-    if apart and _rows(given, QUATERNION).any():
+    units, judged = {}, _apart(estimator, columns)
+    if judged and _rows(columns, QUATERNION).any():
         units = dict.fromkeys(ANGLES, "deg")
     for o in estimator.outputs:
-        if o.name in given.truth and o.name not in apart and _rows(given, (o.name,)).any():
+        if o.name in columns.truth and o.name not in judged and _rows(columns, (o.name,)).any():
             units[o.name] = "words" if o.unit in EXACT_UNITS else o.unit
     return units
 
 
 def errors(
-    estimator: Estimator, given: Feed, outputs: Mapping[str, FloatArray]
+    estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray]
 ) -> dict[str, float]:
     """Figures of a run's outputs (n,), by name; those of `units_of`.
 
     An attitude of norm zero counts as NaN. Of words that are compared exactly the figure is the
     root of the share that differs.
     """
-    found: dict[str, float] = {}
-    units, apart = units_of(estimator, given), _apart(estimator, given)
-    if apart and ANGLES[0] in units:
-        reference = np.stack([given.truth[n] for n in QUATERNION], axis=1)
-        found = attitude_errors(attitude_of(outputs), reference, given.counts)
-    names = [n for n in units if n not in found]
+    metrics: dict[str, float] = {}
+    units, judged = units_of(estimator, columns), _apart(estimator, columns)
+    if judged and ANGLES[0] in units:
+        reference = np.stack([columns.truth[n] for n in QUATERNION], axis=1)
+        metrics = attitude_errors(attitude_of(outputs), reference, columns.counts)
+    names = [n for n in units if n not in metrics]
     own = [o for o in estimator.outputs if o.name in names]
-    run, truth = ({n: x[n][given.counts] for n in names} for x in (outputs, given.truth))
-    return found | {d.output: d.rms for d in differences(own, run, truth, judged=False)}
+    run, truth = ({n: x[n][columns.counts] for n in names} for x in (outputs, columns.truth))
+    return metrics | {d.output: d.rms for d in differences(own, run, truth, judged=False)}
 
 
 def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
@@ -70,15 +70,15 @@ def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> 
     return dict(attitude_rmse(seen, reference[rows])._asdict())
 
 
-def _apart(estimator: Estimator, given: Feed) -> tuple[str, ...]:
+def _apart(estimator: Estimator, columns: Feed) -> tuple[str, ...]:
     """Outputs that have no figure of their own, since the angles say it."""
-    whole = gives_attitude(estimator) and all(n in given.truth for n in QUATERNION)
+    whole = gives_attitude(estimator) and all(n in columns.truth for n in QUATERNION)
     return (*QUATERNION, *ANGLES) if whole else ()
 
 
-def _rows(given: Feed, names: tuple[str, ...]) -> BoolArray:
+def _rows(columns: Feed, names: tuple[str, ...]) -> BoolArray:
     """Samples that count and have a truth."""
-    rows = given.counts.copy()
+    rows = columns.counts.copy()
     for name in names:
-        rows &= np.isfinite(given.truth[name])
+        rows &= np.isfinite(columns.truth[name])
     return rows

@@ -50,12 +50,12 @@ def innovations(
     x = np.where(valid, normalised, 0.0)
     count = max(int(valid.sum()), 1)
     power = max(float((x * x).sum()) / count, 1e-300)
-    found = []
+    results = []
     for lag in range(1, lags + 1):
         pairs = int((valid[lag:] & valid[:-lag]).sum())
-        found.append(float((x[lag:] * x[:-lag]).sum()) / max(pairs, 1) / power)
+        results.append(float((x[lag:] * x[:-lag]).sum()) / max(pairs, 1) / power)
     return Innovations(
-        power, 1.96 * np.sqrt(2.0 / count), np.array(found), 1.96 / np.sqrt(float(count))
+        power, 1.96 * np.sqrt(2.0 / count), np.array(results), 1.96 / np.sqrt(float(count))
     )
 
 
@@ -69,8 +69,8 @@ def plot_innovations(
             colour = COLOUR.get(name, other)
             own = [run[k] for run in runs]
             across = k + np.linspace(-0.3, 0.3, len(own))
-            left.plot(across, [one.nis for one in own], ".", color=colour)
-            rho = np.mean([one.correlation for one in own], axis=0)
+            left.plot(across, [result.nis for result in own], ".", color=colour)
+            rho = np.mean([result.correlation for result in own], axis=0)
             right.plot(np.arange(1, len(rho) + 1), rho, ".-", color=colour, label=name)
             for sign in (-1.0, 1.0):
                 edge = 1.0 + sign * own[0].nis_band

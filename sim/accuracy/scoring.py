@@ -66,7 +66,7 @@ class Scorer:
         """``work`` on the run of every record in ``which``, in that order."""
         self.estimator.param_values(params)
 
-        def one(index: int) -> _T:
+        def item(index: int) -> _T:
             level = self._levels.get()
             try:
                 level.set_params(params)
@@ -76,9 +76,9 @@ class Scorer:
                 self._levels.put(level)
 
         if self.jobs == 1:
-            return [one(index) for index in which]
+            return [item(index) for index in which]
         with ThreadPoolExecutor(self.jobs) as pool:
-            return list(pool.map(one, which))
+            return list(pool.map(item, which))
 
     def runs(self, params: Mapping[str, float] | None = None) -> list[Loop]:
         """Run every record with these parameters (defaults for those not named)."""
@@ -96,18 +96,18 @@ class Scorer:
         """
 
         def score(index: int, loop: Loop) -> dict[str, float]:
-            given = self.feeds[index]
-            if not units_of(self.estimator, given):
+            columns = self.feeds[index]
+            if not units_of(self.estimator, columns):
                 raise InputError.at(
-                    given.record.where,
+                    columns.record.where,
                     wanted=f"a truth of {self.estimator.name}'s outputs",
                     found="none",
                     fix="leave this log out",
                 )
-            found = errors(self.estimator, given, loop.outputs)
+            metrics = errors(self.estimator, columns, loop.outputs)
             if self.told is None:
-                return found
+                return metrics
             name, figure = self.told[index]
-            return {name: found[figure]}
+            return {name: metrics[figure]}
 
         return self._each(range(len(self.feeds)) if which is None else which, params, score)

@@ -80,18 +80,18 @@ class Objective:
     scales: Mapping[str, float]
 
     @classmethod
-    def of(cls, weights: Mapping[str, float], given: Score) -> Objective:
-        """Shares of the figures ``given``, where several count and those are above zero."""
+    def of(cls, weights: Mapping[str, float], baseline: Score) -> Objective:
+        """Shares of the ``baseline``, where several count and those are above zero."""
         used = {n: w for n, w in weights.items() if w}
         several = len(used) > 1
-        fit = {n: several and np.isfinite(given[n]) and given[n] > 0.0 for n in used}
-        return cls(used, {n: given[n] if fit[n] else 1.0 for n in used})
+        fit = {n: several and np.isfinite(baseline[n]) and baseline[n] > 0.0 for n in used}
+        return cls(used, {n: baseline[n] if fit[n] else 1.0 for n in used})
 
     def value(self, scores: Sequence[Score]) -> float:
         """Weighted mean over figures of their means over the trials; NaN if none has any."""
-        found = {n: x for n, x in means(scores).items() if n in self.weights}
-        weight = sum(self.weights[n] for n in found)
-        total = sum(self.weights[n] * x / self.scales[n] for n, x in found.items())
+        weighted = {n: x for n, x in means(scores).items() if n in self.weights}
+        weight = sum(self.weights[n] for n in weighted)
+        total = sum(self.weights[n] * x / self.scales[n] for n, x in weighted.items())
         return total / weight if weight else float("nan")
 
 
@@ -142,7 +142,7 @@ class Tuning:
     def search(self, which: Sequence[int], what: str) -> Tuned:
         """The best values on some trials."""
         begun = time.perf_counter()
-        found = pattern_search(
+        result = pattern_search(
             lambda values: self.objective.value(self.scores(values, which)),
             self.params,
             self.start,
@@ -150,8 +150,8 @@ class Tuning:
             progress=lambda text: self.say(f"{what}, {text}"),
         )
         seconds = time.perf_counter() - begun
-        self.say(f"{what}: {found.start:.4g} to {found.best:.4g}, {seconds:.1f} s")
-        return found
+        self.say(f"{what}: {result.start:.4g} to {result.best:.4g}, {seconds:.1f} s")
+        return result
 
     def folds(self, tests: Sequence[tuple[int, ...]]) -> list[Fold]:
         """Cross-validation: each fold is tuned on the other folds' trials."""
@@ -169,7 +169,7 @@ class Tuning:
         def errors(moved: Mapping[str, float]) -> dict[str, float]:
             return means(self.scores({**values, **moved}, every))
 
-        found = sensitivities(
+        slopes = sensitivities(
             lambda v: self.objective.value(self.scores({**values, **v}, every)),
             self.params,
             values,
@@ -181,7 +181,7 @@ class Tuning:
                 errors_at_low=errors({s.parameter: s.low}),
                 errors_at_high=errors({s.parameter: s.high}),
             )
-            for s in found
+            for s in slopes
         ]
 
 

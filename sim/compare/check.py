@@ -113,35 +113,35 @@ class Check:
         """
         estimators = self.build.estimators
         own = records * len(estimators) if len(records) == 1 else records
-        given = [
+        feeds = [
             feed(e, record, linked=self.build.links[k])
             for k, (e, record) in enumerate(zip(estimators, own, strict=True))
         ]
-        for text in {text: None for one in given for text in one.warnings}:
+        for text in {text: None for rows in feeds for text in rows.warnings}:
             self.progress(f"warning: {text}")
         if not self._sound:
-            check_sound(self.build, [one.inputs for one in given])
+            check_sound(self.build, [rows.inputs for rows in feeds])
             self._sound = True
-        self._say("float64", given)
+        self._say("float64", feeds)
         floating = CompiledFloat.run_together(
-            self._levels(CompiledFloat), [g.inputs for g in given]
+            self._levels(CompiledFloat), [g.inputs for g in feeds]
         )
         attempts = [
-            self._attempt(LEVELS[name], tool, given)
+            self._attempt(LEVELS[name], tool, feeds)
             for name in self.levels
             if name != Interpreted.name
             for tool in LEVELS[name].tools_of_check(self.simulator)
         ]
-        judges, fixed, seconds = self._interpret(attempts, given)
+        judges, fixed, seconds = self._interpret(attempts, feeds)
         results = []
-        for k, (one, wanted, reference) in enumerate(zip(given, fixed, floating, strict=True)):
-            levels = [self._judged(x, k, one, wanted, reproducer) for x in attempts]
+        for k, (rows, wanted, reference) in enumerate(zip(feeds, fixed, floating, strict=True)):
+            levels = [self._judged(x, k, rows, wanted, reproducer) for x in attempts]
             if Interpreted.name in self.levels or wanted.fault:
                 levels.insert(0, compare(judges[k], wanted, wanted, seconds))
-            accuracy = judge(self.build, k, one.inputs, wanted, reference, one.clamped)
-            book = beside_textbook(self.build, k, one.inputs, reference)
+            accuracy = judge(self.build, k, rows.inputs, wanted, reference, rows.clamped)
+            book = beside_textbook(self.build, k, rows.inputs, reference)
             results.append(
-                CheckResult(self.build, k, one, tuple(levels), accuracy, wanted, reference, book)
+                CheckResult(self.build, k, rows, tuple(levels), accuracy, wanted, reference, book)
             )
         return results
 
@@ -152,47 +152,47 @@ class Check:
             self._made[kind, tool] = [kind(self.build, k, tool) for k in numbers]
         return self._made[kind, tool]
 
-    def _say(self, what: str, given: Sequence[Feed], most: int | None = None) -> None:
-        count = sum(len(g.inputs[:most]) for g in given)
-        turns = f" of {len(given)} programs" if len(given) > 1 else ""
+    def _say(self, what: str, feeds: Sequence[Feed], most: int | None = None) -> None:
+        count = sum(len(g.inputs[:most]) for g in feeds)
+        turns = f" of {len(feeds)} programs" if len(feeds) > 1 else ""
         self.progress(f"{what}, {count} updates{turns}")
 
-    def _attempt(self, kind: type[Level], tool: str, given: Sequence[Feed]) -> _Attempt:
+    def _attempt(self, kind: type[Level], tool: str, feeds: Sequence[Feed]) -> _Attempt:
         start, error = time.perf_counter(), ""
         levels: list[Level] = []
         runs: list[Run] = []
         try:
             levels = self._levels(kind, tool)
             most = levels[0].most
-            self._say(f"{kind.name} in {tool}", given, most)
-            runs = kind.run_together(levels, [g.inputs[:most] for g in given])
+            self._say(f"{kind.name} in {tool}", feeds, most)
+            runs = kind.run_together(levels, [g.inputs[:most] for g in feeds])
         except (ToolMissing, ToolFailed, SimulationFailed) as failed:
             error = str(failed).strip().splitlines()[0]
         seconds = time.perf_counter() - start
         return _Attempt(kind, tool, levels, runs, seconds, error)
 
     def _interpret(
-        self, attempts: Sequence[_Attempt], given: list[Feed]
+        self, attempts: Sequence[_Attempt], feeds: list[Feed]
     ) -> tuple[list[Level], list[Run], float]:
         """The interpreter's runs, from the states that another level has shown if any has.
 
-        What one estimator reads of another is in ``given`` then.
+        What one estimator reads of another is in ``feeds`` then.
         """
         shown = next((x.runs for x in attempts if x.runs and x.runs[0].states is not None), None)
-        self._say("integer interpreter", given)
+        self._say("integer interpreter", feeds)
         start, runs = time.perf_counter(), dict[int, Run]()
-        judges, counts = self._levels(Interpreted), [len(one) for one in given]
+        judges, counts = self._levels(Interpreted), [len(rows) for rows in feeds]
         for k in self.build.order:
             judge, outputs = judges[k], {n: run.outputs for n, run in runs.items()}
-            inputs = self.build.filled(k, given[k].inputs, outputs, counts)
-            given[k] = dataclasses.replace(given[k], inputs=inputs)
+            inputs = self.build.filled(k, feeds[k].inputs, outputs, counts)
+            feeds[k] = dataclasses.replace(feeds[k], inputs=inputs)
             judge.shown = None if shown is None else shown[k].states
             runs[k] = judge.run_anew(inputs)
         seconds = time.perf_counter() - start
         return judges, [runs[k] for k in range(len(judges))], seconds
 
     def _judged(
-        self, tried: _Attempt, k: int, given: Feed, wanted: Run, reproducer: OutputFile | None
+        self, tried: _Attempt, k: int, columns: Feed, wanted: Run, reproducer: OutputFile | None
     ) -> LevelResult:
         """One level's verdict on one estimator: on a mismatch with the first value that differs."""
         if tried.error:
@@ -203,11 +203,13 @@ class Check:
         if (step := result.first_wrong) is None:
             return result
         assert wanted.states is not None
-        words = given.words(level.program)
-        found = first_divergence(level, given.inputs, words, wanted.states, step)
+        words = columns.words(level.program)
+        divergence = first_divergence(level, columns.inputs, words, wanted.states, step)
         many = len(tried.levels)
         rest = f"with {many} programs in turns" if many > 1 else "all values equal"
-        text = str(found) if found else f"{level.name}: outputs differ, step {step}, {rest}"
+        text = (
+            str(divergence) if divergence else f"{level.name}: outputs differ, step {step}, {rest}"
+        )
         if reproducer is not None and not reproducer.written:
             at_step = program_at(level.program, wanted.states, step)
             write_reproducer(

@@ -71,7 +71,7 @@ def find_culprit(
     """
     twin = None
     for twin in twins(program, nodes, inputs, states):
-        found: list[tuple[int, int, int, Callable[[Twin, int, int], Culprit]]] = []
+        candidates: list[tuple[int, int, int, Callable[[Twin, int, int], Culprit]]] = []
         for place, op in enumerate(program.ops):
             if op.dest in nodes:
                 for wrong, said in (
@@ -79,9 +79,9 @@ def find_culprit(
                     (twin.leaves(op.dest), _explain),
                 ):
                     if wrong.any():
-                        found.append((int(np.argmax(wrong)), place, op.dest, said))
-        if found:
-            step, _, value, explain = min(found, key=lambda f: f[:2])
+                        candidates.append((int(np.argmax(wrong)), place, op.dest, said))
+        if candidates:
+            step, _, value, explain = min(candidates, key=lambda f: f[:2])
             return explain(twin, value, step)
     return None if twin is None else _weakest(twin, len(inputs) - 1 - twin.first)
 
@@ -149,9 +149,9 @@ def _wider(twin: Twin, value: int) -> str:
 def _fault_within(twin: Twin, value: int, step: int) -> Culprit | None:
     """What an argument out of its function's domain explains, in any part of a value."""
     for part in twin.parts(twin.nodes[value]):
-        found = _function_fault(twin, part, step)
-        if found is not None:
-            return _named(twin, value, step, *found, line=part.line)
+        fault = _function_fault(twin, part, step)
+        if fault is not None:
+            return _named(twin, value, step, *fault, line=part.line)
     return None
 
 
@@ -179,13 +179,13 @@ def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None
 
 def _weakest(twin: Twin, step: int) -> Culprit | None:
     """The root or reciprocal whose argument has the fewest bits, if they are few."""
-    found: list[tuple[int, int, Node]] = []
+    candidates: list[tuple[int, int, Node]] = []
     for value, node in twin.nodes.items():
         for part in twin.parts(node):
             held = twin.value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
             if held is not None:
-                found.append((int(abs(twin.words[held][step])).bit_length(), value, part))
-    few = [f for f in found if f[0] <= _FEW * twin.program.arithmetic.word]
+                candidates.append((int(abs(twin.words[held][step])).bit_length(), value, part))
+    few = [f for f in candidates if f[0] <= _FEW * twin.program.arithmetic.word]
     if not few:
         return None
     bits, value, part = min(few, key=lambda f: f[0])

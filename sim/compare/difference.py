@@ -161,7 +161,7 @@ class Decided:
 
 def differences(
     outputs: Sequence[Output],
-    found: Mapping[str, FloatArray],
+    values: Mapping[str, FloatArray],
     reference: Mapping[str, FloatArray],
     *,
     judged: bool = True,
@@ -172,7 +172,7 @@ def differences(
     ----------
     outputs : sequence of Output
         Those without a reference are left out.
-    found, reference : mapping of str to float64 (n,)
+    values, reference : mapping of str to float64 (n,)
         By name, in the outputs' units; NaN in the reference: none there.
     judged : bool
         Whether tolerances count (they are of fixed point against float, not against truth).
@@ -181,24 +181,24 @@ def differences(
     whole = all(name in by_name and name in reference for name in QUATERNION)
     turned = dict(reference)
     out = []
-    alike = _alike(outputs, found, reference) if judged else None
+    alike = _alike(outputs, values, reference) if judged else None
     with np.errstate(all="ignore"):  # a reference may be infinite
         if whole:
-            q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (found, reference))
+            q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (values, reference))
             sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
             turned |= {n: reference[n] * sign for n in QUATERNION}
         for o in outputs:
             if o.name in reference:
                 exact = o.unit in EXACT_UNITS
                 tolerance = (0.0 if exact else o.tolerance) if judged else None
-                apart = _apart(o.unit, found[o.name], turned[o.name])
+                error = _apart(o.unit, values[o.name], turned[o.name])
                 # A truth may have gaps; a float64 run that is no number is a fault.
                 there = judged | np.isfinite(turned[o.name])
                 if exact:
-                    made = _difference(o.name, "words", apart, there, tolerance)
-                    out.append(replace(made, decided=_decided(o, apart)) if judged else made)
+                    made = _difference(o.name, "words", error, there, tolerance)
+                    out.append(replace(made, decided=_decided(o, error)) if judged else made)
                 else:
-                    out.append(_difference(o.name, o.unit, apart, there, tolerance, alike))
+                    out.append(_difference(o.name, o.unit, error, there, tolerance, alike))
         if whole:
             limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
             known = [x for x in limits if x is not None]
@@ -211,36 +211,38 @@ def differences(
 
 
 def _alike(
-    outputs: Sequence[Output], found: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]
+    outputs: Sequence[Output], values: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]
 ) -> int | None:
     """Leading updates whose decisions agree; None: all."""
     exact = [o for o in outputs if o.unit in EXACT_UNITS and o.name in reference]
-    differ = [_apart(o.unit, found[o.name], reference[o.name]) != 0.0 for o in exact]
+    differ = [_apart(o.unit, values[o.name], reference[o.name]) != 0.0 for o in exact]
     wrong = np.logical_or.reduce(differ) if differ else np.zeros(0, dtype=np.bool_)
     return int(wrong.argmax()) if wrong.any() else None
 
 
-def _decided(output: Output, apart: FloatArray) -> Decided:
-    differing = apart != 0.0
+def _decided(output: Output, error: FloatArray) -> Decided:
+    differing = error != 0.0
     ends = np.flatnonzero(np.diff(np.concatenate([[False], differing, [False]]).astype(np.int8)))
     longest = int(np.diff(ends)[::2].max(initial=0))
     count = int(np.count_nonzero(differing))
-    return Decided(count, len(apart), longest, output.share, output.longest)
+    return Decided(count, len(error), longest, output.share, output.longest)
 
 
-def _apart(unit: str, found: FloatArray, reference: FloatArray) -> FloatArray:
+def _apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:
     if unit in EXACT_UNITS:
         return np.where(
-            np.isnan(found) | ~np.isfinite(reference), np.nan, np.rint(found) != np.rint(reference)
+            np.isnan(values) | ~np.isfinite(reference),
+            np.nan,
+            np.rint(values) != np.rint(reference),
         )
-    apart = np.abs(found - reference)
-    return around(apart, PERIODS[unit]) if unit in PERIODS else apart
+    error = np.abs(values - reference)
+    return around(error, PERIODS[unit]) if unit in PERIODS else error
 
 
-def around(apart: FloatArray, period: float) -> FloatArray:
+def around(error: FloatArray, period: float) -> FloatArray:
     """Distances on a circle of so much."""
     half = 0.5 * period
-    return np.abs((apart + half) % period - half)
+    return np.abs((error + half) % period - half)
 
 
 def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
@@ -254,22 +256,22 @@ def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
 def _difference(
     name: str,
     unit: str,
-    apart: FloatArray,
+    error: FloatArray,
     known: npt.ArrayLike,
     tolerance: float | None,
     alike: int | None = None,
 ) -> Difference:
     """Of leading samples, and after them; all of them for None."""
-    there = np.broadcast_to(np.asarray(known, dtype=np.bool_), apart.shape)
-    curve = np.where(there, apart, np.nan)
+    there = np.broadcast_to(np.asarray(known, dtype=np.bool_), error.shape)
+    curve = np.where(there, error, np.nan)
     if alike is not None:
-        before = _difference(name, unit, apart[:alike], there[:alike], tolerance)
-        rest = _difference(name, unit, apart[alike:], there[alike:], None)
+        before = _difference(name, unit, error[:alike], there[:alike], tolerance)
+        rest = _difference(name, unit, error[alike:], there[alike:], None)
         step = None if rest.at_step is None else rest.at_step + alike
         return replace(before, apart=curve, after=replace(rest, at_step=step))
     if not there.any():
         return Difference(name, unit, 0, math.nan, math.nan, None, tolerance, curve)
-    seen = apart[there]
+    seen = error[there]
     broken = np.isnan(seen)
     k = int(np.argmax(broken if broken.any() else seen))
     return Difference(

@@ -32,10 +32,10 @@ class Divergence:
 
     def __str__(self) -> str:
         at = "" if self.cycle is None else f", cycle {self.cycle}"
-        found = "X" if self.found is None else str(self.found)
+        value = "X" if self.found is None else str(self.found)
         return (
             f"{self.level}: first difference in value {self.value}, step {self.step}{at}: "
-            f"wanted {self.wanted}, found {found}"
+            f"wanted {self.wanted}, found {value}"
         )
 
 

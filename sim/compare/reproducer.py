@@ -62,9 +62,9 @@ def load_reproducer(path: Path) -> dict[str, Any]:
     """
     data = read_json(path, _WANTED)
     if not isinstance(data, dict):
-        found = kind_of(data)
+        kind = kind_of(data)
     elif data.get("boresight_reproducer") != 1:
-        found = "another kind of JSON"
+        kind = "another kind of JSON"
     else:
         try:
             data["program"] = Program.from_json(json.dumps(data.get("program")))
@@ -72,11 +72,11 @@ def load_reproducer(path: Path) -> dict[str, Any]:
             _check_record(data)
             return data
         except (AttributeError, KeyError, TypeError):
-            found = "a program that lacks something, or has too much"
+            kind = "a program that lacks something, or has too much"
         except ValueError as error:
-            found = str(error)
+            kind = str(error)
     raise InputError.at(
-        str(path), wanted=_WANTED, found=found, fix="give the file that boresight check wrote"
+        str(path), wanted=_WANTED, found=kind, fix="give the file that boresight check wrote"
     )
 
 
@@ -119,9 +119,9 @@ def replay_reproducer(
     data = load_reproducer(path)
     program: Program = data["program"]
     build = _Saved(program, data["config"])
-    given = np.array(data["inputs"], dtype=np.int64)
+    inputs = np.array(data["inputs"], dtype=np.int64)
     wanted = np.array(data["outputs"], dtype=np.int64)
-    record = np.stack([program.format(n).real(given[:, k]) for k, n in enumerate(program.inputs)])
+    record = np.stack([program.format(n).real(inputs[:, k]) for k, n in enumerate(program.inputs)])
     lines = []
     chosen = [name for name, level in LEVELS.items() if level.exact] if levels is None else levels
     for kind in (LEVELS[name] for name in chosen):

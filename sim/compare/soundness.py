@@ -80,8 +80,8 @@ def _check_moving(
         for (number, limit, of), result in zip(limits(program), results, strict=True):
             exact = np.broadcast_to(values[result.number], rows)[clean]
             form = program.format(number)
-            apart = np.abs(np.clip(exact, form.min, form.max) - twin.real(number))
-            if _still(twin, number) and np.mean(apart > _LIMITS * limit) > _SHARE:
+            error = np.abs(np.clip(exact, form.min, form.max) - twin.real(number))
+            if _still(twin, number) and np.mean(error > _LIMITS * limit) > _SHARE:
                 lost = next(_lost(twin, number), number)
                 said, line = program.values[lost], nodes[lost].line if lost in nodes else ""
                 raise InputError.at(

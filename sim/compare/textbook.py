@@ -25,14 +25,14 @@ def beside_textbook(
     book = estimator.textbook(some, build.params[number])
     if book is None:
         return ()
-    found = {name: values[: len(some)] for name, values in floating.outputs.items()}
-    return tuple(differences(estimator.outputs, found, book))
+    outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
+    return tuple(differences(estimator.outputs, outputs, book))
 
 
-def textbook_line(found: Sequence[Difference]) -> str:
+def textbook_line(errors: Sequence[Difference]) -> str:
     """One line for people."""
-    unit = [f" {d.unit}" if d.unit else "" for d in found]
-    texts = ", ".join(f"{d.output} {d.largest:.1e}{u}" for d, u in zip(found, unit, strict=True))
-    beyond = [d.output for d in found if not d.good]
+    unit = [f" {d.unit}" if d.unit else "" for d in errors]
+    texts = ", ".join(f"{d.output} {d.largest:.1e}{u}" for d, u in zip(errors, unit, strict=True))
+    beyond = [d.output for d in errors if not d.good]
     verdict = f"BEYOND the tolerance of {', '.join(beyond)}" if beyond else "within"
-    return f"float64 against the textbook, {found[0].samples} updates: {texts}: {verdict}"
+    return f"float64 against the textbook, {errors[0].samples} updates: {texts}: {verdict}"

@@ -107,18 +107,18 @@ class Twin:
         node = self.nodes[value]
         with np.errstate(all="ignore"):
             twin = self.computed(node)
-            apart = np.abs(twin - self.real(value))
-            apart = np.where(np.isinf(twin), 0.0, apart)  # 1/0: as large as it gets
+            error = np.abs(twin - self.real(value))
+            error = np.where(np.isinf(twin), 0.0, error)  # 1/0: as large as it gets
             if node.unit in PERIODS:
-                apart = around(apart, PERIODS[node.unit])
-            return apart, np.maximum(self._size(node), np.abs(twin))
+                error = around(error, PERIODS[node.unit])
+            return error, np.maximum(self._size(node), np.abs(twin))
 
     def leaves(self, value: int) -> BoolArray:
         """In which updates a value is further from its twin than rounding explains."""
-        apart, size = self.apart(value)
+        error, size = self.apart(value)
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, RELATIVE_BITS - self.program.arithmetic.word)
-        return ~(apart <= ROUNDING_LSB * lsb + relative * size)
+        return ~(error <= ROUNDING_LSB * lsb + relative * size)
 
     def beyond(self, value: int) -> BoolArray:
         """In which updates a value is outside the range its author declared, if one did.
@@ -196,8 +196,8 @@ def rounding_errors(
     for twin in twins(program, nodes, inputs, states, before):
         for op in program.ops:
             if op.dest in nodes:
-                apart, size = twin.apart(op.dest)
-                seen = apart[np.isfinite(apart) & np.isfinite(size)]
+                error, size = twin.apart(op.dest)
+                seen = error[np.isfinite(error) & np.isfinite(size)]
                 here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
                 out[op.dest] = out.get(op.dest, Rounding()).joined(here)
     return out

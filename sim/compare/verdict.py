@@ -132,30 +132,30 @@ def judge(
         Samples beyond the range of inputs that are declared to be clamped.
     """
     program, nodes, clamped = build.programs[number], build.nodes[number], dict(clamped)
-    apart = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
+    errors = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
     if run.words is None:
-        return Accuracy(apart, 0, {}, (), clamped, "")
+        return Accuracy(errors, 0, {}, (), clamped, "")
     inputs = words_of(program, records)
     states = CModel(program).trajectory(inputs)[2] if run.states is None else run.states
     left = _beyond_declared(program, states)
     saturated = run.n_saturated
-    if not saturated and not left and all(d.good for d in apart):
-        return Accuracy(apart, 0, {}, (), clamped, "")
+    if not saturated and not left and all(d.good for d in errors):
+        return Accuracy(errors, 0, {}, (), clamped, "")
     seen = CModel(program).observe(inputs)
     names = {
         _named(program, nodes, n): int(count) for n, count in enumerate(seen.saturations) if count
     }
     steps = {step for step, _, _ in left}
     steps |= {int(np.argmax(run.saturated))} if run.saturated is not None and saturated else set()
-    steps |= {d.first_beyond for d in apart if d.first_beyond is not None}
+    steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
     ends = [step + 1 for step in sorted(steps)]
     tried = (find_culprit(program, nodes, inputs[:n], states[:n]) for n in ends)
     first = next(filter(None, tried), None)
-    culprit = str(first) if first else _rounding(program, nodes, seen, inputs, states, apart)
+    culprit = str(first) if first else _rounding(program, nodes, seen, inputs, states, errors)
     # What saturates is said already.
     named = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
     texts = tuple(text for _, state, text in left if state not in named)
-    return Accuracy(apart, saturated, names, texts, clamped, culprit)
+    return Accuracy(errors, saturated, names, texts, clamped, culprit)
 
 
 def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:
@@ -191,7 +191,7 @@ def _rounding(
     seen: WordRanges,
     inputs: IntArray,
     states: IntArray,
-    apart: Sequence[Difference],
+    errors: Sequence[Difference],
 ) -> str:
     """What to do where no single operation is to blame: rounding adds up.
 
@@ -199,9 +199,9 @@ def _rounding(
     is one-sided, and a state loses it (`_coarse`).
     """
     rounding = "no operation leaves its float twin: rounding adds up"
-    found = influences(program, nodes, inputs, states)
-    for d in apart:
-        own = found.get(d.output, [])
+    effects = influences(program, nodes, inputs, states)
+    for d in errors:
+        own = effects.get(d.output, [])
         explained = math.sqrt(math.fsum(i.rms**2 for i in own))
         if not d.good and own and explained >= _EXPLAINED * d.rms:
             shares = ", ".join(

@@ -96,15 +96,15 @@ def convert(folder: Path) -> Record:
 
 
 def _only(folder: Path, kind: str) -> Path:
-    found = sorted(folder.glob(f"*_{kind}.csv"))
-    if len(found) != 1:
+    matches = sorted(folder.glob(f"*_{kind}.csv"))
+    if len(matches) != 1:
         raise InputError.at(
             str(folder),
             wanted=f"one file *_{kind}.csv",
-            found=str(len(found)),
+            found=str(len(matches)),
             fix="give the folder of one x-IMU recording",
         )
-    return found[0]
+    return matches[0]
 
 
 def _table(folder: Path, kind: str, width: int) -> FloatArray:
@@ -139,8 +139,8 @@ def main(arguments: list[str]) -> int:
         return 2
     folder, out = Path(arguments[0]), arguments[1]
     try:
-        given = folder.glob("*.csv") if folder.is_dir() else ()
-        file = OutputFile(out, "convert_ximu", inputs=given, option="OUT.csv")
+        inputs = folder.glob("*.csv") if folder.is_dir() else ()
+        file = OutputFile(out, "convert_ximu", inputs=inputs, option="OUT.csv")
         file.write(_NOTE.encode() + content_of(out, convert(folder)))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -96,5 +96,5 @@ def run_cases(
 def _joined(parts: Sequence[Runs]) -> Runs:
     names = parts[0].figures
     figures = {name: np.concatenate([part.figures[name] for part in parts]) for name in names}
-    each = [one for part in parts for one in part.each]
+    each = [result for part in parts for result in part.each]
     return Runs(figures, parts[0].shown, each, parts[0].pooling)

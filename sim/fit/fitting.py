@@ -81,15 +81,15 @@ def fitted(
         See `sim.fit.choose.profile_of`.
     """
     say = progress or (lambda text: None)
-    trace, given = estimator.record(), dict(params or {})
+    trace, overrides = estimator.record(), dict(params or {})
     seen = []
     for name, inputs in records.items():
         say(f"float64 on {name}, {len(inputs)} updates")
-        after = states_of(estimator, inputs, given)
-        seen.append(reached(trace, estimator, inputs, after, given))
+        after = states_of(estimator, inputs, overrides)
+        seen.append(reached(trace, estimator, inputs, after, overrides))
     provoked, count = [], 0
     for start in starts:
-        values = given | dict(start)
+        values = overrides | dict(start)
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
         for name, inputs in stimuli.items():
             say(f"float64 on hostile inputs, {name}")

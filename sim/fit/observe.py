@@ -110,20 +110,20 @@ def reached(
 def _seen(e: Expression, values: Mapping[int, Any]) -> Range | None:
     """Smallest and largest finite value; None of what is no number."""
     if e.kind == "less":
-        found = values[e.args[0].number] - values[e.args[1].number]
+        observed = values[e.args[0].number] - values[e.args[1].number]
     elif e.kind in ("invert", "both", "either", "differs"):
         return None
     else:
-        found = values[e.number]
-    finite = np.asarray(found)[np.isfinite(found)]
+        observed = values[e.number]
+    finite = np.asarray(observed)[np.isfinite(observed)]
     return (finite.min(), finite.max()) if finite.size else None
 
 
 def joined(*seen: Reached) -> Reached:
     """What all of them reach together."""
     out: dict[int, Range] = {}
-    for one in seen:
-        for number, (low, high) in one.items():
+    for ranges in seen:
+        for number, (low, high) in ranges.items():
             a, b = out.get(number, (low, high))
             out[number] = (min(a, low), max(b, high))
     return out

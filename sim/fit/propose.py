@@ -53,19 +53,19 @@ class Proposal:
     bits: int
 
 
-def proposals(found: Fitted) -> list[Proposal]:
+def proposals(fit: Fitted) -> list[Proposal]:
     """Those that gain bits, most bits first; none for angles that wrap.
 
     The rule is that of formats (`sim.fit.choose.chosen`). What physics allows beyond the records,
     its author knows.
     """
-    estimator, trace = found.estimator, found.trace
+    estimator, trace = fit.estimator, fit.trace
     after = {
-        leaf.number: joined({0: found.seen[leaf.number]}, {0: found.seen[e.number]})[0]
+        leaf.number: joined({0: fit.seen[leaf.number]}, {0: fit.seen[e.number]})[0]
         for leaf, _, e in trace.states
-        if leaf.number in found.seen and e.number in found.seen
+        if leaf.number in fit.seen and e.number in fit.seen
     }
-    seen = {**found.seen, **after}
+    seen = {**fit.seen, **after}
     out = []
     leaves = {"input": trace.inputs, "state": [leaf for leaf, _, _ in trace.states]}
     declared: Mapping[str, Sequence[Input | State]] = {
@@ -109,7 +109,7 @@ def with_ranges(estimator: Estimator, those: Sequence[Proposal]) -> Estimator:
 
 
 def worth(
-    found: Fitted,
+    fit: Fitted,
     those: Sequence[Proposal],
     records: Mapping[str, FloatArray],
     *,
@@ -117,9 +117,9 @@ def worth(
     word: int = 32,
 ) -> Effect | str:
     """Fixed point against float64 with these proposals and a profile that is made with them."""
-    other = with_ranges(found.estimator, those)
+    other = with_ranges(fit.estimator, those)
     trace = other.record()
-    profile = profile_of(trace, other, found.seen, found.hostile, found.profile.logs)
+    profile = profile_of(trace, other, fit.seen, fit.hostile, fit.profile.logs)
     return effect(other, profile, records, params=params, word=word)
 
 

@@ -60,8 +60,8 @@ class Run:
 
     def outputs_alone(self, names: Collection[str]) -> Run:
         """Some outputs and the updates that saturated, without words and states."""
-        kept = {n: values for n, values in self.outputs.items() if n in names}
-        return Run(kept, saturated=self.saturated, fault=self.fault)
+        chosen = {n: values for n, values in self.outputs.items() if n in names}
+        return Run(chosen, saturated=self.saturated, fault=self.fault)
 
     @classmethod
     def stacked(cls, runs: Sequence[Run]) -> Run:

@@ -108,9 +108,9 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
     units = {o.name: o.unit for o in estimator.outputs}
     errors = {}
     for name, truth in loop.truth.items():
-        apart = loop.outputs[name] - truth
+        error = loop.outputs[name] - truth
         period = PERIODS.get(units[name])
-        errors[name] = apart if period is None else wrapped(apart, period)
+        errors[name] = error if period is None else wrapped(error, period)
     states = None
     if run.states is not None:
         pairs = zip(level.program.states, run.states.T, strict=True)
@@ -144,10 +144,10 @@ def _nees(
     if states is None:
         return [], 0
     at = {name: values[marks] for name, values in states.items()}
-    found = estimator.error_covariance(at, estimator.param_values(dict(campaign.params)))
-    if found is None or not set(found[0]) <= set(errors):
+    covariances = estimator.error_covariance(at, estimator.param_values(dict(campaign.params)))
+    if covariances is None or not set(covariances[0]) <= set(errors):
         return [], 0
-    names, p = found
+    names, p = covariances
     e = np.stack([errors[name][marks] for name in names], axis=1)
     # In units of the spread, where units differ by much.
     sd = np.sqrt(np.einsum("nii->ni", p))

@@ -60,7 +60,7 @@ def figures(
         e = np.array([d["errors"][name] for d in draws])
         sd = e.std(axis=0, ddof=1)
         low, high = (math.sqrt(v) for v in band(n - 1, n - 1))
-        one = {
+        entry = {
             "mean": e.mean(axis=0),
             "mean_band": _Z / math.sqrt(n) * sd,
             "sd": sd,
@@ -70,11 +70,11 @@ def figures(
         if name in bound:
             least = np.asarray(bound[name], dtype=np.float64)[marks]
             known = np.isfinite(least) & (least > 0.0)
-            one |= {
+            entry |= {
                 "bound": np.where(known, least, np.nan),
                 "ratio": np.where(known, sd / np.where(known, least, 1.0), np.nan),
             }
-        outputs[name] = {key: _plain(v) for key, v in one.items()}
+        outputs[name] = {key: _plain(v) for key, v in entry.items()}
     out: dict[str, Any] = {"runs": n, "marks": marks.tolist(), "outputs": outputs}
     own = draws[0]["freedom"]
     if own:
@@ -101,12 +101,12 @@ def _plain(values: FloatArray) -> Any:
 def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """The last mark as a table."""
     lines = [f"{'output':22s}{'mean error':>13s}{'+-':>11s}{'sd':>12s}{'bound':>12s}{'ratio':>8s}"]
-    for name, one in data["outputs"].items():
-        least = (one.get(key, [None])[-1] for key in ("bound", "ratio"))
+    for name, entry in data["outputs"].items():
+        least = (entry.get(key, [None])[-1] for key in ("bound", "ratio"))
         bound, ratio = ("" if v is None else f"{v:.4g}" for v in least)
         lines.append(
-            f"{name:22s}{one['mean'][-1]:13.4g}{one['mean_band'][-1]:11.3g}"
-            f"{one['sd'][-1]:12.4g}{bound:>12s}{ratio:>8s} {units.get(name, '')}".rstrip()
+            f"{name:22s}{entry['mean'][-1]:13.4g}{entry['mean_band'][-1]:11.3g}"
+            f"{entry['sd'][-1]:12.4g}{bound:>12s}{ratio:>8s} {units.get(name, '')}".rstrip()
         )
     for key, mean in (
         ("nees", data.get("nees", {}).get("mean", [None])[-1]),

@@ -123,13 +123,13 @@ def _log(
     check: CheckResult, warn: Callable[[str], None], *, truth: bool, named: bool
 ) -> dict[str, Any]:
     """Figures and curves of one record; ``named``: warnings tell which."""
-    given = check.given
-    t = np.arange(float(len(given))) if given.t is None else given.t - given.t[0]
+    columns = check.given
+    t = np.arange(float(len(columns))) if columns.t is None else columns.t - columns.t[0]
     known = _truths(check)
-    found = {
-        "dataset": given.record.name,
-        "samples": len(given),
-        "seconds": None if given.t is None else _number(float(t[-1])),
+    data = {
+        "dataset": columns.record.name,
+        "samples": len(columns),
+        "seconds": None if columns.t is None else _number(float(t[-1])),
         "word": check.build.word,
         "reference": None if not known else "truth" if truth else "comparison",
         "truth": _against_truth(check, known),
@@ -137,7 +137,7 @@ def _log(
         "parted": _parted(check, t),
         **_attitude(check),
     }
-    bins = _Bins(len(given))
+    bins = _Bins(len(columns))
     series = {
         "samples_per_point": bins.size,
         "t": bins.first(t),
@@ -145,13 +145,13 @@ def _log(
         "vs_log_deg": _vs_log(check, bins),
     }
     if QUATERNION[0] in check.fixed.outputs and not known:
-        warn(f"accuracy: {given.record.name} has no attitude to compare with")
-    where = f"accuracy, {given.record.name}" if named else "accuracy"
+        warn(f"accuracy: {columns.record.name} has no attitude to compare with")
+    where = f"accuracy, {columns.record.name}" if named else "accuracy"
     for line in check.accuracy.faults():
         warn(f"{where}: {line}")
-    for line in given.warnings:
+    for line in columns.warnings:
         warn(line)
-    return {**found, "series": series}
+    return {**data, "series": series}
 
 
 def _parted(check: CheckResult, t: FloatArray) -> dict[str, Any] | None:

@@ -60,15 +60,15 @@ def read_report(path: str | Path) -> dict[str, Any]:
     wanted = "a report.json of boresight report"
     content = read_bytes(Path(path), wanted)
     try:
-        found = json.loads(content)
+        data = json.loads(content)
     except ValueError:
-        found = None
+        data = None
     parts = ("design", "digest", "timing", "resources", "numerics", "accuracy", "firmware")
-    if not isinstance(found, dict) or not all(part in found for part in parts):
+    if not isinstance(data, dict) or not all(part in data for part in parts):
         raise InputError.at(
             str(path), wanted=wanted, found="something else", fix="name the file that it wrote"
         )
-    return found
+    return data
 
 
 def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
@@ -80,9 +80,9 @@ def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict
         ``rows``: figure, unit, before, after (null where a report has none), and their ratio where
         both are positive numbers; ``equal``: how many figures are the same in both.
     """
-    found = compared(after, before, FIGURES, file="")
+    comparison = compared(after, before, FIGURES, file="")
     rows = []
-    for c in found.changes:
+    for c in comparison.changes:
         numbers = isinstance(c.before, float) and isinstance(c.now, float) and c.before > 0 < c.now
         ratio = float(f"{c.now / c.before:.4g}") if numbers else None  # type: ignore[operator]
         row = {"figure": c.figure, "unit": c.unit, "before": c.before, "after": c.now}
@@ -90,5 +90,5 @@ def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict
     return {
         "before": {key: before.get(key) for key in ("design", "config", "word", "digest")},
         "rows": rows,
-        "equal": found.equal,
+        "equal": comparison.equal,
     }

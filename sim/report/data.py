@@ -125,9 +125,9 @@ _INFLUENCES = 5
 def _influence(program: Program, observed: Observed) -> list[dict[str, Any]]:
     """For each output the values whose rounding contributes most to its error."""
     return [
-        {"output": name, "unit": port.unit, "values": [asdict(i) for i in found[:_INFLUENCES]]}
-        for (name, found), port in zip(observed.influences.items(), program.ports, strict=True)
-        if found
+        {"output": name, "unit": port.unit, "values": [asdict(i) for i in influence[:_INFLUENCES]]}
+        for (name, influence), port in zip(observed.influences.items(), program.ports, strict=True)
+        if influence
     ]
 
 
@@ -213,7 +213,7 @@ def _firmware(program: Program, words: IntArray | None, warn: Warn) -> dict[str,
         for name, text in emit_c(program).items()
         if not name.endswith("_host.c")
     }
-    kept = len(program.of_kind(Kind.PARAM)) + len(program.states)
+    n_words = len(program.of_kind(Kind.PARAM)) + len(program.states)
     uses_table = any(t.coefficient is not None for op in program.ops for t in op.terms)
     if words is None:
         warn("firmware: rate of the C not measured")
@@ -222,7 +222,7 @@ def _firmware(program: Program, words: IntArray | None, warn: Warn) -> dict[str,
         "files": files,
         "lines": sum(f["lines"] for f in files.values()),
         "bytes": sum(f["bytes"] for f in files.values()),
-        "ram_bytes": 4 * kept,
+        "ram_bytes": 4 * n_words,
         "table_bytes": 4 * len(program.table_memory) if uses_table else 0,
         **rate,
     }

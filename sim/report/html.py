@@ -37,8 +37,8 @@ def _linker(links: Mapping[str, str]) -> Callable[[str], str]:
     names = "|".join(re.escape(name) for name in addresses)
     line = re.compile(rf"(?<![\w.-])({names}), line (\d+)")
 
-    def link(found: re.Match[str]) -> str:
-        return f'<a href="{addresses[found[1]]}#L{found[2]}">{found[0]}</a>'
+    def link(match: re.Match[str]) -> str:
+        return f'<a href="{addresses[match[1]]}#L{match[2]}">{match[0]}</a>'
 
     return lambda text: line.sub(link, escape(text))
 

@@ -73,8 +73,8 @@ class Observed:
         errors: dict[int, Rounding] = {}
         for check, own in zip(checks, words, strict=True):
             assert check.fixed.states is not None
-            found = rounding_errors(program, nodes, own, check.fixed.states)
-            errors = {n: e.joined(errors.get(n, Rounding())) for n, e in found.items()}
+            rounding = rounding_errors(program, nodes, own, check.fixed.states)
+            errors = {n: e.joined(errors.get(n, Rounding())) for n, e in rounding.items()}
         estimator = first.build.estimators[first.number]
         said: dict[str, str] = {}
         for declared in (estimator.inputs, estimator.params, estimator.states):
@@ -121,7 +121,7 @@ class Observed:
         """Largest share that the rounding of a value, or of a state's next, has in any output."""
         number = dict(self.program.states).get(value, value)
         name = self.program.values[number].name
-        every = (i for found in self.influences.values() for i in found)
+        every = (i for influences in self.influences.values() for i in influences)
         return max((i.share for i in every if i.value == name), default=0.0)
 
     @property

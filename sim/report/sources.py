@@ -38,7 +38,7 @@ def sources(
     """
     schedule = "schedule: predicted when the core was compiled, re-proven by its checker"
     counted = "measured: boresight check"
-    found = {
+    texts = {
         "word": "chosen when the program was compiled",
         "target": "chosen when the report was made",
         "timing": schedule,
@@ -67,12 +67,12 @@ def sources(
     }
     if estimate is not None:
         made = f"estimate, {tool_of(estimate)}: {estimate.command}"
-        found |= {
+        texts |= {
             "resources": made,
             "timing.fmax_mhz": f"static timing of that netlist, {NOTE}; {made}",
             "timing.update_us_at_fmax": f"latency over fmax_mhz: {NOTE}",
             "timing.critical_path": f"static timing of that netlist, {NOTE}; {made}",
         }
     if data["firmware"]["source"] is not None:
-        found["firmware.updates_per_s"] = str(data["firmware"]["source"])
-    return found
+        texts["firmware.updates_per_s"] = str(data["firmware"]["source"])
+    return texts

@@ -56,11 +56,11 @@ def _point(check: CheckResult, width: int) -> dict[str, Any]:
         run = Emitted(build).run_anew(check.given.inputs)
     except InputError as error:
         return {"good": False, "error": str(error), "saturated_updates": None, "outputs": []}
-    found = differences(build.estimators[0].outputs, run.outputs, check.floating.outputs)
+    errors = differences(build.estimators[0].outputs, run.outputs, check.floating.outputs)
     saturated = run.n_saturated
     return {
-        "good": not saturated and all(d.good for d in found),
+        "good": not saturated and all(d.good for d in errors),
         "error": "",
         "saturated_updates": saturated,
-        "outputs": [d.to_json() for d in found],
+        "outputs": [d.to_json() for d in errors],
     }

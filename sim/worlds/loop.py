@@ -193,26 +193,26 @@ def _world(
     while steps is None or reader.rows < steps:
         start = time.perf_counter()
         if pieces is None:
-            given, n = _guarded(world, world.record, outputs), 1
+            columns, n = _guarded(world, world.record, outputs), 1
         else:
-            given = _guarded(world, next, pieces, None)
-        if given is None:
+            columns = _guarded(world, next, pieces, None)
+        if columns is None:
             break
-        if not isinstance(given, Mapping):
+        if not isinstance(columns, Mapping):
             raise InputError.at(
                 f"world {world.name}, step {reader.rows}",
                 wanted="a record: values by input name, or None at the end",
-                found=type(given).__name__,
+                found=type(columns).__name__,
                 fix="return a dictionary",
             )
         if pieces is not None:
-            given, n = _rows(world, reader.rows, given, steps)
+            columns, n = _rows(world, reader.rows, columns, steps)
         truth = {
-            name: reader.number(name + TRUTH, given[name + TRUTH], n)[:, axis]
+            name: reader.number(name + TRUTH, columns[name + TRUTH], n)[:, axis]
             for name in names
-            if name + TRUTH in given
+            if name + TRUTH in columns
         }
-        inputs, new = reader.take(given, n)
+        inputs, new = reader.take(columns, n)
         run = level.advance(inputs[:, axis])
         if runs is None:
             outputs = {name: float(value[0]) for name, value in run.outputs.items()}

@@ -45,12 +45,12 @@ def profile(parts: Sequence[tuple[float, float, float]], rate_hz: float) -> Floa
     counts = [round(p[0] * rate_hz) for p in parts]
     width = round(0.5 * rate_hz)
     smooth = np.full(width, 1.0 / width)
-    found = []
+    pieces = []
     for k, unit in ((1, 1.0), (2, np.pi / 180.0)):
         steps = unit * np.repeat([float(p[k]) for p in parts], counts)
         padded = np.pad(steps, width - 1, mode="edge")
-        found.append(np.convolve(np.convolve(padded, smooth, "valid"), smooth, "valid"))
-    return np.stack(found)
+        pieces.append(np.convolve(np.convolve(padded, smooth, "valid"), smooth, "valid"))
+    return np.stack(pieces)
 
 
 def ride(

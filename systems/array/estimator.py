@@ -133,15 +133,15 @@ class ArrayAttitude(Estimator):
         velocities = {f"v{a}": s for a, s in zip(NAVIGATION, v, strict=True)}
         after = velocities | sample.last
         after |= sd.next_attitude(x, sample, base, [-a for a in axes], correction, restart)
-        told = (
+        outputs = (
             seen.outputs | {f"q{a}": q for a, q in zip("wxyz", sample.q, strict=True)} | velocities
         )
         if filtered is None:
-            return after, told
+            return after, outputs
         for a in "wxyz":
             old = getattr(x, f"from_q{a}")
             after[f"from_q{a}"] = ops.where(filtered.due | restart, after[f"q{a}"], old)
-        return after | filtered.states, told | filtered.told
+        return after | filtered.states, outputs | filtered.told
 
     def _filtered(self, x: Any, u: Any, p: Any, now: _Now) -> _Filtered:
         """The filter's part of a sample."""
@@ -149,11 +149,11 @@ class ArrayAttitude(Estimator):
         erecting = (u.phase > 0.5) & ~working
         turned = ops.saturated(x.turned + (1.0 / math.pi) * now.up, 4.0)
         turned = ops.bounded(turned, -4.0, 4.0 * BELOW, "saturated")
-        apart = ops.absolute(turned)
+        angle = ops.absolute(turned)
         # Four samples after an index are the velocities' and the cut's; those after a second wait.
-        found = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (apart >= p.index_turn)
+        accepted = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (angle >= p.index_turn)
         count = ops.where(restart, 0.0, x.count + 1.0)
-        due = (count > 1.0 / self.dt - 0.5) | found
+        due = (count > 1.0 / self.dt - 0.5) | accepted
         samples = ops.where(due, count, 0.0)
         earth = (samples * now.place.earth[0], samples * now.place.earth[1])
         ends = ([getattr(x, f"from_q{k}") for k in "wxyz"], now.sample.q)
@@ -162,18 +162,18 @@ class ArrayAttitude(Estimator):
         wide = x.p66 > CUT_AT
         off = index.offset(u, now.sample, now.seen)
         at_index = index.change(x, p, off, turned) if self.literal else index.fix(p, now.seen, off)
-        measured = _measured(p, now, count, at_index, found, wide)
-        gate = ops.where(found & ~wide, p.index_gate, 2.0 * MOVE_LIMIT)
+        measured = _measured(p, now, count, at_index, accepted, wide)
+        gate = ops.where(accepted & ~wide, p.index_gate, 2.0 * MOVE_LIMIT)
         update = updated(ahead, measured, gate)
 
         more = errors.grown(x, p, self.dt * samples, due, erecting)
         more["heading"] = ops.where(update.beyond, REFUSED, more["heading"])
         more = {k: ops.where(restart, v, more[k]) for k, v in errors.first_variances(p).items()}
-        kept, known = ~restart, ~(restart | (erecting & due))
+        running, known = ~restart, ~(restart | (erecting & due))
         p_after = lowered(
             ahead,
             update,
-            lambda i, j: known if {i, j} & {*errors.FORCE} else kept,
+            lambda i, j: known if {i, j} & {*errors.FORCE} else running,
             [more[k] for k in KINDS],
         )
         moves = errors.moves(update)
@@ -181,12 +181,12 @@ class ArrayAttitude(Estimator):
             name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limit)
             for k, (name, limit) in interface.LEARNT.items()
         }
-        used = found & ~update.beyond
+        used = accepted & ~update.beyond
         states = {
             **learnt,
             **{name: p_after[i][j] for name, i, j in element_names(13)},
             "count": ops.where(due, 0.0, count),
-            "late": ops.where(due, ops.where(found, 1.0, 0.0), x.late),
+            "late": ops.where(due, ops.where(accepted, 1.0, 0.0), x.late),
             "turned": ops.where(restart, 4.0 * BELOW, ops.where(used, 0.0, turned)),
         }
         if self.literal:
@@ -196,11 +196,11 @@ class ArrayAttitude(Estimator):
             0: u.phase < 0.5,
             1: erecting,
             2: arrived & ~working,
-            3: (arrived & working & ~found) | update.beyond,
+            3: (arrived & working & ~accepted) | update.beyond,
             4: sd.beyond(u),
             5: wide,
             6: used,
-            7: apart >= 3.0,
+            7: angle >= 3.0,
         }
         return _Filtered(states, learnt | {"status": status_word(flags)}, moves, due)
 
@@ -227,20 +227,20 @@ class _Filtered:
     due: Any
 
 
-def _measured(p: Any, now: _Now, count: Any, at_index: Measured, found: Any, wide: Any) -> Measured:
+def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, wide: Any) -> Measured:
     """What a sample measures: an index, a velocity in its turn, or nothing where it cuts."""
     early = [ops.where(count < k + 0.5, 1.0, 0.0) for k in range(4)]
     turns = [b - a for a, b in zip(early, early[1:], strict=False)]
-    row = {k: ops.where(found, 0.0, one) for k, one in enumerate(turns)}
+    row = {k: ops.where(used, 0.0, turn) for k, turn in enumerate(turns)}
     zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
-    cut = wide & (count > 3.5) & ~found
+    cut = wide & (count > 3.5) & ~used
     row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}
-    row |= {k: ops.where(found, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
+    row |= {k: ops.where(used, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
     zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd
     return Measured(
         row,
-        ops.saturated(zero, 8.0) + ops.where(found, at_index.innovation, 0.0),
-        ops.where(found, at_index.variance, ops.where(cut, CUT_NOISE, zupt * zupt)),
+        ops.saturated(zero, 8.0) + ops.where(used, at_index.innovation, 0.0),
+        ops.where(used, at_index.variance, ops.where(cut, CUT_NOISE, zupt * zupt)),
     )
 
 

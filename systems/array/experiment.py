@@ -61,7 +61,9 @@ class Array(Experiment):
             figures[f"array_interval_cycles_{config}"] = float(schedule.interval)
             figures[f"array_attitude_latency_cycles_{config}"] = float(schedule.latency)
         targets = targets_of("boresight.systems.array", figures, spreads_of(flown, "array_"))
-        hourly = {name: [told.hourly.tolist() for told in of.each] for name, of in flown.items()}
+        hourly = {
+            name: [result.hourly.tolist() for result in of.each] for name, of in flown.items()
+        }
         return Result(
             figures=figures,
             targets=targets,

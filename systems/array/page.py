@@ -82,7 +82,7 @@ def render(flown: Mapping[str, Runs], words: Mapping[str, Runs], targets: Sequen
         ("Cases", _CASES, ("", "runs", *_COLUMNS), _cases(flown), ()),
     )
     names = ("title", "text", "columns", "rows", "figures")
-    made = [Section(**dict(zip(names, one, strict=True))) for one in sections]  # type: ignore[arg-type]
+    made = [Section(**dict(zip(names, texts, strict=True))) for texts in sections]  # type: ignore[arg-type]
     return page("array", _INTRO, targets, made)
 
 
@@ -92,7 +92,7 @@ def _hours(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     for hour in range(len(flown["a_plus"].each[0].hourly)):
         row: list[str | float] = [str(hour + 1)]
         for key, printed in HOURLY.items():
-            drawn = np.array([told.hourly[hour] for told in flown[f"{key}_index"].each])
+            drawn = np.array([result.hourly[hour] for result in flown[f"{key}_index"].each])
             row.append(numbers(printed[hour]) if hour < len(printed) else "")
             row.append(numbers(flown[f"{key}_plus"].each[0].hourly[hour]))
             row.append(numbers(np.sqrt(np.mean(drawn**2, axis=0))))
@@ -109,17 +109,17 @@ def _meaning(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     for kind, name in kinds.items():
         rows.append([f"printed, {name}", *(numbers(printed[k][kind]) for k in RATES)])
     for kind, name in kinds.items():
-        found = [[ours[key][f"{axis}_{kind}"] for axis in ANGLES] for key in RATES]
-        rows.append([f"ours, {name}", *map(numbers, found)])
+        figures = [[ours[key][f"{axis}_{kind}"] for axis in ANGLES] for key in RATES]
+        rows.append([f"ours, {name}", *map(numbers, figures)])
     return rows
 
 
 def _cases(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     rows: list[list[str | float]] = []
     for name, case in CASES.items():
-        found = flown[name].pooled()
+        pooled = flown[name].pooled()
         cells = [
-            numbers((found[key] for key in keys), ".0f" if keys[0] == "used_sum" else ".3g")
+            numbers((pooled[key] for key in keys), ".0f" if keys[0] == "used_sum" else ".3g")
             if case.compared or not keys[0].startswith("fixed")
             else ""
             for keys in _COLUMNS.values()
@@ -135,10 +135,10 @@ def _bands(flown: Mapping[str, Runs], key: str) -> str:
         for name, colour in (("none", "grey"), ("literal", "amber"), ("index", "heading")):
             label = CASES[f"{key}_{name}"].meaning.partition(", ")[2]
             style = {"color": COLOUR[colour], "label": label, "alpha": 0.75, "linewidth": 0.8}
-            for one, error in zip(axes, flown[f"{key}_{name}"].each[0].error.T, strict=True):
-                band(one, error, EVERY * DT / 3600.0, 240, **style)
-        for axis, one in zip(ANGLES, axes, strict=True):
-            one.set_ylabel(f"{axis}, arcsec")
+            for plot, error in zip(axes, flown[f"{key}_{name}"].each[0].error.T, strict=True):
+                band(plot, error, EVERY * DT / 3600.0, 240, **style)
+        for axis, plot in zip(ANGLES, axes, strict=True):
+            plot.set_ylabel(f"{axis}, arcsec")
         axes[2].set_xlabel("time since it turns, h")
         legend(axes[0], 3)
         return svg(figure, f"bands-{key}")
@@ -147,13 +147,13 @@ def _bands(flown: Mapping[str, Runs], key: str) -> str:
 def _lengths(words: Mapping[str, Runs]) -> str:
     """Error of the strapdown by the length of its words."""
     with settings():
-        figure, one = figure_and_axes(3.2)
-        one.axhspan(*FORTY, color=COLOUR["grey"], alpha=0.35, label="40 bits, prototype")
+        figure, plot = figure_and_axes(3.2)
+        plot.axhspan(*FORTY, color=COLOUR["grey"], alpha=0.35, label="40 bits, prototype")
         for (key, deg_s), colour in zip(RATES.items(), ("heading", "pitch"), strict=True):
             for form, style in (("carried", "o-"), ("plain", "o--")):
                 rms = [words[f"{key}_{w}"].pooled()[f"{form}_rms"] for w in WORDS]
                 label = f"{deg_s:g} deg/s, {form}"
-                one.semilogy(WORDS, rms, style, color=COLOUR[colour], label=label)
-        one.set(xlabel="bits of a word", ylabel="error, rms, arcsec", xticks=WORDS)
-        legend(one, 5)
+                plot.semilogy(WORDS, rms, style, color=COLOUR[colour], label=label)
+        plot.set(xlabel="bits of a word", ylabel="error, rms, arcsec", xticks=WORDS)
+        legend(plot, 5)
         return svg(figure, "lengths")

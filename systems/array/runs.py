@@ -63,8 +63,8 @@ class Turned:
     @property
     def hourly(self) -> FloatArray:
         """Errors (hours, 3) after each whole hour; of less than one the last."""
-        found = self.error[_HOUR - 1 :: _HOUR]
-        return found if len(found) else self.error[-1:]
+        samples = self.error[_HOUR - 1 :: _HOUR]
+        return samples if len(samples) else self.error[-1:]
 
 
 def turned(
@@ -79,7 +79,7 @@ def turned(
     covariance = covariance_of(estimator) if watched else None
     square, most = dict.fromkeys(ANGLES * compared, 0.0), dict.fromkeys(ANGLES * compared, 0.0)
     counts: Counter[str] = Counter()
-    least, kept = math.inf, []
+    least, errors = math.inf, []
     for part in drive(world, level):
         run, n = part.run, len(part.inputs)
         if covariance is not None and run.states is not None:
@@ -99,9 +99,9 @@ def turned(
         # The record after the restart is sample 0; kept are the last of each `EVERY` that turn.
         left = ERECTED + EVERY - counts["records"]
         rows_kept = slice(left if left >= 0 else left % EVERY, None, EVERY)
-        kept.append({name: values[rows_kept].copy() for name, values in run.outputs.items()})
+        errors.append({name: values[rows_kept].copy() for name, values in run.outputs.items()})
         counts["records"] += n
-    outputs = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}
+    outputs = {name: np.concatenate([part[name] for part in errors]) for name in errors[0]}
     square = {name: total / counts["records"] for name, total in square.items()}
     error = errors_of(world, outputs)
     return Turned(outputs, error, square, most, least, **{n: counts[n] for n in _COUNTED})
@@ -110,8 +110,8 @@ def turned(
 def errors_of(world: TurningArray, outputs: Mapping[str, FloatArray]) -> FloatArray:
     """Told less true pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
     truth = world.truth(ERECTED, world.samples, EVERY) / math.pi
-    told = np.stack([outputs[n] for n in ANGLES], axis=1)
-    return ARCSEC * wrapped(told - truth, 2.0)
+    angles = np.stack([outputs[n] for n in ANGLES], axis=1)
+    return ARCSEC * wrapped(angles - truth, 2.0)
 
 
 def run_array(case: Case, seeds: range) -> Runs:
@@ -127,17 +127,19 @@ def run_array(case: Case, seeds: range) -> Runs:
 def figures_of(runs: Sequence[Turned]) -> Runs:
     """Figures of each run while it turns, in arcsec; kept of each: `Turned`."""
     figures: dict[str, list[float]] = defaultdict(list)
-    for one in runs:
-        hourly = statistics(one.hourly)
+    for result in runs:
+        hourly = statistics(result.hourly)
         for k, axis in enumerate(ANGLES):
-            figures[f"{axis}_rms"].append(math.sqrt(np.mean(one.error[:, k] ** 2)))
-            figures[f"{axis}_max"].append(np.abs(one.error[:, k]).max())
+            figures[f"{axis}_rms"].append(math.sqrt(np.mean(result.error[:, k] ** 2)))
+            figures[f"{axis}_max"].append(np.abs(result.error[:, k]).max())
             figures[f"{axis}_sigma"].append(hourly["sigma"][k])
-        figures["fixed_float_rms"].append(ARCSEC * math.sqrt(max(one.square.values(), default=0)))
-        figures["fixed_float_max"].append(ARCSEC * max(one.most.values(), default=0.0))
-        figures["eigenvalue_min"].append(one.least_eigenvalue)
+        figures["fixed_float_rms"].append(
+            ARCSEC * math.sqrt(max(result.square.values(), default=0))
+        )
+        figures["fixed_float_max"].append(ARCSEC * max(result.most.values(), default=0.0))
+        figures["eigenvalue_min"].append(result.least_eigenvalue)
         for name in ("saturated", "used", "refused"):
-            figures[f"{name}_sum"].append(getattr(one, name))
-        figures["scale_up_ppm"].append(1e6 * one.outputs["scale_up"][-1])
+            figures[f"{name}_sum"].append(getattr(result, name))
+        figures["scale_up_ppm"].append(1e6 * result.outputs["scale_up"][-1])
     arrays = {n: np.array(v, dtype=np.float64) for n, v in figures.items()}
     return Runs(arrays, {}, list(runs), {f"{axis}_sigma": "rms" for axis in ANGLES})

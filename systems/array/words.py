@@ -25,8 +25,8 @@ class Plain(ArrayAttitude):
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """See `ArrayAttitude`."""
-        state, told = super().step(x, u, p)
-        return state | {n: 0.0 * u.phase for n in state if n.startswith("rest_")}, told
+        state, outputs = super().step(x, u, p)
+        return state | {n: 0.0 * u.phase for n in state if n.startswith("rest_")}, outputs
 
 
 def run_width(width: tuple[int, float, float], seeds: range) -> Runs:

@@ -101,8 +101,8 @@ class MlsAttitude(Estimator):
         for name, value in chosen.items():
             legal = _OPTIONS.get(name, ())
             one_of = f"one of {', '.join(map(str, legal or _OPTIONS))}"
-            found = value if legal else name
-            require(value in legal, f"mls_attitude, {name}", one_of, found)
+            wrong = value if legal else name
+            require(value in legal, f"mls_attitude, {name}", one_of, wrong)
         self.fourth, self.free = chosen["picard"] == 4, chosen["norm"] == "free"
         self.printed = {name for name, value in chosen.items() if value == "printed"}
         self.order = 4 if self.free else 3
@@ -165,18 +165,18 @@ class MlsAttitude(Estimator):
         first = ops.where(count < 0.0, parts.ALIGN_P, p0 * p0)
         after = self._turned(a, correction, half, aligning, first)
         length = ops.bounded(dot(correction, correction) * shrink, 0.0, 2.0, "norm")
-        kept = {"norm": ops.where(aligning, 1.0, length)} if self.free else {}
+        extra = {"norm": ops.where(aligning, 1.0, length)} if self.free else {}
         return (
             {
                 **parts.restarted(q_new, u),
-                **kept,
+                **extra,
                 "unaligned": ops.bounded(count, -1.0, 0.0, "counts up to 0"),
                 **{name: after[i][j] for name, i, j in element_names(self.order)},
             },
             {
                 **dict(zip(("roll", "pitch", "heading"), angles, strict=True)),
                 **{f"q{axis}": c for axis, c in zip("wxyz", q_new, strict=True)},
-                **kept,
+                **extra,
                 "status": parts.status_word({0: aligning, 1: no_field}),
             },
         )

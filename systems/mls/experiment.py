@@ -46,19 +46,19 @@ class Mls(Experiment):
         for elements in (64, 16):
             say(f"patterns of {elements} elements")
             patterns[elements] = patterns_of(Array(elements), GLIDE_DEG, 4 * runs, seed)
-            for name, one in patterns[elements].items():
-                figures |= {f"array{elements}_{name}_{k}": v for k, v in one.figures.items()}
+            for name, trial in patterns[elements].items():
+                figures |= {f"array{elements}_{name}_{k}": v for k, v in trial.figures.items()}
         cases = [(n, case, runs if case.full else min(runs, FEW)) for n, case in CASES.items()]
         flights = run_cases(flown, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
-        found = {name: pooled(of_case) for name, of_case in flights.items()}
-        figures |= {f"mls_{name}_{k}": v for name, f in found.items() for k, v in f.items()}
-        figures |= {f"mls_{axis}_deg": found["corrected"][f"{axis}_deg"] for axis in AXES}
-        figures |= {f"mls_beam_{k}_deg": found["rolling"][f"beam_{k}_deg"] for k in AZIMUTHS}
-        figures["mls_fixed_float_deg"] = max(found[n]["fixed_float_deg"] for n in COMPARED)
+        pooled_runs = {name: pooled(of_case) for name, of_case in flights.items()}
+        figures |= {f"mls_{name}_{k}": v for name, f in pooled_runs.items() for k, v in f.items()}
+        figures |= {f"mls_{axis}_deg": pooled_runs["corrected"][f"{axis}_deg"] for axis in AXES}
+        figures |= {f"mls_beam_{k}_deg": pooled_runs["rolling"][f"beam_{k}_deg"] for k in AZIMUTHS}
+        figures["mls_fixed_float_deg"] = max(pooled_runs[n]["fixed_float_deg"] for n in COMPARED)
         for config, schedules in schedules_of(MlsAttitude(), ArrayPhases()).items():
             for name, schedule in zip(("mls", "phases64"), schedules, strict=True):
                 figures[f"{name}_interval_cycles_{config}"] = float(schedule.interval)
         targets = targets_of("boresight.systems.mls", figures, spreads_of(flights, "mls_"))
         meanings = {name: case.meaning for name, case in CASES.items()}
-        text = render(meanings, found, flights, patterns, targets)
+        text = render(meanings, pooled_runs, flights, patterns, targets)
         return Result(figures=figures, targets=targets, details=meanings, pages={"mls.html": text})

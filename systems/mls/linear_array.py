@@ -110,5 +110,5 @@ def lobe(angle_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Lobe:
         edges.append(angle_deg[inside] + share * (angle_deg[k] - angle_deg[inside]))
     away = np.abs(angle_deg - angle_deg[top][:, None]) > main_deg
     side = np.where(away, flat, 1e-9).max(axis=1)
-    found = ((edges[0] + edges[1]) / 2.0, edges[1] - edges[0], peak, 20.0 * np.log10(side / peak))
-    return Lobe(*(np.asarray(x).reshape(shape) for x in found))
+    figures = ((edges[0] + edges[1]) / 2.0, edges[1] - edges[0], peak, 20.0 * np.log10(side / peak))
+    return Lobe(*(np.asarray(x).reshape(shape) for x in figures))

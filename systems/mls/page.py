@@ -54,7 +54,7 @@ _BEAMS = (
 
 def render(
     meanings: Mapping[str, str],
-    found: Mapping[str, Mapping[str, float]],
+    figures: Mapping[str, Mapping[str, float]],
     flights: Mapping[str, Runs],
     patterns: Mapping[int, Mapping[str, Trial]],
     targets: Sequence[Target],
@@ -77,7 +77,7 @@ def render(
             Section(title="The same in numbers", columns=columns, rows=trials),
             Section(title="Figure 6: the filter on a turntable", figures=[(_TABLE, table)]),
             Section(title="Figure 7: compensation", figures=[(_BEAMS, beams)]),
-            *_cases(meanings, found),
+            *_cases(meanings, figures),
         ],
     )
 
@@ -87,14 +87,14 @@ def _words(name: str) -> str:
 
 
 def _cases(
-    meanings: Mapping[str, str], found: Mapping[str, Mapping[str, float]]
+    meanings: Mapping[str, str], figures: Mapping[str, Mapping[str, float]]
 ) -> Iterator[Section]:
     """Figures of the filter, and of the beam where it is looked at."""
-    keys = dict.fromkeys(key for f in found.values() for key in f)
+    keys = dict.fromkeys(key for f in figures.values() for key in f)
     beam = [key for key in keys if key.startswith(("beam_", "uncompensated_"))]
     for title, some in (("Cases", [k for k in keys if k not in beam]), ("Beams", beam)):
         rows: list[list[str | float]] = [
-            [meanings[n], *(f[k] for k in some)] for n, f in found.items() if some[0] in f
+            [meanings[n], *(f[k] for k in some)] for n, f in figures.items() if some[0] in f
         ]
         yield Section(title=title, columns=("", *map(_words, some)), rows=rows)
 

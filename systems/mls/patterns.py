@@ -37,7 +37,7 @@ def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> di
     The phases are those of the core for beams every `STEP_DEG`, the deck level.
     """
     scan = np.linspace(-SCAN_DEG, SCAN_DEG, round(2.0 * SCAN_DEG / STEP_DEG) + 1)
-    found = {}
+    trials = {}
     for elevation in (elevation_deg, *_HIGH):
         phases = phases_of(array, np.tile(LEVEL, (len(scan), 1)), direction(scan, elevation))
         for axis, b in np.ndindex(3, 2):
@@ -50,8 +50,8 @@ def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> di
                     turn = 2.0 * math.pi * (0.1, 0.5)[b] * array.spacing * float(e[axis])
                     amplitude = np.abs(array.field(phases, e, q))
                     end = "" if elevation == elevation_deg else f"_at_{elevation:.0f}"
-                    found[name + end] = _trial(array, scan, amplitude, azimuth, turn)
-    return found
+                    trials[name + end] = _trial(array, scan, amplitude, azimuth, turn)
+    return trials
 
 
 def _trial(
@@ -60,13 +60,13 @@ def _trial(
     # To the second null, so that the first side lobes are part of it.
     tilt = math.cos(math.radians(azimuth))
     main = math.degrees(2.0 / (array.elements * array.spacing * tilt))
-    found = lobe(scan, amplitude, main)
-    error = angle_of(*scan_times(found.centre)) - azimuth
+    main_lobe = lobe(scan, amplitude, main)
+    error = angle_of(*scan_times(main_lobe.centre)) - azimuth
     right = np.abs(error) < main
     figures = {
         "gain": amplitude[:, np.abs(scan - azimuth).argmin()].mean(),
-        **{"closed": math.exp(-(turn**2) / 2.0), "peak": found.peak.mean()},
-        **{"width": np.median(found.width[right]), "sd": error[right].std()},
-        **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(found.sidelobe_db)},
+        **{"closed": math.exp(-(turn**2) / 2.0), "peak": main_lobe.peak.mean()},
+        **{"width": np.median(main_lobe.width[right]), "sd": error[right].std()},
+        **{"wrong": 1.0 - right.mean(), "sidelobe_db": np.median(main_lobe.sidelobe_db)},
     }
     return Trial({name: float(value) for name, value in figures.items()}, amplitude[0])

@@ -38,18 +38,18 @@ def prototype(
     vectors = ((0.0, 0.0, 1.0), (math.cos(dip), 0.0, -math.sin(dip)))
     q, cov = start.copy(), np.tile(p0 * np.eye(4), (len(start), 1, 1))
     out = np.empty((*rows.shape[:2], 4))
-    one, noise = np.eye(4), r_sd**2 * np.eye(6)
+    unit, noise = np.eye(4), r_sd**2 * np.eye(6)
     for k, row in enumerate(rows):
         step = np.abs(row[:, :1])
         f = _picard(step * row[:, 1:4])
         q = np.einsum("rij,rj->ri", f, q)
-        cov = f @ cov @ f.swapaxes(1, 2) + (q_sd * step[0, 0]) ** 2 * one  # (31)
+        cov = f @ cov @ f.swapaxes(1, 2) + (q_sd * step[0, 0]) ** 2 * unit  # (31)
         z = np.concatenate([row[:, 4:7] / GRAVITY, row[:, 7:10] / field_ut], axis=1)
         h = np.concatenate([_jacobian(q, v) for v in vectors], axis=1)  # (25)
         gain = cov @ h.swapaxes(1, 2) @ np.linalg.inv(h @ cov @ h.swapaxes(1, 2) + noise)  # (30)
         innovation = z - 0.5 * np.einsum("rij,rj->ri", h, q)
         q = q + np.einsum("rij,rj->ri", gain, innovation)
-        cov = (one - gain @ h) @ cov  # (32)
+        cov = (unit - gain @ h) @ cov  # (32)
         q = q / np.linalg.norm(q, axis=1, keepdims=True)
         out[k] = q
     return out

@@ -73,9 +73,9 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
         q = np.stack([attitude_of(r.outputs) for r in c], axis=1)
         pairs = zip(c, real, strict=True)
         off = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
-        apart = 180.0 * off[:, :, SETTLED:]
-        own["fixed_float_deg"] = np.abs(apart).max(axis=(1, 2))
-        own["fixed_float_rms_deg"] = _rms(apart, (1, 2))
+        error = 180.0 * off[:, :, SETTLED:]
+        own["fixed_float_deg"] = np.abs(error).max(axis=(1, 2))
+        own["fixed_float_rms_deg"] = _rms(error, (1, 2))
         own["saturated"] = np.array([float(r.n_saturated) for r in c])
         own["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
     truth = np.stack([d.euler for d in decks], axis=1)
@@ -95,11 +95,11 @@ def figures_of(flight: Flight, steered: bool = False) -> Runs:
     """
     error, shown = flight.error[SETTLED:], {}
     truth = np.degrees(np.stack([d.euler for d in flight.decks], axis=1))
-    told, n = truth + flight.error, len(truth)
+    angles, n = truth + flight.error, len(truth)
     # The delay at which truth explains best what was told, a constant error apart.
     delayed = (truth[MOST_LAG - lag : n - lag] for lag in range(MOST_LAG))
-    spread = np.stack([(told[MOST_LAG:] - late).std(axis=0) for late in delayed], axis=1)
-    coarse = wrapped(told - ENCODER_DEG * np.round(truth / ENCODER_DEG), 360.0)[SETTLED:]
+    spread = np.stack([(angles[MOST_LAG:] - late).std(axis=0) for late in delayed], axis=1)
+    coarse = wrapped(angles - ENCODER_DEG * np.round(truth / ENCODER_DEG), 360.0)[SETTLED:]
     figures = {
         **{f"{axis}_deg": _rms(error[:, :, k], 0) for k, axis in enumerate(AXES)},
         **{"max_deg": np.abs(error).max(axis=(0, 2)), "encoder_deg": _rms(coarse, (0, 2))},
@@ -119,10 +119,10 @@ def _rms(x: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
 
 def pooled(runs: Runs) -> dict[str, float]:
     """Figures of a case; the worst axis and the lag are those of all its runs together."""
-    found = runs.pooled()
-    found["worst_deg"] = max(found[f"{axis}_deg"] for axis in AXES)
-    found["lag_ms"] = float(np.mean(runs.each, axis=0).argmin(axis=0).max())
-    return found
+    figures = runs.pooled()
+    figures["worst_deg"] = max(figures[f"{axis}_deg"] for axis in AXES)
+    figures["lag_ms"] = float(np.mean(runs.each, axis=0).argmin(axis=0).max())
+    return figures
 
 
 def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
@@ -153,7 +153,7 @@ def beam_errors(
         fields = map(array.field, np.split(turned, instants), seen)
         steered.append(np.abs(np.stack(list(fields))))
     before, after = (
-        lobe(scan, np.stack(found), 2.0).centre - azimuth_deg
-        for scan, found in ((whole, level), (near, steered))
+        lobe(scan, np.stack(errors), 2.0).centre - azimuth_deg
+        for scan, errors in ((whole, level), (near, steered))
     )
     return after, before, ((whole, level[0][-1]), (near, steered[0][-1]))

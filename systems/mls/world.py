@@ -143,11 +143,11 @@ class Landing(World):
         if self._beam < self.beams:
             return
         scan, top = self._scanned(), int(self._amplitude.argmax())
-        found = lobe(scan, self._amplitude, 2.0 * self._half)
-        if self._half < SCAN_DEG and found.peak > 0.5 and 0 < top < self.beams - 1:
-            self.angles.append(float(angle_of(*scan_times(found.centre))))
+        pulse = lobe(scan, self._amplitude, 2.0 * self._half)
+        if self._half < SCAN_DEG and pulse.peak > 0.5 and 0 < top < self.beams - 1:
+            self.angles.append(float(angle_of(*scan_times(pulse.centre))))
             self._centre, self._half = self.angles[-1], 2.0
-        elif found.peak > 0.25:  # a sight of it: nearer
+        elif pulse.peak > 0.25:  # a sight of it: nearer
             self._centre, self._half = float(scan[top]), 4.0
         else:
             self._centre, self._half = 0.0, SCAN_DEG

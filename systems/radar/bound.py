@@ -44,8 +44,8 @@ def covariances(
     Infinite ``prior``: nothing is known. Where the biases are not determined, infinite.
     """
     # In units of the noise, where the matrices are near one.
-    found = information(jacobians, noise) * np.outer(noise, noise) + np.diag((noise / prior) ** 2)
-    values, vectors = np.linalg.eigh(found)
+    total = information(jacobians, noise) * np.outer(noise, noise) + np.diag((noise / prior) ** 2)
+    values, vectors = np.linalg.eigh(total)
     known = values[:, :1] > 1e-13 * values[:, -1:]
     inverse = np.where(known, 1.0 / np.where(known, values, 1.0), np.inf)
     with np.errstate(invalid="ignore"):

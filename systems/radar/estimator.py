@@ -101,12 +101,14 @@ class Registration(Estimator):
     ) -> None:
         self.sites = [_checked(k, s) for k, s in ((1, site_1), (2, site_2))]
         self.places, self.axes = zip(*(site(*s) for s in self.sites), strict=True)
-        apart = math.sqrt(math.fsum((a - b) * (a - b) for a, b in zip(*self.places, strict=True)))
-        if not apart >= 1.0:
+        distance = math.sqrt(
+            math.fsum((a - b) * (a - b) for a, b in zip(*self.places, strict=True))
+        )
+        if not distance >= 1.0:
             raise InputError.at(
                 "registration, sites",
                 wanted="radars a metre apart or more",
-                found=f"{apart:.3g} m",
+                found=f"{distance:.3g} m",
                 fix="correct the sites",
             )
         #: T_1^T T_2.
@@ -147,10 +149,10 @@ class Registration(Estimator):
         beams = [_Beam(at, before[3 * i : 3 * i + 3]) for i, at in enumerate(expected)]
 
         # Innovation and H along the beam of radar 1; whitened, and in units of p0.
-        apart = [ops.saturated(a - b, APART) for a, b in zip(*samples, strict=True)]
-        near = sum_of(ops.absolute(c) for c in apart) < p.gate
+        separation = [ops.saturated(a - b, APART) for a, b in zip(*samples, strict=True)]
+        near = sum_of(ops.absolute(c) for c in separation) < p.gate
         h, z = self._measured(
-            beams, sd, [ops.saturated(c, APART) for c in turn(self.axes[0], apart)]
+            beams, sd, [ops.saturated(c, APART) for c in turn(self.axes[0], separation)]
         )
         rows, white = whitened(h, [c * x.weight for c in z], 2.0 * SPREAD, SURPRISE)
         scale = [ops.bounded(f * x.weight, 0.0, WIDEST, "of p0") for f in first]
@@ -164,10 +166,10 @@ class Registration(Estimator):
         visible = beams[0].good & beams[1].good
         young = fresh | (x.memory > YOUNG)
         live = both & ~young & visible & near
-        found = potter(root, rows, white, live, restart)
-        weight = ops.where(found.wide, 2.0**-5 * x.weight + LEAST, 4.0 * x.weight)
+        update = potter(root, rows, white, live, restart)
+        weight = ops.where(update.wide, 2.0**-5 * x.weight + LEAST, 4.0 * x.weight)
         after = {
-            **self._updated(x, state, found, restart),
+            **self._updated(x, state, update, restart),
             **tracks,
             "memory": memory,
             "weight": ops.saturated(ops.where(live, weight, x.weight), 1.0),
@@ -192,7 +194,7 @@ class Registration(Estimator):
         return after, {
             **{f"{b}_bias": v for b, v in zip(BIASES, biases, strict=True)},
             **self._corrected(samples, beams, correcting),
-            "nis": ops.saturated(ops.where(live, dot(found.white, found.white), 0.0), 2.0**10),
+            "nis": ops.saturated(ops.where(live, dot(update.white, update.white), 0.0), 2.0**10),
             "status": status_word(flags),
         }
 
@@ -263,14 +265,14 @@ class Registration(Estimator):
         return h, z
 
     @staticmethod
-    def _updated(x: Any, state: Vector, found: Potter, restart: Any) -> dict[str, Any]:
+    def _updated(x: Any, state: Vector, update: Potter, restart: Any) -> dict[str, Any]:
         """Next states of the filter itself."""
         after = {}
         for k in range(6):
             after[f"bias_{k}"], after[f"rest_{k}"] = carried(
-                state[k], getattr(x, f"rest_{k}"), found.moves[k], LIMIT, restart
+                state[k], getattr(x, f"rest_{k}"), update.moves[k], LIMIT, restart
             )
-            after |= {f"s{k}{j}": found.root[k][j] for j in range(6)}
+            after |= {f"s{k}{j}": update.root[k][j] for j in range(6)}
         return after
 
     def _corrected(self, samples: Matrix, beams: list[_Beam], correcting: Any) -> dict[str, Any]:
@@ -329,16 +331,16 @@ def _less(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any, Any, Any]
     return [ops.bounded(v, -1.0, 1.0, "of a unit vector") for v in turned], c, bent, angle - c
 
 
-def _checked(number: int, given: Site) -> tuple[float, float, float]:
+def _checked(number: int, coordinates: Site) -> tuple[float, float, float]:
     """A site whose place on the earth is plausible."""
     where = f"registration, site_{number}"
     try:
-        longitude, latitude, height = (float(v) for v in given)
+        longitude, latitude, height = (float(v) for v in coordinates)
     except (TypeError, ValueError):
         raise InputError.at(
             where,
             wanted="(longitude, latitude, height)",
-            found=repr(given),
+            found=repr(coordinates),
             fix="give three numbers: deg, deg, m",
         ) from None
     for name, value, low, high in (

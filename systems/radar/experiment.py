@@ -39,22 +39,22 @@ class Radar(Experiment):
         free = watch(TwoRadars(noise=0.0, seconds=170.0), first(*FREE))
         say("tracks with the printed noise")
         noisy = watch(TwoRadars(seed=seed, seconds=170.0), first(*NOISY))
-        apart = {
+        differences = {
             f"{m:g} m, {d:g} deg": 100.0 * watch(TwoRadars(noise=0.0), first(m, d)).apart
             for m, d in (FREE, *OTHERS)
         }
         theory = predicted(TwoRadars(seconds=170.0), *NOISY)
         say(f"{runs} runs with the printed noise")
         spread = campaign(seed, runs, say, self.jobs)
-        found = figures(free, noisy, theory, spread, apart)
+        metrics = figures(free, noisy, theory, spread, differences)
         for config, (schedule,) in schedules_of(Registration()).items():
-            found[f"registration_interval_cycles_{config}"] = float(schedule.interval)
-        goals = targets_of("boresight.systems.radar", found)
+            metrics[f"registration_interval_cycles_{config}"] = float(schedule.interval)
+        goals = targets_of("boresight.systems.radar", metrics)
         return Result(
-            figures=found,
+            figures=metrics,
             targets=goals,
-            details={"fixed_float_percent": apart, "weak": theory.weak.tolist()},
-            pages={"radar.html": render(free, noisy, theory, spread, found, goals)},
+            details={"fixed_float_percent": differences, "weak": theory.weak.tolist()},
+            pages={"radar.html": render(free, noisy, theory, spread, metrics, goals)},
         )
 
 
@@ -81,19 +81,20 @@ def figures(
     noisy: Watched,
     theory: Predicted,
     spread: Mapping[str, Any],
-    apart: Mapping[str, float],
+    differences: Mapping[str, float],
 ) -> dict[str, float]:
     """Every number, by name."""
     bias = TwoRadars(noise=0.0, seconds=1.0).bias
-    out = {"registration_fixed_float_percent": max(apart.values())}
+    out = {"registration_fixed_float_percent": max(differences.values())}
     for k, b in enumerate(BIASES):
-        one = spread["outputs"][f"{b}_bias"]
-        sd, mean = one["sd"][-1], one["mean"][-1]
+        spread_of = spread["outputs"][f"{b}_bias"]
+        sd, mean = spread_of["sd"][-1], spread_of["mean"][-1]
         out |= {
             f"registration_{b}_percent": 100.0 * abs(free.error[AT, k]),
             f"registration_{b}_170s_percent": 100.0 * abs(free.error[-1, k]),
             f"registration_{b}_spread_ratio": sd / theory.sd[AT, k],
-            f"registration_{b}_mean_offset": (mean - theory.mean[AT, k]) / one["mean_band"][-1],
+            f"registration_{b}_mean_offset": (mean - theory.mean[AT, k])
+            / spread_of["mean_band"][-1],
             f"registration_{b}_bound_percent": 100.0 * theory.free[AT, k] / bias[k],
             f"registration_{b}_bound_170s_percent": 100.0 * theory.free[-1, k] / bias[k],
             f"registration_{b}_equal_percent": 100.0 * theory.equal[AT, k % 3] / bias[k],

@@ -48,15 +48,15 @@ def ballistic(place: Sequence[float], velocity: Sequence[float], t: FloatArray) 
         return np.concatenate([v, gravity(p) - turning])
 
     state = np.array([*place, *velocity], dtype=np.float64)
-    found = [state[:3]]
+    points = [state[:3]]
     for h in np.diff(t):
         k1 = rate(state)
         k2 = rate(state + h / 2.0 * k1)
         k3 = rate(state + h / 2.0 * k2)
         k4 = rate(state + h * k3)
         state = state + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        found.append(state[:3])
-    return np.array(found)
+        points.append(state[:3])
+    return np.array(points)
 
 
 def straight(

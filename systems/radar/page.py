@@ -60,7 +60,7 @@ def render(
     noisy: Watched,
     theory: Predicted,
     spread: Mapping[str, Any],
-    found: Mapping[str, float],
+    metrics: Mapping[str, float],
     targets: Sequence[Target],
 ) -> str:
     """HTML text: no script, nothing outside."""
@@ -74,16 +74,16 @@ def render(
         ]
     rows: list[list[str | float]] = []
     for k, b in enumerate(BIASES):
-        one = spread["outputs"][f"{b}_bias"]
-        sd, mean, band = (one[key][-1] * share[k] for key in ("sd", "mean", "mean_band"))
-        row = [found[f"registration_{b}_{key}"] for key in _COLUMNS.values()]
+        bias = spread["outputs"][f"{b}_bias"]
+        sd, mean, band = (bias[key][-1] * share[k] for key in ("sd", "mean", "mean_band"))
+        row = [metrics[f"registration_{b}_{key}"] for key in _COLUMNS.values()]
         row += [sd, theory.sd[800, k] * share[k], mean, theory.mean[800, k] * share[k], band]
         rows.append([b.replace("_", " radar "), *map(float, row)])
     runs = f"spread of {spread['runs']} runs"
     columns = ("bias", *_COLUMNS, runs, "theory", "mean error", "theory", "\N{PLUS-MINUS SIGN}")
     intro = _INTRO.format(
-        elevation=found["registration_elevation_1_bound_percent"],
-        condition=found["registration_condition"],
+        elevation=metrics["registration_elevation_1_bound_percent"],
+        condition=metrics["registration_condition"],
     )
     title = "At 80 s, in percent of the bias"
     return page(
@@ -103,17 +103,17 @@ def _biases(free: Watched, noisy: Watched, theory: Predicted, share: Any) -> str
     limits = ((20.0, 2000.0), (2.0, 400.0), (2.0, 60.0))
     for row, (kind, tops) in enumerate(zip(_KINDS, limits, strict=True)):
         for column, (run, top) in enumerate(zip((free, noisy), tops, strict=True)):
-            one = axes[row, column]
+            plot = axes[row, column]
             for radar, colour in enumerate(_RADARS):
                 k = 3 * radar + row
                 name = f"radar {radar + 1}"
-                one.plot(run.t, 100.0 * run.error[:, k], color=colour, label=name)
+                plot.plot(run.t, 100.0 * run.error[:, k], color=colour, label=name)
                 if column:
                     label = f"spread, radar {radar + 1}"
-                    one.plot(run.t, share[k] * theory.sd[:, k], "--", color=colour, label=label)
-                one.plot(run.t, share[k] * theory.free[:, k], color=COLOUR["grey"], alpha=0.7)
-            one.axvline(80.0, color="#bbbbbb", linewidth=0.7)
-            one.set_ylim(-top, top)
+                    plot.plot(run.t, share[k] * theory.sd[:, k], "--", color=colour, label=label)
+                plot.plot(run.t, share[k] * theory.free[:, k], color=COLOUR["grey"], alpha=0.7)
+            plot.axvline(80.0, color="#bbbbbb", linewidth=0.7)
+            plot.set_ylim(-top, top)
         axes[row, 0].set_ylabel(f"{kind}, %")
     for column in range(2):
         axes[2, column].set_xlabel("time, s")
@@ -126,21 +126,21 @@ def _tracks(run: Watched, salt: str) -> str:
     figure, axes = figure_and_axes(5.0, 2, 3, sharex=True)
     for i in range(2):
         for k, axis in enumerate(AXES):
-            one = axes[i, k]
-            one.plot(run.t, run.before[:, i, k], color=COLOUR["grey"], label="reported")
-            one.plot(run.t, run.after[:, i, k], color=_RADARS[i], label="corrected")
-            one.set_title(f"radar {i + 1}, {axis}", fontsize=9, loc="right")
+            plot = axes[i, k]
+            plot.plot(run.t, run.before[:, i, k], color=COLOUR["grey"], label="reported")
+            plot.plot(run.t, run.after[:, i, k], color=_RADARS[i], label="corrected")
+            plot.set_title(f"radar {i + 1}, {axis}", fontsize=9, loc="right")
         axes[i, 0].set_ylabel("error, m")
-    for one in axes[1]:
-        one.set_xlabel("time, s")
+    for plot in axes[1]:
+        plot.set_xlabel("time, s")
     legend(axes[0, 0], 2)
     return svg(figure, f"tracks-{salt}")
 
 
 def _weak(theory: Predicted) -> str:
     """The least observed direction."""
-    figure, one = figure_and_axes(2.4)
+    figure, plot = figure_and_axes(2.4)
     names = [b.replace("_", " ") for b in BIASES]
-    one.bar(names, theory.weak, color=[_RADARS[0]] * 3 + [_RADARS[1]] * 3)
-    one.set_ylabel("share")
+    plot.bar(names, theory.weak, color=[_RADARS[0]] * 3 + [_RADARS[1]] * 3)
+    plot.set_ylabel("share")
     return svg(figure, "weak")

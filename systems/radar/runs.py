@@ -53,19 +53,19 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
     loop = close_loop(world, make_level("c", build))
     reference = make_level("float", build).run(loop.inputs)
     names = [f"{b}_bias" for b in BIASES]
-    found = np.stack([loop.outputs[n] for n in names], axis=1)
+    biases = np.stack([loop.outputs[n] for n in names], axis=1)
     declared = [o for o in build.estimators[0].outputs if o.name in names]
-    apart = [d.apart[-1] for d in differences(declared, loop.outputs, reference.outputs)]
+    errors = [d.apart[-1] for d in differences(declared, loop.outputs, reference.outputs)]
     corrected = np.stack(
         [[loop.outputs[f"{a}{i}_corrected"] for a in AXES] for i in "12"]
     ).transpose(2, 0, 1)
     return Watched(
-        np.arange(len(found)) * np.float64(world.dt),
-        (found - world.bias) / world.bias,
+        np.arange(len(biases)) * np.float64(world.dt),
+        (biases - world.bias) / world.bias,
         world.reported.transpose(1, 0, 2) - world.place[:, None],
         corrected - world.place[:, None],
         loop.run.n_saturated,
-        float((apart / np.abs(world.bias)).max()),
+        float((errors / np.abs(world.bias)).max()),
     )
 
 
@@ -97,7 +97,7 @@ def predicted(world: TwoRadars, range_m: float, angle_deg: float) -> Predicted:
     p = covariances(jacobians, noise, prior)
     both = np.concatenate([np.eye(3), np.eye(3)])
     unit = noise[:3]
-    one = (both.T @ known @ both) * np.outer(unit, unit)
+    term = (both.T @ known @ both) * np.outer(unit, unit)
     values, vectors = np.linalg.eigh(known[-1] * np.outer(noise, noise))
     free = covariances(jacobians, noise, np.full(6, np.inf))
     return Predicted(
@@ -105,7 +105,7 @@ def predicted(world: TwoRadars, range_m: float, angle_deg: float) -> Predicted:
         deviations(p),
         deviations(p @ known @ p),
         -np.einsum("nij,j->ni", p, world.bias / prior**2),
-        deviations(np.linalg.pinv(one, hermitian=True)) * unit,
+        deviations(np.linalg.pinv(term, hermitian=True)) * unit,
         vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]),
         float(values[-1] / values[0]),
     )

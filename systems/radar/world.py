@@ -157,5 +157,5 @@ class TwoRadars(World):
         if self.drawn is not None:
             prior = np.array([self.drawn[0], self.drawn[1], self.drawn[1]] * 2) * _UNITS
         noise = np.where(self.noises > 0.0, self.noises, 1e-9)
-        found = deviations(covariances(self.jacobians(), noise, prior))
-        return {f"{b}_bias": found[:, k] for k, b in enumerate(BIASES)}
+        sd = deviations(covariances(self.jacobians(), noise, prior))
+        return {f"{b}_bias": sd[:, k] for k, b in enumerate(BIASES)}

@@ -200,9 +200,9 @@ class Satcom(Estimator):
             "since": ops.where(restart, 0.0, loop["since"]),
         }
         flags = {0: moving, 1: ~loop["tracked"], 2: loop["beyond"], 3: full}
-        told = zip(self.outputs[len(interface.OUTPUTS) :], moves, strict=False)
+        rates = zip(self.outputs[len(interface.OUTPUTS) :], moves, strict=False)
         return states, {
-            **{o.name: p.scale * nu for o, nu in told},
+            **{o.name: p.scale * nu for o, nu in rates},
             "roll": roll,
             "pitch": pitch,
             "heading": heading,

@@ -37,7 +37,7 @@ class Satcom(Experiment):
         """See `Experiment`; cases of `WHAT_IF` have at most `FEW` runs."""
         cases = [(name, case, runs) for name, case in CASES.items()]
         cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
-        cases.sort(key=lambda one: one[0] != "city")  # the longest first
+        cases.sort(key=lambda item: item[0] != "city")  # the longest first
         flown = run_cases(fly, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
         figures = {
             f"satcom_{name}_{key}": value

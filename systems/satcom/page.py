@@ -70,16 +70,16 @@ def render(flown: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs
 
 
 def _rows(cases: Mapping[str, Case], flown: Mapping[str, Runs]) -> list[list[str | float]]:
-    found = {name: flown[name].pooled() for name in cases}
+    figures = {name: flown[name].pooled() for name in cases}
     return [
-        [case.meaning, *(found[name][key] for key in _COLUMNS.values())]
+        [case.meaning, *(figures[name][key] for key in _COLUMNS.values())]
         for name, case in cases.items()
     ]
 
 
-def _history(one: Runs, case: Case, name: str) -> str:
+def _history(result: Runs, case: Case, name: str) -> str:
     """Errors [deg, deg/s] and loss [dB] over time."""
-    error, off, loss = (one.shown[n] for n in ("error", "off", "loss"))
+    error, off, loss = (result.shown[n] for n in ("error", "off", "loss"))
     step = max(1, len(loss) // 3000)
     t = np.arange(len(loss))[::step] / case.rate_hz
     with settings():

@@ -88,19 +88,20 @@ def _beside_float(
     outputs = {n: values[:, run] for n, values in loops.outputs.items()}
     judged = {n: reference[n] for n in (*ANGLES, "status")}
     *angles, words = differences(interface.OUTPUTS, outputs, judged)
-    apart, status = 180.0 * np.stack([d.apart for d in angles]), reference["status"].astype(int)
+    error, status = 180.0 * np.stack([d.apart for d in angles]), reference["status"].astype(int)
     nu = [reference[o.name][begun:] for o in INNOVATIONS]
     tilt, heading = (status[begun:] & 1) == 0, (status[begun:] & 6) == 0
     assert words.decided is not None
     seen = [innovations(nu[0], tilt), innovations(nu[1], tilt)]
     seen.append(innovations(nu[2][heading], heading[heading]))
     return {
-        **{f"nis_{name}": one.nis for name, one in zip(ANGLES, seen, strict=True)},
+        **{f"nis_{name}": result.nis for name, result in zip(ANGLES, seen, strict=True)},
         **{
-            f"rho_{name}": float(one.correlation[0]) for name, one in zip(ANGLES, seen, strict=True)
+            f"rho_{name}": float(result.correlation[0])
+            for name, result in zip(ANGLES, seen, strict=True)
         },
-        "fixed_float_max": float(apart.max()),
-        "fixed_float_rms": float(np.sqrt(np.mean(apart**2, axis=1)).max()),
+        "fixed_float_max": float(error.max()),
+        "fixed_float_rms": float(np.sqrt(np.mean(error**2, axis=1)).max()),
         "agreed_max": 180.0 * max(d.largest for d in angles),
         "status_differs_sum": float(words.decided.differing),
         "status_share": words.decided.share,

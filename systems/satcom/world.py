@@ -119,8 +119,8 @@ class Vehicles(World):
         turned = rotation_vector_to_quaternion([0.0, 0.0, self.start_deg * _DEG])
         self.truth = quaternion_multiply(turned, ride.q)
         self.heading = ride.euler[:, 2] + self.start_deg * _DEG
-        told = np.stack([*ride.euler[:, :2].T, self.heading], axis=1) / math.pi
-        self._truths = np.concatenate([(told + 1.0) % 2.0 - 1.0, self.truth], axis=1)[:, :, None]
+        angles = np.stack([*ride.euler[:, :2].T, self.heading], axis=1) / math.pi
+        self._truths = np.concatenate([(angles + 1.0) % 2.0 - 1.0, self.truth], axis=1)[:, :, None]
         # The satellite in body axes, which are the antenna's but for what the estimator believes.
         self._toward = rotate(quaternion_conjugate(self.truth), self._up)
         self.losses_db.clear()
@@ -134,11 +134,11 @@ class Vehicles(World):
         if k >= len(self.truth):
             return None
         self._k += 1
-        told = self._level if outputs is None else self._led(outputs)
+        columns = self._level if outputs is None else self._led(outputs)
         # Where the satellite is, right of the beam, above and ahead, by the attitude believed.
         north, east, down = self._up
         level = math.hypot(north, east)
-        x, y, z = turn(matrix(list(told)), self._toward[k].tolist())
+        x, y, z = turn(matrix(list(columns)), self._toward[k].tolist())
         ahead = x * north + y * east + z * down
         right, above = (y * north - x * east) / level, (ahead * down - z) / level
         off = np.where(ahead > 0.0, np.hypot(right, above), 1.0)
@@ -146,10 +146,10 @@ class Vehicles(World):
         error = np.full(len(self.seeds), np.nan)
         if self.tracking_hz:
             loss = 10.0 ** (-self.drive.loss_db[k] / 10.0)
-            found = self.receiver.sample(right, above, ahead, loss, self._radio[k])
-            if found is not None:
-                error = np.arctan2(found[0][0], level)
-        w, x, y, z = told
+            signal = self.receiver.sample(right, above, ahead, loss, self._radio[k])
+            if signal is not None:
+                error = np.arctan2(signal[0][0], level)
+        w, x, y, z = columns
         return {
             "dt": np.full(1, (1.0 if k else -1.0) / self.drive.ride.rate_hz),
             "e_psi": error,

@@ -148,8 +148,8 @@ def call(
     if names is None:
         names, protocol = FIRST, protocol or "glance"
     if protocol is not None:
-        found = "a protocol, which runs float64 and needs truth"
-        arguments.only(accuracy_protocol, wanted="logs alone", found=found)
+        mode = "a protocol, which runs float64 and needs truth"
+        arguments.only(accuracy_protocol, wanted="logs alone", found=mode)
     if "comparisons" in typed:
         typed["comparisons"] = ",".join(filter(None, typed["comparisons"].split(",")))
     params = params_by_estimator(chosen(names)[0], *arguments.params)

@@ -136,8 +136,8 @@ def bench(
     steps = -(-updates // runs)
     recorded, source = _recorded(estimator, program, steps + 1, rng)
     words = _many(recorded, program, steps, runs, rng)
-    found, flags, seconds = _interpreted(program, words, say)
-    mismatches, c_rate = _compared(program, words, found, flags, recorded)
+    outputs, flags, seconds = _interpreted(program, words, say)
+    mismatches, c_rate = _compared(program, words, outputs, flags, recorded)
     return BenchResult(
         estimator=estimator.name,
         updates_compared=steps * runs,
@@ -170,22 +170,22 @@ def _interpreted(
     """Outputs (steps, n_outputs, runs) and flags (steps, runs) of all runs; seconds."""
     steps, _, runs = words.shape
     machine = Interpreter(program, runs)
-    found = np.empty((steps, len(program.outputs), runs), dtype=np.int32)
+    outputs = np.empty((steps, len(program.outputs), runs), dtype=np.int32)
     flags = np.empty((steps, runs), dtype=bool)
     seconds = 0.0
     for k in range(steps):
         start = time.process_time()
-        found[k], flags[k] = machine.update(words[k])
+        outputs[k], flags[k] = machine.update(words[k])
         seconds += time.process_time() - start
         done = (k + 1) * runs
         say(f"interpreter: {done:,} of {steps * runs:,} updates, {done / seconds:,.0f}/s")
-    return found, flags, seconds
+    return outputs, flags, seconds
 
 
 def _compared(
     program: Program,
     words: npt.NDArray[np.int32],
-    found: npt.NDArray[np.int32],
+    outputs: npt.NDArray[np.int32],
     flags: npt.NDArray[np.bool_],
     recorded: IntArray,
 ) -> tuple[int, float]:
@@ -194,7 +194,9 @@ def _compared(
     for r in range(words.shape[2]):
         model.reset()
         out, saturated = model.update(np.ascontiguousarray(words[:, :, r], dtype=np.int64))
-        mismatches += int(((out != found[:, :, r]).any(axis=1) | (saturated != flags[:, r])).sum())
+        mismatches += int(
+            ((out != outputs[:, :, r]).any(axis=1) | (saturated != flags[:, r])).sum()
+        )
     long = np.tile(recorded, (max(1, 1_000_000 // len(recorded)), 1))
     start = time.process_time()
     model.update(long)

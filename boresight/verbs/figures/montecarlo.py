@@ -231,20 +231,20 @@ def montecarlo(
     own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
     with _others(campaign, scheduler, executor) as dealer:
-        found = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
-    judged = figures(found, plant.bound(), filter.nis_freedom)
-    told = MonteCarloResult(
+        rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
+    judged = figures(rows, plant.bound(), filter.nis_freedom)
+    outcome = MonteCarloResult(
         **identity,
         seed=seed,
         **judged
         | {key: Consistency(**judged[key]) for key in ("nees", "nis") if key in judged}
-        | {"outputs": {key: OutputSpread(**one) for key, one in judged["outputs"].items()}},
+        | {"outputs": {key: OutputSpread(**spread) for key, spread in judged["outputs"].items()}},
         file=str(folder / f"{name}.json"),
         units={o.name: o.unit for o in filter.outputs},
     )
-    data = {key: value for key, value in told.to_json().items() if key != "file"}
+    data = {key: value for key, value in outcome.to_json().items() if key != "file"}
     result.write(json.dumps(data, allow_nan=False) + "\n")
-    return told
+    return outcome
 
 
 def _others(

@@ -70,11 +70,11 @@ def trials_of(estimator: Estimator, logs: Sequence[Any], protocol: str | None) -
     feeds: list[Feed] = []
     left_out: list[str] = []
     for record, path in read_logs(logs):
-        given = feed(estimator, record)
-        if units_of(estimator, given) and not (path is not None and is_comparison(path)):
-            feeds.append(given)
+        columns = feed(estimator, record)
+        if units_of(estimator, columns) and not (path is not None and is_comparison(path)):
+            feeds.append(columns)
         else:
-            left_out.append(given.record.name)
+            left_out.append(columns.record.name)
     if not feeds:
         raise InputError.at(
             "logs",

@@ -119,8 +119,8 @@ def tune(
     """
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
-    given = estimator.param_values(params)
-    moving = tunable(estimator, given, names)
+    values = estimator.param_values(params)
+    moving = tunable(estimator, values, names)
     _check_numbers(word=word, folds=folds, rounds=rounds, jobs=jobs, seed=seed)
     _check_factors(detune=detune, vary=vary)
     files = log_files(log for log in logs if isinstance(log, str | Path))
@@ -132,12 +132,12 @@ def tune(
     many = sum(map(len, trials.feeds))
     say(f"{estimator.name}: {len(trials.feeds)} trials, {many:,} samples; C")
     scorer = Scorer(estimator, trials.feeds, word=word, jobs=jobs, told=trials.told)
-    objective = Objective.of(chosen, means(scorer.scores(given)))
-    tuning = Tuning(scorer, moving, detuned(given, moving, detune), objective, rounds, say)
+    objective = Objective.of(chosen, means(scorer.scores(values)))
+    tuning = Tuning(scorer, moving, detuned(values, moving, detune), objective, rounds, say)
     tuned = tuning.search(range(len(trials.feeds)), "all trials")
     held = tuning.folds(tests)
     say("sensitivities")
-    error, each = _errors(tuning, trials.names, given, tuned.values)
+    error, each = _errors(tuning, trials.names, values, tuned.values)
     result = TuneResult(
         estimator=estimator.name,
         parameters={**tuning.start, **tuned.values},
@@ -147,7 +147,7 @@ def tune(
         weights=chosen,
         error=error,
         trials=each,
-        tuned_parameters=_moved(tuning, given, tuned.values),
+        tuned_parameters=_moved(tuning, values, tuned.values),
         search=_search(tuning, tuned, detune),
         without_truth=trials.left_out,
         vary=vary,
@@ -160,10 +160,10 @@ def tune(
 
 
 def _errors(
-    tuning: Tuning, names: Sequence[str], given: Mapping[str, float], tuned: Mapping[str, float]
+    tuning: Tuning, names: Sequence[str], default: Mapping[str, float], tuned: Mapping[str, float]
 ) -> tuple[TuneErrors, tuple[TuneTrial, ...]]:
     """What the errors were, over all trials and of each."""
-    before, after = (tuning.scores(values, range(len(names))) for values in (given, tuned))
+    before, after = (tuning.scores(values, range(len(names))) for values in (default, tuned))
     each = tuple(
         TuneTrial(name, _figures(b), _figures(a))
         for name, b, a in zip(names, before, after, strict=True)
@@ -172,10 +172,10 @@ def _errors(
 
 
 def _moved(
-    tuning: Tuning, given: Mapping[str, float], tuned: Mapping[str, float]
+    tuning: Tuning, before: Mapping[str, float], tuned: Mapping[str, float]
 ) -> tuple[TunedParameter, ...]:
     """What moved, from where to where."""
-    values = (given, tuning.start, tuned)
+    values = (before, tuning.start, tuned)
     return tuple(
         TunedParameter(p.name, p.unit, p.low, p.high, *(v[p.name] for v in values))
         for p in tuning.params

@@ -48,8 +48,10 @@ def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> lis
     for record in records:
         log = NineAxis.of(record)
         for case in cases:
-            one = prepared(case, log)
-            given = feed(estimator, replace(one, mov=counted(one)).record())
-            bare = Record(record.name, {"t": Column(one.t[:1].copy())}, record.place, record.source)
-            held.append(Cell(log.name, case, replace(given, record=bare, new=given.new[:0])))
+            trial = prepared(case, log)
+            columns = feed(estimator, replace(trial, mov=counted(trial)).record())
+            bare = Record(
+                record.name, {"t": Column(trial.t[:1].copy())}, record.place, record.source
+            )
+            held.append(Cell(log.name, case, replace(columns, record=bare, new=columns.new[:0])))
     return held

@@ -105,24 +105,24 @@ def strip(data: Mapping[str, Any], name: str, salt: str) -> str:
 
 def story(run: Mapping[str, Any], name: str, rival: str, salt: str) -> str:
     """Both errors over the time of a run, and what the field did in truth; rest is shaded."""
-    told = {n: np.array(v, dtype=np.float64) for n, v in run["curves"].items()}
-    t, rest = told["t"], told["moves"] < 0.5
+    curves = {n: np.array(v, dtype=np.float64) for n, v in run["curves"].items()}
+    t, rest = curves["t"], curves["moves"] < 0.5
     with settings():
         figure, axes = figure_and_axes(3.8, 2, sharex=True, height_ratios=(3, 2))
         for k, (key, label) in enumerate((("ours", name), ("rival", rival))):
-            axes[0].plot(t, told[key], color=_STYLES[k][0], label=label)
+            axes[0].plot(t, curves[key], color=_STYLES[k][0], label=label)
         for key, label, colour in _FIELD:
-            axes[1].plot(t, told[key], color=colour, label=label, linewidth=0.9)
+            axes[1].plot(t, curves[key], color=colour, label=label, linewidth=0.9)
         axes[0].set_ylim(0.0)
         axes[0].set_ylabel(f"{run['figure']} error, deg")
         axes[1].set_ylabel("field off")
         axes[1].set_xlabel("s after the start")
-        for one, columns in zip(axes, (2, 3), strict=True):
-            one.fill_between(
-                t, 0, 1, where=rest, transform=one.get_xaxis_transform(), color="#eef0f3", lw=0
+        for pair, columns in zip(axes, (2, 3), strict=True):
+            pair.fill_between(
+                t, 0, 1, where=rest, transform=pair.get_xaxis_transform(), color="#eef0f3", lw=0
             )
-            one.margins(x=0.0)
-            legend(one, columns)
+            pair.margins(x=0.0)
+            legend(pair, columns)
         return svg(figure, salt=salt)
 
 

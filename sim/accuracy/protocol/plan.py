@@ -109,13 +109,13 @@ def _full() -> list[Case]:
 
 
 def _short() -> list[Case]:
-    kept = ("cut at place 0", "noise x 3", "magnetometer at 10 Hz", "never a field", "mounting 13")
-    return _first() + [case for case in _full() if case.name in kept]
+    names = ("cut at place 0", "noise x 3", "magnetometer at 10 Hz", "never a field", "mounting 13")
+    return _first() + [case for case in _full() if case.name in names]
 
 
 def _glance() -> list[Case]:
-    kept = ("as recorded", "bias 0.7 deg/s", "cut at place 0")
-    return [case for case in _full() if case.name in kept]
+    names = ("as recorded", "bias 0.7 deg/s", "cut at place 0")
+    return [case for case in _full() if case.name in names]
 
 
 #: By name.

@@ -169,11 +169,11 @@ def counted(log: NineAxis) -> BoolArray:
 
 def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
     """Figures of attitudes (n, 4) against a log's truth: `ANGLES`, ``settled_2``, ``settled_5``."""
-    found: dict[str, float | None] = dict(attitude_errors(q, log.attitude, counted(log)))
+    metrics: dict[str, float | None] = dict(attitude_errors(q, log.attitude, counted(log)))
     error = attitude_error(q, log.attitude).total
     for limit in SETTLED_DEG:
-        found[f"settled_{limit:g}"] = settled_s(log.t, error, limit)
-    return found
+        metrics[f"settled_{limit:g}"] = settled_s(log.t, error, limit)
+    return metrics
 
 
 def run_ours(

@@ -68,12 +68,12 @@ def _mean(values: Iterable[float | None]) -> float | None:
 
 def _row(rows: Sequence[Row]) -> dict[str, Any]:
     """Means of one filter over the runs of a group; None where it has none."""
-    found: dict[str, Any] = {name: _mean(row.get(name) for row in rows) for name in ANGLES}
+    row_means: dict[str, Any] = {name: _mean(row.get(name) for row in rows) for name in ANGLES}
     for limit in SETTLED_DEG:
         times = [row[key] for row in rows if (key := f"settled_{limit:g}") in row]
-        found[f"settled_{limit:g}"] = _median(times)
-        found[f"never_{limit:g}"] = times.count(None) / len(times) if times else None
-    return found
+        row_means[f"settled_{limit:g}"] = _median(times)
+        row_means[f"never_{limit:g}"] = times.count(None) / len(times) if times else None
+    return row_means
 
 
 def _median(times: Sequence[float | None]) -> float | None:
@@ -118,45 +118,45 @@ def _by_trial(
             "rows": {
                 name: _mean(
                     row.get(judged[group])
-                    for run in found
+                    for run in values
                     for row in run["rows"]
                     if label(row) == name
                 )
                 for name in filters
             },
         }
-        for (trial, group), found in held.items()
+        for (trial, group), values in held.items()
     ]
 
 
 def _fixed(runs: Sequence[Row]) -> list[dict[str, Any]]:
     """Fixed point against float64, over every sample of every run."""
-    found: dict[str, dict[str, Any]] = {}
+    largest: dict[str, dict[str, Any]] = {}
     for run in runs:
         for row in run["rows"]:
             if row["level"] != "fixed" or "refused" in row:
                 continue
             start = {"apart_deg": 0.0, "where": "", "changed": 0, "saturated": 0, "good": True}
-            kept = found.setdefault(row["estimator"], start)
-            if row["apart_deg"] > kept["apart_deg"]:
-                kept |= {"apart_deg": row["apart_deg"], "where": f"{run['trial']}, {run['case']}"}
-            kept["changed"] += row["changed"]
-            kept["saturated"] += row["saturated"]
-            kept["good"] &= row["good"] and not row["saturated"]
-    return [{"estimator": name, **kept} for name, kept in found.items()]
+            entry = largest.setdefault(row["estimator"], start)
+            if row["apart_deg"] > entry["apart_deg"]:
+                entry |= {"apart_deg": row["apart_deg"], "where": f"{run['trial']}, {run['case']}"}
+            entry["changed"] += row["changed"]
+            entry["saturated"] += row["saturated"]
+            entry["good"] &= row["good"] and not row["saturated"]
+    return [{"estimator": name, **entry} for name, entry in largest.items()]
 
 
 def _refused(runs: Sequence[Row], filters: Sequence[str]) -> list[dict[str, Any]]:
     """Filters that could not run every case; no figure counts those runs."""
-    found = []
+    refusals = []
     for name in filters:
         rows = [row for run in runs for row in run["rows"] if label(row) == name]
         reasons = [row["refused"] for row in rows if "refused" in row]
         if reasons:
-            found.append(
+            refusals.append(
                 {"filter": name, "runs": len(reasons), "of": len(rows), "reason": reasons[0]}
             )
-    return found
+    return refusals
 
 
 def _deg(x: float | None) -> str:
@@ -184,10 +184,12 @@ def text(data: Mapping[str, Any]) -> str:
         line = f"  {g['group']:{width}s}" + "".join(_deg(g["rows"][f][limit]) for f in filters)
         lines.append(line)
     for name in filters if data["rival"] else ():
-        told = [(g["group"], g["rows"][name]) for g in data["groups"] if "ratio" in g["rows"][name]]
-        if told:
+        ratios = [
+            (g["group"], g["rows"][name]) for g in data["groups"] if "ratio" in g["rows"][name]
+        ]
+        if ratios:
             lines += ["", f"{name} against {data['rival']}: ratio, and the worst single run"]
-            for group, row in told:
+            for group, row in ratios:
                 worst = row["worst"]
                 lines.append(
                     f"  {group:{width}s}{row['ratio']:9.2f}{worst['ratio']:9.2f}  "

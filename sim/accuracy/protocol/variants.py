@@ -298,11 +298,11 @@ def gaps(share: float = 0.02, longest: int = 20) -> Variant:
 
     def work(log: NineAxis) -> NineAxis:
         rng = _rng(log)
-        kept = np.ones(len(log), dtype=np.bool_)
+        present = np.ones(len(log), dtype=np.bool_)
         count = round(2.0 * share * len(log) / (1 + longest))
         for at in rng.integers(1, len(log), count):
-            kept[at : at + int(rng.integers(1, longest + 1))] = False
-        return _rows(log, np.flatnonzero(kept))
+            present[at : at + int(rng.integers(1, longest + 1))] = False
+        return _rows(log, np.flatnonzero(present))
 
     return work
 

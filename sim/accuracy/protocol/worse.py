@@ -40,7 +40,7 @@ def worse_runs(
     Each with ``trial``, ``case``, ``ratio``, and both figures ``ours`` and ``rival`` [deg].
     """
     judged = {case.name: case.judged for case in cases}
-    found = []
+    results = []
     for run in runs:
         figure = judged[run["case"]]
         rows = {row["estimator"]: row for row in run["rows"] if row["level"] != "float"}
@@ -48,9 +48,9 @@ def worse_runs(
         if ours is None or rival is None or ours <= WORSE * max(rival, SMALL_DEG):
             continue
         ratio = ours / max(rival, SMALL_DEG)
-        told = {"ratio": ratio, "ours": ours, "rival": rival, "figure": figure}
-        found.append({"trial": run["trial"], "case": run["case"], **told})
-    return sorted(found, key=lambda run: -run["ratio"])
+        summary = {"ratio": ratio, "ours": ours, "rival": rival, "figure": figure}
+        results.append({"trial": run["trial"], "case": run["case"], **summary})
+    return sorted(results, key=lambda run: -run["ratio"])
 
 
 def field_off(log: NineAxis) -> dict[str, FloatArray]:
@@ -96,25 +96,25 @@ def curves(campaign: Campaign, name: str, run: Mapping[str, Any]) -> dict[str, A
     edges = np.arange(0.0, t[-1] + STEP_S, max(STEP_S, t[-1] / POINTS))
     known = np.asarray(np.isfinite(log.attitude).all(axis=1))
     whole = np.where(known[:, None], log.attitude, [1.0, 0.0, 0.0, 0.0])
-    found = {
+    columns = {
         label: np.where(known, getattr(attitude_error(q, whole), run["figure"]), np.nan)
         for label, q in (("ours", fixed), ("rival", rival))
     }
-    found |= field_off(log) | {"moves": log.counts.astype(np.float64)}
+    columns |= field_off(log) | {"moves": log.counts.astype(np.float64)}
     middle = 0.5 * (edges[:-1] + edges[1:])
-    return {"t": middle.tolist(), **{n: _means(t, v, edges) for n, v in found.items()}}
+    return {"t": middle.tolist(), **{n: _means(t, v, edges) for n, v in columns.items()}}
 
 
 def explained(
     campaign: Campaign, cases: Sequence[Case], runs: Sequence[Mapping[str, Any]], name: str
 ) -> dict[str, Any]:
     """The runs of `worse_runs`, and `curves` of the worst one of each trial, `CURVES` at most."""
-    found = worse_runs(cases, runs, name)
-    first = {run["trial"]: run for run in reversed(found)}
+    results = worse_runs(cases, runs, name)
+    first = {run["trial"]: run for run in reversed(results)}
     worst = sorted(first.values(), key=lambda run: -run["ratio"])[:CURVES]
     return {
         "estimator": name,
         "of": len(runs),
-        "runs": found,
+        "runs": results,
         "shown": [{**run, "curves": curves(campaign, name, run)} for run in worst],
     }

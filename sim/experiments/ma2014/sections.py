@@ -104,9 +104,9 @@ def stacked(
     rows: dict[str, dict[str, Any]] = {case: {} for case in CASES}
     errors: dict[str, FloatArray] = {}
     done = {}
-    for method, found in dispatch(jobs, [(m, _of_method, (m, tuple(seeds))) for m in METHODS]):
+    for method, results in dispatch(jobs, [(m, _of_method, (m, tuple(seeds))) for m in METHODS]):
         say(f"  {method.title}")
-        done[method] = found
+        done[method] = results
     for method in METHODS:
         own, judged = done[method]
         errors |= {f"{case}/{method.key}": error for case, error in judged.items()}

@@ -72,7 +72,7 @@ def _car(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
     accel, turn = profile(parts, rate_hz)[:, : len(t)].copy()
     accel[0] += 12.0 * rate_hz  # it drives already; this sample is none of the log's
     shake = _waves(t, rng, 1.0, 12.0, 3)
-    found = ride(
+    motion = ride(
         rate_hz,
         accel,
         turn,
@@ -80,9 +80,9 @@ def _car(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
         pitch_deg=0.6 * accel + 0.4 * shake[:, 1] + _waves(t, rng, 0.01, 0.05, 1)[:, 0],
         lift=0.8 * shake[:, 2],
     )
-    acceleration = found.acceleration[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
+    acceleration = motion.acceleration[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
     field = 2.0 * _waves(t, rng, 0.02, 0.2, 3)  # other cars, bridges
-    return quaternion_multiply(_NED_TO_ENU, found.q), acceleration, field
+    return quaternion_multiply(_NED_TO_ENU, motion.q), acceleration, field
 
 
 def _drone(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:

@@ -78,19 +78,19 @@ class Triad:
 
     def read(self, true: FloatArray) -> FloatArray:
         """Reports (n, 3) of the next true increments (n, 3)."""
-        found: FloatArray = true @ self.matrix.T + self.bias * self.dt
+        reading: FloatArray = true @ self.matrix.T + self.bias * self.dt
         noise, root = self.noise, math.sqrt(self.dt)
         if noise.white:
-            found += noise.white * root * self._white.standard_normal(true.shape)
+            reading += noise.white * root * self._white.standard_normal(true.shape)
         if noise.walk:
             steps = noise.walk * root * self._walk.standard_normal(true.shape)
             steps[0] += self._now
             walked = np.cumsum(steps, axis=0)
-            found += walked * self.dt
+            reading += walked * self.dt
             self._now = walked[-1]
         if noise.lsb:
-            whole = self._left + np.cumsum(found, axis=0)
+            whole = self._left + np.cumsum(reading, axis=0)
             counts = np.rint(whole / noise.lsb)
-            found = noise.lsb * np.diff(counts, axis=0, prepend=0.0)
+            reading = noise.lsb * np.diff(counts, axis=0, prepend=0.0)
             self._left = whole[-1] - noise.lsb * counts[-1]
-        return found
+        return reading

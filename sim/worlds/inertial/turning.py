@@ -186,11 +186,11 @@ class Turning:
         """
         parts = self._parts(first, last, every)
         rows = [[self._in_body(unit, n, own + 1.0) for n, own in parts] for unit in np.eye(3)]
-        found = np.stack([np.concatenate(row) for row in rows], axis=1)
+        product = np.stack([np.concatenate(row) for row in rows], axis=1)
         if self.vibration is not None:
             angle = self.vibration.at(self._ends(first, last, every))
-            found = found @ _turned(angle[:, None] * self.vibration.axis)
-        return found
+            product = product @ _turned(angle[:, None] * self.vibration.axis)
+        return product
 
     def velocity(self, first: int, last: int, every: int = 1) -> FloatArray:
         """Of the unit (n, 3) [m/s], east, north, up, at the same times: all of it is vibration."""
@@ -209,7 +209,7 @@ class Turning:
         Turn to inertial space [rad], then specific force over time [m/s], both integrated in body
         axes as they turn.
         """
-        found = []
+        pieces = []
         for number, own in self._parts(first, last):
             rate = np.array(self.turns[number].rate)
             share = float(np.sinc(0.5 * np.linalg.norm(rate) * self.dt / math.pi))
@@ -220,8 +220,8 @@ class Turning:
             if self.vibration is not None:
                 shaken = self._shaken(self.vibration, number, own)
                 parts = [still + more for still, more in zip(parts, shaken, strict=True)]
-            found.append(np.concatenate(parts, axis=1))
-        return np.concatenate(found)
+            pieces.append(np.concatenate(parts, axis=1))
+        return np.concatenate(pieces)
 
     def _shaken(
         self, shaking: Vibration, number: int, own: FloatArray

@@ -81,10 +81,10 @@ def pulses(
     late = 1.0 + 4.0 * rng.random(count)
     # Times are in samples, of which k ends at k + 1.
     passed = ((at - heading) % turn + turn * np.arange(count)) / each
-    told = np.full(count, at)
+    readings = np.full(count, at)
     if mark.index == "encoder":
         read = np.ceil(passed)
-        told = at + STEP * np.rint(each * (read - passed) / STEP)
+        readings = at + STEP * np.rint(each * (read - passed) / STEP)
     else:
         read = passed + STEP / math.sqrt(12.0) * noise / each
     there = (luck[0] >= mark.missed) & (mark.index != "none")
@@ -92,8 +92,8 @@ def pulses(
     astray = (luck[2] < mark.wrong) & (mark.index != "none")
     parts = (there, read), (again, read + late), (astray, passed + luck[3] * turn / each)
     t = np.concatenate([times[some] for some, times in parts])
-    azimuth = np.concatenate([told[some] for some, _ in parts]) % turn
+    azimuth = np.concatenate([readings[some] for some, _ in parts]) % turn
     inside = (t > 0.0) & (t <= samples)
     t, azimuth = t[inside], azimuth[inside]
-    sample, kept = np.unique(np.ceil(t).astype(np.int64) - 1, return_index=True)
-    return Pulses(sample, t[kept] - sample, azimuth[kept])
+    sample, first = np.unique(np.ceil(t).astype(np.int64) - 1, return_index=True)
+    return Pulses(sample, t[first] - sample, azimuth[first])
