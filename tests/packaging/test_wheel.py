@@ -107,7 +107,10 @@ def test_list(installed) -> None:
     text = installed.run(installed.program, "list")
     assert text == installed.run(installed.python, "-m", "boresight", "list")
     assert "complementary" in text and "mekf" in text
-    assert "registration" in text and "experiments: array, ma2014, mls, pmsm, radar, satcom" in text
+    assert (
+        "registration" in text
+        and "experiments: array, ins_gnss, ma2014, mls, pmsm, radar, satcom" in text
+    )
 
 
 def test_new(installed) -> None:

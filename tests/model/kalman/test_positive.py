@@ -10,7 +10,7 @@ from tests.support.pages import ROOT
 FILTERS = {
     f"{ROOT}/examples/kalman.py": 20_000,
     f"{ROOT}/examples/pendulum.py": 20_000,
-    f"{ROOT}/examples/ins_gnss.py:Ins": 6_000,
+    "ins_gnss": 6_000,
     "pmsm": 20_000,
 }
 

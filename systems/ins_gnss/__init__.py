@@ -1,0 +1,1 @@
+"""Inertial navigation with satellite fixes: 15 error states, vehicle and drone."""

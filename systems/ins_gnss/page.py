@@ -1,0 +1,65 @@
+"""The page of the experiment: targets, cases, and what one run did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from boresight import Target
+from boresight.sim.experiments.page import Section
+from boresight.sim.experiments.page import render as page
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.plotting import COLOUR, figure_and_axes, settings, svg
+from boresight.systems.ins_gnss.estimator import DT
+from boresight.systems.ins_gnss.runs import CASES
+
+__all__ = ["render"]
+
+_INTRO = (
+    "15 error states: attitude, velocity, position, biases of gyro and accelerometer. Inertial "
+    "sensors at 100 Hz, fixes of 1 m and 0.1 m/s at 10 Hz, 0.1 s late, of an antenna 1.5 m away.",
+    "{runs} runs of the integer program, seeds {seed} to {last}, two minutes each; figures after "
+    "half a minute, without the outages and two seconds after them. Drift: most position error "
+    "within an outage.",
+)
+_COLUMNS = {
+    **{"attitude, rms, deg": "attitude_rms", "most, deg": "attitude_max"},
+    **{"velocity, rms, m/s": "velocity_rms", "position, rms, m": "position_rms"},
+    **{"drift, most, m": "drift_max", "fixed less float64, most, deg": "fixed_float_max"},
+}
+_SHOWN = ("vehicle", "drone")
+_AXES = {"attitude": ("attitude, deg", "roll"), "v": ("m/s", "pitch"), "p": ("m", "heading")}
+
+
+def render(flown: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs: int) -> str:
+    """HTML text: no script, nothing outside."""
+    pooled = {name: flown[name].pooled() for name in CASES}
+    rows: list[list[str | float]] = [
+        [case.meaning, *(pooled[name][key] for key in _COLUMNS.values())]
+        for name, case in CASES.items()
+    ]
+    return page(
+        "ins_gnss",
+        [text.format(runs=runs, seed=seed, last=seed + runs - 1) for text in _INTRO],
+        targets,
+        [
+            Section(title="Cases", columns=("", *_COLUMNS), rows=rows),
+            Section(
+                title="First run",
+                text="Errors of attitude, velocity and position.",
+                figures=[(CASES[n].meaning, _history(flown[n], n)) for n in _SHOWN],
+            ),
+        ],
+    )
+
+
+def _history(runs: Runs, name: str) -> str:
+    with settings():
+        figure, axes = figure_and_axes(4.2, 3, sharex=True)
+        for one, (key, (label, colour)) in zip(axes, _AXES.items(), strict=True):
+            values = runs.shown[key][::10]
+            one.semilogy(10 * DT * np.arange(len(values)), values, color=COLOUR[colour])
+            one.set_ylabel(label)
+        axes[-1].set_xlabel("time, s")
+        return svg(figure, name)
