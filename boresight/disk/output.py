@@ -13,6 +13,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from boresight.disk.locks import lock_folder
 from boresight.disk.manifest import Manifest
@@ -175,30 +176,55 @@ class OutputFile:
         BrokenPipeError
             The reader of the FIFO or pipe has closed it.
         """
-        data = content.encode("utf-8") if isinstance(content, str) else content
-        with _refusing(self._path, self._option):
-            if self._descriptor is not None:
-                for stream in (sys.stdout, sys.stderr):
-                    stream.flush()
-                with os.fdopen(os.dup(self._descriptor), "wb") as file:
-                    file.write(data)
-            elif self._stream:
-                with self._target.open("wb") as file:
-                    file.write(data)
-            else:
-                self._replace(data)
+        with _refusing(self._path, self._option), self.opened() as file:
+            file.write(content.encode("utf-8") if isinstance(content, str) else content)
+
+    @contextmanager
+    def opened(self) -> Iterator[BinaryIO]:
+        """Write the whole file in the block: it is there when the block succeeds.
+
+        Raises as `write`.
+        """
+        try:
+            with ExitStack() as stack:
+                yield stack.enter_context(self._opened())
+        except OSError as error:
+            if error.errno in _FULL:
+                raise refusal(self._path, error, self._option) from error
+            raise
         self.written = True
 
-    def _replace(self, data: bytes) -> None:
+    @contextmanager
+    def _opened(self) -> Iterator[BinaryIO]:
+        path, option = self._path, self._option
+        if self._descriptor is not None or self._stream:
+            with _refusing(path, option):
+                for stream in (sys.stdout, sys.stderr):
+                    stream.flush()
+                file = (
+                    self._target.open("wb")
+                    if self._descriptor is None
+                    else os.fdopen(os.dup(self._descriptor), "wb")
+                )
+            with file:
+                yield file
+            return
         target = Path(os.path.realpath(self._target))
         folder = target.parent
-        with deferred_signals(), created_folders(folder), _locked(folder):
-            recover(folder)
-            self._look()
-            staging = Staging(folder)
-            with _removed(staging):
-                (staging.new / target.name).write_bytes(data)
+        with ExitStack() as stack:
+            with _refusing(path, option), deferred_signals():
+                stack.enter_context(created_folders(folder))
+                with _locked(folder):
+                    recover(folder)
+                    self._look()
+                    staging = Staging(folder)
+                stack.enter_context(_removed(staging))
+            with (staging.new / target.name).open("wb") as file:
+                yield file
+            with _refusing(path, option), deferred_signals(), _locked(folder):
+                self._look()
                 staging.commit(self._by, self._of, clears=False)
+                staging.remove()  # under the lock: nobody else looks at it
 
 
 def require_distinct(**outputs: StrPath | None) -> None:

@@ -7,8 +7,9 @@ boresight run mekf log.csv --params tuned.json --param r_acc=0.02  # with other 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from html import escape
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,6 +21,7 @@ from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import (
     Arguments,
@@ -37,12 +39,13 @@ from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
-from boresight.sim.records.feed import Feed, feed
-from boresight.sim.records.files import content_of, record_of
+from boresight.sim.records.feed import Feed, feeds
+from boresight.sim.records.files import read_pieces, record_of, write_pieces
 from boresight.sim.records.record import Column, Record
-from boresight.sim.worlds.loop import drive
+from boresight.sim.worlds.loop import Loop, drive
 from boresight.terminal import tell
 
 __all__ = ["LEVELS", "RunAttitude", "RunResult", "run"]
@@ -64,12 +67,28 @@ class RunAttitude:
         Status words.
     rmse_deg : AttitudeRmse or None
         ``total``, ``heading``, ``inclination`` against the log's reference, if it has one.
+    samples : int or None
+        That count in it.
     """
 
     q: FloatArray = field(repr=False)
     euler_deg: FloatArray = field(repr=False)
     status: npt.NDArray[np.int64] = field(repr=False)
     rmse_deg: AttitudeRmse | None
+    samples: int | None = None
+
+    @classmethod
+    def joined(cls, parts: Sequence[RunAttitude]) -> RunAttitude:
+        """Summaries of parts of a run, or its only part, as one."""
+        first = parts[0]
+        counted = [(p.samples, p.rmse_deg) for p in parts if p.samples and p.rmse_deg]
+        if first.samples is None or len(counted) == len(parts) == 1:
+            return first
+        if not counted:
+            attitude_rmse(np.ones((1, 4)), np.full((1, 4), np.nan))  # says so
+        samples = [n for n, _ in counted]
+        mean = np.average([np.square(x) for _, x in counted], axis=0, weights=samples)
+        return replace(first, rmse_deg=AttitudeRmse(*np.sqrt(mean).tolist()), samples=sum(samples))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +114,8 @@ class RunResult(Answer):
     fault : str
         Why the level's run is none, where two of its forms or its cycles and the schedule disagree;
         empty as a rule.
+    rows : int
+        Of the log that were run.
     attitude : RunAttitude or None
         Of an attitude filter; in `to_json` its fields stand beside the others.
     """
@@ -109,6 +130,7 @@ class RunResult(Answer):
     warnings: tuple[str, ...]
     clamped: Mapping[str, int]
     fault: str
+    rows: int
     attitude: RunAttitude | None = None
 
     @property
@@ -118,18 +140,34 @@ class RunResult(Answer):
 
     def __len__(self) -> int:
         """Count the rows."""
-        return len(next(iter(self.outputs.values())))
+        return self.rows
+
+    def summary(self) -> RunResult:
+        """What is said of it, without its rows."""
+        attitude = self.attitude and replace(
+            self.attitude,
+            **{n: getattr(self.attitude, n)[:0] for n in ("q", "euler_deg", "status")},
+        )
+        return replace(self, t=None, outputs={}, attitude=attitude)
+
+    @classmethod
+    def joined(cls, parts: Sequence[RunResult]) -> RunResult:
+        """Summaries of pieces of a log, or its only piece, as one."""
+        first, last, rows = parts[0], parts[-1], [p.rows for p in parts]
+        truth = zip(*(p.truth for p in parts), strict=True)
+        attitudes = [p.attitude for p in parts if p.attitude is not None]
+        return replace(
+            first,
+            truth=tuple(Difference.joined(d, rows) for d in truth),
+            clamped=last.clamped,
+            fault=next((p.fault for p in parts if p.fault), ""),
+            rows=sum(rows),
+            attitude=RunAttitude.joined(attitudes) if attitudes else None,
+        )
 
     def record(self) -> Record:
         """The outputs as a log, half turns in degrees."""
-        columns = {} if self.t is None else {"t": Column(self.t, "s")}
-        for name, values in self.outputs.items():
-            half_turns = self.units[name] == "ht"
-            columns[name] = Column(
-                values * (180.0 if half_turns else 1.0),
-                "deg" if half_turns else self.units[name] or None,
-            )
-        return Record(self.estimator, columns)
+        return _record(self.estimator, self.units, self.t, self.outputs)
 
     def to_json(self) -> JsonObject:
         """Plain data; fields of an attitude beside the others."""
@@ -182,6 +220,7 @@ def run(
     params: Params = None,
     steps: int | None = None,
     output: Annotated[str | Path | None, Option(("-o", "--output"), "OUT.csv")] = None,
+    rows: Annotated[int | None, Option(hidden=True)] = None,
 ) -> RunResult:
     """Run an estimator on a log.
 
@@ -200,6 +239,9 @@ def run(
         Log (its kind by the suffix, else CSV) with one row per input row: ``t``, then every output
         with its unit in the header; half turns in degrees. The command line writes
         ESTIMATOR-LEVEL.csv by default, with --json none.
+    rows : int, optional
+        Read, run and write a file in pieces of so many rows, for a log that memory does not hold;
+        the result has no rows then. By default all at once.
 
     Returns
     -------
@@ -227,37 +269,82 @@ def run(
             fix="rename the output, or leave -o out",
         )
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
-    record = record_of(log).head(steps)
-    columns = feed(estimator, record)
+    parts, units = list[RunResult](), {o.name: o.unit for o in estimator.outputs}
+
+    def written(level: Level) -> Iterator[Record]:
+        """Outputs, piece by piece; what the result needs of each goes to ``parts``."""
+        for columns in feeds(estimator, _pieces(log, steps, rows)):
+            (loop,) = drive(columns, level, anew=not parts)
+            part = _result(estimator, on, columns, loop)
+            parts.append(part if rows is None else part.summary())
+            yield _record(of, units, part.t, part.outputs)
+
     with make_level(on, build) as level:
-        (loop,) = drive(columns, level)
-    outputs = loop.outputs
-    result = RunResult(
+        if target is None:
+            deque(written(level), maxlen=0)
+        else:
+            with target.opened() as file:
+                write_pieces(str(output), file, written(level))
+    return RunResult.joined(parts)
+
+
+def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop) -> RunResult:
+    """What is said of a log, or of a piece of it."""
+    return RunResult(
         estimator=estimator.name,
         on=on,
-        log=record.name,
+        log=columns.record.name,
         t=columns.t,
-        outputs=outputs,
+        outputs=loop.outputs,
         units={o.name: o.unit for o in estimator.outputs},
-        truth=tuple(differences(estimator.outputs, outputs, columns.truth, judged=False)),
+        truth=tuple(differences(estimator.outputs, loop.outputs, columns.truth, judged=False)),
         warnings=tuple(columns.warnings),
-        clamped=columns.clamped,
+        clamped=dict(columns.clamped),
         fault=loop.run.fault,
-        attitude=_attitude(columns, outputs),
+        rows=len(columns),
+        attitude=_attitude(columns, loop.outputs),
     )
-    if target is not None:
-        target.write(content_of(str(output), result.record()))
-    return result
+
+
+#: Rows of a log that are in memory at once where nothing but a summary is asked for.
+_ROWS = 1 << 16
+
+
+def _pieces(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
+    """The leading rows of a log, in pieces or as one."""
+    if rows is None or not isinstance(log, str | Path):
+        yield record_of(log).head(steps)
+        return
+    done = 0
+    for piece in read_pieces(log, rows):
+        yield piece if steps is None else piece.head(steps - done)
+        done += len(piece)
+        if steps is not None and done >= steps:
+            return
+
+
+def _record(
+    name: str, units: Mapping[str, str], t: FloatArray | None, outputs: Mapping[str, FloatArray]
+) -> Record:
+    columns = {} if t is None else {"t": Column(t, "s")}
+    for output, values in outputs.items():
+        half_turns = units[output] == "ht"
+        columns[output] = Column(
+            values * (180.0 if half_turns else 1.0), "deg" if half_turns else units[output] or None
+        )
+    return Record(name, columns)
 
 
 def _attitude(columns: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude | None:
     """What is said of an attitude besides; None if the outputs are none."""
     if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
         return None
-    q, rmse = attitude_of(outputs), None
+    q, rmse, samples = attitude_of(outputs), None, None
     if all(name in columns.truth for name in QUATERNION):
-        rmse = attitude_rmse(q, attitude_of(columns.truth), columns.counts)
-    return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse)
+        reference = attitude_of(columns.truth)
+        samples = int(np.count_nonzero(~np.isnan(reference).any(axis=1) & columns.counts))
+        rmse = attitude_rmse(q, reference, columns.counts) if samples else None
+    return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse, samples)
 
 
 def call(arguments: Arguments) -> Outcome:
@@ -265,7 +352,9 @@ def call(arguments: Arguments) -> Outcome:
     typed = arguments.typed
     if "output" not in typed and not arguments.json:
         typed["output"] = f"{find_estimator(typed['name']).name}-{typed.get('on', 'fixed')}.csv"
-    result = arguments.call(run)
+    # The RTL replays a log from a reset on; all others go on from piece to piece.
+    whole = arguments.json or typed.get("on") == "rtl"
+    result = arguments.call(run, rows=None if whole else _ROWS)
     for text in result.warnings:
         tell(f"warning: {text}")
     code, data, text = outcome(result)

@@ -68,6 +68,22 @@ class Difference:
     decided: Decided | None = None
     after: Difference | None = None
 
+    @classmethod
+    def joined(cls, parts: Sequence[Difference], rows: Sequence[int]) -> Difference:
+        """Differences of parts of so many rows that follow each other, not judged, as one."""
+        seen = [p for p in parts if p.samples]
+        if len(parts) == 1 or not seen:
+            return parts[0]
+        count = sum(p.samples for p in seen)
+        largest = seen[int(np.argmax([p.largest for p in seen]))]  # the first that is no number
+        start = next(sum(rows[:k]) for k, p in enumerate(parts) if p is largest)
+        return replace(
+            largest,
+            samples=count,
+            rms=math.sqrt(math.fsum(p.samples * p.rms**2 for p in seen) / count),
+            at_step=None if largest.at_step is None else largest.at_step + start,
+        )
+
     @property
     def first_beyond(self) -> int | None:
         """First sample beyond the tolerance; None if there is none."""

@@ -39,12 +39,20 @@ class Interpreted(Level):
     def reset(self) -> None:
         """Set the states to their start words."""
         self._machine: Interpreter | None = None
+        self._ahead: CModel | None = None
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         program, lent, self.shown = self.program, self.shown, None
+        words = words_of(program, records)
+        if lent is not None:
+            self._ahead = None
+        elif self._machine is None and len(words) >= 16:
+            self._ahead = CModel(program)  # tells where the segments of every piece begin
+        if self._ahead is not None:
+            lent = self._ahead.trajectory(words)[2]
         out, saturated, states, broken = interpret(
-            program, words_of(program, records), states=lent, machine=self._machine
+            program, words, states=lent, machine=self._machine
         )
         self._machine = self._machine or Interpreter(program)
         for k, (state, _) in enumerate(program.states):

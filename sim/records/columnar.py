@@ -6,34 +6,38 @@ them, in a struct ``units``.
 
 from __future__ import annotations
 
+import dataclasses
 import gzip
 import io
 import zlib
+from collections.abc import Iterable, Iterator
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.records.archive import heads_of, record_of_arrays
-from boresight.sim.records.record import Record
+from boresight.sim.records.record import Place, Record
 
 __all__ = [
     "fast_rows",
     "fast_table",
     "format_feather",
     "format_mat",
-    "format_parquet",
-    "pack_gzip",
-    "pack_zstd",
+    "packer_gzip",
+    "packer_zstd",
+    "pieces_of_parquet",
     "parse_feather",
     "parse_mat",
     "parse_parquet",
     "unpack_gzip",
     "unpack_zstd",
+    "write_parquet",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -85,11 +89,34 @@ def _record(path: Path, wanted: str, read: Any, content: bytes) -> Record:
     return record_of_arrays(path, list(zip(table.column_names, arrays, strict=True)))
 
 
-def format_parquet(record: Record) -> bytes:
-    """Pack a record: one column for each, compressed by zstd."""
-    buffer = io.BytesIO()
-    _arrow("parquet", "Parquet").write_table(_table(record), buffer, compression="zstd")
-    return buffer.getvalue()
+def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
+    """Parse a Parquet file in pieces; raises InputError as `parse_parquet`."""
+    parquet, rows = _arrow("parquet", "Parquet"), 0
+    try:
+        for batch in parquet.ParquetFile(file).iter_batches(batch_size=1 << 16):
+            names, arrays = batch.schema.names, [c.to_numpy(False) for c in batch.columns]
+            record = record_of_arrays(path, list(zip(names, arrays, strict=True)))
+            yield dataclasses.replace(record, place=partial(_shifted, record.place, rows))
+            rows += len(record)
+    except (InputError, GeneratorExit):
+        raise
+    except Exception as error:
+        raise _damaged(path, "a Parquet file", error) from None
+
+
+def _shifted(place: Place, start: int, row: int, column: str) -> str:
+    return place(row + start, column)
+
+
+def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    """Write blocks that follow each other: a column for each, compressed by zstd."""
+    parquet, writer = _arrow("parquet", "Parquet"), None
+    for block in map(_table, blocks):
+        if writer is None:
+            writer = parquet.ParquetWriter(file, block.schema, compression="zstd")
+        writer.write_table(block)
+    if writer is not None:
+        writer.close()
 
 
 def format_feather(record: Record) -> bytes:
@@ -157,9 +184,9 @@ def format_mat(record: Record) -> bytes:
     return b"MATLAB 5.0 MAT-file".ljust(116) + content[116:]  # scipy writes the time there
 
 
-def pack_gzip(content: bytes) -> bytes:
-    """Pack by gzip: the same bytes at any time."""
-    return gzip.compress(content, mtime=0)
+def packer_gzip(file: BinaryIO) -> gzip.GzipFile:
+    """A file packed by gzip into another one: the same bytes at any time."""
+    return gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=0)
 
 
 def unpack_gzip(path: Path, content: bytes) -> bytes:
@@ -170,13 +197,22 @@ def unpack_gzip(path: Path, content: bytes) -> bytes:
         raise _damaged(path, "a file packed by gzip", error) from None
 
 
-def pack_zstd(content: bytes) -> bytes:
-    """Pack by zstd."""
-    arrow = _arrow("", "zstd")
-    sink = arrow.BufferOutputStream()
-    with arrow.CompressedOutputStream(sink, "zstd") as stream:
-        stream.write(content)
-    return bytes(sink.getvalue())
+def packer_zstd(file: BinaryIO) -> Any:
+    """A file packed by zstd into another one, which stays open."""
+    return _arrow("", "zstd").CompressedOutputStream(_Open(file), "zstd")
+
+
+class _Open(io.RawIOBase):
+    """A file that somebody else closes."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, content: Any) -> int:
+        return self._file.write(content)
 
 
 def unpack_zstd(path: Path, content: bytes) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +15,9 @@ from boresight.model.words.program import Program
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Record
+from boresight.sim.records.record import Record, index_place
 
-__all__ = ["Feed", "feed", "fitted"]
+__all__ = ["Feed", "feed", "feeds", "fitted"]
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
@@ -78,29 +78,40 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         an input without ``missing``, a value outside the declared range of an input without
         ``clamp``, or a sample rate other than the estimator is designed for.
     """
-    _refuse_missing(estimator, record, linked)
-    _refuse_rate(estimator, record)
-    reader = InputReader(estimator, lambda row, _, name: record.place(row, name), linked=linked)
-    inputs, new = reader.take_rows(
-        {
-            i.name: _values(record, i)
-            for k, i in enumerate(estimator.inputs)
-            if not i.flags and k not in linked
-        }
-    )
-    t = record.values("t", "s") if "t" in record.columns else None
-    return Feed(
-        record,
-        t,
-        inputs,
-        new,
-        reader.clamped,
-        _truth(estimator, record),
-        record.columns["mov"].values != 0.0
-        if "mov" in record.columns
-        else np.ones(len(record), dtype=bool),
-        warnings_of(estimator, inputs, new),
-    )
+    (whole,) = feeds(estimator, [record], linked=linked)
+    return whole
+
+
+def feeds(
+    estimator: Estimator, records: Iterable[Record], *, linked: Collection[int] = ()
+) -> Iterator[Feed]:
+    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all."""
+    start, place = 0, index_place("")
+    reader = InputReader(estimator, lambda row, _, name: place(row - start, name), linked=linked)
+    for record in records:
+        start, place = reader.rows, record.place
+        if not start:
+            _refuse_missing(estimator, record, linked)
+            _refuse_rate(estimator, record)
+        inputs, new = reader.take_rows(
+            {
+                i.name: _values(record, i)
+                for k, i in enumerate(estimator.inputs)
+                if not i.flags and k not in linked
+            }
+        )
+        yield Feed(
+            record,
+            record.values("t", "s") if "t" in record.columns else None,
+            inputs,
+            new,
+            reader.clamped,
+            _truth(estimator, record),
+            record.columns["mov"].values != 0.0
+            if "mov" in record.columns
+            else np.ones(len(record), dtype=bool),
+            () if start else warnings_of(estimator, inputs, new),
+        )
 
 
 def fitted(estimator: Estimator, record: Record) -> Estimator:

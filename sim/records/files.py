@@ -2,55 +2,88 @@
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from boresight.model.errors import InputError
 from boresight.sim.records.archive import format_npz, parse_npz
 from boresight.sim.records.columnar import (
     format_feather,
     format_mat,
-    format_parquet,
-    pack_gzip,
-    pack_zstd,
+    packer_gzip,
+    packer_zstd,
     parse_feather,
     parse_mat,
     parse_parquet,
+    pieces_of_parquet,
     unpack_gzip,
     unpack_zstd,
+    write_parquet,
 )
-from boresight.sim.records.reading import read_bytes
+from boresight.sim.records.reading import opened, read_bytes
 from boresight.sim.records.record import Record
-from boresight.sim.records.text import format_csv, parse_csv
+from boresight.sim.records.stream import joined, resized, timed
+from boresight.sim.records.text import ROWS, parse_csv, pieces_of_csv, write_csv
 
-__all__ = ["FORMATS", "content_of", "log_files", "read_logs", "read_record", "record_of"]
+__all__ = [
+    "FORMATS",
+    "content_of",
+    "log_files",
+    "read_logs",
+    "read_pieces",
+    "read_record",
+    "record_of",
+    "write_pieces",
+]
 
 
 class Format(NamedTuple):
-    """What reads and writes the content of a log file."""
+    """What reads and writes the content of a log file.
+
+    ``write`` takes blocks of a log that follow each other; without ``pieces`` a file is read whole.
+    """
 
     parse: Callable[[Path, bytes], Record]
-    write: Callable[[Record], bytes]
+    write: Callable[[BinaryIO, Iterable[Record]], None]
+    pieces: Callable[[Path, BinaryIO], Iterator[Record]] | None = None
 
 
-_CSV = Format(parse_csv, format_csv)
+def _whole(made: Callable[[Record], bytes]) -> Callable[[BinaryIO, Iterable[Record]], None]:
+    """Write blocks by what makes a file of a record."""
+
+    def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
+        file.write(made(joined(list(blocks))))
+
+    return write
+
+
+def _packed(packer: Callable[[BinaryIO], Any]) -> Callable[[BinaryIO, Iterable[Record]], None]:
+    """Write CSV through a packer."""
+
+    def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
+        with packer(file) as packed:
+            write_csv(packed, blocks)
+
+    return write
+
+
+_CSV = Format(parse_csv, write_csv, pieces_of_csv)
 #: Formats by the end of the file's name.
 FORMATS = {
     ".csv": _CSV,
     ".csv.gz": Format(
-        lambda path, content: parse_csv(path, unpack_gzip(path, content)),
-        lambda record: pack_gzip(format_csv(record)),
+        lambda path, content: parse_csv(path, unpack_gzip(path, content)), _packed(packer_gzip)
     ),
     ".csv.zst": Format(
-        lambda path, content: parse_csv(path, unpack_zstd(path, content)),
-        lambda record: pack_zstd(format_csv(record)),
+        lambda path, content: parse_csv(path, unpack_zstd(path, content)), _packed(packer_zstd)
     ),
-    ".npz": Format(parse_npz, format_npz),
-    ".parquet": Format(parse_parquet, format_parquet),
-    ".feather": Format(parse_feather, format_feather),
-    ".mat": Format(parse_mat, format_mat),
+    ".npz": Format(parse_npz, _whole(format_npz)),
+    ".parquet": Format(parse_parquet, write_parquet, pieces_of_parquet),
+    ".feather": Format(parse_feather, _whole(format_feather)),
+    ".mat": Format(parse_mat, _whole(format_mat)),
 }
 
 
@@ -124,7 +157,31 @@ def record_of(data: Any, *, name: str = "record") -> Record:
 
 def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
     """Contents of a log file for a record, which `read_record` reads back exactly."""
-    return _format(Path(path)).write(record)
+    buffer = io.BytesIO()
+    write_pieces(path, buffer, [record])
+    return buffer.getvalue()
+
+
+def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:
+    """Write a log file in pieces of any length: the same bytes as of all of it."""
+    _format(Path(path)).write(file, resized(pieces))
+
+
+def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Record]:
+    """Read a log file in pieces of so many rows, each with its time steps.
+
+    Raises
+    ------
+    InputError
+        As `read_record`; rows before a fault have been given then.
+    """
+    path = Path(path)
+    made = _format(path)
+    if made.pieces is None:
+        yield from resized(timed([read_record(path)]), rows)
+        return
+    with opened(path, "a log file that can be read") as file:
+        yield from resized(timed(made.pieces(path, file)), rows)
 
 
 def _format(path: Path) -> Format:

@@ -6,11 +6,13 @@ import errno
 import json
 import os
 import stat
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, BinaryIO
 
 from boresight.model.errors import InputError
 
-__all__ = ["kind_of", "read_bytes", "read_json", "reason"]
+__all__ = ["kind_of", "opened", "read_bytes", "read_json", "reason"]
 
 #: Maximum number of digits of a number in JSON.
 _DIGITS = 100
@@ -38,11 +40,19 @@ def read_bytes(path: str | os.PathLike[str], wanted: str) -> bytes:
     InputError
         The file cannot be read, or is a device, which may be endless.
     """
+    with opened(path, wanted) as file:
+        return file.read()
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], wanted: str) -> Iterator[BinaryIO]:
+    """Open a file, or a pipe; see `read_bytes`."""
     try:
         with open(path, "rb") as file:
             mode = os.fstat(file.fileno()).st_mode
             if not stat.S_ISCHR(mode) and not stat.S_ISBLK(mode):
-                return file.read()
+                yield file
+                return
         fault = "a device"
     except OSError as error:
         fault = reason(error)

@@ -105,12 +105,7 @@ class Record:
         late = np.diff(t) <= 0
         if late.any():
             row = int(np.argmax(late)) + 1
-            raise InputError.at(
-                self.place(row, "t"),
-                wanted=f"a time above {float(t[row - 1])!r}, that of the row before",
-                found=repr(float(t[row])),
-                fix="sort the rows and remove repeated ones",
-            )
+            raise _late(self.place(row, "t"), t[row - 1], t[row])
 
     def _refuse(self, row: int, column: str, wanted: str, found: str) -> None:
         raise InputError.at(
@@ -196,6 +191,21 @@ class Record:
             )
         arrays = {str(n): _array(name, str(n), data[n]) for n in names}
         return cls(name, columns_of(name, arrays), index_place(name))
+
+
+def refuse_late(record: Record, before: float) -> None:
+    """Refuse a record that goes on where another one ended, at ``before``, unless it is later."""
+    if (t := record.columns["t"].values)[0] <= before:
+        raise _late(record.place(0, "t"), before, t[0])
+
+
+def _late(where: str, before: float, found: float) -> InputError:
+    return InputError.at(
+        where,
+        wanted=f"a time above {float(before)!r}, that of the row before",
+        found=repr(float(found)),
+        fix="sort the rows and remove repeated ones",
+    )
 
 
 def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:

@@ -36,7 +36,8 @@ def interpret(
     segments : int
         Segments that run side by side, each of at least eight steps.
     machine : Interpreter, optional
-        Goes on from where this one of one run stands, in one segment; by default from the start.
+        Goes on from where this one of one run stands, without ``states`` in one segment; by
+        default from the start.
 
     Returns
     -------
@@ -48,11 +49,16 @@ def interpret(
         First step whose state words are not those the next segment started from.
     """
     steps, numbers = len(inputs), [state for state, _ in program.states]
-    count = 1 if machine is not None else max(1, min(segments, steps // 8))
+    alone = machine is not None and states is None
+    count = 1 if alone else max(1, min(segments, steps // 8))
     bounds = np.linspace(0, steps, count + 1).astype(int)
     starts, lengths, ends = bounds[:-1], np.diff(bounds), bounds[1:-1] - 1
     if machine is None:
         machine = Interpreter(program, count)
+    elif count > 1:
+        before, machine = machine, Interpreter(program, count)
+        for state in numbers:
+            machine.values[state][0] = before.values[state][0]
     if count > 1:
         seeds = CModel(program).trajectory(inputs)[2] if states is None else states
         for k, state in enumerate(numbers):

@@ -9,13 +9,14 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError
 
-__all__ = ["RESTART_S", "steps_of"]
+__all__ = ["MEDIAN_OF", "RESTART_S", "steps_of"]
 
+MEDIAN_OF = 1000  #: steps of which the first one is the median: a long log is read in pieces.
 RESTART_S = -0.25  #: s, a time step that restarts the attitude filters.
 
 
 def steps_of(where: str, t: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Step that ends at each sample, (n,); the first one is the median of the others.
+    """Step that ends at each sample, (n,); the first one is the median of the next 1,000.
 
     Raises
     ------
@@ -30,4 +31,4 @@ def steps_of(where: str, t: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
             fix="use a longer log, or give a column dt",
         )
     steps = np.diff(np.asarray(t, dtype=np.float64))
-    return np.concatenate([[np.median(steps)], steps])
+    return np.concatenate([[np.median(steps[:MEDIAN_OF])], steps])

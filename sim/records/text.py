@@ -7,8 +7,11 @@ field means that there is no new sample.
 from __future__ import annotations
 
 import codecs
+import io
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -17,27 +20,42 @@ from boresight.model.errors import InputError
 from boresight.sim.records.columnar import fast_rows, fast_table
 from boresight.sim.records.record import Column, Record, name_of, split_header
 
-__all__ = ["format_csv", "parse_csv"]
+__all__ = ["ROWS", "format_csv", "parse_csv", "pieces_of_csv", "write_csv"]
 
 FloatArray = npt.NDArray[np.float64]
 
 #: Values from which on pyarrow is worth its import, and rows that are written at once.
-_FAST_FROM, _ROWS = 100_000, 1 << 16
+_FAST_FROM, ROWS = 100_000, 1 << 16
+#: Bytes that are read at once.
+_BLOCK = 1 << 22
 
 
 def format_csv(record: Record) -> bytes:
     """Write each float64 with the shortest digits that read back exactly; NaN as an empty field."""
+    buffer = io.BytesIO()
+    write_csv(buffer, [record])
+    return buffer.getvalue()
+
+
+def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
+    """Write blocks that follow each other; see `format_csv`."""
+    for k, record in enumerate(blocks):
+        if not k:
+            file.write(_head(record))
+        values = [c.values for c in record.columns.values()]
+        for start in range(0, len(record), ROWS):
+            own = [v[start : start + ROWS] for v in values]
+            long = k or len(record) * len(values) > _FAST_FROM
+            fast = fast_rows(own) if long else None
+            file.write(_lines(own) if fast is None else fast)
+
+
+def _head(record: Record) -> bytes:
     header = ",".join(
         name if column.unit is None else f"{name}[{column.unit}]"
         for name, column in record.columns.items()
     )
-    values = [c.values for c in record.columns.values()]
-    parts = [f"{header}\n".encode()]
-    for k in range(0, len(record), _ROWS):
-        own = [v[k : k + _ROWS] for v in values]
-        fast = fast_rows(own) if len(record) * len(values) > _FAST_FROM else None
-        parts.append(_lines(own) if fast is None else fast)
-    return b"".join(parts)
+    return f"{header}\n".encode()
 
 
 def _lines(values: list[FloatArray]) -> bytes:
@@ -121,6 +139,55 @@ def _plain(path: Path, content: bytes) -> Record | None:
 
 def _location(path: Path, first_line: int, row: int, column: str) -> str:
     return f"{path}, line {row + first_line}, column {column}"
+
+
+def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
+    """Parse a CSV log in pieces, which together are what `parse_csv` gives.
+
+    Raises
+    ------
+    InputError
+        As `parse_csv`; rows before have been given then.
+    """
+    block = file.read(_BLOCK)
+    whole, block = len(block) < _BLOCK, block.removeprefix(codecs.BOM_UTF8)
+    top, end = 0, 0
+    while True:
+        start, end = end, block.find(b"\n", end) + 1
+        line = block[start:end]
+        if not end or (line.strip() and not line.startswith(b"#")):
+            break
+        top += 1
+    if not end or whole or block.count(b"\r") != block.count(b"\r\n"):
+        yield parse_csv(path, block + file.read())
+        return
+    (text, *_) = _lines_of(path, line)
+    heads = _header(f"{path}, line {top + 1}", text)
+    rest, first = block[end:], top + 2
+    while block:
+        block = file.read(_BLOCK)
+        # Blank lines are left out at the end of the file alone; a row may end in the next block.
+        ended = rest.rfind(b"\n") + 1
+        lines = rest[: _end_of_rows(rest[:ended], len(heads))] if block else rest
+        rest = rest[len(lines) :] + block
+        if not block and len(heads) > 1:
+            lines = lines.rstrip()
+        if not lines:
+            continue
+        table = fast_table(lines, [n for n, _ in heads]) if len(heads) > 1 else None
+        if table is None:
+            rows = _lines_of(path, lines)
+            if not rows[-1]:
+                rows.pop()
+            table = _table(path, first, [n for n, _ in heads], rows)
+        yield _record(path, first - 2, heads, table)
+        first += len(table)
+
+
+def _end_of_rows(lines: bytes, width: int) -> int:
+    """Where the last row ends, but for blank lines behind it."""
+    end = len(lines.rstrip()) if width > 1 else len(lines)
+    return lines.find(b"\n", end) + 1 if 0 < end < len(lines) else end
 
 
 def _lines_of(path: Path, content: bytes) -> list[str]:

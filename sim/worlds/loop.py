@@ -133,6 +133,7 @@ def drive(
     *,
     steps: int | None = None,
     keep: Collection[str] | None = None,
+    anew: bool = True,
 ) -> Iterator[Loop]:
     """Run a level from a reset on over what a source gives, and yield what happens part by part.
 
@@ -150,6 +151,8 @@ def drive(
     keep : names of outputs, optional
         Outputs and true values of a world that are kept, without words and states; by default
         everything.
+    anew : bool
+        Whether a log begins with a reset, and is none that goes on where the last one ended.
 
     Raises
     ------
@@ -161,7 +164,8 @@ def drive(
         yield from _world(source, level, steps, keep)
         return
     start = time.perf_counter()
-    run, seconds = level.run_anew(source.inputs), time.perf_counter() - start
+    run = level.run_anew(source.inputs) if anew else level.advance(source.inputs)
+    seconds = time.perf_counter() - start
     yield Loop(level.name, source.inputs, source.new, run, source.truth, source.clamped, seconds)
 
 

@@ -14,12 +14,14 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.levels.integer import Emitted
+from boresight.sim.records import text
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
+from boresight.sim.records.files import content_of, read_record
 from boresight.sim.records.nine_axis import NineAxis
 
 #: The function has the module's name.
@@ -82,6 +84,53 @@ def test_by_hand(here: Path, on: str) -> None:
     assert all(f">{text}<" in page for text in ("x", "h", "s", "m", "ht", "t, s"))
     assert np.array_equal(out.columns["x"].values, data.outputs["x"])
     assert np.array_equal(out.columns["h"].values, 180.0 * data.outputs["h"])
+
+
+@pytest.mark.parametrize(
+    ("name", "on"), [("mekf", "c"), ("vqf", "float"), ("complementary", "fixed")]
+)
+def test_pieces_of_any_length_give_the_same_bytes(
+    here: Path, name: str, on: str, monkeypatch
+) -> None:
+    whole = boresight.run(name, SYNTHETIC, on=on, steps=2500, output="whole.csv")
+    for rows, steps in ((1, 30), (7, 500), (1000, 2500), (1_000_000, 2500)):
+        monkeypatch.setattr(text, "_BLOCK", 1 << 14)  # several of them in the file
+        pieces = boresight.run(name, SYNTHETIC, on=on, steps=steps, output="out.csv", rows=rows)
+        assert len(pieces) == steps and not pieces.outputs and not len(pieces.attitude.q)
+        lines = Path("whole.csv").read_bytes().splitlines(keepends=True)
+        assert Path("out.csv").read_bytes() == b"".join(lines[: steps + 1]), rows
+    assert str(pieces) == str(whole) and pieces.attitude.samples == 2500
+    assert [(d.samples, d.at_step) for d in pieces.truth] == [
+        (d.samples, d.at_step) for d in whole.truth
+    ]
+    assert pieces.truth[0].rms == pytest.approx(whole.truth[0].rms, rel=1e-12)
+
+
+@pytest.mark.parametrize("out", ["a.csv.gz", "a.csv.zst", "a.parquet", "a.feather"])
+def test_every_kind_of_log_in_pieces(here: Path, out: str) -> None:
+    source = f"log{out[1:]}"
+    Path(source).write_bytes(content_of(source, read_record(SYNTHETIC)))
+    for rows, name in ((None, f"w{out}"), (1000, f"p{out}")):
+        boresight.run("complementary", source, on="c", output=name, rows=rows)
+    assert Path(f"w{out}").read_bytes() == Path(f"p{out}").read_bytes()
+    boresight.run("complementary", SYNTHETIC, on="c", output="text.csv")
+    wanted, found = read_record("text.csv").columns, read_record(f"p{out}").columns
+    assert list(found) == list(wanted)
+    assert all(found[n].values.tobytes() == wanted[n].values.tobytes() for n in wanted)
+
+
+def test_a_fault_in_a_later_piece_leaves_nothing(here: Path, monkeypatch) -> None:
+    monkeypatch.setattr(text, "_BLOCK", 1 << 14)
+    lines = Path(SYNTHETIC).read_text().splitlines()
+    for bad, wrong in (("5000.x", "line 5001, column t: wanted a finite number"),
+                       ("0.5", "line 5001, column t: wanted a time above")):  # fmt: skip
+        rest = lines[5000].partition(",")[2]
+        Path("bad.csv").write_text("\n".join([*lines[:5000], f"{bad},{rest}", *lines[5001:]]))
+        with pytest.raises(InputError, match=wrong):
+            boresight.run("complementary", "bad.csv", on="c", output="out.csv", rows=100)
+        assert sorted(p.name for p in here.iterdir() if p.name.startswith(("out", ".bore"))) == []
+    monkeypatch.setattr(module, "_ROWS", 100)
+    assert main(["run", "complementary", "bad.csv", "--on", "c"]) == 2
 
 
 def test_parameters_steps_and_widths(here: Path) -> None:

@@ -1,0 +1,85 @@
+"""Logs of any length in pieces: read, with their time steps, and written row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+from itertools import chain
+
+import numpy as np
+
+from boresight.sim.records.record import Column, Place, Record, refuse_late
+from boresight.sim.records.steps import MEDIAN_OF, steps_of
+from boresight.sim.records.text import ROWS
+
+__all__ = ["joined", "resized", "timed"]
+
+
+def timed(blocks: Iterable[Record]) -> Iterator[Record]:
+    """Blocks of one log, each with the time steps that it has as a part of the whole.
+
+    Raises
+    ------
+    InputError
+        A time that does not increase from one block to the next.
+    """
+    blocks, first = iter(blocks), list[Record]()
+    for block in blocks:
+        first.append(block)
+        if sum(map(len, first)) > MEDIAN_OF:
+            break
+    if not first:
+        return
+    before: float | None = None
+    for block in chain([joined(first)], blocks):
+        if "t" not in block.columns or "dt" in block.columns or len(block) == 1 and before is None:
+            yield block
+            continue
+        t = block.values("t", "s")
+        if before is None:
+            steps = steps_of(block.where, t)
+        else:
+            refuse_late(block, before)
+            steps = np.diff(t, prepend=before)
+        before = float(t[-1])
+        yield Record(block.name, {**block.columns, "dt": Column(steps)}, block.place, block.source)
+
+
+def joined(blocks: list[Record]) -> Record:
+    """Blocks that follow each other, as one."""
+    first = blocks[0]
+    if len(blocks) == 1:
+        return first
+    columns = {
+        n: Column(np.concatenate([b.columns[n].values for b in blocks]), c.unit)
+        for n, c in first.columns.items()
+    }
+    return Record(first.name, columns, first.place, first.source)
+
+
+def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
+    """The same rows in blocks of so many; the last may be shorter."""
+    held, count = list[Record](), 0
+    for block in blocks:
+        held.append(block)
+        count += len(block)
+        if count < rows:
+            continue
+        whole = joined(held)
+        for start in range(0, count - count % rows, rows):
+            yield _rows(whole, start, start + rows)
+        held = [_rows(whole, count - count % rows, count)] if count % rows else []
+        count %= rows
+    if held:
+        yield joined(held)
+
+
+def _rows(record: Record, start: int, end: int) -> Record:
+    if (start, end) == (0, len(record)):
+        return record
+    columns = {n: Column(c.values[start:end], c.unit) for n, c in record.columns.items()}
+    return Record(record.name, columns, partial(_shifted, record.place, start), record.source)
+
+
+def _shifted(place: Place, start: int, row: int, column: str) -> str:
+    return place(row + start, column)
