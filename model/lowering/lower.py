@@ -88,7 +88,11 @@ _PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated", "complement")
 
 
 def _fit(
-    graph: Graph, made: Sequence[Node | Flag], profile: Profile, after: Sequence[Node]
+    graph: Graph,
+    made: Sequence[Node | Flag],
+    profile: Profile,
+    after: Sequence[Node],
+    states: Sequence[Range],
 ) -> None:
     """Give nodes the ranges of a profile, for their formats; see `Node.fit`.
 
@@ -103,6 +107,33 @@ def _fit(
     for node in graph.nodes:
         if node not in of_expressions and (following := _following(node)) is not None:
             _give(node, following, profile)
+    _round_once(graph, after, states)
+
+
+def _round_once(graph: Graph, after: Sequence[Node], states: Sequence[Range]) -> None:
+    """What is only selected to replace a state gets no finer format than the state's.
+
+    Rounded to it a second time, half of the words would lie on a tie and go up.
+    """
+    readers: dict[int, set[int]] = {}
+    for node in graph.nodes:
+        for arg in node.args:
+            readers.setdefault(arg.number, set()).add(node.number)
+    for root, (least, most) in zip(after, states, strict=True):
+        chain, stack = {root.number}, [root]
+        while stack:
+            node = stack.pop()
+            copied = node.args[1:] if node.kind == "select" else node.args
+            for arg in copied if node.kind in ("select", "bounded") else ():
+                if arg.number in chain or not readers[arg.number] <= chain:
+                    continue
+                chain.add(arg.number)
+                stack.append(arg)
+                if arg.fit is not None:
+                    arg.fit = (
+                        max(arg.low, min(arg.fit[0], least)),
+                        min(arg.high, max(arg.fit[1], most)),
+                    )
 
 
 def _give(node: Node, range_: Range, profile: Profile) -> None:
@@ -148,7 +179,7 @@ def lower(
     results = [made[e.number] for e in trace.outputs.values()]
     after = [made[e.number] for _, _, e in trace.states]
     if profile is not None:
-        _fit(graph, made, profile, after)
+        _fit(graph, made, profile, after, [e.data[2:4] for e, _, _ in trace.states])
     for (state, _, _), node in zip(trace.states, after, strict=True):
         if profile is not None and not math.isfinite(node.low + node.high):
             node.fit = state.data[2:4]

@@ -98,6 +98,20 @@ def test_what_replaces_a_state_and_has_no_interval_is_in_its_range() -> None:
     assert program.values[program.states[0][1]].frac == 30
 
 
+def test_what_is_selected_for_a_state_is_rounded_once() -> None:
+    """A second rounding, of one or two bits, would go up on every tie: the state would creep."""
+
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        follow = s + 0.01 * (0.25 * x - s)
+        return ops.where(x < -3.0, s, ops.where(x > 3.0, -s, follow)), s * x
+
+    kinds = ("select", "add", "sub", "mul")
+    program = compiled(step, lambda kind: (-0.25, 0.25) if kind in kinds else None)
+    selected = [v.frac for v in program.values if v.name.startswith("select_")]
+    assert selected and max(selected) <= 30
+    assert max(v.frac for v in program.values if v.range_source.startswith("observed")) > 30
+
+
 def test_inner_nodes_follow_from_their_arguments() -> None:
     """The comparison and the selection in ops.clip, of an argument that has a narrow range."""
     program = compiled(
