@@ -51,8 +51,8 @@ class Kalman(Estimator):
     outputs : tuple of Output
         Names of states, ``nis``, or what `shown` returns; by default all states.
     prior : bool
-        Outputs are those of the predicted state, known before any measurement of the update is
-        taken into account.
+        Outputs, except ``nis``, are those of the predicted state, known before any measurement of
+        the update is taken into account.
     floor : float
         Process noise that each of n states has besides its own, for the rounding of P: this share
         of its largest variance, n times. 2^-31 is the last bit of a word of 32.
@@ -88,8 +88,8 @@ class Kalman(Estimator):
             self.groups[s.name] = tuple(names)
             self.errors += names
             self.places += [s.line] * len(names)
-            self.initial_sd += sds
             self.most += [math.sqrt(_BELOW) * most for most in mosts]
+            self.initial_sd += map(min, sds, self.most[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
         #: Variances: beyond the first no element grows, the second is added in every update.

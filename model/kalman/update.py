@@ -64,6 +64,8 @@ class Update:
         self._correct()
         states = {**self.states, **self.memory, **self._reduced()}
         outputs = self._outputs(self.states) if prior is None else prior
+        if "nis" in outputs:
+            outputs["nis"] = self.nis  # not known before the correction
         self.tracer.place = ""
         return states, outputs
 

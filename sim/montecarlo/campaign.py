@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -106,11 +106,6 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
     n = len(loop.inputs)
     marks = np.unique(np.linspace(0, n - 1, min(n, MOST_MARKS)).round().astype(int))
     units = {o.name: o.unit for o in estimator.outputs}
-    errors = {}
-    for name, truth in loop.truth.items():
-        error = loop.outputs[name] - truth
-        period = PERIODS.get(units[name])
-        errors[name] = error if period is None else wrapped(error, period)
     states = None
     if run.states is not None:
         pairs = zip(level.program.states, run.states.T, strict=True)
@@ -118,14 +113,24 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
             level.program.values[s].name: level.program.format(s).real(words)
             for (s, _), words in pairs
         }
-    nees, freedom = _nees(estimator, campaign, states, errors, marks)
+
+    def errors_of(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        errors = {}
+        for name in loop.truth.keys() & values.keys():
+            error, period = values[name] - loop.truth[name], PERIODS.get(units[name])
+            errors[name] = error if period is None else wrapped(error, period)
+        return errors
+
+    errors = errors_of(loop.outputs)
+    # P is that of the states: an output of the same name may be what was predicted.
+    nees, freedom = _nees(estimator, campaign, states, errors | errors_of(states or {}), marks)
     own = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
     used = own[own > 0.0]
     return {
         "seed": seed,
         "records": n,
         "marks": marks.tolist(),
-        "errors": {name: e[marks].tolist() for name, e in errors.items()},
+        "errors": {name: errors[name][marks].tolist() for name in loop.truth},
         "nees": nees,
         "freedom": freedom,
         "nis": [float(used.sum()), len(used)],

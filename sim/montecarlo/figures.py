@@ -91,6 +91,15 @@ def figures(
     return out | {"saturated": sum(d["saturated"] for d in draws)}
 
 
+def _verdict(mean: float, low: float, high: float) -> str:
+    """What a squared error over its variance says of a filter."""
+    if mean > high:
+        return "too sure, errors are larger than the filter says (more noise)"
+    if mean < low:
+        return "too cautious, errors are smaller than the filter says (less noise)"
+    return "consistent"
+
+
 def _plain(values: FloatArray) -> Any:
     """Lists with None where there is no number."""
     if values.ndim > 1:
@@ -115,7 +124,8 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
         if mean is not None:
             low, high = data[key]["band"]
             lines.append(
-                f"{key.upper()} per degree of freedom {mean:.3f}, 95 % of {low:.3f} to {high:.3f}"
+                f"{key.upper()} per degree of freedom {mean:.3f}, 95 % of {low:.3f} to {high:.3f}: "
+                + _verdict(mean, low, high)
             )
     lines.append(f"{data['runs']} draws, saturated updates: {data['saturated']}")
     return "\n".join(lines)

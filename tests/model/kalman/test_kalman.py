@@ -189,15 +189,25 @@ def test_the_covariance_of_outputs_is_that_part_of_p() -> None:
 def test_outputs_may_be_those_of_the_prediction() -> None:
     class Early(Cart):
         prior = True
-        outputs = (Output("pos", "m", 1e-4),)
+        outputs = (Output("pos", "m", 1e-4), Output("nis"))
 
     inputs = cart(100)
-    late = floating(Cart(), inputs)
-    assert np.allclose(
-        floating(Early(), inputs)["pos"][1:], late["pos"][:-1] + DT * late["vel"][:-1]
-    )
+    late, ahead = floating(Cart(), inputs), floating(Early(), inputs)
+    assert np.allclose(ahead["pos"][1:], late["pos"][:-1] + DT * late["vel"][:-1])
+    assert late["nis"].max() > 0.1 and np.allclose(ahead["nis"], late["nis"])
     early, usual = (Build(f()).core.parts[0].schedule.latencies[0] for f in (Early, Cart))
     assert early < 20 < usual and far(Early(), inputs) < 1e-9
+
+
+def test_a_state_may_start_at_its_largest_deviation() -> None:
+    class Still(Kalman):
+        inputs = (Input("z", -8.0, 8.0),)
+        states = (State("x", -8.0, 8.0, sd=0.5, sd_max=0.5),)
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            return [Measurement(u.z, x.x, 0.1)]
+
+    assert Still().states[1].initial == pytest.approx(0.25, rel=1e-4)
 
 
 def test_lines_are_the_authors() -> None:

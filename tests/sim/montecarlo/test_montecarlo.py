@@ -67,6 +67,15 @@ def test_one_that_believes_too_much_or_is_biased_does_not() -> None:
     assert off["rms"][1] == pytest.approx(np.hypot(off["sd"][1], off["mean"][1]), rel=1e-2)
 
 
+@pytest.mark.parametrize(
+    ("believed", "verdict"), [(1.8, "too sure"), (2.0, "consistent"), (2.2, "too cautious")]
+)
+def test_the_verdict(believed: float, verdict: str) -> None:
+    lines = text(figures(made(400, 1, believed=believed), {}, 0), {}).splitlines()
+    (line,) = (line for line in lines if line.startswith("NEES"))
+    assert verdict in line
+
+
 def test_bounds_that_are_none() -> None:
     least = np.array([np.inf, *9 * [0.0]])
     one = figures(made(20, 1), {"a": least}, 0)["outputs"]["a"]
