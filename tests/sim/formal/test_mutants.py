@@ -16,6 +16,7 @@ from boresight.sim.formal.blocks import (
     crc,
     frames,
     lane,
+    operands,
     registers,
     results,
     sequencer,
@@ -91,6 +92,14 @@ PARTS = {
     "lane": (
         *("engine.lane", "lane.stages_18_1"),
         *(lambda b: lane.InStages(b.Lane(machine=lane.machine(18))), 9),
+    ),
+    "operands": (
+        *("engine.operands", "operands.small_window_2"),
+        *(lambda b: operands.OneWord(b.Operands(**operands.linked("small"))), 5),
+    ),
+    "operands of two lanes": (
+        *("engine.operands", "operands.fast_window_2"),
+        *(lambda b: operands.OneWord(b.Operands(**operands.linked("fast"))), 5),
     ),
     "multiplier": (
         *("engine.multiplier", "lane.product_24"),
@@ -217,6 +226,15 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ("lane", "carry.eq(invert & ~skip)", "carry.eq(invert)"),
         ("lane", "half = 1 << (arith.guard - 1)", "half = 1 << arith.guard"),
         ("lane", "over = q[-1], q[word - 1 : -1]", "over = q[-1], q[word:-1]"),
+        ("operands", "offset[-2] ^ (parity & state)", "offset[-2] ^ parity"),
+        ("operands", "Mux(slot[high - 1 :].all(), owner, self.parity)", "owner"),
+        ("operands", "Cat(~field[2], field[2] ^ field[3])", "Cat(~field[2], field[3])"),
+        ("operands of two lanes", "bank_select.eq(field[3])", "bank_select.eq(field[2])"),
+        (
+            "operands of two lanes",
+            "self._state(self.w_addr[lane], self.parity)",
+            "self._state(self.w_addr[0], self.parity)",
+        ),
         ("multiplier", "hl.c.eq(ll.m[cut:])", "hl.c.eq(ll.m[cut - 1 :])"),
         ("multiplier", "low_next.eq(low)", "low_next.eq(ll.m[:cut])"),
     ],

@@ -1,0 +1,166 @@
+"""Proof of the memories that feed the lanes: `gateware.engine.operands`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
+
+from boresight.gateware.engine.operands import Operands
+from boresight.gateware.machine import ALL_CONFIGS, Machine
+from boresight.gateware.microcode.image import Image
+from boresight.gateware.schedule.links import Window
+from boresight.model.words.fixed import Arithmetic
+from boresight.sim.formal.harness import fixed, reached, unknown
+from boresight.sim.formal.inside import Inside
+from boresight.sim.formal.prove import Proof
+
+__all__ = ["PROOFS", "OneWord", "linked", "numbered"]
+
+
+def numbered(machine: Machine, window: Window | None) -> Image:
+    """An image whose table words are their own addresses, and whose registers are 0."""
+    size = machine.TABLE_BLOCK * machine.TABLE_BLOCKS
+    return Image(
+        rom=[0] * 3,
+        registers=[0] * machine.register_words,
+        tables=list(range(size)),
+        lengths=(3,),
+        window=window,
+    )
+
+
+class OneWord(Elaboratable):
+    """One register and one word of the tables, whichever they are.
+
+    A read of the register gives what was last written to it, a read of the table word its number,
+    on every port; both stay while the enable is low. The register is the physical one: the
+    parity of the program, for reads in the window that of the owner, exchanges the copies.
+
+    Parameters
+    ----------
+    dut : Operands
+        Component, with the image `numbered`.
+    """
+
+    def __init__(self, dut: Operands) -> None:
+        self.dut = dut
+        self.machine = dut.machine
+        self.window = dut.image.window
+
+    def elaborate(self, platform: Any) -> Module:
+        """Reads take effect in the cycle after, as the enable says; writes at once."""
+        m, dut, machine = Module(), self.dut, self.machine
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        m.d.comb += [dut.en.eq(unknown(m, 1, "en")), dut.parity.eq(unknown(m, 1, "parity"))]
+        if self.window is not None:
+            m.d.comb += dut.others.eq(unknown(m, len(dut.others), "others"))
+        for k in range(machine.lanes):
+            for name in ("a_addr", "b_addr", "table", "index", "w_en", "w_addr", "w_data"):
+                port = getattr(dut, name)[k]
+                m.d.comb += port.eq(unknown(m, len(port), f"{name}{k}"))
+        bank = fixed(m, 1, "bank") if machine.lanes == 2 else Value.cast(0)
+        offset = fixed(m, machine.offset_bits, "offset")
+        number = fixed(m, 11, "number")
+        word = Signal(machine.arithmetic.word, name="word", reset_less=True)
+        for k in range(machine.lanes):
+            written = (bank == k) & dut.w_en[k]
+            with m.If(written & (self._physical(dut.w_addr[k], dut.parity) == offset)):
+                m.d.sync += word.eq(dut.w_data[k])
+        self._copies(m, inside, bank, offset, number, word)
+        for k in range(machine.lanes):
+            self._read(m, f"a{k}", self._of_register(dut.a_addr[k], bank, offset), word, dut.a[k])
+            is_word = ~dut.table[k] & self._of_register(dut.b_addr[k], bank, offset)
+            self._read(m, f"b{k}", is_word, word, dut.b[k])
+            block, coefficient = dut.b_addr[k][2:4], dut.b_addr[k][:2]
+            address = machine.TABLE_BLOCK * block + 4 * dut.index[k] + coefficient
+            is_table = dut.table[k] & (address == number) & (block < machine.TABLE_BLOCKS)
+            self._read(m, f"table{k}", is_table, number, dut.b[k])
+        return m
+
+    def _of_register(self, address: Value, bank: Value, offset: Value) -> Value:
+        """Whether a read of this address is one of the register."""
+        machine, dut = self.machine, self.dut
+        low, slots = address[: machine.offset_bits], machine.state_slots
+        parity = dut.parity
+        if self.window is not None:
+            slot, w = low % slots, self.window
+            for owner in range(len(w.owners)):
+                first = slots - w.size + owner * w.block
+                inside = (slot >= first) & (slot < first + w.block)
+                parity = Mux(inside, dut.others[owner], parity)
+        here = address[machine.offset_bits :] == bank if machine.lanes == 2 else Value.cast(1)
+        return here & (self._physical(low, parity) == offset)
+
+    def _physical(self, offset: Value, parity: Value) -> Value:
+        """Offset in a bank: bit c of the state region is exclusive-or the parity."""
+        depth = self.machine.bank_depth
+        return Mux((offset >= depth // 2) & parity, offset ^ (depth // 4), offset)
+
+    def _copies(
+        self, m: Module, inside: Inside, bank: Value, offset: Value, number: Value, word: Value
+    ) -> None:
+        """For induction: every copy of the register has its word, the tables have theirs."""
+        machine, block = self.machine, self.machine.TABLE_BLOCK
+        if machine.lanes == 1:
+            shared = 4 * block - machine.register_words
+            b0 = inside.word("b0", offset)
+            table = Signal(machine.arithmetic.word, name="table_word")
+            m.d.comb += [
+                Assert(inside.word("a0", offset) == word),
+                Assert(b0 == word),
+                table.eq(inside.word("b0", (machine.register_words + number)[:11])),
+                Assert((number >= shared) | (table == number)),
+            ]
+            if shared < 3 * block:
+                rest = inside.word("tables2", (number - shared)[:9])
+                m.d.comb += Assert((number < shared) | (number >= 3 * block) | (rest == number))
+            return
+        for side in ("a", "b"):
+            for lane in range(2):
+                for k in range(2):
+                    copy = inside.word(f"{side}{lane}_bank{k}", offset)
+                    m.d.comb += Assert((bank != k) | (copy == word))
+        first, second = inside.word("tables0", number[:10]), inside.word("tables1", number[:9])
+        m.d.comb += [
+            Assert((number >= 2 * block) | (first == number)),
+            Assert((number < 2 * block) | (number >= 3 * block) | (second == number)),
+        ]
+
+    def _read(self, m: Module, name: str, chosen: Value, word: Value, out: Value) -> None:
+        """What a port shows after an enabled cycle in which it read the word."""
+        was = Signal(name=f"{name}_chosen", reset_less=True)
+        value = Signal.like(out, name=f"{name}_value", reset_less=True)
+        with m.If(self.dut.en):
+            m.d.sync += [was.eq(chosen), value.eq(word)]
+        m.d.comb += [Assert(~was | (out == value)), reached(m, was & (value > 5), f"{name}_read")]
+
+
+def linked(config: str, owners: tuple[int, ...] | None = (0, 1)) -> dict[str, Any]:
+    """Arguments of `Operands`: a machine of 18-bit words, an image with a window of ``owners``."""
+    machine = replace(ALL_CONFIGS[config], arithmetic=Arithmetic(18))
+    window = None if owners is None else Window(8, owners)
+    return {"machine": machine, "image": numbered(machine, window)}
+
+
+def _proof(config: str, owners: tuple[int, ...] | None) -> Proof:
+    machine = ALL_CONFIGS[config]
+    return Proof(
+        name=f"operands.{config}" + (f"_window_{len(owners)}" if owners else ""),
+        depth=2,
+        induction=1,
+        cover=range(4, 5),
+        short=config == "small" and owners != (0,),
+        claim=f"Operand memories, {machine.lanes} lane(s), {machine.register_words} registers, "
+        f"{f'a window of {len(owners)} program(s)' if owners else 'no window'}: a "
+        "read gives what was last written to the register that address and parity name, or the "
+        "table's word, on every port, whatever the other ports do",
+        harness=lambda: OneWord(Operands(**linked(config, owners))),
+    )
+
+
+PROOFS = (
+    *(_proof(config, None) for config in ("small", "fast", "small-1024", "fast-1024")),
+    *(_proof(config, owners) for config in ("small", "fast") for owners in ((0,), (0, 1))),
+)
