@@ -152,6 +152,10 @@ def judge(
     tried = (find_culprit(program, nodes, inputs[:n], states[:n]) for n in ends)
     first = next(filter(None, tried), None)
     culprit = str(first) if first else _rounding(program, nodes, seen, inputs, states, errors)
+    endless = [~np.isfinite(values) for values in reference.outputs.values()]
+    if any(none.any() for none in endless):
+        step = min(int(np.argmax(none)) for none in endless if none.any())
+        culprit = f"float64 is no number from step {step} on: the estimator diverges; {culprit}"
     # What saturates is said already.
     named = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
     texts = tuple(text for _, state, text in left if state not in named)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+from typing import Any
 
+from boresight.model.declarations import Input, Output, State
+from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import Accuracy
 from tests.support.faulty import (
@@ -53,6 +56,23 @@ def test_saturated_values_have_lines() -> None:
     made = judge(Loose(), [0.0, 4.0, 4.0])
     assert all(d.good for d in made.differences) and not made.good
     assert re.match(r"step 1, value total \(faulty\.py, line \d+\): ", made.culprit)
+
+
+class Growing(Estimator):
+    """A state that grows without end, in float64 too."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    states = (State("y", -1.0, 1.0),)
+    outputs = (Output("y", tolerance=1e-3),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A thousand times."""
+        return {"y": 1000.0 * x.y + u.u}, {"y": x.y}
+
+
+def test_an_estimator_that_diverges_is_told_so() -> None:
+    made = judge(Growing(), [1.0] * 120)
+    assert re.match(r"float64 is no number from step 10\d on: the estimator div", made.culprit)
 
 
 def test_rounding_that_adds_up() -> None:
