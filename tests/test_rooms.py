@@ -59,8 +59,8 @@ def test_a_circle_of_modules_is_named(text, tree, tmp_path):
     tree("sim/a.py", "from boresight.sim.room.y import name")
     assert not circles(modules_of(tmp_path), rooms=False)
     tree("sim/room/y.py", text)
-    found = [("boresight.sim.a", "boresight.sim.room.x", "boresight.sim.room.y")]
-    assert circles(modules_of(tmp_path), rooms=False) == found
+    results = [("boresight.sim.a", "boresight.sim.room.x", "boresight.sim.room.y")]
+    assert circles(modules_of(tmp_path), rooms=False) == results
 
 
 def test_a_circle_of_rooms_is_named(tree, tmp_path):

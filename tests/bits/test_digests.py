@@ -42,14 +42,14 @@ FEW = 3
 SIX_AXIS = partial(Mekf, "none")
 
 
-def kept(part: str, found: dict[str, Any]) -> None:
+def kept(part: str, result: dict[str, Any]) -> None:
     """Compare one part of the file, or rewrite it."""
     data = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
     if os.environ.get("BORESIGHT_UPDATE"):
-        text = json.dumps({**data, part: found}, indent=1, sort_keys=True) + "\n"
+        text = json.dumps({**data, part: result}, indent=1, sort_keys=True) + "\n"
         FILE.write_text(text, encoding="utf-8")
         return
-    changed = sorted(k for k in data[part].keys() | found if data[part].get(k) != found.get(k))
+    changed = sorted(k for k in data[part].keys() | result if data[part].get(k) != result.get(k))
     assert not changed, (
         f"these changed: {changed}; if that is meant: BORESIGHT_UPDATE=1 pytest -m '' {__file__}"
     )
@@ -85,14 +85,14 @@ def test_programs() -> None:
 
 def test_random_programs() -> None:
     """Of all operations, in forms that no shipped program has."""
-    found = {}
+    results = {}
     for word in (32, 18):
         digests = hashlib.sha256()
         for seed in range(30):
             with contextlib.suppress(InputError):
                 digests.update(random_functions(seed, word)[0].digest.encode())
-        found[str(word)] = digests.hexdigest()
-    kept("random programs", found)
+        results[str(word)] = digests.hexdigest()
+    kept("random programs", results)
 
 
 def test_memories() -> None:
@@ -101,14 +101,14 @@ def test_memories() -> None:
 
 def test_schedules_of_random_programs() -> None:
     """Searched far enough that every way of the search has been gone."""
-    found = {}
+    results = {}
     for config, machine in CONFIGS.items():
         digests = hashlib.sha256()
         for seed in range(8):
             program = random_program(seed, n_ops=30 + 5 * seed, recent=seed % 5 / 4)
             digests.update(schedule(program, machine, restarts=30, urgent=1).to_json().encode())
-        found[config] = digests.hexdigest()
-    kept("schedules of random programs", found)
+        results[config] = digests.hexdigest()
+    kept("schedules of random programs", results)
 
 
 @pytest.mark.pythons
@@ -123,23 +123,23 @@ def test_signals() -> None:
         "core on a board": (Top(core=filters("small", 0), clock_hz=100e6), "xc6slx9"),
         "AXI": (AxiCore(word=24), ""),
     }
-    found = {}
+    results = {}
     for name, (design, device) in designs.items():
         text = rtlil.convert(design, platform=Device(device), emit_src=False)
         signals = re.findall(r"^ +wire (?:width (\d+) )?.*?\\(\S+)$", text, re.M)
         assert not [signal for _, signal in signals if signal.startswith("$")]
-        found[name] = hashlib.sha256(repr(signals).encode()).hexdigest()
-    kept("signals", found)
+        results[name] = hashlib.sha256(repr(signals).encode()).hexdigest()
+    kept("signals", results)
 
 
 @pytest.mark.soak
 @pytest.mark.full_search
 def test_memories_as_shipped() -> None:
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     for config in CONFIGS:
         core = filters(config, None)
-        found[config] = memories(core)
+        results[config] = memories(core)
         for part in core.parts:
             cycles = [part.schedule.latency, part.schedule.interval]
-            found[f"{config} {part.program.name}: latency, interval"] = cycles
-    kept("memories", found)
+            results[f"{config} {part.program.name}: latency, interval"] = cycles
+    kept("memories", results)

@@ -111,9 +111,9 @@ RANDOM = {
 
 def files() -> list[Path]:
     """The compiler's sources."""
-    found = [p for room in ("model", "gateware", "firmware") for p in (ROOT / room).rglob("*.py")]
-    found += [ROOT / name for name in MORE]
-    return [p for p in found if str(p.relative_to(ROOT)) not in FLOAT]
+    results = [p for room in ("model", "gateware", "firmware") for p in (ROOT / room).rglob("*.py")]
+    results += [ROOT / name for name in MORE]
+    return [p for p in results if str(p.relative_to(ROOT)) not in FLOAT]
 
 
 def names_used(tree: ast.AST, module: str, short: str) -> Iterator[str]:
@@ -139,10 +139,10 @@ def wrong(path: Path) -> list[str]:
     """What a file must not use."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     more = ON_ARRAYS.get(str(path.relative_to(ROOT)) if path.is_relative_to(ROOT) else "", set())
-    found = [f"math.{n}" for n in names_used(tree, "math", "math") if n not in EXACT_MATH]
-    found += [f"np.{n}" for n in names_used(tree, "numpy", "np") if n not in EXACT_NUMPY | more]
+    results = [f"math.{n}" for n in names_used(tree, "math", "math") if n not in EXACT_MATH]
+    results += [f"np.{n}" for n in names_used(tree, "numpy", "np") if n not in EXACT_NUMPY | more]
     attributes = {n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute)}
-    return [*found, *sorted(attributes & RANDOM), *powers(tree)]
+    return [*results, *sorted(attributes & RANDOM), *powers(tree)]
 
 
 def test_the_compiler_uses_no_library_bits() -> None:
@@ -150,9 +150,9 @@ def test_the_compiler_uses_no_library_bits() -> None:
         "model/words/tables.py": ["p ** power"],
         "model/words/polynomials.py": ["PRECISE.mpf(2) ** (x - 0.5)", "x ** k"],
     }
-    found = {str(p.relative_to(ROOT)): wrong(p) for p in files()}
-    assert len(found) > 130
-    assert {name: uses for name, uses in found.items() if uses} == allowed
+    results = {str(p.relative_to(ROOT)): wrong(p) for p in files()}
+    assert len(results) > 130
+    assert {name: uses for name, uses in results.items() if uses} == allowed
 
 
 @pytest.mark.parametrize(

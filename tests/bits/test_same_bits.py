@@ -117,8 +117,8 @@ def made_by(machine: Machine, folder: Path, *options: str) -> dict[str, tuple[in
     )
     assert done.returncode == 0, done.stderr.decode(errors="replace")
     assert Path(os.fsdecode(done.stdout)) == source / "boresight"
-    found = [path for path in sorted(out.rglob("*")) if path.is_file()]
-    return {str(p.relative_to(out)): (p.stat().st_mode, p.read_bytes()) for p in found}
+    results = [path for path in sorted(out.rglob("*")) if path.is_file()]
+    return {str(p.relative_to(out)): (p.stat().st_mode, p.read_bytes()) for p in results}
 
 
 _CACHES = shutil.ignore_patterns("__pycache__", "*.pyc")
@@ -142,7 +142,7 @@ def test_another_machine(tmp_path: Path) -> None:
     assert {"system/ise-mimas/top.v", "programs/mekf-32/program.json"} <= here.keys()
     assert all(data for _, data in here.values())
     there = made_by(OTHER, tmp_path / "there", "--brief")
-    assert not (found := difference(here, there)), found
+    assert not (result := difference(here, there)), result
 
 
 @pytest.mark.soak
@@ -155,7 +155,7 @@ def test_many_machines(tmp_path: Path) -> None:
     for machine in MACHINES:
         there = made_by(machine, tmp_path / machine.name)
         here = synth if "--synth" in machine.options else plain
-        assert not (found := difference(here, there)), f"{machine.name}: {found}"
+        assert not (result := difference(here, there)), f"{machine.name}: {result}"
 
 
 def test_text_is_utf_8_whatever_the_locale(tmp_path: Path) -> None:

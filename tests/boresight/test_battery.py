@@ -136,35 +136,35 @@ REAL = command_lines("run", "check", "monitor", "list").flatmap(
 
 def ends(cases: st.SearchStrategy[Any], how: settings) -> Counter[str]:
     """Run the cases; count how they ended."""
-    found: Counter[str] = Counter()
+    results: Counter[str] = Counter()
 
     @how
     @given(cases)
     def run(case: tuple[list[str], dict[str, bytes]]) -> None:
-        found[judge(*case)] += 1
+        results[judge(*case)] += 1
 
     run()
-    return found
+    return results
 
 
 def test_any_command_line(understood):
-    found = ends(st.one_of(LINES, LINES, LINES, IDLE), EVERYDAY)
+    result = ends(st.one_of(LINES, LINES, LINES, IDLE), EVERYDAY)
     # Done is only what has no work: lists, help, and what `new` writes.
-    assert min(found["refused"], found["understood"]) >= 5 and found["done"] >= 3, found
+    assert min(result["refused"], result["understood"]) >= 5 and result["done"] >= 3, result
 
 
 def test_real_runs(quick):
-    found = ends(REAL, settings(EVERYDAY, max_examples=60))
-    assert min(found[end] for end in ("done", "refused")) >= 3, found
+    result = ends(REAL, settings(EVERYDAY, max_examples=60))
+    assert min(result[end] for end in ("done", "refused")) >= 3, result
 
 
 @pytest.mark.soak
 def test_ten_thousand_command_lines(understood):
-    found = ends(LINES, SOAK)
-    assert min(found[end] for end in ("done", "refused", "understood")) >= 300, found
+    result = ends(LINES, SOAK)
+    assert min(result[end] for end in ("done", "refused", "understood")) >= 300, result
 
 
 @pytest.mark.soak
 def test_two_thousand_real_runs(quick):
-    found = ends(REAL, settings(SOAK, max_examples=1200))
-    assert min(found[end] for end in ("done", "refused")) >= 100, found
+    result = ends(REAL, settings(SOAK, max_examples=1200))
+    assert min(result[end] for end in ("done", "refused")) >= 100, result

@@ -73,13 +73,13 @@ def stopped(
 
 def members(session: int) -> list[int]:
     """Processes of a session that still run."""
-    found = []
+    results = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             state, _, _, of = stat.read_text().rpartition(")")[2].split()[:4]
             if int(of) == session and state != "Z":
-                found.append(int(stat.parent.name))
-    return found
+                results.append(int(stat.parent.name))
+    return results
 
 
 STOPPED = (
@@ -97,7 +97,7 @@ STOPPED = (
         *((argv, after, interrupt_all) for argv, after in STOPPED),
         # The command's own children: workers of a pool, and a simulator. The others have workers.
         *((argv, after, interrupt) for argv, after in STOPPED[:2]),
-        *(pytest.param(*one, interrupt, marks=pytest.mark.soak) for one in STOPPED[2:]),
+        *(pytest.param(*case, interrupt, marks=pytest.mark.soak) for case in STOPPED[2:]),
     ],
 )
 def test_ctrl_c(argv: list[str], after: str, by: Callable[[int], None], tmp_path) -> None:

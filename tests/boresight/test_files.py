@@ -133,114 +133,114 @@ def written(path: Path, verb: str) -> None:
 # -- traps: each sets something up around the output's place and gives the argument ----------------
 
 
-def users_file(place: Path, verb: str, given: Path) -> str:
+def users_file(place: Path, verb: str, input_path: Path) -> str:
     place.write_text("user")
     return str(place)
 
 
-def users_empty_file(place: Path, verb: str, given: Path) -> str:
+def users_empty_file(place: Path, verb: str, input_path: Path) -> str:
     place.touch()
     return str(place)
 
 
-def edited(place: Path, verb: str, given: Path) -> str:
+def edited(place: Path, verb: str, input_path: Path) -> str:
     written(place, verb)
     place.write_text("ours, and the user's notes")
     return str(place)
 
 
-def protected(place: Path, verb: str, given: Path) -> str:
+def protected(place: Path, verb: str, input_path: Path) -> str:
     written(place, verb)
     place.chmod(0o444)
     return str(place)
 
 
-def the_input(place: Path, verb: str, given: Path) -> str:
-    return str(given)
+def the_input(place: Path, verb: str, input_path: Path) -> str:
+    return str(input_path)
 
 
-def our_input(place: Path, verb: str, given: Path) -> str:
+def our_input(place: Path, verb: str, input_path: Path) -> str:
     """Written by us, and read now."""
-    text = given.read_bytes()
-    given.unlink()
-    OutputFile(given, verb).write(text)
-    return str(given)
+    text = input_path.read_bytes()
+    input_path.unlink()
+    OutputFile(input_path, verb).write(text)
+    return str(input_path)
 
 
-def link_to_input(place: Path, verb: str, given: Path) -> str:
-    place.symlink_to(given)
+def link_to_input(place: Path, verb: str, input_path: Path) -> str:
+    place.symlink_to(input_path)
     return str(place)
 
 
-def second_name_of_input(place: Path, verb: str, given: Path) -> str:
-    os.link(given, place)
+def second_name_of_input(place: Path, verb: str, input_path: Path) -> str:
+    os.link(input_path, place)
     return str(place)
 
 
-def input_through_a_folder(place: Path, verb: str, given: Path) -> str:
-    (place.parent / "alias").symlink_to(given.parent)
-    return str(place.parent / "alias" / given.name)
+def input_through_a_folder(place: Path, verb: str, input_path: Path) -> str:
+    (place.parent / "alias").symlink_to(input_path.parent)
+    return str(place.parent / "alias" / input_path.name)
 
 
-def link_to_users_file(place: Path, verb: str, given: Path) -> str:
+def link_to_users_file(place: Path, verb: str, input_path: Path) -> str:
     place.symlink_to("notes.txt")
     return str(place)
 
 
-def circle(place: Path, verb: str, given: Path) -> str:
+def circle(place: Path, verb: str, input_path: Path) -> str:
     place.symlink_to(place.name)
     return str(place)
 
 
-def link_into_nowhere(place: Path, verb: str, given: Path) -> str:
+def link_into_nowhere(place: Path, verb: str, input_path: Path) -> str:
     place.symlink_to("none/at/all")
     return str(place)
 
 
-def folder(place: Path, verb: str, given: Path) -> str:
+def folder(place: Path, verb: str, input_path: Path) -> str:
     place.mkdir()
     return str(place)
 
 
-def folders_name(place: Path, verb: str, given: Path) -> str:
+def folders_name(place: Path, verb: str, input_path: Path) -> str:
     return f"{place}/"
 
 
-def a_socket(place: Path, verb: str, given: Path) -> str:
+def a_socket(place: Path, verb: str, input_path: Path) -> str:
     with socket.socket(socket.AF_UNIX) as end:
         end.bind(place.name)
     return str(place)
 
 
-def below_a_file(place: Path, verb: str, given: Path) -> str:
+def below_a_file(place: Path, verb: str, input_path: Path) -> str:
     return str(place.parent / "notes.txt" / "sub" / place.name)
 
 
-def no_name(place: Path, verb: str, given: Path) -> str:
+def no_name(place: Path, verb: str, input_path: Path) -> str:
     return ""
 
 
-def blank_name(place: Path, verb: str, given: Path) -> str:
+def blank_name(place: Path, verb: str, input_path: Path) -> str:
     return " "
 
 
-def too_long(place: Path, verb: str, given: Path) -> str:
+def too_long(place: Path, verb: str, input_path: Path) -> str:
     return str(place.with_name("x" * 300 + place.suffix))
 
 
-def closed_to_all(place: Path, verb: str, given: Path) -> str:
+def closed_to_all(place: Path, verb: str, input_path: Path) -> str:
     return f"/proc/{place.name}"
 
 
-def full(place: Path, verb: str, given: Path) -> str:
+def full(place: Path, verb: str, input_path: Path) -> str:
     return "/dev/full"
 
 
-def not_open(place: Path, verb: str, given: Path) -> str:
+def not_open(place: Path, verb: str, input_path: Path) -> str:
     return "/dev/fd/977"
 
 
-def users_manifest(place: Path, verb: str, given: Path) -> str:
+def users_manifest(place: Path, verb: str, input_path: Path) -> str:
     (place.parent / NAME).write_text("user")
     return str(place)
 
@@ -357,14 +357,14 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def everything(root: Path) -> dict[str, tuple[object, ...]]:
     """All that stands in a folder: kind, permissions, inode, names, contents or target."""
-    found: dict[str, tuple[object, ...]] = {}
+    results: dict[str, tuple[object, ...]] = {}
     for path in sorted(root.rglob("*")):
         is_ = path.lstat()
         text: object = path.readlink() if path.is_symlink() else None
         if stat.S_ISREG(is_.st_mode):
             text = path.read_bytes()
-        found[str(path.relative_to(root))] = (is_.st_mode, is_.st_ino, is_.st_nlink, text)
-    return found
+        results[str(path.relative_to(root))] = (is_.st_mode, is_.st_ino, is_.st_nlink, text)
+    return results
 
 
 def refused(verb: Verb, argument: str, capsys: pytest.CaptureFixture[str], patch: Any) -> str:
@@ -416,16 +416,16 @@ def test_other_inputs(option: str, home: Path, capsys: Any, monkeypatch: Any) ->
 
 def test_the_default_reproducer_steps_aside(home: Path, monkeypatch: Any, capsys: Any) -> None:
     (home / "reproducer.json").write_text("user")
-    given = []
+    names = []
 
     def work(*args: Any, reproducer: OutputFile, **options: Any) -> Any:
         reproducer.write("difference")
-        given.append(reproducer)
+        names.append(reproducer)
         raise KeyboardInterrupt
 
     monkeypatch.setattr("boresight.verbs.check.Check.run", work)
     assert main(["check", "mekf", "log.csv"]) == 130
-    assert given and (home / "reproducer.json").read_text() == "user"
+    assert names and (home / "reproducer.json").read_text() == "user"
     assert (home / "reproducer-2.json").read_text() == "difference"
 
 
@@ -480,8 +480,8 @@ def test_compile_clears_the_other_program_and_leaves_the_user(home: Path, capsys
     words = ["compile", "-q", "-o", "out"]
     both = ["complementary", "complementary_as_printed"]
     assert main([*words, *both, "--board", "mimas", "--top", "records"]) == 0
-    found = {p.relative_to("out").as_posix() for p in Path("out").rglob("*") if p.is_file()}
-    assert found == {*core_files(both), *project_files("mimas", system=False), NAME}
+    results = {p.relative_to("out").as_posix() for p in Path("out").rglob("*") if p.is_file()}
+    assert results == {*core_files(both), *project_files("mimas", system=False), NAME}
     (home / "out" / "firmware" / "mine.c").write_text("user")
     (home / "out" / "ise-mimas" / "top.bit").write_text("user")
     assert main([*words, "complementary"]) == 0
@@ -584,6 +584,6 @@ def test_closed_folders(verb: str, output: str, home: Path, capsys: Any, monkeyp
     with nobody() as place:
         before = everything(place)
         name = place / output / "out.csv" if verb == "run" else place / output
-        told = refused((FILES | FOLDERS)[verb], str(name), capsys, monkeypatch)
-        assert "permission denied" in told
+        message = refused((FILES | FOLDERS)[verb], str(name), capsys, monkeypatch)
+        assert "permission denied" in message
         assert everything(place) == before

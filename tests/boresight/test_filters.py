@@ -22,15 +22,15 @@ def test_names():
 
 
 def test_parameters_find_their_estimator(tmp_path):
-    one, two = tmp_path / "one.json", tmp_path / "two.json"
-    one.write_text('{"estimator": "complementary", "parameters": {"mag_gate": 1}}')
+    first, two = tmp_path / "one.json", tmp_path / "two.json"
+    first.write_text('{"estimator": "complementary", "parameters": {"mag_gate": 1}}')
     two.write_text('{"mag_gate": 2}')
     both = ["complementary", "complementary_as_printed"]
-    assert params_by_estimator(both, [one]) == {"complementary": {"mag_gate": 1.0}}
-    assert params_by_estimator(["complementary"], [one, two], ["mag_gate=3"]) == {
+    assert params_by_estimator(both, [first]) == {"complementary": {"mag_gate": 1.0}}
+    assert params_by_estimator(["complementary"], [first, two], ["mag_gate=3"]) == {
         "complementary": {"mag_gate": 3.0}
     }
-    assert params_by_estimator(both, [one], ["complementary_as_printed.mag_gate=3"]) == {
+    assert params_by_estimator(both, [first], ["complementary_as_printed.mag_gate=3"]) == {
         "complementary": {"mag_gate": 1.0},
         "complementary_as_printed": {"mag_gate": 3.0},
     }
@@ -39,7 +39,7 @@ def test_parameters_find_their_estimator(tmp_path):
         (both, [two], [], r"two.json: wanted parameters of .* found no estimator's name"),
         (both, [], ["mag_gate=1"], r"found no estimator's name"),
         ([], [], ["mag_gate=1"], r"wanted an estimator with parameters, found published"),
-        (["complementary_as_printed"], [one], [], r"found those of complementary;"),
+        (["complementary_as_printed"], [first], [], r"found those of complementary;"),
         (["complementary"], [], ["mag_gate=9"], r"wanted 0 to 3.9"),
     ):
         with pytest.raises(InputError, match=message):

@@ -234,14 +234,14 @@ def test_words_and_parameters(here: Path, capsys: pytest.CaptureFixture[str]) ->
     (here / "g.py").write_text(GAIN)
     (here / "k.json").write_text('{"k": -0.25}')
     line = ["simulate", "f.py:Plant", "g.py", "--on", "fixed", "--json"]
-    found = []
+    results = []
     for more in ([], ["--word", "18"], ["--param", "k=-0.25"], ["--params", "k.json"]):
         assert main([*line, *more]) == 0
-        found.append(json.loads(capsys.readouterr().out))
-    wide, narrow, one, other = (d["accuracy"][0]["max"] for d in found)
+        results.append(json.loads(capsys.readouterr().out))
+    wide, narrow, first, other = (d["accuracy"][0]["max"] for d in results)
     assert narrow > 100 * wide > 0.0
-    truths = [d["truth"][0]["max"] for d in found]
-    assert truths[2] == truths[3] > 10 * truths[0] and one == other
+    truths = [d["truth"][0]["max"] for d in results]
+    assert truths[2] == truths[3] > 10 * truths[0] and first == other
     assert main([*line, "--param", "q=1"]) == 2
     assert main([*line, "--word", "40"]) == 2
 

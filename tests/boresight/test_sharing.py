@@ -32,14 +32,14 @@ def test_parameters_by_estimator(tmp_path):
             {"estimator": NAMES[1], "parameters": {"kp_roll_per_s": 2.0, "kp_pitch_per_s": 3.0}}
         )
     )
-    found = params_for_each(
+    result = params_for_each(
         NAMES, [file], [f"{NAMES[1]}.kp_roll_per_s=1.5", "complementary.declination_ht=0.25"]
     )
-    assert found == {
+    assert result == {
         NAMES[1]: {"kp_roll_per_s": 1.5, "kp_pitch_per_s": 3.0},
         "complementary": {"declination_ht": 0.25},
     }
-    assert params_of_each(NAMES, found) == [{"declination_ht": 0.25}, found[NAMES[1]]]
+    assert params_of_each(NAMES, result) == [{"declination_ht": 0.25}, result[NAMES[1]]]
     assert params_of_each(NAMES, {NAMES[1]: {}}) == [None, {}]
     assert params_of_each(NAMES[:1], {"x": 1.0}) == [{"x": 1.0}]
     assert params_of_each(NAMES, None) == [None, None]

@@ -31,14 +31,14 @@ def fixed(name: str) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("name", LOGGED)
 def test_the_log_is_what_its_sensors_give(name: str) -> None:
     (make,) = (make for file, make in STRANGERS.items() if file.startswith(name))
-    wanted, found = make(LOGGED[name])[0], columns_of(name)
-    assert found.keys() == wanted.keys()
+    wanted, result = make(LOGGED[name])[0], columns_of(name)
+    assert result.keys() == wanted.keys()
     for column, values in wanted.items():
-        assert np.allclose(found[column], values, rtol=1e-4, atol=1e-9)
+        assert np.allclose(result[column], values, rtol=1e-4, atol=1e-9)
 
 
 def test_kalman_is_the_filter_as_matrices() -> None:
-    log, found = columns_of("kalman"), fixed("kalman")
+    log, result = columns_of("kalman"), fixed("kalman")
     x, p, q, r = np.zeros(2), 4.0 * np.eye(2), 0.5, 0.25
     h = np.array([[1.0, 0.0]])
     for k, (dt, z) in enumerate(zip(log["dt"], log["z"], strict=True)):
@@ -46,11 +46,11 @@ def test_kalman_is_the_filter_as_matrices() -> None:
         x, p = f @ x, f @ p @ f.T + np.diag([0.0, q * dt])
         gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
         x, p = x + gain @ (z - h @ x), (np.eye(2) - gain @ h) @ p
-        assert abs(found["pos"][k] - x[0]) < 1e-5 and abs(found["vel"][k] - x[1]) < 5e-5
+        assert abs(result["pos"][k] - x[0]) < 1e-5 and abs(result["vel"][k] - x[1]) < 5e-5
 
 
 def test_pendulum_is_the_extended_filter_as_matrices() -> None:
-    log, found = columns_of("pendulum"), fixed("pendulum")
+    log, result = columns_of("pendulum"), fixed("pendulum")
     x, p, dt = np.array([0.5, 0.0]), np.diag([0.25, 1.0]), 0.01
     for k, z in enumerate(log["z"]):
         slope = -dt * 9.81 * np.cos(x[0])
@@ -61,7 +61,7 @@ def test_pendulum_is_the_extended_filter_as_matrices() -> None:
         h = np.array([[np.cos(x[0]), 0.0]])
         gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + 4e-4)
         x, p = x + (gain * (z - np.sin(x[0]))).ravel(), (np.eye(2) - gain @ h) @ p
-        assert abs(found["angle"][k] - x[0]) < 1e-6 and abs(found["rate"][k] - x[1]) < 1e-5
+        assert abs(result["angle"][k] - x[0]) < 1e-6 and abs(result["rate"][k] - x[1]) < 1e-5
 
 
 def gradient(q: np.ndarray, acc: np.ndarray) -> np.ndarray:
@@ -76,17 +76,17 @@ def gradient(q: np.ndarray, acc: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("shrinks", "most"), [(True, 1e-6), (False, 5e-3)])
 def test_madgwick_is_that_of_ahrs(shrinks: bool, most: float) -> None:
     """Theirs goes a step of constant length; ours a shorter one where the gradient is small."""
-    log, found = columns_of("madgwick"), fixed("madgwick")
+    log, result = columns_of("madgwick"), fixed("madgwick")
     theirs = ahrs.filters.Madgwick(frequency=100.0, gain=0.1)
-    q, apart = np.array([1.0, 0.0, 0.0, 0.0]), []
+    q, errors = np.array([1.0, 0.0, 0.0, 0.0]), []
     for k in range(len(log["dt"])):
         gyr, acc = (np.array([log[f"{s}{a}"][k] for a in "xyz"]) for s in "ga")
         if shrinks:
             theirs.gain = 0.1 * min(1.0, float(np.linalg.norm(gradient(q, acc))) / 0.08)
         q = np.asarray(theirs.updateIMU(q, gyr=gyr, acc=acc)).ravel()
-        ours = np.array([found[n][k] for n in ("qw", "qx", "qy", "qz")])
-        apart.append(np.abs(q - ours).max())
-    assert np.max(apart) < most
+        ours = np.array([result[n][k] for n in ("qw", "qx", "qy", "qz")])
+        errors.append(np.abs(q - ours).max())
+    assert np.max(errors) < most
 
 
 def test_biquad_is_the_cascade_of_scipy() -> None:

@@ -34,15 +34,15 @@ def test_a_line_of_the_table(row: list[str]) -> None:
     ends[1] = ends[1, [0, 2, 0, 2]]
     points = np.concatenate([[rng.uniform(*r, 20_000) for r in RANGES], ends], axis=1)
     fixed, floats, saturated = made.run(*points)
-    apart = np.abs(fixed[0] - floats[0]).max()
-    assert 0.5 * float(error) <= apart <= float(error) and not saturated.any()
+    deviation = np.abs(fixed[0] - floats[0]).max()
+    assert 0.5 * float(error) <= deviation <= float(error) and not saturated.any()
     assert sum(len(op.terms) for op in made.program.ops) == int(products)
     assert build_core(made.program, "small", restarts=0).schedule.length == int(cycles)
 
 
 def test_every_function_is_in_the_table() -> None:
-    told = set(re.findall(r"\bops\.(\w+)", PAGE))
-    assert set(ops.__all__) - told <= {"absolute"}  # abs
+    documented = set(re.findall(r"\bops\.(\w+)", PAGE))
+    assert set(ops.__all__) - documented <= {"absolute"}  # abs
 
 
 def test_the_example(tmp_path: Path) -> None:

@@ -97,9 +97,9 @@ def test_the_program_at_hand(config: str) -> None:
 @CONFIG
 def test_parameters_stand_in_order(config: str) -> None:
     core = shared(config, 2, count=4, n_states=1)
-    found = [a for k in range(4) for a in core.select(k).parameter_addresses.values()]
-    assert len(found) > 4
-    assert found == list(range(len(found)))
+    results = [a for k in range(4) for a in core.select(k).parameter_addresses.values()]
+    assert len(results) > 4
+    assert results == list(range(len(results)))
 
 
 def test_parameters_go_on_in_the_next_bank() -> None:

@@ -49,9 +49,9 @@ def complementary() -> Core:
 
 
 def test_every_parameter_is_there_with_its_range(complementary: Core) -> None:
-    found = describe(complementary)
-    assert [r.name for r in found.parameters] == [p.name for p in Complementary.params]
-    for param, register in zip(Complementary.params, found.parameters, strict=True):
+    result = describe(complementary)
+    assert [r.name for r in result.parameters] == [p.name for p in Complementary.params]
+    for param, register in zip(Complementary.params, result.parameters, strict=True):
         assert register.address == complementary.parameter_addresses[param.name]
         assert (register.low, register.high) == (param.low, param.high)
         assert (register.unit, register.meaning) == (param.unit, param.meaning)
@@ -84,40 +84,40 @@ def test_words_of_the_records(complementary: Core) -> None:
 @pytest.mark.parametrize("word", [18, 32])
 def test_the_core_answers_at_these_addresses(word: int) -> None:
     core = awkward(word)
-    found = describe(core)
+    result = describe(core)
     dut = Engine(machine=core.machine, image=core.image)
-    words = [r.minimum // 2 + r.maximum // 4 for r in found.parameters[:3]] + [3]
+    words = [r.minimum // 2 + r.maximum // 4 for r in result.parameters[:3]] + [3]
     model = CModel(core.program)
-    for register, given in zip(found.parameters, words, strict=True):
+    for register, given in zip(result.parameters, words, strict=True):
         model.set_param(register.name, given)
 
     status = FIXED[0]  # the program's "status" is another register
     bits = {field.name: 1 << field.bit for field in status.fields}
-    one = int(core.program.format(core.program.inputs[0]).quantise(1.0))
+    unit = int(core.program.format(core.program.inputs[0]).quantise(1.0))
 
     async def bench(ctx):
         async def flags():
             return await read(ctx, dut.bus, status.address)
 
         async def named(name: str) -> int:
-            return await read(ctx, dut.bus, found.find(name).address)
+            return await read(ctx, dut.bus, result.find(name).address)
 
         ctx.set(dut.o.ready, 1)
         await ctx.tick().repeat(5)
-        assert (await named("build_low"), await named("build_high")) == found.build
+        assert (await named("build_low"), await named("build_high")) == result.build
         assert await named("updates") == 0
         assert await flags() == bits["idle"]
-        assert [r.name for r in found.parameters] == ["status", "STATUS", "in_u", "int"]
-        for register, given in zip(found.parameters, words, strict=True):
+        assert [r.name for r in result.parameters] == ["status", "STATUS", "in_u", "int"]
+        for register, given in zip(result.parameters, words, strict=True):
             await write(ctx, dut.bus, register.address, given)
-        await put(ctx, dut.i, {"data": one, "last": 1})
+        await put(ctx, dut.i, {"data": unit, "last": 1})
         (output,) = await ctx.tick().sample(dut.o.payload.data).until(dut.o.valid)
-        assert output == model.update([[one]])[0][0, 0] & found.mask
+        assert output == model.update([[unit]])[0][0, 0] & result.mask
         await ctx.tick().repeat(20)
         assert await named("updates") == 1
         assert await flags() == bits["idle"] | bits["parity"]
-        await put(ctx, dut.i, {"data": one, "last": 0})
-        await put(ctx, dut.i, {"data": one, "last": 1})
+        await put(ctx, dut.i, {"data": unit, "last": 0})
+        await put(ctx, dut.i, {"data": unit, "last": 1})
         await ctx.tick().repeat(5)
         assert await flags() & bits["framing"]
         for field in status.fields:
@@ -130,8 +130,8 @@ def test_the_core_answers_at_these_addresses(word: int) -> None:
 
 
 def test_json(complementary: Core) -> None:
-    found = describe(complementary)
-    text = found.to_json()
+    result = describe(complementary)
+    text = result.to_json()
     assert text == describe(complementary).to_json()
     data = json.loads(text)
     assert data["word"] == 32 and data["digest"] == complementary.program.digest
@@ -147,10 +147,10 @@ def test_json(complementary: Core) -> None:
 def test_json_is_read_back(complementary: Core) -> None:
     """All that a register map holds: registers as they are, words by name, format and unit."""
     description = describe(complementary)
-    found = Description.from_json(json.loads(description.to_json()))
-    assert found.registers == description.registers and found.build == description.build
-    assert found.to_json() == description.to_json()
-    (records,) = found.programs
+    result = Description.from_json(json.loads(description.to_json()))
+    assert result.registers == description.registers and result.build == description.build
+    assert result.to_json() == description.to_json()
+    (records,) = result.programs
     assert [w.frac for w in records.inputs] == [w.frac for w in description.programs[0].inputs]
 
 
@@ -202,7 +202,7 @@ def test_identifiers_are_unique() -> None:
 
 
 def test_find() -> None:
-    found = describe(awkward(32))
-    assert found.find("updates").address == 513
+    result = describe(awkward(32))
+    assert result.find("updates").address == 513
     with pytest.raises(KeyError):
-        found.find("nothing")
+        result.find("nothing")

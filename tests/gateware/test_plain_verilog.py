@@ -97,20 +97,20 @@ class Host:
 
         An update is complete if its last cycle is the first one of the reset, or earlier.
         """
-        one = self.core.select(number)
+        part = self.core.select(number)
         rom = [decode(self.core.machine, w) for w in self.core.image.program(number)]
         got = next(k for k, w in enumerate(rom) if w["get_last"])
         self.offer(words, len(words))
         self.add(4, wait)
-        emitted = sum(cycle - 1 - got <= wait for cycle in one.schedule.latencies)
+        emitted = sum(cycle - 1 - got <= wait for cycle in part.schedule.latencies)
         if late := wait + 1 >= len(rom) - 1 - got:
             lines = self.update(number, words)
         else:
             before = [v.copy() for v in self.models[number].values]
-            kept = self.parities[:], self.updates, self.saturated
+            whole = self.parities[:], self.updates, self.saturated
             lines = self.update(number, words)
             self.models[number].values = before
-            self.parities, self.updates, self.saturated = kept
+            self.parities, self.updates, self.saturated = whole
         self.lines += lines[:emitted]
         return late
 

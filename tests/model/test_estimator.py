@@ -104,11 +104,11 @@ def test_fixed_equals_float() -> None:
     assert [program.values[n].name for n in program.inputs] == ["u", "v"]
     assert program.output_names == ("y", "sum")
     machine = Interpreter(program, 3)
-    given = {"rate": 0.3, "offset": -0.7}
-    machine.params.update(param_words(program, Leaky().param_values(given)))
+    params = {"rate": 0.3, "offset": -0.7}
+    machine.params.update(param_words(program, Leaky().param_values(params)))
     inputs = np.random.default_rng(2).uniform(-1, 1, (50, 2, 3))
     out, saturated = machine.run(input_words(program, inputs))
-    want = Leaky().run_float(inputs, params=given).outputs
+    want = Leaky().run_float(inputs, params=params).outputs
     for k, name in enumerate(program.output_names):
         fmt = program.format(program.outputs[k])
         assert np.abs(fmt.real(out[:, k]) - want[name]).max() < 4 * fmt.lsb
@@ -228,18 +228,21 @@ class Watched(Leaky):
 
 def test_meanings_are_told_and_change_no_identity() -> None:
     """Of inputs; of the bits of a status word, where its output says nothing itself."""
-    plain, told = Watched(), Watched()
-    told.inputs = tuple(replace(i, meaning=f"what {i.name} is") for i in Watched.inputs)
-    told.status_bits = {0: "late", 3: "odd"}
-    programs = [one.compile() for one in (plain, told)]
+    plain, documented = Watched(), Watched()
+    documented.inputs = tuple(replace(i, meaning=f"what {i.name} is") for i in Watched.inputs)
+    documented.status_bits = {0: "late", 3: "odd"}
+    programs = [e.compile() for e in (plain, documented)]
     assert programs[0].digest == programs[1].digest
     assert [port.meaning for port in programs[1].in_ports] == ["what u is", "what v is"]
     assert [p.ports[-1].meaning for p in programs] == ["", "0: late; 3: odd"]
-    told.outputs = (*told.outputs[:-1], replace(told.outputs[-1], meaning="its own"))
-    assert told.compile().ports[-1].meaning == "its own"
+    documented.outputs = (
+        *documented.outputs[:-1],
+        replace(documented.outputs[-1], meaning="its own"),
+    )
+    assert documented.compile().ports[-1].meaning == "its own"
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_every_status_word_of_ours_says_its_bits(name: str) -> None:
-    one = ALL[name]()
-    assert bool(one.status_bits) == any(output.name == "status" for output in one.outputs)
+    e = ALL[name]()
+    assert bool(e.status_bits) == any(output.name == "status" for output in e.outputs)

@@ -43,11 +43,16 @@ def test_inputs_take_the_format_of_their_source() -> None:
 def test_estimators_apart_stay_as_they_are() -> None:
     outer, inner = Outer(), Inner()
     assert linked_estimators([inner]) == [inner]
-    apart = Middle()
-    assert linked_estimators([apart]) == [apart]
-    assert apart.compile().digest == Middle().compile().digest
-    found = linked_estimators([outer, inner])
-    assert found[1] is inner and [i.source_format is None for i in found[0].inputs] == [1, 1, 0, 1]
+    error = Middle()
+    assert linked_estimators([error]) == [error]
+    assert error.compile().digest == Middle().compile().digest
+    result = linked_estimators([outer, inner])
+    assert result[1] is inner and [i.source_format is None for i in result[0].inputs] == [
+        1,
+        1,
+        0,
+        1,
+    ]
     assert outer.inputs[2].source_format is None, "the caller's object changed"
 
 

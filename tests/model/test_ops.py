@@ -343,11 +343,13 @@ def test_plain_numbers_are_correctly_rounded() -> None:
 
 def test_plain_numbers_and_arrays_agree() -> None:
     for x in np.linspace(-1.0, 1.0, 41):
-        one = np.array([x])
+        array = np.array([x])
         for function in (ops.sincos_ht, ops.asin_ht, lambda v: ops.rsqrt(v * v + 0.1)):
-            assert np.allclose(function(float(x)), np.ravel(function(one)), rtol=4e-16, atol=4e-16)
+            assert np.allclose(
+                function(float(x)), np.ravel(function(array)), rtol=4e-16, atol=4e-16
+            )
         y = ops.atan2_ht(0.3, float(x))
-        assert type(y) is float and abs(y - ops.atan2_ht(0.3, one)[0]) < 4e-16
+        assert type(y) is float and abs(y - ops.atan2_ht(0.3, array)[0]) < 4e-16
 
 
 @pytest.mark.parametrize(

@@ -171,15 +171,15 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
     ],
 )  # fmt: skip
 def test_files_that_are_refused(write: Write, text: str, call: str, message: str) -> None:
-    found = refused(write(text) + call)
-    assert found.startswith(message) and "\n" not in found
+    result = refused(write(text) + call)
+    assert result.startswith(message) and "\n" not in result
 
 
 def test_a_fault_in_a_module_beside_the_file_is_not_put_on_the_files_line(write: Write) -> None:
     write("\n\n\n\nx = (\n", "broken_of_mine.py")
-    found = refused(write("import os\nimport broken_of_mine\n"))
-    assert found.startswith("f.py, line 2: wanted a file that imports, found SyntaxError: ")
-    assert found.endswith(" (broken_of_mine.py, line 5); correct it")
+    result = refused(write("import os\nimport broken_of_mine\n"))
+    assert result.startswith("f.py, line 2: wanted a file that imports, found SyntaxError: ")
+    assert result.endswith(" (broken_of_mine.py, line 5); correct it")
 
 
 def test_a_file_that_failed_is_tried_again(write: Write) -> None:
@@ -199,19 +199,19 @@ def test_no_file(tmp_path: Path) -> None:
     assert "found is a directory; " in refused(f"{tmp_path}/d.py")
 
 
-@pytest.mark.parametrize("what, found", [(5, "int"), (None, "NoneType"), (World, "type")])
-def test_what_is_no_estimator(what: Any, found: str) -> None:
+@pytest.mark.parametrize("what, reason", [(5, "int"), (None, "NoneType"), (World, "type")])
+def test_what_is_no_estimator(what: Any, reason: str) -> None:
     assert refused(what) == (
         "estimator: wanted a name, file.py:Class, a class or an object of Estimator, found "
-        f"{found}; derive the class from boresight.Estimator"
+        f"{reason}; derive the class from boresight.Estimator"
     )
 
 
 def test_objects_are_checked() -> None:
     made = Mekf()
     made.urgent = 99
-    found = refused(made)
-    assert re.match(r"filter\.py, line \d+, estimator mekf: wanted urgent of 0 to ", found)
+    result = refused(made)
+    assert re.match(r"filter\.py, line \d+, estimator mekf: wanted urgent of 0 to ", result)
 
 
 class Offered(Estimator):
@@ -256,10 +256,10 @@ def test_entry_points(installed: None) -> None:
         "estimator broken: wanted an entry point that imports (package:broken), found "
         "ImportError: no numpy; correct or remove the package that offers it"
     )
-    for name, found in (("number", "int"), ("world", "World")):
+    for name, entry in (("number", "int"), ("world", "World")):
         assert refused(name) == (
             f"estimator {name}: wanted an entry point of a class derived from boresight.Estimator "
-            f"(package:{name}), found {found}; correct or remove the package that offers it"
+            f"(package:{name}), found {entry}; correct or remove the package that offers it"
         )
 
 

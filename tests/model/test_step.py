@@ -65,7 +65,7 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "found, line",
+    "reason, line",
     [
         ("float() of a traced value, by math or an array of numbers; ", lambda x: math.sin(x.y)),
         ("float() of a traced value, by math or an array", lambda x: np.zeros(1).fill(x.y)),
@@ -83,13 +83,13 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
         ("TypeError: loop of", lambda x: np.tanh(x.y)),
     ],
 )
-def test_what_cannot_be_recorded_is_refused_with_its_line(found: str, line: Any) -> None:
+def test_what_cannot_be_recorded_is_refused_with_its_line(reason: str, line: Any) -> None:
     class Odd(Leaky):
         def step(self, x: Any, u: Any, p: Any) -> Any:
             return {"y": line(x)}, {"y": x.y, "sum": x.y}
 
     with pytest.raises(
-        InputError, match=rf"^test_step\.py, line \d+: wanted .*, found {re.escape(found)}"
+        InputError, match=rf"^test_step\.py, line \d+: wanted .*, found {re.escape(reason)}"
     ):
         Odd().compile()
 

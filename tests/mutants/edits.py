@@ -87,7 +87,7 @@ class Source:
     ) -> Mutant | None:
         """``node`` replaced, unless that is only another spelling."""
         start, end = self.span(node)
-        found = Mutant(
+        result = Mutant(
             self.file,
             scope,
             self._context(node, statement),
@@ -98,7 +98,7 @@ class Source:
             end,
             node.lineno,
         )
-        return None if _same(node, new) else found
+        return None if _same(node, new) else result
 
     def _context(self, node: ast.AST, statement: ast.stmt) -> str:
         """The statement in one line, without its body; of a list of assignments the one."""

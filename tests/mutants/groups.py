@@ -43,13 +43,13 @@ def _hardware_files(root: Path) -> list[str]:
 
 
 def _compiler_files(root: Path) -> list[str]:
-    found = [
+    results = [
         path
         for part in _COMPILER
         for path in sorted((root / part).glob("*.py") if (root / part).is_dir() else [root / part])
         if path.name != "__init__.py"
     ]
-    return [str(path.relative_to(root)) for path in found]
+    return [str(path.relative_to(root)) for path in results]
 
 
 #: Name of a group: how its files are found, and its faults.
@@ -75,10 +75,10 @@ def nearest_tests(root: Path, file: str) -> list[str]:
     stem = Path(file).stem
     others = {p.stem for p in (root / file).parent.glob(f"{stem}_*.py")}
     kin = [p for p in place.glob(f"test_{stem}_*.py") if p.stem.removeprefix("test_") not in others]
-    found = [*place.glob(f"test_{stem}.py"), *sorted(kin)]
-    if not found:
-        found = [p for p in sorted(place.glob("test_*.py")) if _imports(p, file)]
-    return [str(p.relative_to(root)) for p in found]
+    results = [*place.glob(f"test_{stem}.py"), *sorted(kin)]
+    if not results:
+        results = [p for p in sorted(place.glob("test_*.py")) if _imports(p, file)]
+    return [str(p.relative_to(root)) for p in results]
 
 
 def wider_tests(root: Path, file: str) -> list[str]:

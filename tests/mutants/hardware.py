@@ -18,13 +18,13 @@ _WIDTH = re.compile(r"(^|[._])(word|width|bits|size)\w*$")
 def hardware_mutants(file: str, text: str) -> list[Mutant]:
     """All mutants of a file's hardware, in the order of the text."""
     source = Source(file, text)
-    found = [
+    results = [
         mutant
         for scope, function in scopes(source.tree)
         if _describes_hardware(function)
         for mutant in mutants_of(source, scope, function, _changes)
     ]
-    return sorted(found, key=lambda mutant: (mutant.start, mutant.end, mutant.new))
+    return sorted(results, key=lambda mutant: (mutant.start, mutant.end, mutant.new))
 
 
 def _describes_hardware(function: ast.FunctionDef) -> bool:

@@ -16,12 +16,12 @@ _OPPOSITE = {"max": "min", "min": "max", "any": "all", "all": "any"}
 def software_mutants(file: str, text: str) -> list[Mutant]:
     """All mutants of a file's functions, in the order of the text."""
     source = Source(file, text)
-    found = [
+    results = [
         mutant
         for scope, function in scopes(source.tree)
         for mutant in mutants_of(source, scope, function, _changes)
     ]
-    return sorted(found, key=lambda mutant: (mutant.start, mutant.end, mutant.new))
+    return sorted(results, key=lambda mutant: (mutant.start, mutant.end, mutant.new))
 
 
 def _changes(source: Source, statement: ast.stmt) -> Iterator[Change]:

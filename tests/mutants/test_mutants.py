@@ -55,8 +55,8 @@ def changes(mutants: list[Mutant]) -> set[tuple[str, str, str]]:
 
 
 def test_faults_of_hardware() -> None:
-    found = hardware_mutants("part.py", HARDWARE)
-    assert changes(found) == {
+    result = hardware_mutants("part.py", HARDWARE)
+    assert changes(result) == {
         ("width", "8", "7"),
         ("number", "8", "9"),
         ("reset value", "-1", "0"),
@@ -197,8 +197,8 @@ def tree(tmp_path: Path) -> Path:
 def of(statement: str, new: str) -> Mutant:
     """The mutant of `CODE` that makes this of a statement or of a part of it."""
     mutants = software_mutants("gateware/code.py", CODE)
-    (found,) = (m for m in mutants if (m.statement, m.new) == (statement, new))
-    return found
+    (result,) = (m for m in mutants if (m.statement, m.new) == (statement, new))
+    return result
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ def of(statement: str, new: str) -> Mutant:
     ],
 )
 def test_verdicts(tree: Path, statement: str, new: str, limit_s: float, verdict: Verdict) -> None:
-    found = try_mutant(
+    result = try_mutant(
         tree,
         of(statement, new),
         ["tests/test_near.py"],
@@ -220,7 +220,7 @@ def test_verdicts(tree: Path, statement: str, new: str, limit_s: float, verdict:
         limit_s=limit_s,
         cache=tree.parent,
     )
-    assert found == verdict
+    assert result == verdict
     assert (tree / "gateware/code.py").read_text() == CODE
 
 
@@ -233,9 +233,9 @@ def test_tests_that_cannot_be_run_say_nothing(tree: Path) -> None:
     assert (row["tried"], row["noticed"], row["survived"], row["error"]) == (0, 0, 0, 1)
     record = Record(tree.parent / "verdicts.jsonl", tree)
     noticed = Verdict("nearest", "tests/test_near.py::test_f")
-    for given, found in ((noticed, noticed), (verdict, None), (noticed, noticed)):
-        record.add(mutant, given)
-        assert Record(record.path, tree).find(mutant) == found
+    for before, value in ((noticed, noticed), (verdict, None), (noticed, noticed)):
+        record.add(mutant, before)
+        assert Record(record.path, tree).find(mutant) == value
 
 
 def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:

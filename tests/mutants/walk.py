@@ -113,7 +113,7 @@ def mutants_of(
     seen: Counter[str] = Counter()
     for statement in statements(function):
         for node, new, kind in changes(source, statement):
-            found = source.mutant(node, new, kind, scope, statement)
-            if found is not None:
-                seen[found.key] += 1
-                yield replace(found, nth=seen[found.key])
+            result = source.mutant(node, new, kind, scope, statement)
+            if result is not None:
+                seen[result.key] += 1
+                yield replace(result, nth=seen[result.key])

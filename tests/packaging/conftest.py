@@ -76,8 +76,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def wheel(tree: Path) -> Path:
     """Built from the tree."""
     _build(tree, "--wheel")
-    (found,) = (tree / "dist").glob("*.whl")
-    return found
+    (result,) = (tree / "dist").glob("*.whl")
+    return result
 
 
 @pytest.fixture(scope="session")
@@ -85,15 +85,15 @@ def sdist(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The source distribution, built from the tree, and beside it the wheel built from that."""
     out = tmp_path_factory.mktemp("sdist")
     _build(tree, "--outdir", str(out))
-    (found,) = out.glob("*.tar.gz")
-    return found
+    (result,) = out.glob("*.tar.gz")
+    return result
 
 
 @pytest.fixture(scope="session")
 def wheel_of_sdist(sdist: Path) -> Path:
     """Built from the source distribution."""
-    (found,) = sdist.parent.glob("*.whl")
-    return found
+    (result,) = sdist.parent.glob("*.whl")
+    return result
 
 
 @pytest.fixture(scope="session")

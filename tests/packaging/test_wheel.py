@@ -36,15 +36,15 @@ def contents(wheel: Path) -> dict[str, bytes]:
 
 def in_tree(tree: Path) -> dict[str, bytes]:
     """What has to be in the wheel: every file of the product folders."""
-    found = {f"boresight/{p.name}": p for p in (tree / "boresight").iterdir() if p.is_file()}
+    results = {f"boresight/{p.name}": p for p in (tree / "boresight").iterdir() if p.is_file()}
     folders = [p for p in (tree / "boresight").iterdir() if p.is_dir() and not p.is_symlink()]
     for folder, name in [*((f, f"boresight/{f.name}") for f in folders)] + [
         (tree / room, f"boresight/{room}") for room in ROOMS
     ]:
         for path in folder.rglob("*"):
             if path.is_file():
-                found[f"{name}/{path.relative_to(folder)}"] = path
-    return {name: path.read_bytes() for name, path in found.items()}
+                results[f"{name}/{path.relative_to(folder)}"] = path
+    return {name: path.read_bytes() for name, path in results.items()}
 
 
 def test_holds_the_tree_and_nothing_else(wheel: Path, tree: Path) -> None:

@@ -66,12 +66,12 @@ def test_what_is_worse(place: tuple[Any, ...], value: Any, said: list[str]) -> N
     for key in place[:-1]:
         inner = inner[key]
     inner[place[-1]] = value
-    found = compared(now, BEFORE, JUDGED, file="old.json")
-    names = {c.figure.rpartition(": ")[2] if place == ("rows",) else c.figure for c in found.worse}
-    assert names == set(said) and found.good is not bool(said)
-    assert found.changes
-    text = str(found).splitlines()
-    assert len(text) == 1 + len(found.changes) + bool(said)
+    result = compared(now, BEFORE, JUDGED, file="old.json")
+    names = {c.figure.rpartition(": ")[2] if place == ("rows",) else c.figure for c in result.worse}
+    assert names == set(said) and result.good is not bool(said)
+    assert result.changes
+    text = str(result).splitlines()
+    assert len(text) == 1 + len(result.changes) + bool(said)
     assert text[-1].startswith("FAILED: worse than old.json: ") is bool(said)
 
 
@@ -79,8 +79,8 @@ def test_shares_that_are_accepted() -> None:
     now = copy.deepcopy(BEFORE)
     now["area"]["lut"] = 550
     assert not compared(now, BEFORE, JUDGED, file="f", allow={"area": 0.09}).good
-    found = compared(now, BEFORE, JUDGED, file="f", allow={"area": 0.1})
-    assert found.good and "LUT 500 -> 550  +10.0%" in str(found)
+    result = compared(now, BEFORE, JUDGED, file="f", allow={"area": 0.1})
+    assert result.good and "LUT 500 -> 550  +10.0%" in str(result)
     for allow in ({"areas": 1.0}, {"area": -0.1}, {"area": float("nan")}):
         with pytest.raises(InputError, match="a share from 0 up of one of cycles, area"):
             compared(now, BEFORE, JUDGED, file="f", allow=allow)
@@ -89,8 +89,8 @@ def test_shares_that_are_accepted() -> None:
 def test_what_is_new_is_told_and_is_no_fault() -> None:
     less = copy.deepcopy(BEFORE)
     del less["area"], less["rows"][1]
-    found = compared(BEFORE, less, JUDGED, file="f")
-    assert found.good and {c.figure for c in found.changes if c.before is None} == {
+    result = compared(BEFORE, less, JUDGED, file="f")
+    assert result.good and {c.figure for c in result.changes if c.before is None} == {
         "LUT", "clock", "vel: largest error", "vel: samples",
     }  # fmt: skip
 

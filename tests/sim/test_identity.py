@@ -63,9 +63,9 @@ def test_packages_and_relative_imports(tmp_path: Path, monkeypatch: pytest.Monke
     files = {"a": "from . import b\n", "b": "from .c import x\n", "c": "x = 1\n"}
     seen = {identity(package(tmp_path, monkeypatch, **files))}
     for changed in ({"c": "x = 2\n"}, {"b": "from .c import x as y\n"}, {"__init__": "y = 3\n"}):
-        found = identity(package(tmp_path, monkeypatch, **{**files, **changed}))
-        assert found not in seen
-        seen.add(found)
+        result = identity(package(tmp_path, monkeypatch, **{**files, **changed}))
+        assert result not in seen
+        seen.add(result)
     # Installed, its version counts in place of its text.
     monkeypatch.setattr(module.sysconfig, "get_path", lambda name: str(tmp_path))
     monkeypatch.setattr(module, "_version", lambda name: f"{name} 1.0")

@@ -12,8 +12,8 @@ from boresight.sim.plotting import COLOUR, INK, band, figure_and_axes, legend, s
 def drawn(salt: str = "one", **keywords) -> str:
     with settings():
         figure, axes = figure_and_axes(2.0, **keywords)
-        for one in getattr(axes, "flat", [axes]):
-            one.plot((0.0, 1.0), (1.0, 0.0), color=COLOUR["roll"], label="a & b")
+        for axis in getattr(axes, "flat", [axes]):
+            axis.plot((0.0, 1.0), (1.0, 0.0), color=COLOUR["roll"], label="a & b")
         return svg(figure, salt)
 
 
@@ -38,9 +38,9 @@ def test_rows_and_columns() -> None:
     with settings():
         _, axes = figure_and_axes(3.0, 2, 3, sharex=True)
     assert axes.shape == (2, 3)
-    for one in axes.flat:
-        assert not one.spines["top"].get_visible() and one.spines["left"].get_visible()
-        assert one.xaxis.get_gridlines()[0].get_visible()
+    for axis in axes.flat:
+        assert not axis.spines["top"].get_visible() and axis.spines["left"].get_visible()
+        assert axis.xaxis.get_gridlines()[0].get_visible()
 
 
 def test_text_stays_text() -> None:

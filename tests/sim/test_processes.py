@@ -29,8 +29,8 @@ def refuse() -> None:
 
 
 class Unpicklable(Exception):
-    def __init__(self, one: int, other: int) -> None:
-        super().__init__(f"{one} and {other}")
+    def __init__(self, first: int, other: int) -> None:
+        super().__init__(f"{first} and {other}")
 
 
 def fail_oddly() -> None:

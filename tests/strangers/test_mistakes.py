@@ -169,10 +169,10 @@ def named(text: str) -> int:
 
 def check(text: str, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     """The line names the place, what was found, and what to do."""
-    found = refused(text, capsys)
-    assert found.startswith(f"error: wrong.py, line {named(text)}"), found
+    result = refused(text, capsys)
+    assert result.startswith(f"error: wrong.py, line {named(text)}"), result
     for word in words:
-        assert word in found, found
+        assert word in result, result
 
 
 @pytest.mark.pythons
@@ -199,8 +199,8 @@ def test_declarations(name: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_class_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
-    found = refused(f"{HEAD}{STEP}        y = u.a\n{RETURN}", capsys, "wrong.py:Right")
-    assert found.endswith("found Wrong; name one: wrong.py:Wrong\n")
+    result = refused(f"{HEAD}{STEP}        y = u.a\n{RETURN}", capsys, "wrong.py:Right")
+    assert result.endswith("found Wrong; name one: wrong.py:Wrong\n")
 
 
 #: Declarations and a step that are too much for a core; what the line says.
@@ -236,7 +236,7 @@ def test_more_than_a_core_holds(name: str, capsys: pytest.CaptureFixture[str]) -
     declared, step, said = TOO_MUCH[name]
     Path("wrong.py").write_text(text := f"{HEAD}{declared}{STEP}        {step}\n")
     assert main(["compile", "wrong.py", "-o", "out", "--quiet"]) == 2
-    found = capsys.readouterr().err
-    assert found.startswith("error: wrong: ") and found.count("\n") == 1 and said in found
+    result = capsys.readouterr().err
+    assert result.startswith("error: wrong: ") and result.count("\n") == 1 and said in result
     if "#!" in text:
-        assert f"operations: wrong.py, line {named(text)} (" in found
+        assert f"operations: wrong.py, line {named(text)} (" in result

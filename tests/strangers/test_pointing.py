@@ -48,9 +48,9 @@ def test_on_the_board(board) -> None:
 def test_the_register_map_names_them(board) -> None:
     registers = board.system.map()
     for name in SKY:
-        found = registers.find(f"feed_{name}")
-        assert (found.frac, found.low, found.high, found.reset) == (30, -1.0, 1.0, 0)
-        assert found.address in range(0x700, 0x703) and found.access == "write-only"
+        outcome = registers.find(f"feed_{name}")
+        assert (outcome.frac, outcome.low, outcome.high, outcome.reset) == (30, -1.0, 1.0, 0)
+        assert outcome.address in range(0x700, 0x703) and outcome.access == "write-only"
     assert {f.name for f in registers.find("order").fields} >= {"take_feed", "restart_filter"}
     assert registers.find("output_mode").names == ("off", "binary")
     # Places that mean one thing for the filter and another for the program.

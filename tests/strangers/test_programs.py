@@ -59,16 +59,16 @@ def test_as_many_programs_as_are_promised() -> None:
 def test_every_level_gives_the_same_words(name: str) -> None:
     columns, _ = STRANGERS[name](200)
     program = place(name)
-    found = {on: boresight.run(program, columns, on=on) for on in ("fixed", "c", "rtl", "float")}
+    results = {on: boresight.run(program, columns, on=on) for on in ("fixed", "c", "rtl", "float")}
     for output in estimator_of(program).outputs:
-        words = found["fixed"].outputs[output.name]
+        words = results["fixed"].outputs[output.name]
         assert len(np.unique(words)) > (1 if output.unit == "flags" else 50)
         for on in ("c", "rtl"):
-            assert np.array_equal(found[on].outputs[output.name], words)
-        apart = words - found["float"].outputs[output.name]
+            assert np.array_equal(results[on].outputs[output.name], words)
+        error = words - results["float"].outputs[output.name]
         if output.unit == "ht":
-            apart = (apart + 1.0) % 2.0 - 1.0
-        assert np.abs(apart).max() <= (0.0 if output.unit == "flags" else output.tolerance)
+            error = (error + 1.0) % 2.0 - 1.0
+        assert np.abs(error).max() <= (0.0 if output.unit == "flags" else output.tolerance)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -105,11 +105,11 @@ def test_long_runs(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_log_in_other_units_is_the_same_record(name: str, tmp_path) -> None:
-    given = STRANGERS[name](300)
+    inputs = STRANGERS[name](300)
     program = place(name)
-    log = csv(tmp_path / "log.csv", given)
+    log = csv(tmp_path / "log.csv", inputs)
     assert "[" in log.read_text().splitlines()[0]
-    plain, read = (boresight.run(program, x, on="numpy") for x in (given[0], log))
+    plain, read = (boresight.run(program, x, on="numpy") for x in (inputs[0], log))
     for output, values in plain.outputs.items():
         assert np.allclose(values, read.outputs[output], rtol=1e-7, atol=1e-7)
 

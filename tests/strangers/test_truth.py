@@ -31,37 +31,37 @@ STARTS = {
 }
 
 
-def settled(given: tuple) -> tuple:
+def settled(values: tuple) -> tuple:
     """A record of which the start, in which a filter settles, does not count."""
-    columns, heads = given
+    columns, heads = values
     return {**columns, "mov": 1.0 * (np.arange(len(next(iter(columns.values())))) >= 400)}, heads
 
 
 def numpy_outputs(program: str, columns: dict) -> tuple:
     """What a program reads, and its outputs with plain numpy."""
     estimator = estimator_of(program)
-    given = feed(estimator, Record.of(columns))
-    run = estimator.run_float(given.inputs[:, :, None]).outputs
-    return given, {n: v[:, 0] for n, v in run.items()}
+    feed_columns = feed(estimator, Record.of(columns))
+    run = estimator.run_float(feed_columns.inputs[:, :, None]).outputs
+    return feed_columns, {n: v[:, 0] for n, v in run.items()}
 
 
 @pytest.mark.parametrize("name", TRUTHS)
 def test_accuracy_in_the_units_of_the_outputs(name: str, tmp_path, capsys) -> None:
     """A CSV in other units; RMS by hand of numpy's float64."""
-    given = settled(STRANGERS[name](1500))
-    log, program = csv(tmp_path / "log.csv", given), place(name)
+    values = settled(STRANGERS[name](1500))
+    log, program = csv(tmp_path / "log.csv", values), place(name)
     assert main(["accuracy", program, str(log), "--json"]) == 0
     fixed, floating = json.loads(capsys.readouterr().out)["estimators"]
     assert all(d["good"] and d["tolerance"] is not None for d in fixed["vs_float"][:4])
-    fed, outputs = numpy_outputs(program, given[0])
+    fed, outputs = numpy_outputs(program, values[0])
     for figure, (unit, most) in TRUTHS[name].items():
         assert fixed["units"][figure] == unit
         assert 0.0 < fixed["mean"][figure] < most
         assert fixed["mean"][figure] == pytest.approx(floating["mean"][figure], rel=1e-2)
         if figure in outputs and figure in fed.truth:
-            apart = (outputs[figure] - fed.truth[figure])[400:]
-            apart = (apart + 1.0) % 2.0 - 1.0 if unit == "ht" else apart
-            rms = float(np.sqrt(np.mean(apart**2)))
+            error = (outputs[figure] - fed.truth[figure])[400:]
+            error = (error + 1.0) % 2.0 - 1.0 if unit == "ht" else error
+            rms = float(np.sqrt(np.mean(error**2)))
             assert floating["mean"][figure] == pytest.approx(rms, rel=1e-6)
 
 
@@ -74,8 +74,8 @@ def test_tuned_parameters_help_on_data_that_they_were_not_tuned_on(
     logs = [csv(tmp_path / f"log{seed}.csv", settled(make(1200, seed))) for seed in (21, 22, 23)]
     other = csv(tmp_path / "other.csv", settled(make(1700, 31)))
     out = tmp_path / "tuned.json"
-    given = [x for n, v in start.items() for x in ("--param", f"{n}={v}")]
-    line = ["tune", program, *map(str, logs), "--rounds", "8", "-o", str(out), "-q", *given]
+    values = [x for n, v in start.items() for x in ("--param", f"{n}={v}")]
+    line = ["tune", program, *map(str, logs), "--rounds", "8", "-o", str(out), "-q", *values]
     assert main(line) == 0
     capsys.readouterr()
 
@@ -83,7 +83,7 @@ def test_tuned_parameters_help_on_data_that_they_were_not_tuned_on(
         assert main(["accuracy", program, str(other), "--json", *options]) == 0
         return json.loads(capsys.readouterr().out)["estimators"][0]["mean"]
 
-    before, after = errors(*given), errors("--params", str(out))
+    before, after = errors(*values), errors("--params", str(out))
     for figure, share in wanted.items():
         assert after[figure] < share * before[figure], (before, after)
     data = json.loads(out.read_text())

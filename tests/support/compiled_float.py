@@ -40,11 +40,11 @@ def compiled_float(
     every shipped filter of nine axes that it is `run_float` to 1e-12.
     """
     model = FloatCModel(_Open(estimator), precision=DOUBLE, params=params)
-    found = []
+    results = []
     for run in np.moveaxis(np.asarray(inputs), 2, 0):
         model.reset()
-        found.append(model.update(run))
-    columns = np.stack(found, axis=2)
+        results.append(model.update(run))
+    columns = np.stack(results, axis=2)
     outputs = [o.name for o in estimator.outputs]
     return (
         {name: columns[:, k] for k, name in enumerate(outputs)},

@@ -31,9 +31,9 @@ def compiler_calls(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[]
     folder.mkdir()
     log = folder / "log"
     for name in ("c++", "g++"):
-        found = shutil.which(name)
-        if found is not None:
-            (folder / name).write_text(_SCRIPT.format(log=log, compiler=found))
+        path = shutil.which(name)
+        if path is not None:
+            (folder / name).write_text(_SCRIPT.format(log=log, compiler=path))
             (folder / name).chmod(0o755)
     monkeypatch.setenv("PATH", os.pathsep.join([str(folder), os.environ["PATH"]]))
 

@@ -143,7 +143,7 @@ def judge(
 ) -> Accuracy:
     """The verdict on a run."""
     build = Build(estimator, word=word)
-    given = feed(estimator, Record.of({"u": np.array(inputs)}))
-    given = dataclasses.replace(given, clamped=clamped or {})
-    run, reference = (level(build).run(given.inputs) for level in (Interpreted, CompiledFloat))
-    return judge_run(build, 0, given.inputs, run, reference, given.clamped)
+    columns = feed(estimator, Record.of({"u": np.array(inputs)}))
+    columns = dataclasses.replace(columns, clamped=clamped or {})
+    run, reference = (level(build).run(columns.inputs) for level in (Interpreted, CompiledFloat))
+    return judge_run(build, 0, columns.inputs, run, reference, columns.clamped)

@@ -74,7 +74,7 @@ class Block:
 
 def blocks_of(page: str) -> list[Block]:
     """The code blocks of a page's text."""
-    found, before, lines = [], "", page.splitlines()
+    results, before, lines = [], "", page.splitlines()
     k = 0
     while k < len(lines):
         fence = re.match(r"( *)(`{3,})(.*)$", lines[k])
@@ -86,9 +86,9 @@ def blocks_of(page: str) -> list[Block]:
         name = re.search(r"as `([\w./]+)`:$", before)
         text = "".join(f"{line.removeprefix(fence[1])}\n" for line in lines[k + 1 : end])
         only = before.startswith("<!-- parsed, not run: ")
-        found.append(Block(fence[3].strip(), text, k + 2, name[1] if name else "", only))
+        results.append(Block(fence[3].strip(), text, k + 2, name[1] if name else "", only))
         before, k = "", end + 1
-    return found
+    return results
 
 
 @contextlib.contextmanager

@@ -68,7 +68,7 @@ def float_outputs(u: Any, params: Sequence[dict[str, float]]) -> dict[str, Any]:
     """Outputs (steps, runs) in float64, a run for each set of parameters."""
     e = Registration()
     sets = [e.param_values(p) for p in params]
-    p = SimpleNamespace(**{n: np.array([one[n] for one in sets]) for n in sets[0]})
+    p = SimpleNamespace(**{n: np.array([values[n] for values in sets]) for n in sets[0]})
     x = {s.name: np.full(len(sets), s.initial) for s in e.states}
     names = [i.name for i in e.inputs]
     rows = []

@@ -30,9 +30,9 @@ def theory() -> Predicted:
 
 
 def spread(sd: float = 2.0, mean: float = 0.55) -> dict[str, Any]:
-    one = {"sd": [9.0, sd], "mean": [9.0, mean], "mean_band": [9.0, 0.1]}
+    entry = {"sd": [9.0, sd], "mean": [9.0, mean], "mean_band": [9.0, 0.1]}
     nis = {"mean": 1.0, "band": [0.9, 1.1], "freedom": 3}
-    outputs = {f"{b}_bias": one for b in BIASES}
+    outputs = {f"{b}_bias": entry for b in BIASES}
     return {"outputs": outputs, "runs": 20, "nis": nis, "saturated": 0}
 
 

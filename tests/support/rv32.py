@@ -46,7 +46,7 @@ def image(words: list[int]) -> str:
 
 
 def _encode(parts: list[str], here: int, labels: Mapping[str, int]) -> list[int]:
-    name, *given = parts
+    name, *values = parts
 
     def number(text: str) -> int:
         return labels[text] if text in labels else int(text, 0)
@@ -55,48 +55,51 @@ def _encode(parts: list[str], here: int, labels: Mapping[str, int]) -> list[int]
         return int(text.removeprefix("x"))
 
     def at(text: str) -> tuple[int, int]:
-        found = re.fullmatch(r"(-?\w+)\((x\d+)\)", text)
-        assert found is not None, text
-        offset, base = found.groups()
+        match = re.fullmatch(r"(-?\w+)\((x\d+)\)", text)
+        assert match is not None, text
+        offset, base = match.groups()
         return int(offset, 0) & 0xFFF, register(base)
 
     if name == ".word":
-        return [number(given[0])]
+        return [number(values[0])]
     if name == "mret":
         return [0x30200073]
     if name == "li":
-        rd, value = register(given[0]), number(given[1]) & 0xFFFF_FFFF
+        rd, value = register(values[0]), number(values[1]) & 0xFFFF_FFFF
         upper = (value + 0x800) & 0xFFFF_F000
         return [upper | rd << 7 | 0x37, (value & 0xFFF) << 20 | rd << 15 | rd << 7 | 0x13]
     if name in _LOADS:
-        offset, base = at(given[1])
-        return [offset << 20 | base << 15 | _LOADS[name] << 12 | register(given[0]) << 7 | 0x03]
+        offset, base = at(values[1])
+        return [offset << 20 | base << 15 | _LOADS[name] << 12 | register(values[0]) << 7 | 0x03]
     if name in _STORES:
-        offset, base = at(given[1])
+        offset, base = at(values[1])
         upper, lower = offset >> 5, offset & 31
-        source = register(given[0]) << 20 | base << 15
+        source = register(values[0]) << 20 | base << 15
         return [upper << 25 | source | _STORES[name] << 12 | lower << 7 | 0x23]
     if name in _IMMEDIATE:
-        rd, rs = register(given[0]), register(given[1])
-        word = (number(given[2]) & 0xFFF) << 20 | rs << 15 | _IMMEDIATE[name] << 12
+        rd, rs = register(values[0]), register(values[1])
+        word = (number(values[2]) & 0xFFF) << 20 | rs << 15 | _IMMEDIATE[name] << 12
         return [word | rd << 7 | 0x13]
     if name in _REGISTERS:
-        rd, a, b = (register(r) for r in given)
+        rd, a, b = (register(r) for r in values)
         return [_REGISTERS[name] << 25 | b << 20 | a << 15 | rd << 7 | 0x33]
     if name in _BRANCHES:
-        a, b, far = register(given[0]), register(given[1]), number(given[2]) - here
+        a, b, far = register(values[0]), register(values[1]), number(values[2]) - here
         sides = (far >> 12 & 1) << 31 | (far >> 5 & 63) << 25 | (far >> 1 & 15) << 8
         return [sides | (far >> 11 & 1) << 7 | b << 20 | a << 15 | _BRANCHES[name] << 12 | 0x63]
     if name == "j":
-        far = number(given[0]) - here
+        far = number(values[0]) - here
         sides = (far >> 20 & 1) << 31 | (far >> 1 & 0x3FF) << 21 | (far >> 11 & 1) << 20
         return [sides | (far >> 12 & 0xFF) << 12 | 0x6F]
     if name == "jr":
-        return [register(given[0]) << 15 | 0x67]
+        return [register(values[0]) << 15 | 0x67]
     if name in ("csrw", "csrs"):
         return [
-            number(given[0]) << 20 | register(given[1]) << 15 | (1 + (name == "csrs")) << 12 | 0x73
+            number(values[0]) << 20
+            | register(values[1]) << 15
+            | (1 + (name == "csrs")) << 12
+            | 0x73
         ]
     if name == "csrr":
-        return [number(given[1]) << 20 | 2 << 12 | register(given[0]) << 7 | 0x73]
+        return [number(values[1]) << 20 | 2 << 12 | register(values[0]) << 7 | 0x73]
     raise ValueError(f"no such instruction: {' '.join(parts)}")

@@ -209,9 +209,9 @@ STRANGERS: dict[str, Callable[[int], Given]] = {
 }
 
 
-def csv(path: Path, given: Given) -> Path:
+def csv(path: Path, inputs: Given) -> Path:
     """Write a record as CSV with units in its header; NaN becomes an empty field."""
-    columns, heads = given
+    columns, heads = inputs
     table = {}
     for name, values in columns.items():
         head, of = heads.get(name, (name, lambda v: v))

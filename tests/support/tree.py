@@ -42,13 +42,13 @@ def imports(path: Path) -> set[str]:
 
 def modules_of(root: Path = ROOT) -> dict[str, Path]:
     """Our modules by name below ``boresight``; a package has the name of its folder."""
-    found = {}
+    results = {}
     for folder in SOURCES:
         for path in python_files(folder, root):
             parts = path.relative_to(root).with_suffix("").parts
             parts = parts[:-1] if parts[-1] == "__init__" else parts
-            found[".".join(parts if folder == "boresight" else ("boresight", *parts))] = path
-    return found
+            results[".".join(parts if folder == "boresight" else ("boresight", *parts))] = path
+    return results
 
 
 def room_of(module: str, path: Path) -> str:

@@ -35,11 +35,11 @@ def hidden(path: Path, system: str, names: set[str]) -> set[str]:
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_imports(system: str) -> None:
     names = documented()
-    found = {
+    results = {
         path.relative_to(ROOT).as_posix(): hidden(path, system, names)
         for path in python_files(f"systems/{system}")
     }
-    assert not {place: names for place, names in found.items() if names}
+    assert not {place: names for place, names in results.items() if names}
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,9 @@ from boresight.model.errors import InputError
 from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 
-def register(**given) -> Register:
+def register(**fields) -> Register:
     usual = {"name": "r", "address": 0, "access": Access.READ_WRITE, "meaning": ""}
-    return Register(**{**usual, **given})
+    return Register(**{**usual, **fields})
 
 
 @pytest.fixture
@@ -94,8 +94,8 @@ def test_registers_by_name_or_address(table: RegisterTable) -> None:
     assert table.find("gain").address == table.find("3").address == 3
     assert table.find("0x3").name == "gain"
     assert table.find("4095") == register(name="4095", address=4095)
-    for name, found in (("-1", "found -1"), ("0x1000", "found 0x1000"), ("gians", "found 'gians'")):
-        with pytest.raises(InputError, match=f"^register {name}: wanted .*, {found}; registers.md"):
+    for name, entry in (("-1", "found -1"), ("0x1000", "found 0x1000"), ("gians", "found 'gians'")):
+        with pytest.raises(InputError, match=f"^register {name}: wanted .*, {entry}; registers.md"):
             table.find(name)
     assert RegisterTable().find("7") == register(name="7", address=7)
 
@@ -125,7 +125,7 @@ def test_a_clock_of_zero_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "text", "word"),
+    ("fields", "text", "word"),
     [
         ({"width": 8}, "255", 255),
         ({"width": 8, "signed": True}, "-128", -128),
@@ -139,12 +139,12 @@ def test_a_clock_of_zero_is_refused(tmp_path: Path) -> None:
         ({"minimum": -5, "maximum": 5}, "-5", -5),
     ],
 )
-def test_words_of_values(given: dict, text: str, word: int) -> None:
-    assert word_of(register(**given), text) == word
+def test_words_of_values(fields: dict, text: str, word: int) -> None:
+    assert word_of(register(**fields), text) == word
 
 
 @pytest.mark.parametrize(
-    ("given", "text", "message"),
+    ("fields", "text", "message"),
     [
         ({"width": 8}, "256", "wanted 0 to 255, found 256"),
         ({"width": 8}, "-1", "wanted 0 to 255, found -1"),
@@ -163,13 +163,13 @@ def test_words_of_values(given: dict, text: str, word: int) -> None:
         ),
     ],
 )
-def test_values_that_no_word_is(given: dict, text: str, message: str) -> None:
+def test_values_that_no_word_is(fields: dict, text: str, message: str) -> None:
     with pytest.raises(InputError, match=f"^--write r: {re.escape(message)}; "):
-        word_of(register(**given), text)
+        word_of(register(**fields), text)
 
 
 @pytest.mark.parametrize(
-    ("given", "word", "value"),
+    ("fields", "word", "value"),
     [
         ({}, 0xFFFFFFFF, 0xFFFFFFFF),
         ({"width": 8}, 0x1FF, 0xFF),
@@ -181,8 +181,8 @@ def test_values_that_no_word_is(given: dict, text: str, message: str) -> None:
         ({"fields": (BitField("a", 4, "", width=3),)}, 0xF5F, {"a": 5}),
     ],
 )
-def test_values_of_words(given: dict, word: int, value: object) -> None:
-    assert value_of(register(**given), word) == value
+def test_values_of_words(fields: dict, word: int, value: object) -> None:
+    assert value_of(register(**fields), word) == value
 
 
 def test_only_the_answer_to_this_write_counts() -> None:
@@ -203,8 +203,8 @@ def test_a_capture_is_read_to_its_end_and_written_never(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("source", "found"), [("", "a folder"), (".", "a folder"), ("none", "no such file")]
+    ("source", "reason"), [("", "a folder"), (".", "a folder"), ("none", "no such file")]
 )
-def test_what_is_no_line(source: str, found: str) -> None:
-    with pytest.raises(InputError, match=f"wanted a serial port, or a file of .*, found {found}"):
+def test_what_is_no_line(source: str, reason: str) -> None:
+    with pytest.raises(InputError, match=f"wanted a serial port, or a file of .*, found {reason}"):
         BoardLine(source, baud=9600, listener=Listener())

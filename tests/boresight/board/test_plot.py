@@ -25,10 +25,10 @@ def image(
 
 def pieces(svg: bytes, name: str) -> list[int]:
     """Points of each piece of an angle's line."""
-    found = re.findall(
+    matches = re.findall(
         rf'<path d="([^"]*)"[^>]*style="fill: none; stroke: {COLOUR[name].lower()}', svg.decode()
     )
-    (path,) = (d for d in found if "M" in d)
+    (path,) = (d for d in matches if "M" in d)
     return [piece.count("L") + 1 for piece in path.split("M")[1:]]
 
 

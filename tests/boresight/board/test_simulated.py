@@ -25,11 +25,11 @@ ROW = BoardFigures(
 
 
 def test_faults_as_a_table() -> None:
-    found = FaultsResult("mekf", (SEEN, HARMLESS))
-    _, first, second = str(found).splitlines()
+    result = FaultsResult("mekf", (SEEN, HARMLESS))
+    _, first, second = str(result).splitlines()
     assert "adis absent" in first and "never" in first and first.endswith("FAILED")
-    assert second.endswith("no effect") and not found.good
-    data = found.to_json()
+    assert second.endswith("no effect") and not result.good
+    data = result.to_json()
     assert list(data) == ["filter", "good", "trials"]
     assert [(t["device"], t["good"]) for t in data["trials"]] == [("adis", False), ("hmr", True)]
     assert FaultsResult("mekf", (HARMLESS,)).good

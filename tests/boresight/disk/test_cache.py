@@ -76,8 +76,8 @@ def test_many_threads_make_it_once(tmp_path: Path) -> None:
         (folder / "data").write_text("text")
 
     with ThreadPoolExecutor(8) as pool:
-        found = set(pool.map(lambda _: Cache(tmp_path).get("n", "i", make).path, range(16)))
-    assert len(found) == len(made) == 1
+        results = set(pool.map(lambda _: Cache(tmp_path).get("n", "i", make).path, range(16)))
+    assert len(results) == len(made) == 1
 
 
 def test_a_make_that_fails_leaves_nothing(tmp_path: Path) -> None:

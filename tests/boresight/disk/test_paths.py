@@ -164,16 +164,16 @@ def test_one_file_by_two_names(here: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("error", "found"),
+    ("error", "reason"),
     [
         (OSError(errno.EACCES, "Permission denied"), "permission denied"),
         (OSError(), "OSError"),
         (ValueError("embedded null byte"), "embedded null byte"),
     ],
 )
-def test_refusals(error: OSError | ValueError, found: str) -> None:
+def test_refusals(error: OSError | ValueError, reason: str) -> None:
     text = str(refusal("x", error, "--csv"))
-    assert text.startswith(f"x: wanted a path that can be written, found {found}; choose another ")
+    assert text.startswith(f"x: wanted a path that can be written, found {reason}; choose another ")
     assert "with --csv" in text
 
 

@@ -14,14 +14,14 @@ from boresight.results.accuracy import (
 )
 
 
-def near(output: str, unit: str, apart: float | None, tolerance: float | None) -> AccuracyNear:
-    good = tolerance is None or (apart is not None and apart <= tolerance)
-    return AccuracyNear(output, unit, apart, tolerance, good)
+def near(output: str, unit: str, error: float | None, tolerance: float | None) -> AccuracyNear:
+    good = tolerance is None or (error is not None and error <= tolerance)
+    return AccuracyNear(output, unit, error, tolerance, good)
 
 
 def row(name: str, level: str, errors: Mapping[str, Any], **more: Any) -> AccuracyRow:
     mean = next(iter(errors.values()))
-    given = {
+    values = {
         "kind": "peer" if level == "package" else "ours",
         "summary": name,
         "attitude": "total" in mean,
@@ -33,7 +33,7 @@ def row(name: str, level: str, errors: Mapping[str, Any], **more: Any) -> Accura
         "seconds": 0.5,
         "trials": tuple(AccuracyTrial(t, e, {}, None) for t, e in errors.items()),
     }
-    return AccuracyRow(name, level, **{**given, **more})
+    return AccuracyRow(name, level, **{**values, **more})
 
 
 def data(
@@ -49,10 +49,10 @@ def angles(total: float | None) -> dict[str, float | None]:
 
 def test_attitudes_side_by_side() -> None:
     errors = {"one": angles(1.5), "two": angles(2.5)}
-    apart = [near("attitude", "deg", 4.25e-4, 0.01), near("status", "words", 7, 0.0)]
+    deviations = [near("attitude", "deg", 4.25e-4, 0.01), near("status", "words", 7, 0.0)]
     lines = str(
         data(
-            row("mine", "fixed", errors, vs_float=apart),
+            row("mine", "fixed", errors, vs_float=deviations),
             row("mine", "float", {"one": angles(1.75)}),
             row("peer", "package", {"one": angles(9.0), "two": angles(None)}),
             left_out=("gone",),
@@ -80,9 +80,9 @@ def test_attitudes_side_by_side() -> None:
 
 def test_outputs_beside_an_attitude_have_their_table() -> None:
     errors = {"one": angles(1.5) | {"vx": 0.125}}
-    apart = [near("qw", "", 1e-6, 1e-3), near("attitude", "deg", 1e-4, 0.01)]
-    apart += [near("vx", "m/s", 1e-5, 0.01), near("pz", "m", 2e-5, 0.01)]
-    lines = str(data(row("ins", "fixed", errors, vs_float=apart))).splitlines()
+    deviations = [near("qw", "", 1e-6, 1e-3), near("attitude", "deg", 1e-4, 0.01)]
+    deviations += [near("vx", "m/s", 1e-5, 0.01), near("pz", "m", 2e-5, 0.01)]
+    lines = str(data(row("ins", "fixed", errors, vs_float=deviations))).splitlines()
     table = [x.split()[0] for x in lines[lines.index("") + 4 :] if x.startswith("  ")]
     assert table[-2:] == ["vx", "pz"] and "qw" not in table and "total" not in table
 
@@ -99,7 +99,7 @@ def test_what_is_no_truth_is_said() -> None:
 
 def test_other_outputs_one_by_one() -> None:
     errors = {"one": {"pos": 0.125, "vel": 3.0}, "two": {"pos": 0.375}}
-    apart = [
+    deviations = [
         near("pos", "m", 1e-7, 1e-4),
         near("vel", "m", 2e-3, 1e-3),
         near("word", "words", 0, 0.0),
@@ -107,7 +107,7 @@ def test_other_outputs_one_by_one() -> None:
     ]
     lines = str(
         data(
-            row("cart", "fixed", errors, vs_float=apart, mean={"pos": 0.25, "vel": 3.0}),
+            row("cart", "fixed", errors, vs_float=deviations, mean={"pos": 0.25, "vel": 3.0}),
             row("cart", "float", errors, mean={"pos": 0.5, "vel": 3.0}),
         )
     ).splitlines()

@@ -44,14 +44,14 @@ def test_a_log_for_each(logs: list[str], capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_a_mapping_by_estimator() -> None:
-    given = {
+    logs = {
         name: STRANGERS[program](40)[0]
         for name, program in (("kalman", "kalman.py"), ("pi", "pi.py:Pi"))
     }
-    told: list[str] = []
-    results = boresight.check(BOTH, given, levels=("fixed", "c"), progress=told.append)
+    messages: list[str] = []
+    results = boresight.check(BOTH, logs, levels=("fixed", "c"), progress=messages.append)
     assert [r.good for r in results] == [True, True]
-    assert "record: c in gcc, 80 updates of 2 programs" in told
+    assert "record: c in gcc, 80 updates of 2 programs" in messages
 
 
 def test_whose_log_is_missing(logs: list[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,10 +19,10 @@ def test_a_folder_becomes_logs(tmp_path: Path, capsys: pytest.CaptureFixture[str
         savemat(tmp_path / f"{name}.mat", trial())
     out = tmp_path / "logs"
     assert main(["convert", "broad", str(tmp_path), "-o", str(out), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert [row["samples"] for row in found["logs"]] == [40, 40]
-    assert [row["log"] for row in found["logs"]] == [str(out / f"0{k}.npz") for k in ("1_a", "2_b")]
-    for row in found["logs"]:
+    data = json.loads(capsys.readouterr().out)
+    assert [row["samples"] for row in data["logs"]] == [40, 40]
+    assert [row["log"] for row in data["logs"]] == [str(out / f"0{k}.npz") for k in ("1_a", "2_b")]
+    for row in data["logs"]:
         assert NineAxis.of(read_record(row["log"])).counts.sum() == 29
 
 

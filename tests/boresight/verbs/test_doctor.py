@@ -16,9 +16,9 @@ def cache(tmp_path, monkeypatch):
     # Not by XDG_CACHE_HOME: Yosys would translate itself anew there.
     monkeypatch.setattr("boresight.disk.cache.cache_folder", lambda name: tmp_path / name)
     monkeypatch.setenv("BORESIGHT_CACHE_MB", "20")
-    found = Cache()
-    found.get("n", "i", lambda folder: (folder / "data").write_bytes(bytes(1_500_000)) and None)
-    return found
+    result = Cache()
+    result.get("n", "i", lambda folder: (folder / "data").write_bytes(bytes(1_500_000)) and None)
+    return result
 
 
 def test_shows_the_cache(cache, capsys):

@@ -72,8 +72,8 @@ def test_json_alone_on_stdout(stand_in, tmp_path, capsys):
         "targets": [t.to_json() for t in RESULT.targets],
         "files": [str(tmp_path / "ma2014.json"), str(tmp_path / "ma2014.html")],
     }
-    found = boresight.experiment("ma2014", output=tmp_path)
-    assert data == found.to_json() and found.targets == RESULT.targets
+    result = boresight.experiment("ma2014", output=tmp_path)
+    assert data == result.to_json() and result.targets == RESULT.targets
 
 
 def test_quiet(stand_in, tmp_path, capsys):

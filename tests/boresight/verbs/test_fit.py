@@ -83,15 +83,15 @@ def test_a_profile_of_another_step_is_refused_and_made_anew(
 
 
 def test_the_data(folder: Path) -> None:
-    found = boresight.fit("unit.py:Unit", "log.csv", "unit.py:Plant")
+    result = boresight.fit("unit.py:Unit", "log.csv", "unit.py:Plant")
     data = json.loads(Path("unit.fit.json").read_text())
-    assert found.records == {"log": 50, "plant": 29}
+    assert result.records == {"log": 50, "plant": 29}
     assert [x["log"] for x in data["made_from"]] == ["log", "plant"]
-    assert len(data["values"]) == found.formats and found.good
-    assert "wanted a finite range" in found.refused
-    (claim,) = found.claims
+    assert len(data["values"]) == result.formats and result.good
+    assert "wanted a finite range" in result.refused
+    (claim,) = result.claims
     assert claim.logs == pytest.approx(1.0 / 1.5)  # where b is 0
-    (error,) = found.errors
+    (error,) = result.errors
     assert error.before is None and error.after is not None and error.after < 1e-8
     row = data["values"][0]
     assert row["line"].startswith("unit.py, line ") and row["records"][0] <= row["records"][1]
@@ -106,8 +106,8 @@ def test_its_own_profile_is_not_asked(folder: Path) -> None:
 
 
 def test_the_profile_of_an_estimator_without_a_file(folder: Path) -> None:
-    found = boresight.fit("unit.py:Unit", "log.csv", output="elsewhere.json")
-    assert found.profile == Path("elsewhere.json")
+    result = boresight.fit("unit.py:Unit", "log.csv", output="elsewhere.json")
+    assert result.profile == Path("elsewhere.json")
     assert not Path("unit.fit.json").exists()
 
 
@@ -122,8 +122,8 @@ def test_processes_take_the_profile(folder: Path) -> None:
     from boresight.sim.processes import dispatch
 
     with profiles(["a.json"]):
-        found = dict(dispatch(2, [("one", profiles_now, ()), ("two", profiles_now, ())]))
-    assert found == {"one": ("a.json",), "two": ("a.json",)}
+        results = dict(dispatch(2, [("one", profiles_now, ()), ("two", profiles_now, ())]))
+    assert results == {"one": ("a.json",), "two": ("a.json",)}
 
 
 def test_proposals_and_the_copy(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

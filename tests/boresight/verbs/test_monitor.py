@@ -57,7 +57,7 @@ def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
     top.submodules += [results, output, framer]
     wiring.connect(top, output.port, results.ports[0])
     wiring.connect(top, output.o, framer.i)
-    given = [
+    updates = [
         words_of(k, 97_656 * k, heading=rng.randrange(-(1 << 31), 1 << 31), filter=0)
         for k in range(1, 9)
     ]
@@ -70,7 +70,7 @@ def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
 
     async def write(ctx):
         ctx.set(output.mode, mode)
-        for words in given:
+        for words in updates:
             sent.append(bytearray())
             for k, word in enumerate([None, *words]):
                 ctx.set(results.begin, k == 0)
@@ -97,7 +97,7 @@ def test_capture_of_the_hardware(mode: OutputMode, tmp_path, capsys) -> None:
     assert main(["monitor", str(capture), "--csv", str(table), "--plot", str(picture)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[-1] == "7 attitudes, 1 missing, 0 frames or lines damaged"
-    exact = [attitude_of(w) for k, w in enumerate(given) if k != 2]
+    exact = [attitude_of(w) for k, w in enumerate(updates) if k != 2]
     rows = list(csv.DictReader(table.read_text().splitlines()))
     tolerance = 1e-6 if mode == OutputMode.BINARY else 0.0051
     for row, line, attitude in zip(rows, lines, exact, strict=False):

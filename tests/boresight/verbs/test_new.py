@@ -73,7 +73,7 @@ def test_a_file_of_ones_own_stays(folder, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "found"),
+    ("name", "reason"),
     [
         ("my-filter", "found 'my-filter'"),
         ("1st", "found '1st'"),
@@ -89,11 +89,11 @@ def test_a_file_of_ones_own_stays(folder, capsys):
         ("__main__", "an installed module"),
     ],
 )
-def test_names_that_no_module_may_have(name, found, folder, capsys):
+def test_names_that_no_module_may_have(name, reason, folder, capsys):
     assert main(["new", name]) == 2
     said = capsys.readouterr()
     assert said.out == "" and said.err.startswith("error: ") and said.err.count("\n") == 1
-    assert found in said.err and "choose another, such as my_filter" in said.err
+    assert reason in said.err and "choose another, such as my_filter" in said.err
     assert not list(folder.iterdir())
 
 

@@ -107,7 +107,7 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
     monkeypatch.setattr(module, "width_section", partial(module.width_section, widths=(18,)))
     name, logs, out = f"{tmp_path}/my double.py", tmp_path / "logs", tmp_path / "deep" / "er"
     first = module.report(name, logs / "one.csv", synth=False, output=out)
-    found = module.report(
+    result = module.report(
         name,
         logs,
         {"u": [1.0]},
@@ -116,9 +116,9 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
         against=out / "report.json",
         output=out,  # over the report that it is compared with
     )
-    assert found.good and found.page == out / "report.html"
-    assert "report.html" in found._repr_html_()
-    data = found.to_json()
+    assert result.good and result.page == out / "report.html"
+    assert "report.html" in result._repr_html_()
+    data = result.to_json()
     assert [log["dataset"] for log in data["accuracy"]["logs"]] == ["one", "two", "record"]
     assert [p["word"] for p in data["widths"]["points"]] == [18]
     assert first.report["widths"] is None and first.report["against"] is None
@@ -142,7 +142,7 @@ def test_no_link_to_one_of_two_files_of_one_name(tmp_path: Path) -> None:
         path.parent.mkdir(exist_ok=True)
         if "gone" not in name:
             path.touch()
-        exec(compile("def f(self): ...", path, "exec"), found := {})
-        members[name.replace("/", "_")] = found["f"]
+        exec(compile("def f(self): ...", path, "exec"), results := {})
+        members[name.replace("/", "_")] = results["f"]
     mine = type("Mine", (Estimator,), {**members, "__module__": "nowhere"})
     assert module.links_of(mine(), tmp_path / "out") == {"other.py": "../b/other.py"}

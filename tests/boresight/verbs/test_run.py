@@ -151,8 +151,8 @@ def test_data_in_memory() -> None:
         def step(self, x: Any, u: Any, p: Any) -> Any:
             return {}, {"y": u.z + 1.0}
 
-    for given in (Mine, Mine()):
-        data = boresight.run(given, {"z[cm]": [100.0, -50.0]})
+    for source in (Mine, Mine()):
+        data = boresight.run(source, {"z[cm]": [100.0, -50.0]})
         assert data.outputs["y"].tolist() == [2.0, 0.5]
         assert data.t is None and data.truth == ()
 
@@ -183,13 +183,15 @@ def test_a_log_in_memory_is_the_file(tmp_path: Path) -> None:
     log = read_record(SYNTHETIC)
     view = NineAxis.of(log)
     mov = np.arange(len(log)) >= 40
-    for given in (log, SYNTHETIC):
-        assert boresight.run("complementary", given, on="c", steps=90).attitude.rmse_deg is not None
-    one, other = (
-        boresight.run("complementary", given, on="c", steps=90).outputs
-        for given in (log, SYNTHETIC)
+    for source in (log, SYNTHETIC):
+        assert (
+            boresight.run("complementary", source, on="c", steps=90).attitude.rmse_deg is not None
+        )
+    first, other = (
+        boresight.run("complementary", source, on="c", steps=90).outputs
+        for source in (log, SYNTHETIC)
     )
-    assert all(np.array_equal(one[n], other[n]) for n in one)
+    assert all(np.array_equal(first[n], other[n]) for n in first)
     data = boresight.run("complementary", replace(view, mov=mov).record(), on="c", steps=90)
     assert data.attitude.rmse_deg._asdict() == pytest.approx(
         attitude_rmse(data.attitude.q, view.attitude[:90], mov[:90])._asdict()
@@ -223,18 +225,18 @@ def test_an_archive_by_its_name(here: Path) -> None:
     columns = {"t": [0.0, 0.25], "z": [0.5, 0.25]}
     for name in ("out.csv", "out.npz"):
         boresight.run("mine.py", columns, on="c", output=name)
-    one, other = (boresight.record_of(name) for name in ("out.csv", "out.npz"))
-    assert (here / "out.npz").read_bytes().startswith(b"PK") and list(one.columns) == list(
+    first, other = (boresight.record_of(name) for name in ("out.csv", "out.npz"))
+    assert (here / "out.npz").read_bytes().startswith(b"PK") and list(first.columns) == list(
         other.columns
     )
-    for name, column in one.columns.items():
+    for name, column in first.columns.items():
         assert column.values.tolist() == other.columns[name].values.tolist()
 
 
 def test_attitudes_without_truth() -> None:
     columns = read_record(SYNTHETIC).head(30).columns
-    given = {n: c.values for n, c in columns.items() if not n.startswith("q")}
-    data = boresight.run("mekf", given, on="c")
+    source = {n: c.values for n, c in columns.items() if not n.startswith("q")}
+    data = boresight.run("mekf", source, on="c")
     assert data.attitude.rmse_deg is None and data.truth == ()
     assert data.attitude.q.shape == (30, 4) and data.attitude.euler_deg.shape == (30, 3)
 

@@ -97,20 +97,20 @@ def test_verilog_elaborates(board: str, project) -> None:
 
 @BOARD
 def test_pins_are_those_of_the_board_file(board: str, project) -> None:
-    found = pins((project[board] / "top.ucf").read_text())
-    assert found == PINS[board]
+    result = pins((project[board] / "top.ucf").read_text())
+    assert result == PINS[board]
     platform = BOARDS[board].make([])
     connector = platform.connectors[BOARDS[board].connector]
-    assert found["rx_0__io"] == connector.mapping[BOARDS[board].positions["host_rx"]]
-    assert found["tx_0__io"] == connector.mapping[BOARDS[board].positions["host_tx"]]
+    assert result["rx_0__io"] == connector.mapping[BOARDS[board].positions["host_rx"]]
+    assert result["tx_0__io"] == connector.mapping[BOARDS[board].positions["host_tx"]]
     assert (
-        found[f"{platform.default_clk}_0__io"]
+        result[f"{platform.default_clk}_0__io"]
         == platform.lookup(platform.default_clk).ios[0].names[0]
     )
     # Every port of the top module has a pin, and every pin a port.
     verilog = (project[board] / "top.v").read_text()
     ports = re.search(r"(?m)^module top\((.*)\);$", verilog)
-    assert ports and set(ports[1].split(", ")) == set(found)
+    assert ports and set(ports[1].split(", ")) == set(result)
 
 
 @BOARD
@@ -283,10 +283,10 @@ def test_complete_system(board: str, tmp_path) -> None:
         [*FILES, *(f"registers.{end}" for end in ("h", "json", "md", "svd"))]
     )
     ucf = (tmp_path / "top.ucf").read_text()
-    found = pins(ucf)
-    clock = next(net for net in found if net.startswith("clk"))
+    result = pins(ucf)
+    clock = next(net for net in result if net.startswith("clk"))
     column = ("mimas", "sk-xc6slx9").index(board)
-    assert found == {
+    assert result == {
         clock: PINS[board][clock],
         **{net: both[column] for net, both in SYSTEM_PINS.items()},
     }
@@ -329,14 +329,14 @@ LED = Line("alive", "led1", "it lives")
 @pytest.mark.parametrize("board", BOARDS.values(), ids=BOARDS)
 def test_resources(board: Board) -> None:
     platform = board.make([IN, OUT, LED])
-    found = {}
+    results = {}
     for line in (IN, OUT):
         (pins,) = platform.lookup(line.name).ios
-        found[line.name] = (pins.dir, platform.lookup(line.name).attrs)
+        results[line.name] = (pins.dir, platform.lookup(line.name).attrs)
         mapping = platform.connectors[board.connector].mapping
         assert pins.map_names(platform._conn_pins, pins) == [mapping[board.positions[line.place]]]
-    assert found["rx"] == ("i", {"IOSTANDARD": "LVCMOS33", "PULLUP": "TRUE"})
-    assert found["tx"] == ("o", {"IOSTANDARD": "LVCMOS33", "SLEW": "SLOW", "DRIVE": "8"})
+    assert results["rx"] == ("i", {"IOSTANDARD": "LVCMOS33", "PULLUP": "TRUE"})
+    assert results["tx"] == ("o", {"IOSTANDARD": "LVCMOS33", "SLEW": "SLOW", "DRIVE": "8"})
     assert ("alive", 0) not in platform.resources
     assert platform.lookup("led", 1)  # the board's own, or on its connector
     assert platform.lookup(platform.default_clk).clock.frequency == board.oscillator_hz

@@ -197,8 +197,8 @@ def test_heartbeat(leaky: Core, line) -> None:
 
 def test_saturated(leaky: Core, line) -> None:
     bench, model = line(leaky), CModel(leaky.program)
-    one = int(leaky.program.format(leaky.program.inputs[0]).quantise(1.0))
-    inputs = np.array([[one, -one]] * 6 + [[0, 0]])
+    unit = int(leaky.program.format(leaky.program.inputs[0]).quantise(1.0))
+    inputs = np.array([[unit, -unit]] * 6 + [[0, 0]])
     flags = model.update(inputs)[1].tolist()
     seen = []
 

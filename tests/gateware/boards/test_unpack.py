@@ -187,10 +187,10 @@ def test_same_verdict_as_the_software(simulate) -> None:
         else:
             stream.append(b"".join(rng.choices(pieces, k=rng.randrange(6))))
     decoder = Decoder(word=24)
-    kept = 0
+    accepted = 0
 
     async def bench(ctx):
-        nonlocal kept
+        nonlocal accepted
         for byte in b"".join(stream):
             expected = [
                 (kind, [w & 0xFFFFFF for w in words])
@@ -200,12 +200,12 @@ def test_same_verdict_as_the_software(simulate) -> None:
             await feed(ctx, dut, bytes([byte]))
             assert ctx.get(dut.pending) == len(expected)
             for kind, words in expected:
-                kept += 1
+                accepted += 1
                 assert ctx.get(dut.kind) == kind
                 assert await fetch(ctx, dut, len(words)) == words
 
     simulate(dut, bench)
-    assert kept > 50
+    assert accepted > 50
 
 
 def test_only_kinds_with_a_length_are_taken(simulate) -> None:

@@ -127,9 +127,9 @@ def check(port: Documented, member: Member, letters: Mapping[str, Any]) -> None:
         else:
             assert name == type(signature).__name__, port
     elif port.what:
-        wanted, found = shape_of(port.what, letters), Shape.cast(member.shape)
-        assert found.width == wanted.width, port
-        assert found.signed or not wanted.signed, port
+        wanted, result = shape_of(port.what, letters), Shape.cast(member.shape)
+        assert result.width == wanted.width, port
+        assert result.signed or not wanted.signed, port
 
 
 @pytest.fixture(scope="module")
@@ -214,18 +214,18 @@ def cases() -> dict[str, Case]:
 
 def kinds() -> list[type]:
     """All components and signatures of the hardware."""
-    found = []
+    results = []
     for path in sorted(GATEWARE.rglob("*.py")):
         name = ".".join(("boresight.gateware", *path.relative_to(GATEWARE).with_suffix("").parts))
         module = importlib.import_module(name.removesuffix(".__init__"))
-        found += [
+        results += [
             kind
             for kind in vars(module).values()
             if inspect.isclass(kind)
             and issubclass(kind, (Component, Signature))
             and kind.__module__ == module.__name__
         ]
-    return found
+    return results
 
 
 @pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.__name__)

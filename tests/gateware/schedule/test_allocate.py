@@ -82,8 +82,8 @@ def test_what_outlives_a_step_is_there_to_its_last_cycle(machine: Machine) -> No
     s = schedule(wide(params=2, states=3), machine, restarts=0)
     last, program = s.length - 1, s.program
     span = {t.value: (t.start, t.end) for t in allocate(s).live_ranges}
-    kept = (Kind.PARAM, Kind.CONST, Kind.STATE)
-    assert all(span[n] == (0, last) for n, v in enumerate(program.values) if v.kind in kept)
+    kinds = (Kind.PARAM, Kind.CONST, Kind.STATE)
+    assert all(span[n] == (0, last) for n, v in enumerate(program.values) if v.kind in kinds)
     assert all(span[after][1] == last for after in _makers(s).values())
     born = [*zip(program.streamed, s.gets, strict=True)]
     born += [(op.dest, s.write_cycle(k)) for k, op in enumerate(program.ops)]

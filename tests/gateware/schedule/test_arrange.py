@@ -160,13 +160,13 @@ def test_quarters_do_not_mix() -> None:
 
 def test_table_op_gives_the_next_index_with_its_last_slot() -> None:
     offers = gifts(program(TABLE, COSINE))
-    one, slope = Slot(0, 0, 1, op=0, term=0), Slot(0, 0, 0, op=0, term=1)
+    whole, slope = Slot(0, 0, 1, op=0, term=0), Slot(0, 0, 0, op=0, term=1)
     held: list[Key | None] = [(0, False), None, None]
-    out = give([one, slope], TABLE, offers[0], held, always)
+    out = give([whole, slope], TABLE, offers[0], held, always)
     assert [s.cap_index for s in out] == [False, True]
     assert held[0] == (0, True)
     held = [(0, False), None, None]
-    out = give([slope, one], TABLE, offers[0], held, always)
+    out = give([slope, whole], TABLE, offers[0], held, always)
     assert [s.cap_index for s in out] == [False, False]
 
 

@@ -190,7 +190,7 @@ def test_early_group(machine: Machine) -> None:
     p, s, a = made(1, machine)
     lands = {op.dest: s.write_cycle(k) for k, op in enumerate(s.program.ops)}
     lands |= dict(zip(s.program.inputs, s.gets, strict=True))
-    found = 0
+    count = 0
     for slot in s.slots:
         tight = [v for v in (slot.a, slot.b) if v is not None and lands.get(v) == slot.cycle - 1]
         if slot.op is None or not tight:
@@ -199,10 +199,10 @@ def test_early_group(machine: Machine) -> None:
         mine = [x for x in s.slots if x.op == slot.op]
         if any((x.cycle - 1, x.lane) in others or x.cycle < 1 for x in mine):
             continue
-        found += 1
+        count += 1
         with pytest.raises(ScheduleError, match=r"cycle \d+: op \w+(\.next)?: "):
             check_schedule(p, moved(s, slot.op, -1), a)
-    assert found
+    assert count
 
 
 def pick(s: Schedule, wanted: Callable[[Slot], bool]) -> Slot:
@@ -278,7 +278,7 @@ def test_read_while_written(machine: Machine) -> None:
     lands |= dict(zip(low.inputs, s.gets, strict=True))
     states = {n for pair in low.states for n in pair}
     free = {n: cycle for n, cycle in lands.items() if n not in states}
-    found = 0
+    count = 0
     for slot in s.slots:
         for read in {slot.a, slot.b} & free.keys():
             for other, cycle in free.items():
@@ -288,13 +288,13 @@ def test_read_while_written(machine: Machine) -> None:
                 try:
                     check_schedule(p, s, readdressed(a, other, where[read]))
                 except ScheduleError as error:
-                    found += f"cycle {cycle}: " in str(error) and str(error).endswith(
+                    count += f"cycle {cycle}: " in str(error) and str(error).endswith(
                         f"reads register {where[read]} of {low.values[read].name} "
                         "while it is written"
                     )
                 else:
                     raise AssertionError("two values in one register at once")
-    assert found > 3
+    assert count > 3
 
 
 @MACHINES

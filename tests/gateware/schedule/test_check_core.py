@@ -191,9 +191,9 @@ def test_a_link_to_another_output() -> None:
     wrong = dataclasses.replace(outer.links[1], output="half")
     programs[0] = dataclasses.replace(outer, links=(outer.links[0], wrong))
     plans[0] = schedule(programs[0], plans[0].machine, restarts=0)
-    found = list(allocate_together(plans))
+    results = list(allocate_together(plans))
     with pytest.raises(ScheduleError, match=r"^outer: product must be what keeps inner.half$"):
-        check_core(programs, plans, found, window)
+        check_core(programs, plans, results, window)
 
 
 def test_a_link_to_itself() -> None:
@@ -276,11 +276,11 @@ def test_the_owner_of_every_state_register(machine: Machine) -> None:
     window = Window(8, (1, 0))
     for bank in range(machine.lanes):
         for copy in range(2):
-            found = [
+            results = [
                 module._owner(
                     bank * machine.bank_depth + half + copy * slots + slot, machine, window
                 )
                 for slot in range(slots)
             ]
-            assert found == [None] * (slots - 8) + [1] * 4 + [0] * 4
+            assert results == [None] * (slots - 8) + [1] * 4 + [0] * 4
     assert module._owner(half, machine, None) is None

@@ -175,9 +175,9 @@ def test_emulator_in_turns(config: str) -> None:
         if rng.random() < 0.2:  # a record that is too short: nothing of it is seen
             assert not machine.update(record[:1]).outputs
             machine.select(number)
-        found = machine.update(record)
-        assert found.outputs == models.update(number, record)
-        assert found.cycles == core.parts[number].schedule.length
+        result = machine.update(record)
+        assert result.outputs == models.update(number, record)
+        assert result.cycles == core.parts[number].schedule.length
 
 
 @CONFIG

@@ -86,8 +86,8 @@ def starts(machine: Machine, lengths: tuple[int, ...], patience: float | None) -
     priority = [100.0, 50.0, *[0.0] * len(long), *(-1.0 - k for k in range(len(outputs)))]
     attempt = list_pass(work, priority, Style(patience=patience))
     assert attempt is not None
-    found = {node: start for node, _, start, _ in attempt.groups}
-    return [found[k] for k in range(1, len(ops))]
+    results = {node: start for node, _, start, _ in attempt.groups}
+    return [results[k] for k in range(1, len(ops))]
 
 
 @pytest.mark.parametrize("length, waits", [(2, False), (6, False), (7, True), (24, True)])
@@ -290,23 +290,25 @@ def test_who_could_capture_for_whom(problem_problem: ListProblem) -> None:
 
 def test_ways_to_lay_out_a_node_are_found_once(problem_problem: ListProblem) -> None:
     need = problem_problem.needs[2]
-    found = problem_problem.arranged(2, need)
-    assert found and problem_problem.arranged(2, need) is found
-    assert problem_problem.arranged(2, (False, False, False)) != found
+    result = problem_problem.arranged(2, need)
+    assert result and problem_problem.arranged(2, need) is result
+    assert problem_problem.arranged(2, (False, False, False)) != result
     (emit,) = problem_problem.arranged(5, (False, False, False))
     assert emit.slots == (Slot(0, 0, 0, emit=2),) and emit.before == ()
 
 
 def test_groups_as_slots(problem_problem: ListProblem) -> None:
     two = (Slot(0, 0, 3, 3, op=1, term=0), Slot(0, 0, 2, 1, op=1, term=1))
-    one = (Slot(0, 0, 0, 1, op=0, term=0),)
+    slots = (Slot(0, 0, 0, 1, op=0, term=0),)
     emit = (Slot(0, 0, 4, emit=0),)
-    attempt = Attempt((0, 0, 0, 0), ((1, 1, 10, two), (3, 0, 20, emit), (0, 0, 11, one)), (0,), 30)
-    found = [
+    attempt = Attempt(
+        (0, 0, 0, 0), ((1, 1, 10, two), (3, 0, 20, emit), (0, 0, 11, slots)), (0,), 30
+    )
+    results = [
         (s.cycle, s.lane, s.op, s.term, s.emit, s.first, s.last)
         for s in problem_problem.slots(attempt)
     ]
-    assert found == [
+    assert results == [
         (10, 1, 1, 0, None, True, False),
         (11, 0, 0, 0, None, True, True),
         (11, 1, 1, 1, None, False, True),

@@ -96,10 +96,10 @@ def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
     happened = bench.run(samples=12, settings=settings)
     assert happened.violations == 0
     assert not any(names - {"sample"} for _, names in happened.events)
-    apart = [
+    errors = [
         b.stamp - a.stamp for a, b in zip(happened.samples, happened.samples[1:], strict=False)
     ]
-    assert set(apart) == {4 * PERIOD}  # decimation by 2**2
+    assert set(errors) == {4 * PERIOD}  # decimation by 2**2
 
 
 @pytest.mark.parametrize(
@@ -221,7 +221,7 @@ def test_same_component_same_verilog() -> None:
 
 
 @pytest.mark.parametrize(
-    "given, message",
+    "options, message",
     [
         ({"stall_s": 0}, r"^seconds must be a positive number, not 0$"),
         (
@@ -231,6 +231,6 @@ def test_same_component_same_verilog() -> None:
         ),
     ],
 )
-def test_parameters_are_checked(given, message: str) -> None:
+def test_parameters_are_checked(options, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        scaled_reader(**given)
+        scaled_reader(**options)

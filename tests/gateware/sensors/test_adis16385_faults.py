@@ -74,8 +74,8 @@ def test_seen_and_survived(bench: ReaderBench, name: str) -> None:
         )
         assert true(happened)
         # While the fault lasts the reader tries again and again; in vain.
-        apart = [b - a for a, b in zip(restarts, restarts[1:], strict=False) if b < TO]
-        assert max(apart, default=0) <= READER.start_cycles + READER.detection_cycles()
+        errors = [b - a for a, b in zip(restarts, restarts[1:], strict=False) if b < TO]
+        assert max(errors, default=0) <= READER.start_cycles + READER.detection_cycles()
     else:
         assert sum(FROM < s.time < TO for s in happened.samples) >= (TO - FROM) // PERIOD
     well_again(happened, TO)

@@ -84,7 +84,7 @@ def test_addresses_are_even_and_their_own() -> None:
 
 
 @pytest.mark.parametrize(
-    "given, message",
+    "options, message",
     [
         ({"identity": 0x10000}, r"^identity must be an integer from 0 to 65535, not 65536$"),
         ({"sens_avg": -1}, r"^sens_avg must be an integer from 0 to 65535, not -1$"),
@@ -99,10 +99,10 @@ def test_addresses_are_even_and_their_own() -> None:
         ({"sclk_hz": True}, r"^sclk_hz must be a positive number, not True$"),
     ],
 )
-def test_values_are_checked(given, message: str) -> None:
-    kind = Timing if given.keys() <= vars(Timing()).keys() else Settings
+def test_values_are_checked(options, message: str) -> None:
+    kind = Timing if options.keys() <= vars(Timing()).keys() else Settings
     with pytest.raises(ValueError, match=message):
-        kind(**given)
+        kind(**options)
 
 
 def test_the_ends_of_the_ranges() -> None:

@@ -14,9 +14,9 @@ SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
 
 def test_area_and_clock() -> None:
-    found = estimate(to_verilog(Hmr3300(clock_hz=100e6), "reader", instances=True), "reader")
-    assert found.area.lut <= 250
-    median = next(t for t in found.timing if (t.grade, t.nets) == (2, "median"))
+    result = estimate(to_verilog(Hmr3300(clock_hz=100e6), "reader", instances=True), "reader")
+    assert result.area.lut <= 250
+    median = next(t for t in result.timing if (t.grade, t.nets) == (2, "median"))
     assert median.period_ns < 10
 
 

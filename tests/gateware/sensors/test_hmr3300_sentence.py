@@ -52,7 +52,7 @@ def parse(
 
 
 @pytest.mark.parametrize(
-    "text, found",
+    "text, reason",
     [
         (b"123.4, 18.6, -0.5\r\n", ("heading", 1234, 186, -5)),
         (b"1256, -234, -1894\r\n", ("counts", 1256, -234, -1894)),
@@ -67,8 +67,8 @@ def parse(
         (b"6, 57, 8\r\n", ("counts", 6, 57, 8)),
     ],
 )
-def test_good(text: bytes, found: tuple) -> None:
-    assert parse(text + text) == [found, found]
+def test_good(text: bytes, reason: tuple) -> None:
+    assert parse(text + text) == [reason, reason]
 
 
 @pytest.mark.parametrize(

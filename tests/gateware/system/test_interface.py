@@ -129,24 +129,24 @@ def test_json(whole: Description) -> None:
 
 def test_svd(whole: Description) -> None:
     device = ET.fromstring(register_files(whole)["registers.svd"])
-    found = {r.findtext("name"): r for r in device.iter("register")}
-    assert len(found) == len(whole.registers)
-    last = max(int(r.findtext("addressOffset"), 16) for r in found.values())
+    results = {r.findtext("name"): r for r in device.iter("register")}
+    assert len(results) == len(whole.registers)
+    last = max(int(r.findtext("addressOffset"), 16) for r in results.values())
     assert last < int(device.findtext(".//addressBlock/size"), 16)
-    number, filters = list(found["RESULT_HEADER"].iter("field"))[:2]
+    number, filters = list(results["RESULT_HEADER"].iter("field"))[:2]
     assert (
         number.findtext("bitWidth"),
         filters.findtext("bitOffset"),
         filters.findtext("bitWidth"),
     ) == ("16", "16", "3")
-    assert found["OUTPUT_MODE"].findtext("resetMask") == "0x3"
-    assert found["OUTPUT_MODE"].findtext("fields/field/bitWidth") == "2"
-    assert [v.findtext("name") for v in found["OUTPUT_MODE"].iter("enumeratedValue")] == [
+    assert results["OUTPUT_MODE"].findtext("resetMask") == "0x3"
+    assert results["OUTPUT_MODE"].findtext("fields/field/bitWidth") == "2"
+    assert [v.findtext("name") for v in results["OUTPUT_MODE"].iter("enumeratedValue")] == [
         "OFF",
         "BINARY",
         "TEXT",
     ]
-    assert {f.findtext("access") for f in found["ORDER"].iter("field")} == {"write-only"}
+    assert {f.findtext("access") for f in results["ORDER"].iter("field")} == {"write-only"}
 
 
 def test_page(whole: Description) -> None:
@@ -219,8 +219,8 @@ def test_header(whole: Description, tmp_path) -> None:
 
 
 def declared(**more):
-    given = {"clock_hz": 1e8, "build": 0, "inertial_flags": {}, "compass_flags": {}, **more}
-    return {r.name: r for r in system_registers(**{"filters": ("one", "two"), **given})}
+    options = {"clock_hz": 1e8, "build": 0, "inertial_flags": {}, "compass_flags": {}, **more}
+    return {r.name: r for r in system_registers(**{"filters": ("one", "two"), **options})}
 
 
 @pytest.mark.parametrize("count", [0, 9])

@@ -66,8 +66,8 @@ def test_a_filter_is_told_the_sensors_full_scales() -> None:
         core = system_core((filter,), restarts=0, params=params)
         (program,) = (part.program for part in core.parts if part.program.name == filter)
         (node,) = (n for n, v in enumerate(program.values) if v.name == name)
-        found = program.format(node).real(program.values[node].initial)
-        assert found == pytest.approx(wanted, rel=0.02)
+        result = program.format(node).real(program.values[node].initial)
+        assert result == pytest.approx(wanted, rel=0.02)
 
 
 def estimator(*inputs: Input, outputs: int = 1) -> Estimator:
@@ -96,12 +96,12 @@ def test_inputs_take_the_words_of_the_sensors() -> None:
     other.name = "other"
     fed, second, inertial, *_ = system_estimators([made, other])
     programs = [e.compile() for e in (fed, second, inertial)]
-    given = {
+    words = {
         n: programs[2].format(v)
         for n, v in zip(programs[2].output_names, programs[2].outputs, strict=True)
     }
     taken = {programs[0].values[n].name: programs[0].format(n) for n in programs[0].inputs}
-    assert {n: taken[n] for n in ("gx", "az", "dt")} == {n: given[n] for n in ("gx", "az", "dt")}
+    assert {n: taken[n] for n in ("gx", "az", "dt")} == {n: words[n] for n in ("gx", "az", "dt")}
     # The first that declares a register says its format; others take that.
     assert programs[1].format(programs[1].inputs[0]) == taken["x"]
     # A step below 0 or above 0.1 is limited in the program; the rest is as it comes.
@@ -150,10 +150,10 @@ def test_what_the_sensors_cannot_feed(made, message: str) -> None:
 
 
 def test_registers_of_one_name_must_fit_each_other() -> None:
-    one, two = estimator(Input("x", -1.0, 1.0, "m")), estimator(Input("x", -1.0, 1.0, "s"))
+    first, two = estimator(Input("x", -1.0, 1.0, "m")), estimator(Input("x", -1.0, 1.0, "s"))
     two.name = "two"
     with pytest.raises(InputError, match=r"input x: wanted the unit of the input register x, m"):
-        system_estimators([one, two])
+        system_estimators([first, two])
     names = [Input(f"x{k}", -1.0, 1.0) for k in range(33)]
     many = [estimator(*names[k : k + 11]) for k in (0, 11, 22)]
     for k, e in enumerate(many):

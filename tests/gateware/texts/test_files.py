@@ -42,8 +42,8 @@ MODULES = {
 def test_ports_of_the_core_behind_axi(one: Design) -> None:
     text = (one[0] / "core_axi.v").read_text()
     module = text[text.index("\nmodule core_axi(") :].partition("endmodule")[0]
-    found = re.findall(r"^  (input|output) (?:\[(\d+):0\] )?(\w+);$", module, re.M)
-    assert {(side, name, int(high or 0) + 1) for side, high, name in found} == set(axi_ports())
+    matches = re.findall(r"^  (input|output) (?:\[(\d+):0\] )?(\w+);$", module, re.M)
+    assert {(side, name, int(high or 0) + 1) for side, high, name in matches} == set(axi_ports())
     assert [name for _, name, _ in axi_ports()][:3] == ["aclk", "aresetn", "s_axis_tdata"]
     assert "always @*" not in text and len(re.findall(r"^  core core \(", text, re.M)) == 1
 
@@ -51,9 +51,9 @@ def test_ports_of_the_core_behind_axi(one: Design) -> None:
 def test_names(one: Design, linked: Design) -> None:
     for (folder, build), target in ((one, "xc6slx9"), (linked, "generic")):
         files = (p for p in folder.rglob("*") if p.is_file() and p.suffix != ".pyc")
-        found = {p.relative_to(folder).as_posix() for p in files}
+        results = {p.relative_to(folder).as_posix() for p in files}
         names = [e.name for e in build.estimators]
-        assert found | {"report.json"} == set(core_files(names, target=target, axi=True))
+        assert results | {"report.json"} == set(core_files(names, target=target, axi=True))
     without = set(integration_names(axi=True)) - set(integration_names(axi=False))
     assert without == {
         *("core_axi.v", "tb/tb_axi.v"),
@@ -277,16 +277,16 @@ def test_vhdl_instance(module: str, one: Design, tmp_path: Path) -> None:
         tree = tree_sitter.Parser(language).parse(source.encode())
         assert tree.root_node.has_error != good
     component = text[text.index(f"component {module}\n") : text.index("end component")]
-    found = re.findall(
+    matches = re.findall(
         r"^ +(\\\w+\\|\w+) : (in|out) std_logic(?:_vector\((\d+) downto 0\))?;?$", component, re.M
     )
     assert [
-        (f"{side}put", name.strip("\\"), int(high or 0) + 1) for name, side, high in found
+        (f"{side}put", name.strip("\\"), int(high or 0) + 1) for name, side, high in matches
     ] == MODULES[module]
-    plain = [name for name, _, _ in found if not name.startswith("\\")]
+    plain = [name for name, _, _ in matches if not name.startswith("\\")]
     assert not [name for name in plain if "__" in name]
     connected = re.findall(r"^ +(\\\w+\\|\w+) => \w+,?$", text, re.M)
-    assert connected == [name for name, _, _ in found]
+    assert connected == [name for name, _, _ in matches]
     if module == "core":
         assert "  i_payload <= in_last & in_word;\n  out_last <= o_payload(32);\n" in text
         assert "  out_word <= o_payload(31 downto 0);\n" in text
@@ -357,8 +357,8 @@ def test_litex_instance(one: Design) -> None:
     assert names == [str(folder / name) for name in ("core.v", "core.v", "core_axi.v")]
     for module, ports in MODULES.items():
         (instance,) = re.findall(rf"^{module} {module}\w*\(\n(.*?)\n\);", done.stdout, re.M | re.S)
-        found = dict(re.findall(r"^\t\.(\w+)\((.*?)\),?$", instance, re.M))
-        assert found == {name: litex_name(name) for _, name, _ in ports}
+        results = dict(re.findall(r"^\t\.(\w+)\((.*?)\),?$", instance, re.M))
+        assert results == {name: litex_name(name) for _, name, _ in ports}
 
 
 def litex_name(port: str) -> str:
@@ -371,8 +371,8 @@ def litex_name(port: str) -> str:
             if rest == "payload":
                 return f"{{{side}last, {side}payload_data}}"
             return f"{side}{'payload_data' if rest == 'data' else rest}"
-    if found := re.fullmatch(r"s_axi_(aw|w|b|ar|r)(addr|data|strb|resp|valid|ready)", port):
-        channel, what = found.groups()
+    if match := re.fullmatch(r"s_axi_(aw|w|b|ar|r)(addr|data|strb|resp|valid|ready)", port):
+        channel, what = match.groups()
         if what in ("valid", "ready"):
             return f"{channel}_{what}"
         return f"{channel}_payload_{what}" + ("[11:0]" if what == "addr" else "")

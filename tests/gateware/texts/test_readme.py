@@ -146,9 +146,9 @@ def text(programs: list[Records]) -> str:
 
 def rows(text: str, name: str) -> list[list[str]]:
     """Rows of a table; of a plain one, one row."""
-    found = re.search(rf"{name}(?:\[\d+\])+ = \{{(.*)\}};", text)
-    assert found
-    inner = re.findall(r"\{([^{}]*)\}", found[1]) or [found[1]]
+    match = re.search(rf"{name}(?:\[\d+\])+ = \{{(.*)\}};", text)
+    assert match
+    inner = re.findall(r"\{([^{}]*)\}", match[1]) or [match[1]]
     return [row.split(", ") for row in inner]
 
 
@@ -241,17 +241,17 @@ def test_a_record(core: Core, simulate: Any) -> None:
         ctx.set(dut.o.ready, 1)
         while not ctx.get(dut.i.ready):
             await ctx.tick()
-        given = 0
-        told = 0
+        n_in = 0
+        n_out = 0
         for cycle in range(1, core.schedule.interval + 2):
-            word, last = given % len(words), given % len(words) == len(words) - 1
+            word, last = n_in % len(words), n_in % len(words) == len(words) - 1
             ctx.set(dut.i.payload, {"data": 0, "last": last})
             ctx.set(dut.i.valid, 1)
             ready, valid = ctx.get(dut.i.ready), ctx.get(dut.o.valid)
-            output = core.program.output_names[told] if valid else None
+            output = core.program.output_names[n_out] if valid else None
             mark = ctx.get(dut.o.payload.last) if valid else None
             seen[cycle] = (1, ready, words[word], int(last), valid, 1, output, mark)
-            given, told = given + ready, told + valid
+            n_in, n_out = n_in + ready, n_out + valid
             await ctx.tick()
 
     simulate(dut, bench)
@@ -334,14 +334,14 @@ def test_ports_are_those_of_the_module(instances: bool, word: int) -> None:
     core = core_of("complementary", word=word)
     verilog = core.verilog(instances=instances)
     module = verilog[: verilog.index("endmodule")]
-    found = {
+    results = {
         (side, name, int(high or 0) + 1)
         for side, high, name in re.findall(
             r"^  (input|output) (?:\[(\d+):0\] )?(\w+);$", module, re.M
         )
     }
     pins = describe(core).pins
-    assert found == {(pin.direction, pin.name, pin.bits) for pin in pins}
+    assert results == {(pin.direction, pin.name, pin.bits) for pin in pins}
     text = text_of(core, instances=instances)
     for pin in pins:
         width = rf"\[{pin.bits - 1}:0\] +" if pin.bits > 1 else ""

@@ -252,9 +252,9 @@ def test_accessors(word: int, tmp_path) -> None:
 def test_svd_of_every_parameter(registers: Description) -> None:
     device = svd(registers)
     assert device.findtext(".//baseAddress") == "0x00000000"
-    found = {r.findtext("name"): r for r in device.iter("register")}
+    results = {r.findtext("name"): r for r in device.iter("register")}
     for param, register in zip(Complementary.params, registers.parameters, strict=True):
-        element = found[param.name.upper()]
+        element = results[param.name.upper()]
         assert int(element.findtext("addressOffset"), 16) == 4 * register.address
         assert element.findtext("access") == "write-only"
         assert int(element.findtext("resetValue"), 16) == register.reset & 0xFFFFFF
@@ -265,13 +265,13 @@ def test_svd_of_every_parameter(registers: Description) -> None:
         assert (limits is None) == (param.low < 0)
         if limits is not None:
             assert int(limits.findtext("maximum")) == register.maximum
-    status = {f.findtext("name"): f for f in found["STATUS"].iter("field")}
+    status = {f.findtext("name"): f for f in results["STATUS"].iter("field")}
     assert [(name, int(f.findtext("bitOffset"))) for name, f in status.items()] == [
         (f.name.upper(), f.bit) for f in FIXED[0].fields
     ]
     assert status["FRAMING"].findtext("modifiedWriteValues") == "oneToClear"
     assert status["IDLE"].findtext("access") == "read-only"
-    assert int(found["BUILD_HIGH"].findtext("resetValue"), 16) == registers.build[1]
+    assert int(results["BUILD_HIGH"].findtext("resetValue"), 16) == registers.build[1]
 
 
 def test_svd_of_texts_with_marks(registers: Description) -> None:

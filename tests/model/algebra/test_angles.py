@@ -42,8 +42,8 @@ def test_full_range(trace: Any, ours: Any, theirs: Any) -> None:
     exact = theirs(np.clip(SINES, -1.0, 1.0)) / np.pi
     assert not saturated.any()
     assert np.abs(ours(SINES) - exact).max() < 3e-9
-    apart = np.abs(fixed - floating)
-    assert apart.max() < 2e-9
+    error = np.abs(fixed - floating)
+    assert error.max() < 2e-9
     value = traced.program.values[traced.program.outputs[0]]
     assert (value.low, value.high) == ((0.0, 1.0) if ours is acos_ht else (-0.5, 0.5))
 
@@ -79,8 +79,8 @@ def test_roll_pitch_heading(trace: Any) -> None:
 
     assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
     fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)
-    apart = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
-    assert not saturated.any() and np.abs(apart).max() < 5e-8
+    error = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
+    assert not saturated.any() and np.abs(error).max() < 5e-8
 
 
 def test_pitch_roll_heading(trace: Any) -> None:
@@ -93,8 +93,8 @@ def test_pitch_roll_heading(trace: Any) -> None:
 
     assert np.stack(function(*c.reshape(-1, 9).T), axis=1) == pytest.approx(angles, abs=1e-12)
     fixed, floating, saturated = trace(function, [(-1.0, 1.0)] * 9).run(*c.reshape(-1, 9).T)
-    apart = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
-    assert not saturated.any() and np.abs(apart).max() < 5e-8
+    error = (np.stack(fixed) - np.stack(floating) + 1.0) % 2.0 - 1.0
+    assert not saturated.any() and np.abs(error).max() < 5e-8
 
 
 def test_roll_pitch_heading_of_a_scaled_matrix(trace: Any) -> None:
@@ -108,8 +108,8 @@ def test_roll_pitch_heading_of_a_scaled_matrix(trace: Any) -> None:
         return roll_pitch_heading_ht(rows, a)
 
     t = trace(step, [(0.25, 2.0), *[(-4.0, 4.0)] * 9], 32)
-    given = (factor[:, None, None] * c).reshape(400, 9)
-    fixed, floats, _ = t.run(1.0 / factor, *given.T)
+    matrices = (factor[:, None, None] * c).reshape(400, 9)
+    fixed, floats, _ = t.run(1.0 / factor, *matrices.T)
     for y, real, wanted in zip(fixed, floats, angles[:, ::-1].T / np.pi, strict=True):
         assert np.abs((real - wanted + 1.0) % 2.0 - 1.0).max() < 1e-8
         assert np.abs((y - real + 1.0) % 2.0 - 1.0).max() < 2e-6
@@ -142,35 +142,35 @@ def test_potter_is_the_kalman_update(live: bool) -> None:
     rng = np.random.default_rng(2)
     s, x = 0.3 * rng.normal(size=(4, 4)), rng.normal(size=4)
     a, y = rng.normal(size=(2, 4)), rng.normal(size=2)
-    found = potter(s, a, y - a @ x, np.bool_(live), np.bool_(False))
+    result = potter(s, a, y - a @ x, np.bool_(live), np.bool_(False))
     p = s @ s.T
     inside = a @ p @ a.T + np.eye(2)
     gain = p @ a.T @ np.linalg.inv(inside)
-    moved = x + [sum(t * w for t, w in pairs) for pairs in found.moves]
-    after = np.array(found.root)
+    moved = x + [sum(t * w for t, w in pairs) for pairs in result.moves]
+    after = np.array(result.root)
     if live:
         assert moved == pytest.approx(x + gain @ (y - a @ x), abs=1e-12)
         assert after @ after.T == pytest.approx(p - gain @ a @ p, abs=1e-12)
     else:
         assert (moved == x).all() and after == pytest.approx(s)
     # Innovations one after the other: their squares add up to those of both together.
-    assert not found.wide
+    assert not result.wide
     if live:
         nu = y - a @ x
-        assert np.dot(found.white, found.white) == pytest.approx(nu @ np.linalg.solve(inside, nu))
+        assert np.dot(result.white, result.white) == pytest.approx(nu @ np.linalg.solve(inside, nu))
 
 
 def test_potter_begins_with_the_identity() -> None:
-    found = potter(0.1 * np.eye(2), [[1.0, 0.0]], [0.5], np.bool_(True), np.bool_(True))
-    assert np.array(found.root) == pytest.approx(BELOW * np.eye(2))
+    result = potter(0.1 * np.eye(2), [[1.0, 0.0]], [0.5], np.bool_(True), np.bool_(True))
+    assert np.array(result.root) == pytest.approx(BELOW * np.eye(2))
 
 
 @pytest.mark.parametrize("size, used", [(0.7 * WIDE, True), (0.72 * WIDE, False)])
 def test_a_row_that_is_too_wide_changes_nothing(size: float, used: bool) -> None:
-    found = potter(np.eye(2), [[size, 0.0]], [1.0], np.bool_(True), np.bool_(False))
-    assert found.wide == (not used)
-    assert (np.array(found.root)[0, 0] < 0.5) == used
-    assert (sum(t * w for t, w in found.moves[0]) != 0.0) == used
+    result = potter(np.eye(2), [[size, 0.0]], [1.0], np.bool_(True), np.bool_(False))
+    assert result.wide == (not used)
+    assert (np.array(result.root)[0, 0] < 0.5) == used
+    assert (sum(t * w for t, w in result.moves[0]) != 0.0) == used
 
 
 # -- the low-pass is scipy's Butterworth behind a mean, and keeps its bits at any corner ----------
@@ -332,13 +332,13 @@ PLACES = [(31.9521, 45.0), (-89.0, 0.0), (89.0, 10e3), (0.0, 10e3), (45.0, -400.
 @pytest.mark.parametrize("latitude, height", PLACES)
 def test_a_site(latitude: float, height: float) -> None:
     dt = 0.01
-    found = site(latitude / 180.0, height, dt)
+    result = site(latitude / 180.0, height, dt)
     sine, cosine = np.sin(np.radians(latitude)), np.cos(np.radians(latitude))
-    assert np.array(found.earth) / dt == pytest.approx([EARTH * cosine, EARTH * sine], rel=1e-12)
-    assert found.gravity / dt == pytest.approx(gravity(latitude, height), abs=2e-8)
+    assert np.array(result.earth) / dt == pytest.approx([EARTH * cosine, EARTH * sine], rel=1e-12)
+    assert result.gravity / dt == pytest.approx(gravity(latitude, height), abs=2e-8)
     along = 1.0 / (pymap3d.rcurve.meridian(latitude) + height)
     across = 1.0 / (pymap3d.rcurve.transverse(latitude) + height)
-    assert np.array(found.curvature) / dt == pytest.approx(
+    assert np.array(result.curvature) / dt == pytest.approx(
         [along, across, across * sine / cosine], rel=4e-6
     )
 

@@ -63,8 +63,8 @@ def test_states_hold_the_upper_half_and_come_back_as_a_matrix() -> None:
 @pytest.mark.parametrize("n", [3, 4])
 def test_congruence(n: int) -> None:
     p, m = positive(n), RNG.normal(size=(n, n))
-    found = congruence(m, listed(p), lambda i, j, value: value)
-    assert np.allclose(found, m.T @ p @ m, atol=1e-14)
+    result = congruence(m, listed(p), lambda i, j, value: value)
+    assert np.allclose(result, m.T @ p @ m, atol=1e-14)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 4])
@@ -112,17 +112,17 @@ def test_turn_of_the_leading_states() -> None:
     p, m = positive(5), np.linalg.qr(RNG.normal(size=(3, 3)))[0]
     whole = np.eye(5)
     whole[:3, :3] = m
-    found = np.array(partly_turned(m.tolist(), listed(p), lambda i, j, v: v))
-    assert found == pytest.approx(whole.T @ p @ whole, abs=1e-15)
+    values = np.array(partly_turned(m.tolist(), listed(p), lambda i, j, v: v))
+    assert values == pytest.approx(whole.T @ p @ whole, abs=1e-15)
 
 
 def test_drift_of_three_rotations() -> None:
     p, g = positive(6), 0.01 * RNG.normal(size=(3, 3))
     phi = np.eye(6)
     phi[:3, 3:] = -g
-    found = np.array(drifted(listed(p), g.tolist(), 1e-4, 1e-5))
+    values = np.array(drifted(listed(p), g.tolist(), 1e-4, 1e-5))
     wanted = phi @ p @ phi.T + np.diag([1e-4] * 3 + [1e-5] * 3)
-    assert found == pytest.approx(wanted, abs=1e-15)
+    assert values == pytest.approx(wanted, abs=1e-15)
 
 
 def test_sheared_is_the_congruence() -> None:
@@ -158,28 +158,28 @@ def matrix(p: Any) -> Any:
 
 def test_is_joseph() -> None:
     r, z = 0.04, 0.3
-    found = updated(P, Measured(ROW, z, r), MOVE_LIMIT)
+    result = updated(P, Measured(ROW, z, r), MOVE_LIMIT)
     k = P @ H / (H @ P @ H + r)
-    assert matrix(found.gain) * found.move == pytest.approx(k * z)
+    assert matrix(result.gain) * result.move == pytest.approx(k * z)
     a = np.eye(4) - np.outer(k, H)
     joseph = a @ P @ a.T + r * np.outer(k, k)
-    after = lowered(P, found, lambda i, j: True, [0.0] * 4)
+    after = lowered(P, result, lambda i, j: True, [0.0] * 4)
     assert matrix(after) == pytest.approx(joseph)
 
 
 @pytest.mark.parametrize("z", [0.29, -0.31, 0.31])
 def test_the_gate_is_in_deviations(z: float) -> None:
     s = float(H @ P @ H) + 0.04
-    found = updated(P, Measured(ROW, z, 0.04), 0.3 / np.sqrt(s))
+    result = updated(P, Measured(ROW, z, 0.04), 0.3 / np.sqrt(s))
     beyond = abs(z) > 0.3
-    assert bool(found.beyond) == beyond
-    assert (found.move == 0.0) == beyond == (not matrix(found.gain).any())
+    assert bool(result.beyond) == beyond
+    assert (result.move == 0.0) == beyond == (not matrix(result.gain).any())
 
 
 def test_zeros_measure_nothing() -> None:
-    found = updated(P, Measured({0: 0.0, 2: 0.0}, 0.5, 0.04), MOVE_LIMIT)
-    assert not matrix(found.gain).any()
-    assert matrix(lowered(P, found, lambda i, j: True, [0.0] * 4)) == pytest.approx(P)
+    result = updated(P, Measured({0: 0.0, 2: 0.0}, 0.5, 0.04), MOVE_LIMIT)
+    assert not matrix(result.gain).any()
+    assert matrix(lowered(P, result, lambda i, j: True, [0.0] * 4)) == pytest.approx(P)
 
 
 def test_forgets_and_grows() -> None:

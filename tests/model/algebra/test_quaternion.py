@@ -118,15 +118,15 @@ def test_scaled_matrix_of_any_length() -> None:
 def test_euler_angles_at_any_attitude_and_sign() -> None:
     want = quaternion_to_euler(Q) / np.pi
     for sign in (1.0, -1.0):
-        found = euler_ht(sign * Q.T)
+        result = euler_ht(sign * Q.T)
         for k in range(3):
-            assert np.abs(wrapped(found[k] - want[:, k])).max() < 1e-14
+            assert np.abs(wrapped(result[k] - want[:, k])).max() < 1e-14
 
 
 def test_euler_angles_of_a_scaled_quaternion() -> None:
     norm = RNG.uniform(0.7, 1.3, 500)
-    found = euler_ht((Q * norm[:, None]).T, 1.0 / norm)
-    assert np.abs(wrapped(found[0] - euler_ht(Q.T)[0])).max() < 1e-14
+    result = euler_ht((Q * norm[:, None]).T, 1.0 / norm)
+    assert np.abs(wrapped(result[0] - euler_ht(Q.T)[0])).max() < 1e-14
 
 
 #: Euler angles [rad]: axes, poles, and beside the poles.
@@ -142,8 +142,8 @@ SPECIAL = np.array(
 
 def test_euler_angles_at_axes_and_poles_give_the_attitude_back() -> None:
     q = euler_to_quaternion(SPECIAL)
-    found = np.pi * np.stack(euler_ht(q.T), 1)
-    back = np.abs((euler_to_quaternion(found) * q).sum(1))
+    result = np.pi * np.stack(euler_ht(q.T), 1)
+    back = np.abs((euler_to_quaternion(result) * q).sum(1))
     assert np.abs(1.0 - back).max() < 1e-12
 
 

@@ -31,14 +31,14 @@ def records(u: Any) -> Any:
 
 def run(u: Any, level: str = "float", start: Any = (1.0, 2.0, 90.0), **options: Any) -> Any:
     build = Build(ArrayAttitude(LATITUDE, 45.0, start, aided=False, **options))
-    found = make_level(level, build).run(records(u))
-    assert found.saturated is None or not found.saturated.any()
-    return found.outputs
+    result = make_level(level, build).run(records(u))
+    assert result.saturated is None or not result.saturated.any()
+    return result.outputs
 
 
-def errors(found: Any, motion: Any) -> Any:
+def errors(result: Any, motion: Any) -> Any:
     """(n, 3) arc seconds."""
-    got = np.stack([found[a] for a in ANGLES], axis=1)
+    got = np.stack([result[a] for a in ANGLES], axis=1)
     t = 0.01 * np.arange(1, len(got) + 1)
     return ((got - motion(t)[0] / np.pi + 1.0) % 2.0 - 1.0) * np.pi / ARCSEC
 
@@ -49,9 +49,9 @@ def test_constant_rate_at_a_tilt(rate: float) -> None:
     angles = turning(rate, 0.0, 0.0, (66.0, 2.0, 90.0))
     u = counts(increments(angles, 30_000))
     for level, most in (("float", 0.006), ("c", 0.008)):
-        found = run(u, level, (66.0, 2.0, 90.0))
-        assert np.abs(errors(found, angles)).max() < most, level
-        assert max(np.abs(found[f"v{a}"]).max() for a in "enu") < 4e-5, level
+        result = run(u, level, (66.0, 2.0, 90.0))
+        assert np.abs(errors(result, angles)).max() < most, level
+        assert max(np.abs(result[f"v{a}"]).max() for a in "enu") < 4e-5, level
 
 
 def test_axis_in_any_direction() -> None:
@@ -59,16 +59,16 @@ def test_axis_in_any_direction() -> None:
 
     def angles(t: Any) -> Any:
         w = 0.2 * t
-        found = [0.9 * np.sin(w), 0.7 * np.sin(1.3 * w), 2.0 + 2.0 * np.cos(w)]
+        result = [0.9 * np.sin(w), 0.7 * np.sin(1.3 * w), 2.0 + 2.0 * np.cos(w)]
         rates = [0.18 * np.cos(w), 0.182 * np.cos(1.3 * w), -0.4 * np.sin(w)]
-        return np.stack(found, axis=1), np.stack(rates, axis=1)
+        return np.stack(result, axis=1), np.stack(rates, axis=1)
 
     start = np.degrees(angles(np.zeros(1))[0][0])
-    found = run(increments(angles, 3000), start=start)
+    result = run(increments(angles, 3000), start=start)
     # two samples of the algorithm leave an error of the fifth order of the turn, and sculling
-    assert np.abs(errors(found, angles)).max() < 0.02
-    assert max(np.abs(found[f"v{a}"]).max() for a in "enu") < 1e-6
-    q = np.stack([found[f"q{a}"] for a in "xyzw"], axis=1)
+    assert np.abs(errors(result, angles)).max() < 0.02
+    assert max(np.abs(result[f"v{a}"]).max() for a in "enu") < 1e-6
+    q = np.stack([result[f"q{a}"] for a in "xyzw"], axis=1)
     want = body(angles(0.01 * np.arange(1, 3001))[0])
     assert np.abs((want.inv() * type(want).from_quat(q)).as_rotvec()).max() < 0.02 * ARCSEC
 
@@ -95,14 +95,14 @@ def test_schuler() -> None:
     n, b = 200_000, np.array([-1e-4, 2e-4])
     u = np.repeat(increments(turning(0.0, 1e9, 0.0, (0.0, 0.0, 0.0)), 1), n, axis=0)
     u[:, 3:5] += 0.01 * b
-    found, t = run(u, start=(0.0, 0.0, 0.0)), 0.01 * np.arange(1, n + 1)
+    result, t = run(u, start=(0.0, 0.0, 0.0)), 0.01 * np.arange(1, n + 1)
     w = np.sqrt(gravity(LATITUDE, 45.0) / 6.36e6)
     # the closed form, but for the Earth's turn
-    assert np.abs(found["vn"] - b[1] / w * np.sin(w * t)).max() < 0.08 * b[1] / w
+    assert np.abs(result["vn"] - b[1] / w * np.sin(w * t)).max() < 0.08 * b[1] / w
     wanted = errors_of_a_bias(b, t[::1000])
-    told = [found["ve"], found["vn"], found["vu"]]
-    told += [-np.pi * found[a] for a in ("pitch", "roll", "heading")]
-    for name, ours, theirs in zip(("e", "n", "u", *ANGLES), told, wanted, strict=True):
+    errors_ned = [result["ve"], result["vn"], result["vu"]]
+    errors_ned += [-np.pi * result[a] for a in ("pitch", "roll", "heading")]
+    for name, ours, theirs in zip(("e", "n", "u", *ANGLES), errors_ned, wanted, strict=True):
         assert np.abs(ours[::1000] - theirs).max() < 0.01 * np.abs(theirs).max(), name
     assert np.abs(wanted[5]).max() > 5e-6  # the heading too
 
@@ -125,8 +125,8 @@ def test_coning() -> None:
 
 def test_full_scale_is_flagged() -> None:
     class U:
-        def __init__(self, **given: float) -> None:
-            self.given = given
+        def __init__(self, **options: float) -> None:
+            self.given = options
 
         def __getattr__(self, name: str) -> Any:
             return np.float64(self.given.get(name, 0.0))

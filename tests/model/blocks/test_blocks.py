@@ -66,8 +66,8 @@ def test_within_its_bounds_of_scipy(name: str, word: int) -> None:
     floats = estimator.run_float(seen[:, None, None]).outputs["y"][:, 0]
     assert np.abs(floats - wanted).max() < 1e-9 and not saturated.any()
     # Its roundings, and those of the coefficients.
-    apart = np.abs(fmt.real(out[:, 0, 0]) - wanted).max() / fmt.lsb
-    assert 0.02 * cascade.rounding < apart < 1.5 * cascade.rounding + 20.0
+    error = np.abs(fmt.real(out[:, 0, 0]) - wanted).max() / fmt.lsb
+    assert 0.02 * cascade.rounding < error < 1.5 * cascade.rounding + 20.0
     # The bound of the output is reached, and not passed.
     assert 0.98 < np.abs(wanted).max() / cascade.largest_values[-1] <= 1.0
 
@@ -193,7 +193,7 @@ def test_points_above_the_range_cost_nothing(trace: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "points, values, found",
+    "points, values, reason",
     [
         ((0.0, 1.0), (1.0,), r"as many values as points, found \(2, 1\)"),
         ((0.0,), (1.0,), r"as many values as points, found \(1, 1\)"),
@@ -201,6 +201,6 @@ def test_points_above_the_range_cost_nothing(trace: Any) -> None:
         ((0.0, 1.0), (1.0, np.nan), "finite points that rise, found "),
     ],
 )
-def test_tables_that_are_none(points: Any, values: Any, found: str) -> None:
-    with pytest.raises(InputError, match=rf"^test_blocks\.py, line \d+: wanted {found}"):
+def test_tables_that_are_none(points: Any, values: Any, reason: str) -> None:
+    with pytest.raises(InputError, match=rf"^test_blocks\.py, line \d+: wanted {reason}"):
         interpolated(0.5, points, values)

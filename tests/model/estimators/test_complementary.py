@@ -80,8 +80,8 @@ def test_pitch_roll_and_heading_are_the_documented_angles() -> None:
     euler = np.array([20.0, -50.0, 130.0])
     for run in RUNS.values():
         out = run(static(degrees(*euler)[None], 5))
-        found = [out[name][-1, 0] * 180.0 for name in ("pitch", "roll", "heading")]
-        assert np.abs(found - euler).max() < 1e-4
+        results = [out[name][-1, 0] * 180.0 for name in ("pitch", "roll", "heading")]
+        assert np.abs(results - euler).max() < 1e-4
 
 
 def test_declination_east_turns_the_heading_clockwise() -> None:
@@ -153,13 +153,13 @@ def test_a_constant_bias_is_learnt(gain: str, axis: int) -> None:
     assert abs(with_it[channel][-1, 0] * math.pi) < 0.02 * abs(bias)
     m = machine(1, GYRO_ONLY | kp | {gain: 0.25})
     m.run(input_words(m.program, x))
-    found = [
+    results = [
         float(m.program.format(n).real(m.values[n][0]))
         for n in (m.program.find(f"bias_{a}") for a in "xyz")
     ]
     want = np.zeros(3)
     want[axis] = bias
-    assert np.abs(found - want).max() < 0.01 * abs(bias)
+    assert np.abs(results - want).max() < 0.01 * abs(bias)
 
 
 def test_a_bias_is_learnt_in_body_axes_at_any_attitude() -> None:
@@ -173,8 +173,8 @@ def test_a_bias_is_learnt_in_body_axes_at_any_attitude() -> None:
     )
     m.run(input_words(m.program, x))
     numbers = [m.program.find(f"bias_{axis}") for axis in "xyz"]
-    found = np.stack([m.program.format(n).real(m.values[n]) for n in numbers], axis=-1)
-    assert np.abs(found - bias).max() < 1e-4
+    values = np.stack([m.program.format(n).real(m.values[n]) for n in numbers], axis=-1)
+    assert np.abs(values - bias).max() < 1e-4
 
 
 def test_the_learnt_bias_belongs_to_the_body() -> None:
@@ -228,8 +228,8 @@ def test_gains_per_sample() -> None:
 def test_alignment_takes_roll_then_pitch_then_heading(run: Any) -> None:
     q = degrees(35.0, -70.0, 110.0)[None]
     out = run(static(q, 4))
-    found = np.stack([out[n][:, 0] * 180 for n in ("pitch", "roll", "heading")], axis=-1)
-    assert np.abs(found - [[0, -70, 0], [35, -70, 0], [35, -70, 110], [35, -70, 110]]).max() < 1e-4
+    values = np.stack([out[n][:, 0] * 180 for n in ("pitch", "roll", "heading")], axis=-1)
+    assert np.abs(values - [[0, -70, 0], [35, -70, 0], [35, -70, 110], [35, -70, 110]]).max() < 1e-4
     assert bits(out)[:, 0].tolist() == [0b11, 0b11, 0, 0]
 
 

@@ -181,9 +181,9 @@ def isotropic(runs: int, n: int, variances: Any) -> Any:
     return np.broadcast_to(np.diag(np.resize(variances, n)), (runs, n, n)).copy()
 
 
-def near(found: Any, wanted: Any, tolerance: float) -> None:
+def near(result: Any, wanted: Any, tolerance: float) -> None:
     scale = np.abs(wanted).max()
-    assert np.abs(found - wanted).max() < tolerance * scale
+    assert np.abs(result - wanted).max() < tolerance * scale
 
 
 COMMON = {"scale": SCALE, "p0_sd": 0.2, "gyro_sd_x": 0.05, "gyro_sd_y": 0.08, "gyro_sd_z": 0.03}

@@ -334,8 +334,8 @@ def test_only_the_field_does_not_come_with_every_sample() -> None:
 
 
 def test_parameters_that_stand_for_a_full_scale() -> None:
-    found = full_scale_params(Mekf.params, rate=10.0, force=49.0)
-    assert found == {
+    result = full_scale_params(Mekf.params, rate=10.0, force=49.0)
+    assert result == {
         "gyro_most_sq": pytest.approx(9.8**2),
         "force_most_sq": pytest.approx((0.98 * 49.0 - 9.80665) ** 2),
     }

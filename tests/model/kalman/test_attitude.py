@@ -89,9 +89,9 @@ def motion(n: int) -> tuple[np.ndarray, np.ndarray]:
 def test_float64_is_the_textbook(filter: type[Kalman]) -> None:
     inputs, _ = motion(150)
     book = Textbook(filter()).run(inputs).outputs
-    found = CompiledFloat(Build(filter())).run(inputs).outputs
+    result = CompiledFloat(Build(filter())).run(inputs).outputs
     for name, values in book.items():
-        assert np.abs(found[name] - values).max() < 1e-9
+        assert np.abs(result[name] - values).max() < 1e-9
 
 
 def matrix(q: np.ndarray) -> np.ndarray:
@@ -105,8 +105,8 @@ def test_it_finds_the_attitude(filter: type[Kalman]) -> None:
     inputs, truth = motion(1500)
     run = Emitted(Build(filter(), config="small-1024")).run(inputs)
     q = np.stack([run.outputs["q" + c] for c in "wxyz"], axis=1)
-    apart = [np.trace(matrix(a).T @ b) for a, b in zip(q[-300:], truth[-300:], strict=True)]
-    angle = np.degrees(np.arccos((np.array(apart) - 1.0) / 2.0))
+    errors = [np.trace(matrix(a).T @ b) for a, b in zip(q[-300:], truth[-300:], strict=True)]
+    angle = np.degrees(np.arccos((np.array(errors) - 1.0) / 2.0))
     assert np.sqrt(np.mean(angle**2)) < 0.7 and not run.n_saturated
 
 

@@ -98,13 +98,13 @@ def floating(filter: Kalman, inputs: np.ndarray) -> dict[str, np.ndarray]:
 
 def far(filter: Kalman, inputs: np.ndarray) -> float:
     """Largest difference from the textbook, as a share of the largest value."""
-    book, found = Textbook(filter).run(inputs).outputs, floating(filter, inputs)
+    book, outcome = Textbook(filter).run(inputs).outputs, floating(filter, inputs)
     angles = {o.name for o in filter.outputs if o.unit == "ht"}
     shares = []
     for name, values in book.items():
-        apart = found[name] - values
-        apart = (apart + 1.0) % 2.0 - 1.0 if name in angles else apart
-        shares.append(np.abs(apart).max() / np.abs(values).max())
+        deviation = outcome[name] - values
+        deviation = (deviation + 1.0) % 2.0 - 1.0 if name in angles else deviation
+        shares.append(np.abs(deviation).max() / np.abs(values).max())
     return float(max(shares))
 
 
@@ -127,8 +127,8 @@ def test_the_textbook_is_that_of_matrices() -> None:
         if there:
             gain = p @ h.T / (h @ p @ h.T + r)
             x, p = x + gain[:, 0] * (z - x[0]), (np.eye(2) - gain @ h) @ p
-        found = [run.outputs["pos"][k], run.outputs["vel"][k]]
-        assert np.allclose(found, x, rtol=1e-6) and np.allclose(run.covariances[k], p, rtol=1e-4)
+        results = [run.outputs["pos"][k], run.outputs["vel"][k]]
+        assert np.allclose(results, x, rtol=1e-6) and np.allclose(run.covariances[k], p, rtol=1e-4)
 
 
 def test_a_gate_leaves_out_what_lies_beyond() -> None:
@@ -169,9 +169,9 @@ def test_a_variance_is_held_near_its_largest() -> None:
 
 def test_covariance_knows_its_states() -> None:
     filter = Turning()
-    found = covariance_of(filter)
-    assert found.axes == ("heading", "rate", "scale") and len(found.elements) == 6
-    names = [filter.states[k].name for _, _, k in found.elements]
+    outcome = covariance_of(filter)
+    assert outcome.axes == ("heading", "rate", "scale") and len(outcome.elements) == 6
+    names = [filter.states[k].name for _, _, k in outcome.elements]
     assert names[:2] == ["p_heading_heading", "p_heading_rate"]
 
 
@@ -250,12 +250,12 @@ def refused(make: Any) -> str:
     return text
 
 
-def changed(**given: Any) -> type[Kalman]:
-    return type("Changed", (Cart,), given)
+def changed(**members: Any) -> type[Kalman]:
+    return type("Changed", (Cart,), members)
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("members", "said"),
     [
         ({"states": (boresight.State("pos", -1.0, 1.0),)}, "a state with a standard deviation"),
         ({"states": ()}, "states to be estimated, found none"),
@@ -280,8 +280,8 @@ def changed(**given: Any) -> type[Kalman]:
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
     ],
 )
-def test_mistakes_have_one_line(given: dict[str, Any], said: str) -> None:
-    assert said in refused(changed(**given))
+def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
+    assert said in refused(changed(**members))
 
 
 @pytest.mark.parametrize(

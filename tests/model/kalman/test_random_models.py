@@ -82,17 +82,17 @@ class Drawn(Kalman):
         return {**own, "q": 1e-5} if self.turns else own
 
     def measure(self, x: Any, u: Any, p: Any) -> Any:
-        found = []
+        results = []
         for k, (i, plain, j) in enumerate(self.rows):
             a, b = (getattr(x, self.names[m]) for m in (i, j))
             h = a if plain else a + 0.3 * ops.sincos_ht(0.3 * b)[0]
             valid = u.new > 0.5 if self.flags[k] else None
-            found.append(Measurement(getattr(u, f"z{k}"), h, p.r, valid, self.gates[k]))
+            results.append(Measurement(getattr(u, f"z{k}"), h, p.r, valid, self.gates[k]))
         if self.turns:
             z, h = x.q.observed(u.a, (0.0, 0.5, 1.0))
-            found.append(Measurement(z[0], h[0], p.r))
-            found.append(Measurement(u.z0, x.q.to_body((0.0, 1.0, 1.0))[1], 4.0 * p.r))
-        return found
+            results.append(Measurement(z[0], h[0], p.r))
+            results.append(Measurement(u.z0, x.q.to_body((0.0, 1.0, 1.0))[1], 4.0 * p.r))
+        return results
 
 
 def inputs_of(filter: Drawn, n: int) -> np.ndarray:
@@ -109,11 +109,11 @@ def check_textbook(seed: int, updates: int) -> None:
     filter = Drawn(seed)
     inputs = inputs_of(filter, updates)
     book = Textbook(filter).run(inputs).outputs
-    found = filter.run_float(inputs[:, :, None]).outputs
+    outcome = filter.run_float(inputs[:, :, None]).outputs
     for name, values in book.items():
-        assert np.abs(found[name][:, 0] - values).max() <= 1e-9 * max(1.0, np.abs(values).max()), (
-            seed
-        )
+        assert np.abs(outcome[name][:, 0] - values).max() <= 1e-9 * max(
+            1.0, np.abs(values).max()
+        ), seed
 
 
 @settings(max_examples=20)

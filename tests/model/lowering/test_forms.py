@@ -17,20 +17,20 @@ def test_signs() -> None:
 
 
 @pytest.mark.parametrize(
-    ("product", "one"),
+    ("product", "single"),
     [(Product(3), True), (Product(3, 4), False), (Product(3, coefficient=0), False)],
 )
-def test_a_product_of_one_factor(product: Product, one: bool) -> None:
-    assert product.times_one is one
+def test_a_product_of_one_factor(product: Product, single: bool) -> None:
+    assert product.times_one is single
 
 
 @pytest.mark.parametrize("power", [1.0, 4.0, 0.125, -2.0, -0.5])
 @pytest.mark.parametrize("negate", list(Negate))
 def test_powers_of_two(power: float, negate: Negate) -> None:
-    found = Product(1, 2, exponent=3, negate=negate, limit=5.0).times_power(power)
-    assert 2.0**found.exponent == 8.0 * abs(power) and found.limit == 5.0 * abs(power)
-    assert found.negate is (OPPOSITE[negate] if power < 0.0 else negate)
-    assert (found.a, found.b) == (1, 2)
+    result = Product(1, 2, exponent=3, negate=negate, limit=5.0).times_power(power)
+    assert 2.0**result.exponent == 8.0 * abs(power) and result.limit == 5.0 * abs(power)
+    assert result.negate is (OPPOSITE[negate] if power < 0.0 else negate)
+    assert (result.a, result.b) == (1, 2)
     assert math.isinf(Product(1).times_power(power).limit)
 
 
@@ -48,8 +48,8 @@ def test_powers_of_two(power: float, negate: Negate) -> None:
     ],
 )
 def test_one_flag_and_one_count_for_each_group(a, b, joins: bool) -> None:
-    for one, other in ((a, b), (b, a)):
-        assert Form(**one).joins(Form(**other)) is joins
+    for item, other in ((a, b), (b, a)):
+        assert Form(**item).joins(Form(**other)) is joins
     if joins:
         form = Form(**a)
         form.join(Form(**b), 1)

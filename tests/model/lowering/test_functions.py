@@ -46,8 +46,8 @@ def test_cubics(table, frac: int, quarter: bool, function, high: float) -> None:
     e = Expanded(frac, 0.0)
     words = np.ldexp(np.linspace(0.0, high, 4001), frac).astype(np.int64)
     form = Form(e.functions.cubic(table, e.x, quarter))
-    found = e.run(form, 0.0, 1.0, words)
-    np.testing.assert_allclose(found, function(np.ldexp(words.astype(float), -frac)), atol=4e-9)
+    result = e.run(form, 0.0, 1.0, words)
+    np.testing.assert_allclose(result, function(np.ldexp(words.astype(float), -frac)), atol=4e-9)
 
 
 @pytest.mark.parametrize(
@@ -67,8 +67,8 @@ def test_mantissas_and_exponents(kind: str, scale: Scale, frac: int, low: float,
     words[::2] *= -1 if low < 0.0 else 1
     wanted = function(np.ldexp(words.astype(float), -frac))
     form = Form([Product(m, scale=scale, exponent=exponent)], norm=e.x)
-    found = e.run(form, 0.0, 1.01 * wanted.max(), words)
-    np.testing.assert_allclose(found / wanted, 1.0, atol=1e-7)
+    result = e.run(form, 0.0, 1.01 * wanted.max(), words)
+    np.testing.assert_allclose(result / wanted, 1.0, atol=1e-7)
 
 
 def test_the_same_function_of_the_same_word_is_expanded_once() -> None:

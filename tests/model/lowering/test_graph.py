@@ -62,8 +62,8 @@ def test_constants_fold(g: Any) -> None:
         (ops.minimum(two, 3.0), 2.0),
         (1.0 / ops.named("two", two), 0.5),
     ]
-    found = nodes(*(number for number, _ in folded))
-    assert [(n.kind, n.value) for n in found] == [("const", v) for _, v in folded]
+    result = nodes(*(number for number, _ in folded))
+    assert [(n.kind, n.value) for n in result] == [("const", v) for _, v in folded]
     graph, _ = expand(g)
     assert all(n.kind == "const" for n in graph.nodes)
     assert math.copysign(1.0, graph.const(-0.0).value) == 1.0
@@ -71,9 +71,9 @@ def test_constants_fold(g: Any) -> None:
 
 def test_structural_zeros_and_ones_disappear(g: Any) -> None:
     x = leaf(g)
-    zero, one = g.const(0.0), g.const(1.0)
+    zero, unit = g.const(0.0), g.const(1.0)
     assert same(
-        x, x + 0.0, 0.0 + x, x - 0.0, x * 1.0, one * x, -1.0 * (-x), ops.where(x < 0.0, x, x)
+        x, x + 0.0, 0.0 + x, x - 0.0, x * 1.0, unit * x, -1.0 * (-x), ops.where(x < 0.0, x, x)
     )
     assert same(zero, x * 0.0, x - x)
     assert nodes(-x)[0].high == 2.0
@@ -121,15 +121,15 @@ def test_zero_times_unbounded_is_zero(g: Any) -> None:
     root = ops.rsqrt(leaf(g, "p", 0.0, 4.0))
     product = root * leaf(g, "n", -1.0, 0.0)
     scaled = product * leaf(g, "u", 0.0, 1.0)
-    found = [(n.low, n.high) for n in nodes(root, product, scaled)]
-    assert found == [(0.5, math.inf), (-math.inf, 0.0), (-math.inf, 0.0)]
+    results = [(n.low, n.high) for n in nodes(root, product, scaled)]
+    assert results == [(0.5, math.inf), (-math.inf, 0.0), (-math.inf, 0.0)]
 
 
 def test_the_larger_and_the_smaller_are_as_narrow_as_they_can_be(g: Any) -> None:
     x, y = leaf(g, "x", -2.0, 3.0), leaf(g, "y", 0.5, 1.0)
-    found = nodes(ops.maximum(x, y), ops.minimum(x, y), ops.maximum(x, 0.25), ops.minimum(7.0, x))
-    assert [(n.low, n.high) for n in found] == [(0.5, 3.0), (-2.0, 1.0), (0.25, 3.0), (-2.0, 3.0)]
-    assert found[3].kind == "input"
+    result = nodes(ops.maximum(x, y), ops.minimum(x, y), ops.maximum(x, 0.25), ops.minimum(7.0, x))
+    assert [(n.low, n.high) for n in result] == [(0.5, 3.0), (-2.0, 1.0), (0.25, 3.0), (-2.0, 3.0)]
+    assert result[3].kind == "input"
 
 
 def test_a_larger_number_is_a_divisor(trace: Any) -> None:

@@ -24,9 +24,9 @@ class Uneven(Estimator):
 
 def test_lines_in_order_with_all_operations() -> None:
     program, nodes = Uneven().compile_traced()
-    found = operations_by_line(program, nodes)
-    assert sum(found.values()) == len(program.ops)
-    (most, count), (_, less) = found.most_common(2)
+    result = operations_by_line(program, nodes)
+    assert sum(result.values()) == len(program.ops)
+    (most, count), (_, less) = result.most_common(2)
     with open(__file__, encoding="utf-8") as source:
         (line,) = (k for k, text in enumerate(source, 1) if text.endswith("# MANY\n"))
     assert most == f"test_heaviest.py, line {line}" and count > 3 * less

@@ -20,13 +20,13 @@ def test_every_method_of_a_table_is_refused(kind: Any, table: Any) -> None:
     x = Tracer("unit").leaf("input", "x", 0.0, 1.0)
     value = x if kind is Scalar else x < 0.5
     assert type(value) is kind
-    for methods, (found, cure) in table.items():
+    for methods, (entry, cure) in table.items():
         for method in methods:
             with pytest.raises(InputError) as raised:
                 getattr(kind, method)(value, *([1.0] if method != "__bool__" else []))
             said = str(raised.value)
             assert said.startswith("test_misuse.py, line ")
-            assert said.endswith(f"; {cure}") and found.split()[-1] in said
+            assert said.endswith(f"; {cure}") and entry.split()[-1] in said
 
 
 @pytest.mark.parametrize(

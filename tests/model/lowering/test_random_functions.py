@@ -26,10 +26,10 @@ def test_within_the_bound_of_their_errors(word: int) -> None:
         for k, want in enumerate(wanted):
             got = program.format(program.outputs[k]).real(out[k])
             sure = np.isfinite(want.error)
-            apart, bound = np.abs(got - want.value)[sure], want.error[sure]
-            assert np.all(apart <= bound), f"seed {seed}, output {k}"
+            deviation, bound = np.abs(got - want.value)[sure], want.error[sure]
+            assert np.all(deviation <= bound), f"seed {seed}, output {k}"
             known.append(sure.mean())
-            shares += list(apart[bound > 0.0] / bound[bound > 0.0])
+            shares += list(deviation[bound > 0.0] / bound[bound > 0.0])
     # Most points count, and the bounds are no wider than they have to be.
     assert refused <= 6 and np.mean(known) > 0.7
     assert np.median(shares) > 0.003

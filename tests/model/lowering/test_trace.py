@@ -71,7 +71,7 @@ def test_nothing_more_disappears(x: Any, y: Any) -> None:
 
 
 def test_functions_are_recorded(x: Any, y: Any) -> None:
-    found = {
+    results = {
         "wrap": ops.wrap_ht(x),
         "sin": ops.sincos_ht(x)[0],
         "cos": ops.sincos_ht(x)[1],
@@ -83,12 +83,12 @@ def test_functions_are_recorded(x: Any, y: Any) -> None:
         "log": ops.log(x),
         "tanh": ops.tanh(x),
     }
-    for kind, value in found.items():
+    for kind, value in results.items():
         assert (value.kind, value.args, value.data) == (kind, (x,), ())
     assert (ops.atan2_ht(y, x).kind, ops.atan2_ht(y, x).args) == ("atan2", (y, x))
-    one = x.tracer.const(1.0)
-    assert (ops.atan2_ht(1.0, x).args, ops.atan2_ht(x, 1).args) == ((one, x), (x, one))
-    assert (ops.maximum(x, 1.0).kind, ops.maximum(1, x).args) == ("larger", (one, x))
+    unit = x.tracer.const(1.0)
+    assert (ops.atan2_ht(1.0, x).args, ops.atan2_ht(x, 1).args) == ((unit, x), (x, unit))
+    assert (ops.maximum(x, 1.0).kind, ops.maximum(1, x).args) == ("larger", (unit, x))
     assert (ops.minimum(x, y).kind, ops.minimum(x, y).args) == ("smaller", (x, y))
     assert ops.named("n", x).data == ("n",) and ops.saturated(x, 2.0).data == (2.0,)
     assert ops.bounded(x, 0.0, 1.0, "so").data == (0.0, 1.0, "so")

@@ -87,10 +87,10 @@ def test_a_folder_that_may_be_somebody_elses_is_not_used(tmp_path: Path, kind: s
     else:
         expected.mkdir()
         expected.chmod(0o777)
-    found = private_folder()
-    assert found != expected and found.parent == tmp_path / "tmp"
-    assert stat.S_IMODE(found.stat().st_mode) == 0o700
-    assert private_folder() == found
+    result = private_folder()
+    assert result != expected and result.parent == tmp_path / "tmp"
+    assert stat.S_IMODE(result.stat().st_mode) == 0o700
+    assert private_folder() == result
 
 
 @pytest.mark.usefixtures("closed")

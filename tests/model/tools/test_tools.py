@@ -186,10 +186,10 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_log_stays(cache: Path) -> None:
     said = failure("verilator build of core failed", VERILATOR)
-    found = re.fullmatch(
+    match = re.fullmatch(
         r"verilator build of core failed: %Error: core.sv:7:3: .* \(log: (.*)\)", said
     )
-    assert found and Path(found[1]).read_text() == VERILATOR
+    assert match and Path(match[1]).read_text() == VERILATOR
     assert failure("verilator build of core failed", VERILATOR) == said
     assert failure("verilator build of core failed", GCC) != said
 
@@ -199,8 +199,8 @@ def test_only_the_newest_logs_stay(cache: Path) -> None:
         failure("tool failed", f"error {k}")
         newest = max((cache / "boresight" / "logs").iterdir(), key=lambda p: p.stat().st_mtime_ns)
         os.utime(newest, (k, k))
-    kept = {p.read_text() for p in (cache / "boresight" / "logs").iterdir()}
-    assert kept == {f"error {k}" for k in range(5, 25)}
+    texts = {p.read_text() for p in (cache / "boresight" / "logs").iterdir()}
+    assert texts == {f"error {k}" for k in range(5, 25)}
 
 
 def test_without_words_there_is_no_log(cache: Path) -> None:

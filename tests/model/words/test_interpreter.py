@@ -168,15 +168,15 @@ def test_equals_the_arrays(seed: int, word: int) -> None:
     arrays, counts = Interpreter(program, MANY), np.zeros(len(program.values), dtype=np.int64)
     out, saturated = arrays.run(inputs)
     for some in (slice(0, 1), slice(1, MANY)):
-        one = Interpreter(program, inputs[:, :, some].shape[2])
-        found, flags = one.run(inputs[:, :, some])
-        assert np.array_equal(found, out[:, :, some])
+        machine = Interpreter(program, inputs[:, :, some].shape[2])
+        result, flags = machine.run(inputs[:, :, some])
+        assert np.array_equal(result, out[:, :, some])
         assert np.array_equal(flags, saturated[:, some])
         for words, wanted in zip(
-            one.values_before_commit(), arrays.values_before_commit(), strict=True
+            machine.values_before_commit(), arrays.values_before_commit(), strict=True
         ):
             assert np.array_equal(words, wanted[some])
-        counts += one.saturations
+        counts += machine.saturations
     assert np.array_equal(counts, arrays.saturations)
 
 

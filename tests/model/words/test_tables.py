@@ -233,13 +233,13 @@ PI = Fraction(31415926535897932384626433832795028841971693993751, 10**49)
 
 def sine(x: Fraction) -> Fraction:
     """sin of |x| < 4 by its series, to 60 decimals."""
-    one = 10**64
-    z = int(x * one)
+    unit = 10**64
+    z = int(x * unit)
     total = term = z
     for k in range(2, 80, 2):
-        term = -term * z // one * z // one // (k * (k + 1))
+        term = -term * z // unit * z // unit // (k * (k + 1))
         total += term
-    return Fraction(total, one)
+    return Fraction(total, unit)
 
 
 def nearest(result: float, exact: Fraction) -> bool:
@@ -325,8 +325,8 @@ def test_the_shipped_ones_are_finer_than_a_word() -> None:
 
 @pytest.mark.parametrize("reach", [0.5, 3.0])
 def test_a_polynomial_is_found_again(reach: float) -> None:
-    found = interpolated(lambda x: 2 * x**3 - x + PRECISE.mpf("0.25"), reach, 6)
-    assert np.allclose(found, (0.25, -1.0, 0.0, 2.0, 0.0, 0.0), rtol=0.0, atol=1e-60)
+    outcome = interpolated(lambda x: 2 * x**3 - x + PRECISE.mpf("0.25"), reach, 6)
+    assert np.allclose(outcome, (0.25, -1.0, 0.0, 2.0, 0.0, 0.0), rtol=0.0, atol=1e-60)
 
 
 def test_as_good_as_the_best_within_a_few_per_cent() -> None:

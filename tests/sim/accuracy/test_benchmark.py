@@ -72,9 +72,9 @@ def test_figures_are_those_of_plain_runs(trials):
         assert floating.errors == pytest.approx(attitude_rmse(q, reference(t))._asdict())
         assert fixed.errors == pytest.approx(floating.errors, abs=1e-3)
         assert fixed.errors != floating.errors
-        apart = attitude_error(attitude_of(run.outputs), q).total
+        error = attitude_error(attitude_of(run.outputs), q).total
         near = {d.output: d for d in fixed.near}
-        assert near["attitude"].largest == pytest.approx(apart.max(), rel=1e-4)
+        assert near["attitude"].largest == pytest.approx(error.max(), rel=1e-4)
         assert 0 < near["attitude"].largest < 1e-3 and near["attitude"].samples == len(t.record)
         assert near["status"].largest == 0.0 == fixed.saturated
         assert floating.near == () and floating.saturated is None
@@ -141,11 +141,11 @@ def test_float_can_be_left_out(trials):
 
 
 def test_processes_give_the_same(trials):
-    one, two = (
+    first, two = (
         benchmark([Complementary()], ["madgwick", "vqf_online"], trials[:2], jobs=jobs)
         for jobs in (1, 2)
     )
-    assert [dataclasses.replace(r, seconds=0.0) for r in one] == [
+    assert [dataclasses.replace(r, seconds=0.0) for r in first] == [
         dataclasses.replace(r, seconds=0.0) for r in two
     ]
 

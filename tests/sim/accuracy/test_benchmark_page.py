@@ -36,9 +36,9 @@ def row(name, level, totals, **more):
     } | more
 
 
-def near(output, unit, apart, tolerance):
-    good = apart <= tolerance
-    return {"output": output, "unit": unit, "apart": apart, "tolerance": tolerance, "good": good}
+def near(output, unit, error, tolerance):
+    good = error <= tolerance
+    return {"output": output, "unit": unit, "apart": error, "tolerance": tolerance, "good": good}
 
 
 DATA = {

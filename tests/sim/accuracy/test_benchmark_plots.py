@@ -10,8 +10,8 @@ import pytest
 from boresight.sim.accuracy.benchmark_plots import difference_plot, mean_plot, style_of, trial_plot
 
 
-def row(name, kind, totals, apart=None):
-    near = {} if apart is None else {"attitude": apart}
+def row(name, kind, totals, error=None):
+    near = {} if error is None else {"attitude": error}
     trials = [
         {"trial": f"t_{k}", "error": {"total": v}, "vs_float": near} for k, v in enumerate(totals)
     ]
@@ -63,8 +63,10 @@ def test_trials_and_estimators_are_named():
 
 def marks(svg, colour):
     """(x, y) of the marks in a colour, legend left out."""
-    found = re.findall(r'<use href="#\w+" x="([\d.]+)" y="([\d.]+)"[^>]*style="[^"]*' + colour, svg)
-    return [(float(x), float(y)) for x, y in found]
+    matches = re.findall(
+        r'<use href="#\w+" x="([\d.]+)" y="([\d.]+)"[^>]*style="[^"]*' + colour, svg
+    )
+    return [(float(x), float(y)) for x, y in matches]
 
 
 def test_marks_stand_at_their_figures():

@@ -107,8 +107,8 @@ class Scalar(Estimator):
 def test_what_a_covariance_is() -> None:
     """A state ``pos`` has no diagonal ``poo``; an axis may be a letter."""
     assert covariance_of(Scalar()) == Covariance(("x",), ((0, 0, 1),))
-    found = covariance_of(estimator("ekf_bias"))
-    assert len(found.axes) == 7 and len(found.elements) == 28
+    result = covariance_of(estimator("ekf_bias"))
+    assert len(result.axes) == 7 and len(result.elements) == 28
     p = Covariance(("a", "b"), ((0, 0, 0), (0, 1, 1), (1, 1, 2))).of_words(
         estimator("ekf_quaternion").compile(), np.array([[4, -1, 9]])
     )

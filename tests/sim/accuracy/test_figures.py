@@ -36,27 +36,27 @@ def fed(estimator: Estimator, **columns: Any) -> Feed:
 
 
 def test_one_figure_for_each_output_with_truth() -> None:
-    given = fed(
+    log = fed(
         Mixed(),
         **{"y_true[cm]": [100.0, NAN, 300.0, 0.0]},
         turn_true=[0.9, -0.9, 0.0, 0.0],
         word_true=[1.0, 2.0, 3.0, NAN],
         mov=[1, 1, 1, 0],
     )
-    assert units_of(Mixed(), given) == {"y": "m", "turn": "ht", "word": "words"}
+    assert units_of(Mixed(), log) == {"y": "m", "turn": "ht", "word": "words"}
     outputs = {
         "y": np.array([1.0, 7.0, 6.0, 50.0]),
         "turn": np.array([-0.9, -0.9, 0.0, 1.0]),
         "word": np.array([1.0, 3.0, 3.0, 0.0]),
         "free": np.zeros(4),
     }
-    found = errors(Mixed(), given, outputs)
-    assert found["y"] == pytest.approx(np.sqrt(9.0 / 2))
-    assert found["turn"] == pytest.approx(np.sqrt(0.04 / 3))
-    assert found["word"] == pytest.approx(np.sqrt(1 / 3))
-    assert list(found) == ["y", "turn", "word"]
+    deviations = errors(Mixed(), log, outputs)
+    assert deviations["y"] == pytest.approx(np.sqrt(9.0 / 2))
+    assert deviations["turn"] == pytest.approx(np.sqrt(0.04 / 3))
+    assert deviations["word"] == pytest.approx(np.sqrt(1 / 3))
+    assert list(deviations) == ["y", "turn", "word"]
     outputs["y"][0] = NAN  # an estimate that is none is no excuse
-    assert np.isnan(errors(Mixed(), given, outputs)["y"])
+    assert np.isnan(errors(Mixed(), log, outputs)["y"])
 
 
 def test_no_truth_where_it_does_not_count() -> None:
@@ -72,23 +72,23 @@ def test_attitudes_are_angles() -> None:
     q, r = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in rng.normal(size=(2, 4, 4)))
     r[1] = NAN
     truth = dict(zip(Q, r.T, strict=True)) | {"heading_true": np.zeros(4), "bias_true": np.ones(4)}
-    given = fed(Attitude(), **truth, mov=[1, 1, 0, 1])
+    log = fed(Attitude(), **truth, mov=[1, 1, 0, 1])
     outputs = dict(zip(Q, q.T, strict=True)) | {"heading": np.ones(4), "bias": np.full(4, 3.0)}
     assert gives_attitude(Attitude()) and not gives_attitude(Mixed())
-    assert units_of(Attitude(), given) == {
+    assert units_of(Attitude(), log) == {
         "total": "deg",
         "heading": "deg",
         "inclination": "deg",
         "bias": "rad/s",
     }
-    found = errors(Attitude(), given, outputs)
+    deviations = errors(Attitude(), log, outputs)
     wanted = attitude_rmse(q[[0, 3]], r[[0, 3]])._asdict()
-    assert found == pytest.approx({**wanted, "bias": 2.0})
+    assert deviations == pytest.approx({**wanted, "bias": 2.0})
     outputs["qw"], outputs["qx"], outputs["qy"], outputs["qz"] = np.zeros((4, 4))
-    assert np.isnan(errors(Attitude(), given, outputs)["total"])  # no attitude yet
-    assert attitude_errors(q, r, given.counts) == pytest.approx(wanted)
+    assert np.isnan(errors(Attitude(), log, outputs)["total"])  # no attitude yet
+    assert attitude_errors(q, r, log.counts) == pytest.approx(wanted)
 
 
 def test_without_the_whole_attitude_its_components_count() -> None:
-    given = fed(Attitude(), qw_true=np.ones(4), heading_true=np.zeros(4))
-    assert units_of(Attitude(), given) == {"qw": "", "heading": "ht"}
+    log = fed(Attitude(), qw_true=np.ones(4), heading_true=np.zeros(4))
+    assert units_of(Attitude(), log) == {"qw": "", "heading": "ht"}

@@ -30,14 +30,14 @@ def made(name: str) -> Any:
 def test_which_stimuli() -> None:
     rng = np.random.default_rng(1)
     assert tuple(hostile(Probe(), 60, rng)) == WITHIN
-    found = hostile(estimator("mekf"), 60, np.random.default_rng(1))
-    assert tuple(found) == MANOEUVRES
+    result = hostile(estimator("mekf"), 60, np.random.default_rng(1))
+    assert tuple(result) == MANOEUVRES
     same = np.random.default_rng(1)
-    assert np.array_equal(found["still"], manoeuvre("still", 60, same))
+    assert np.array_equal(result["still"], manoeuvre("still", 60, same))
     blind = hostile(estimator_of("mekf(mag='none')"), 60, np.random.default_rng(1))
     assert tuple(blind) == MANOEUVRES
-    kept = [0, 1, 2, 3, 7, 8, 9]
-    assert all(np.array_equal(blind[name], found[name][:, kept]) for name in MANOEUVRES)
+    places = [0, 1, 2, 3, 7, 8, 9]
+    assert all(np.array_equal(blind[name], result[name][:, places]) for name in MANOEUVRES)
 
 
 @pytest.mark.parametrize("name", WITHIN)
@@ -71,9 +71,9 @@ def test_gaps_are_read_as_declared() -> None:
     held, both, zero, _ = made("gaps").T
     missing = zero == 0.25
     assert 0.7 < missing.mean() < 0.8
-    kept = np.r_[False, np.diff(held) == 0.0]
-    assert 0.7 < kept.mean() < 0.8
-    assert np.array_equal(both, np.where(missing | kept, 0.0, 1.0))
+    held_rows = np.r_[False, np.diff(held) == 0.0]
+    assert 0.7 < held_rows.mean() < 0.8
+    assert np.array_equal(both, np.where(missing | held_rows, 0.0, 1.0))
 
 
 @pytest.mark.parametrize("name", MANOEUVRES)

@@ -36,16 +36,16 @@ def test_search_finds_the_minimum_within_the_ranges():
         seen.append(dict(values))
         return bowl(values)
 
-    found = pattern_search(watched, PARAMS, {"a": 0.5, "b": 0.5}, rounds=20)
-    assert found.values["a"] == pytest.approx(8.0, rel=0.04)
-    assert found.values["b"] == 2.0
-    assert found.best == bowl(found.values) == found.history[-1]
-    assert found.start == bowl({"a": 0.5, "b": 0.5}) == found.history[0]
-    assert all(y <= x for x, y in zip(found.history, found.history[1:], strict=False))
+    result = pattern_search(watched, PARAMS, {"a": 0.5, "b": 0.5}, rounds=20)
+    assert result.values["a"] == pytest.approx(8.0, rel=0.04)
+    assert result.values["b"] == 2.0
+    assert result.best == bowl(result.values) == result.history[-1]
+    assert result.start == bowl({"a": 0.5, "b": 0.5}) == result.history[0]
+    assert all(y <= x for x, y in zip(result.history, result.history[1:], strict=False))
     assert all(0 < v["a"] <= 50.0 and 0.25 <= v["b"] <= 2.0 for v in seen)
     assert all(v["a"] == rounded(v["a"]) for v in seen)
     points = [tuple(v.values()) for v in seen]
-    assert len(points) == len(set(points)) == found.evaluations
+    assert len(points) == len(set(points)) == result.evaluations
 
 
 def test_search_in_a_valley_across_the_axes():
@@ -55,15 +55,15 @@ def test_search_in_a_valley_across_the_axes():
         x, y = math.log(values["a"]), math.log(values["b"])
         return 10.0 * (x - y) ** 2 + 0.1 * (x + y - 1.0) ** 2
 
-    found = pattern_search(
+    result = pattern_search(
         valley, [Param(n, 1.0, 0.0, 1e6, "", "") for n in "ab"], {"a": 0.01, "b": 0.01}, rounds=40
     )
-    assert found.best < 0.1 and found.evaluations < 60
+    assert result.best < 0.1 and result.evaluations < 60
 
 
 def test_search_obeys_rounds_and_rests():
-    one = pattern_search(bowl, PARAMS, {"a": 0.5, "b": 0.5}, rounds=1)
-    assert len(one.history) == 2 and one.evaluations <= 6
+    single = pattern_search(bowl, PARAMS, {"a": 0.5, "b": 0.5}, rounds=1)
+    assert len(single.history) == 2 and single.evaluations <= 6
     flat = pattern_search(lambda v: 1.0, PARAMS, {"a": 1.0, "b": 1.0}, rounds=50)
     assert flat.values == {"a": 1.0, "b": 1.0} and len(flat.history) <= 5
     lines = []
@@ -72,11 +72,11 @@ def test_search_obeys_rounds_and_rests():
 
 
 def test_search_leaves_points_that_are_no_number():
-    found = pattern_search(
+    result = pattern_search(
         lambda v: math.nan if v["a"] < 4.0 else bowl(v), PARAMS, {"a": 3.0, "b": 1.0}
     )
-    assert found.values["a"] == pytest.approx(8.0, rel=0.04)
-    assert found.start == math.inf
+    assert result.values["a"] == pytest.approx(8.0, rel=0.04)
+    assert result.start == math.inf
 
 
 def test_folds_are_a_partition():
@@ -158,9 +158,9 @@ def test_tuning_mends_a_detuned_filter_and_repeats_itself(scorer):
         scores = scorer.scores(values)
         return sum(s["total"] for s in scores) / len(scores)
 
-    found = [
+    results = [
         pattern_search(objective, params, dict.fromkeys(names, 20.0), rounds=6) for _ in range(2)
     ]
-    assert found[0] == found[1]
-    assert found[0].best < 0.65 * found[0].start
-    assert found[0].best == objective(found[0].values) <= objective({})
+    assert results[0] == results[1]
+    assert results[0].best < 0.65 * results[0].start
+    assert results[0].best == objective(results[0].values) <= objective({})

@@ -43,9 +43,9 @@ def scorer() -> Scorer:
 
 
 def tuning(scorer: Scorer, weights: dict[str, float], rounds: int = 8) -> Tuning:
-    given = Lag().param_values()
-    objective = Objective.of(weights, means(scorer.scores(given)))
-    return Tuning(scorer, Lag.params, given, objective, rounds, lambda text: None)
+    params = Lag().param_values()
+    objective = Objective.of(weights, means(scorer.scores(params)))
+    return Tuning(scorer, Lag.params, params, objective, rounds, lambda text: None)
 
 
 def test_weights() -> None:
@@ -77,10 +77,10 @@ def test_one_figure_counts_in_its_unit_and_several_as_shares() -> None:
 
 def test_outputs_in_several_units_fall_together(scorer: Scorer) -> None:
     whole = tuning(scorer, {"y": 1.0, "z": 1.0})
-    found = whole.search(range(3), "all")
-    assert found.start == pytest.approx(1.0)
-    assert found.best < 0.4
-    before, after = (means(whole.scores(v, range(3))) for v in (whole.start, found.values))
+    result = whole.search(range(3), "all")
+    assert result.start == pytest.approx(1.0)
+    assert result.best < 0.4
+    before, after = (means(whole.scores(v, range(3))) for v in (whole.start, result.values))
     assert after["y"] < 0.8 * before["y"] and after["z"] < 0.05 * before["z"]
     alone = tuning(scorer, {"z": 1.0}).search(range(3), "all")
     assert alone.values["g"] == pytest.approx(2.0, rel=0.04) and alone.values["k"] == 0.5
@@ -109,13 +109,13 @@ def test_no_trial_runs_twice_with_the_same_values(scorer: Scorer) -> None:
     watched = Watched(Lag(), scorer.feeds, jobs=1)
     whole = Tuning(watched, Lag.params, Lag().param_values(), Objective({"y": 1.0}, {"y": 1.0}), 3,
                    lambda text: None)  # fmt: skip
-    found = whole.search(range(3), "all")
+    result = whole.search(range(3), "all")
     whole.folds(deal_folds(3, 3))
-    around = whole.around(found.values)
+    around = whole.around(result.values)
     assert len(asked) == len(set(asked)) > 30
     assert [s.parameter for s in around] == ["k", "g"]
-    assert around[0].low == pytest.approx(found.values["k"] / 2, rel=1e-3)
-    again = scorer.scores({**found.values, "k": around[0].low})
+    assert around[0].low == pytest.approx(result.values["k"] / 2, rel=1e-3)
+    again = scorer.scores({**result.values, "k": around[0].low})
     assert around[0].at_low == pytest.approx(means(again)["y"])
     assert around[0].errors_at_low == means(again)
     assert around[1].errors_at_high["z"] != pytest.approx(around[1].errors_at_low["z"])

@@ -49,19 +49,19 @@ def test_turn_about_the_vertical_is_heading_and_any_level_axis_is_inclination(
     # a turn in navigation axes stands on the left
     for sense in (1.0, -1.0):
         errors = attitude_error(quaternion_multiply(turn(axis, sense * degrees), q_ref), q_ref)
-        for found, share in zip(errors, split, strict=True):
-            np.testing.assert_allclose(found, degrees * share, rtol=1e-9, atol=2e-12)
+        for entry, share in zip(errors, split, strict=True):
+            np.testing.assert_allclose(entry, degrees * share, rtol=1e-9, atol=2e-12)
 
 
 def test_mixed_error_has_the_published_form() -> None:
     q_ref = references()
     error = quaternion_multiply(turn([0, 0, 1], 50.0), turn([0.6, 0.8, 0], 20.0))
-    found = attitude_error(quaternion_multiply(error, q_ref), q_ref)
+    result = attitude_error(quaternion_multiply(error, q_ref), q_ref)
     # heading and inclination of such a product are its two factors; total: w = cos 25 cos 10
-    np.testing.assert_allclose(found.heading, 50.0, rtol=1e-12)
-    np.testing.assert_allclose(found.inclination, 20.0, rtol=1e-12)
+    np.testing.assert_allclose(result.heading, 50.0, rtol=1e-12)
+    np.testing.assert_allclose(result.inclination, 20.0, rtol=1e-12)
     cosine = np.cos(np.radians(25)) * np.cos(np.radians(10))
-    np.testing.assert_allclose(found.total, np.degrees(2 * np.arccos(cosine)), rtol=1e-12)
+    np.testing.assert_allclose(result.total, np.degrees(2 * np.arccos(cosine)), rtol=1e-12)
 
 
 def test_inclination_is_the_angle_between_the_verticals() -> None:
@@ -75,16 +75,18 @@ def test_inclination_is_the_angle_between_the_verticals() -> None:
 
 def test_sign_and_scale_of_a_quaternion_do_not_matter() -> None:
     p, q = references(30), np.random.default_rng(4).normal(size=(30, 4))
-    for one, other in zip(attitude_error(p, q), attitude_error(-3 * p, 0.2 * q), strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-12)
-        assert np.all(one <= 180.0)
+    for item, other in zip(attitude_error(p, q), attitude_error(-3 * p, 0.2 * q), strict=True):
+        np.testing.assert_allclose(item, other, rtol=1e-12)
+        assert np.all(item <= 180.0)
 
 
 def test_leading_axes_are_free() -> None:
     p, q = references(6), np.random.default_rng(5).normal(size=(6, 4))
     flat = attitude_error(p, q)
-    for one, grid in zip(flat, attitude_error(p.reshape(2, 3, 4), q.reshape(2, 3, 4)), strict=True):
-        np.testing.assert_allclose(grid, one.reshape(2, 3), rtol=1e-12)
+    for item, grid in zip(
+        flat, attitude_error(p.reshape(2, 3, 4), q.reshape(2, 3, 4)), strict=True
+    ):
+        np.testing.assert_allclose(grid, item.reshape(2, 3), rtol=1e-12)
     assert attitude_error(p[0], q[0]).heading == pytest.approx(flat.heading[0], rel=1e-12)
 
 
@@ -96,10 +98,10 @@ def test_rmse_is_the_root_of_the_mean_square() -> None:
             quaternion_multiply(turn([1, 0, 0], 4.0), q_ref[1]),
         ]
     )
-    found = attitude_rmse(q_est, q_ref)
+    result = attitude_rmse(q_est, q_ref)
     expected = (np.sqrt(12.5), 3 / np.sqrt(2), 4 / np.sqrt(2))
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
-    assert all(type(value) is float for value in found)
+    np.testing.assert_allclose(result, expected, rtol=1e-9)
+    assert all(type(value) is float for value in result)
 
 
 def test_only_moving_samples_with_a_reference_count() -> None:
@@ -192,8 +194,8 @@ def test_by_hand() -> None:
     assert attitude_of(OUTPUTS).tolist() == [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]]
     assert euler_deg_of(OUTPUTS).tolist() == [[180.0, 45.0, 22.5], [-180.0, -90.0, 0.0]]
     assert status_of(OUTPUTS).tolist() == [3, 1024] and status_of(OUTPUTS).dtype == np.int64
-    one = {name: values[0] for name, values in OUTPUTS.items()}
-    assert attitude_of(one).shape == (4,)
+    first = {name: values[0] for name, values in OUTPUTS.items()}
+    assert attitude_of(first).shape == (4,)
 
 
 # -- roll, pitch and heading against scipy's sequence ZYX -----------------------------------------
@@ -202,9 +204,9 @@ EULER = np.random.default_rng(1).uniform(-1.0, 1.0, (4, 50, 3)) * [3.1, 1.55, 3.
 
 
 def test_quaternions() -> None:
-    found = np.roll(quaternions_of(EULER), -1, axis=-1).reshape(-1, 4)
+    result = np.roll(quaternions_of(EULER), -1, axis=-1).reshape(-1, 4)
     wanted = Rotation.from_euler("ZYX", EULER[..., ::-1].reshape(-1, 3))
-    assert (Rotation.from_quat(found).inv() * wanted).magnitude().max() < 1e-12
+    assert (Rotation.from_quat(result).inv() * wanted).magnitude().max() < 1e-12
 
 
 def test_angles_and_back() -> None:

@@ -268,7 +268,7 @@ def test_nan_stays_in_its_row() -> None:
 
 
 @pytest.mark.parametrize(
-    ("function", "shapes", "what", "wanted", "found"),
+    ("function", "shapes", "what", "wanted", "reason"),
     [
         (attitude.quaternion_multiply, [(3,), (4,)], "p", "(..., 4)", "(3,)"),
         (attitude.quaternion_multiply, [(4,), (3,)], "q", "(..., 4)", "(3,)"),
@@ -283,9 +283,9 @@ def test_wrong_shapes_are_named(
     shapes: list[tuple[int, ...]],
     what: str,
     wanted: str,
-    found: str,
+    reason: str,
 ) -> None:
-    message = re.escape(f"{what} must have the shape {wanted}, not {found}")
+    message = re.escape(f"{what} must have the shape {wanted}, not {reason}")
     with pytest.raises(InputError, match=f"^{message}$"):
         function(*(np.ones(shape) for shape in shapes))
 

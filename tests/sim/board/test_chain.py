@@ -45,7 +45,7 @@ def samples(n: int, **more) -> Samples:
     rng = np.random.default_rng(2)
     line = np.full(n, NO_LINE)
     line[[3, 7]] = COUNTS
-    given = {
+    stimulus = {
         "stamp": np.arange(n) * 100_000,
         "counts": rng.integers(-2000, 2000, (n, 6)),
         "line": line,
@@ -53,7 +53,7 @@ def samples(n: int, **more) -> Samples:
         "restart": np.arange(n) == 0,
         "filter": np.zeros(n, dtype=np.int64),
     }
-    return Samples(**{**given, **more})
+    return Samples(**{**stimulus, **more})
 
 
 def test_a_set_of_registers_comes_with_an_update(board) -> None:
@@ -83,8 +83,8 @@ def programs() -> list:
 
 def test_filters_in_turns_keep_their_states(programs) -> None:
     """Every filter gives what it gives on its own updates alone; a change restarts it."""
-    given = quantise(read_record(bundled("synthetic_60s")).head(STEPS), kind=COUNTS)
-    turns = replace(given, filter=np.arange(STEPS) // 50 % 4)
+    stimulus = quantise(read_record(bundled("synthetic_60s")).head(STEPS), kind=COUNTS)
+    turns = replace(stimulus, filter=np.arange(STEPS) // 50 % 4)
     chain = run_chain(programs, turns)
     assert np.flatnonzero(chain.restart).tolist() == list(range(0, STEPS, 50))
     rows = turns.filter == 2
@@ -98,7 +98,7 @@ def test_a_line_is_fresh_for_its_update_only(programs) -> None:
     zeros = np.zeros((n, 3), dtype=np.int64)
     values = zeros.copy()
     values[2], values[4] = (900, 0, 0), (100, -200, 300)
-    given = Samples(
+    stimulus = Samples(
         np.arange(n) * 97656,
         np.zeros((n, 6), dtype=np.int64),
         np.array([0, 0, HEADING, 0, COUNTS, 0]),
@@ -106,7 +106,7 @@ def test_a_line_is_fresh_for_its_update_only(programs) -> None:
         np.arange(n) == 0,
         np.zeros(n, dtype=np.int64),
     )
-    field = run_chain(programs, given).records[:, 4:7] / 2.0**23
+    field = run_chain(programs, stimulus).records[:, 4:7] / 2.0**23
     assert (field[[0, 1, 3, 5]] == 0).all()
     # A compass that points east: the field, which points north, is to the left, along -x.
     assert np.abs(field[2] - [-30.0, 0.0, 0.0]).max() < 1e-4
@@ -172,12 +172,12 @@ def test_boresight_run_gives_the_same_words(
     number: int, name: str, programs, log, tmp_path
 ) -> None:
     """The calibrated words as an SI log, through the command line's own way: bit for bit."""
-    given = quantise(
+    stimulus = quantise(
         log.record(), kind=COUNTS if number % 2 else HEADING, number=number, line_hz=30.0
     )
-    given.restart[[200, 201, 350]] = True
-    stamp = given.stamp + np.where(np.arange(STEPS) >= 420, 2**27, 0)  # a gap
-    chain = run_chain(programs, replace(given, stamp=stamp % 2**32))
+    stimulus.restart[[200, 201, 350]] = True
+    stamp = stimulus.stamp + np.where(np.arange(STEPS) >= 420, 2**27, 0)  # a gap
+    chain = run_chain(programs, replace(stimulus, stamp=stamp % 2**32))
     assert np.flatnonzero(chain.restart).tolist() == [0, 200, 201, 350, 420]
     path = tmp_path / "words.npz"
     write_record(path, words_as_record(programs[number], chain))
@@ -282,8 +282,8 @@ def test_all_waits_where_faults_are_looked_for() -> None:
 
 
 def test_of_the_real_speeds_only_the_waits_after_power_up_are_shorter() -> None:
-    given = Setup()
-    assert {name for name in vars(given) if getattr(given, name) != getattr(REAL, name)} == {
+    stimulus = Setup()
+    assert {name for name in vars(stimulus) if getattr(stimulus, name) != getattr(REAL, name)} == {
         "startup_s",
         "compass_start_cycles",
     }

@@ -140,11 +140,11 @@ def test_text_and_divider(board, what) -> None:
     settings = {"filter": COMPLEMENTARY, "output_mode": 2, "output_divider": 4}
     run = run_board(board, what, updates=60, settings=settings)
     pieces = run.trace.data.replace(b"\xc0", b"\n").decode("latin-1").split("\n")
-    kept = [line for line in pieces if parse_line(line)]
-    assert len(kept) == 60 // 4
+    lines = [line for line in pieces if parse_line(line)]
+    assert len(lines) == 60 // 4
     decoder = Decoder(word=32)
     assert [kind for kind, _ in decoder.feed(run.trace.data)] == [Kind.WRITE] * 3  # the answers
-    attitude = parse_line(kept[-1])
+    attitude = parse_line(lines[-1])
     assert attitude is not None and attitude.quaternion is None
 
 
@@ -253,24 +253,24 @@ def test_an_answer_takes_a_cycle_at_least() -> None:
 def test_the_system_waits_as_long_as_the_devices_need(monkeypatch: pytest.MonkeyPatch) -> None:
     """The compass's waits go with its lines: half a second stands for 8 lines a second."""
     for part in ("AttitudeSystem", "Adis16385", "Hmr3300"):
-        monkeypatch.setattr(build, part, lambda **given: SimpleNamespace(**given))
+        monkeypatch.setattr(build, part, lambda **options: SimpleNamespace(**options))
     core: Any = object()
     clock = SCALED.clock_hz
     for lines, slower in ((8, 1.0), (64, 0.125)):
         setup = replace(SCALED, lines_hz=lines)
         board = make_board(setup, core=core, wishbone=True)
-        given: Any = board.system
-        assert board.setup is setup and board.core is given.core is core and given.wishbone
-        assert (given.clock_hz, given.host_baud) == (clock, SCALED.host_baud)
-        assert vars(given.compass) == {
+        options: Any = board.system
+        assert board.setup is setup and board.core is options.core is core and options.wishbone
+        assert (options.clock_hz, options.host_baud) == (clock, SCALED.host_baud)
+        assert vars(options.compass) == {
             "clock_hz": clock,
             "baud": SCALED.hmr_baud,
             "stale_s": 0.5 * slower,
             "quiet_s": pytest.approx(0.3 * slower),
             "timeout_s": pytest.approx(1.3 * slower),
         }
-        assert given.inertial.clock_hz == clock
-        assert given.inertial.timing == Timing(
+        assert options.inertial.clock_hz == clock
+        assert options.inertial.timing == Timing(
             sclk_hz=SCALED.sclk_hz,
             stall_s=SCALED.stall_s,
             startup_s=SCALED.startup_s,
@@ -369,8 +369,8 @@ TRIALS = (
 
 
 def test_faults_in_turn() -> None:
-    found = faults_in_turn(shared_board(), [row[:3] for row in TRIALS], updates=3690)
-    for trial, (device, fault, _, events, within_s, loses) in zip(found, TRIALS, strict=True):
+    result = faults_in_turn(shared_board(), [row[:3] for row in TRIALS], updates=3690)
+    for trial, (device, fault, _, events, within_s, loses) in zip(result, TRIALS, strict=True):
         assert (trial.device, trial.fault) == (device, fault) and trial.good, trial
         assert trial.seen_as == events and trial.seen_after_s < within_s, trial
         assert (trial.dropped > 150) == loses and (loses or trial.dropped == 0), trial

@@ -108,9 +108,9 @@ def wrong_c(monkeypatch, change):
     whole = CModel.trajectory
 
     def trajectory(self, inputs):
-        found = whole(self, inputs)
-        change(*found)
-        return found
+        outcome = whole(self, inputs)
+        change(*outcome)
+        return outcome
 
     monkeypatch.setattr(CModel, "trajectory", trajectory)
 
@@ -133,9 +133,9 @@ def test_a_c_model_wrong_in_an_operation_is_found_by_name(log, monkeypatch):
     whole = CModel.values_of_update
 
     def values(self, inputs):
-        found = whole(self, inputs)
+        outcome = whole(self, inputs)
         number = self.program.find("residual")
-        return found | {number: found[number] + 5}
+        return outcome | {number: outcome[number] + 5}
 
     monkeypatch.setattr(CModel, "values_of_update", values)
     (result,) = checked(log, 20, levels=("c",))
@@ -226,8 +226,8 @@ def both():
 
 
 def test_all_agree_in_turns(log, both):
-    told = []
-    results = checked(log, 250, build=both, simulator="verilator", progress=told.append)
+    messages = []
+    results = checked(log, 250, build=both, simulator="verilator", progress=messages.append)
     assert [r.estimator for r in results] == list(NAMES)
     for number, result in enumerate(results):
         assert result.good
@@ -237,7 +237,7 @@ def test_all_agree_in_turns(log, both):
         assert rtl.cycles_predicted == both.core.select(number).schedule.latency
         assert rtl.interval_predicted == both.core.select(number).schedule.interval
     assert not (results[0].fixed.words == results[1].fixed.words).all()
-    assert told == [
+    assert messages == [
         f"{what}, 500 updates of 2 programs"
         for what in ("float64", "c in gcc", "rtl in verilator", "integer interpreter")
     ]

@@ -45,16 +45,16 @@ from tests.support.faulty import (
 def test_culprits(
     estimator: type[Estimator], inputs: list[float], step: int, text: str, word: int
 ) -> None:
-    found = look(estimator(), inputs, word)
-    assert found is not None and found.step == step
-    assert re.match(text, str(found)), str(found)
+    result = look(estimator(), inputs, word)
+    assert result is not None and result.step == step
+    assert re.match(text, str(result)), str(result)
     assert look(estimator(), inputs[:step], word) is None
 
 
 def test_below_the_floor_of_a_function() -> None:
-    found = str(look(Root(), [1.0, 0.1, 1e-3]))
-    assert re.match(rf"step 2, value y_out, bounded {HERE}: rsqrt: argument ", found)
-    assert found.endswith(
+    result = str(look(Root(), [1.0, 0.1, 1e-3]))
+    assert re.match(rf"step 2, value y_out, bounded {HERE}: rsqrt: argument ", result)
+    assert result.endswith(
         "e-08 of full scale is below the floor 2^-22; scale power up, or declare a narrower range "
         "than [0, 16]"
     )
@@ -80,11 +80,11 @@ def test_all_updates_are_looked_at(chunk: int, monkeypatch: pytest.MonkeyPatch) 
     """However long ago it was, and with the states that were there."""
     monkeypatch.setattr(module, "CHUNK", chunk)
     assert getattr(look(Bounded(), [4.0, 0.0, 0.0, 0.0, 4.0]), "step", None) == 0
-    found = look(Sums(), [1.0, 0.0, 0.0, 2.0, 0.0])
-    assert found is not None and (found.step, found.value) == (3, "state y")
+    result = look(Sums(), [1.0, 0.0, 0.0, 2.0, 0.0])
+    assert result is not None and (result.step, result.value) == (3, "state y")
     assert look(Sums(), [1.0, 0.0, 0.0, 0.5]) is None
-    found = look(Root(), [1.0, 0.5, 0.25, 0.01])
-    assert found is not None and found.step == 3 and "has only 12 significant bits" in found.why
+    result = look(Root(), [1.0, 0.5, 0.25, 0.01])
+    assert result is not None and result.step == 3 and "has only 12 significant bits" in result.why
     assert look(Root(), [1.0, 0.5, 0.01, 0.0145]) is None  # 13 bits, in the last update
 
 

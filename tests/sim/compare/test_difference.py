@@ -17,10 +17,10 @@ NAN, INF = float("nan"), float("inf")
 
 
 def apart(
-    output: Output, found: list[float], reference: list[float], judged: bool = True
+    output: Output, result: list[float], reference: list[float], judged: bool = True
 ) -> Difference:
     (made,) = differences(
-        [output], {output.name: np.array(found)}, {output.name: np.array(reference)}, judged=judged
+        [output], {output.name: np.array(result)}, {output.name: np.array(reference)}, judged=judged
     )
     return made
 
@@ -51,7 +51,7 @@ def test_only_outputs_with_a_reference_in_order() -> None:
 
 
 @pytest.mark.parametrize(
-    "found, reference, wanted",
+    "reason, reference, wanted",
     [
         (0.75, 0.5, 0.25),
         (-1.0, 1.0, 0.0),
@@ -61,18 +61,18 @@ def test_only_outputs_with_a_reference_in_order() -> None:
         (3.25, 0.75, 0.5),
     ],
 )
-def test_half_turns_are_modulo_two(found: float, reference: float, wanted: float) -> None:
-    assert apart(Output("h", "ht"), [found], [reference]).largest == wanted
-    assert apart(Output("h", "deg"), [found], [reference]).largest == abs(found - reference)
+def test_half_turns_are_modulo_two(reason: float, reference: float, wanted: float) -> None:
+    assert apart(Output("h", "ht"), [reason], [reference]).largest == wanted
+    assert apart(Output("h", "deg"), [reason], [reference]).largest == abs(reason - reference)
 
 
 @settings(max_examples=100)
 @given(st.integers(-4096, 4096), st.integers(-4096, 4096), st.integers(-3, 3))
 def test_half_turns_as_angles(a: int, b: int, turns: int) -> None:
-    found = apart(Output("h", "ht"), [a / 1024 + 2 * turns], [b / 1024]).largest
+    result = apart(Output("h", "ht"), [a / 1024 + 2 * turns], [b / 1024]).largest
     wanted = math.acos(max(-1.0, min(1.0, math.cos(math.pi * (a - b) / 1024)))) / math.pi
-    assert found == pytest.approx(wanted, abs=1e-7)
-    assert 0.0 <= found <= 1.0
+    assert result == pytest.approx(wanted, abs=1e-7)
+    assert 0.0 <= result <= 1.0
 
 
 @pytest.mark.parametrize("unit", ["flags", "bits"])
@@ -89,9 +89,9 @@ def decisions(rows: list[int], n: int = 200_000, **accepted: float) -> list[Diff
     """A status that differs in some rows, and a value that is 3 off in row 150,000 alone."""
     outputs = [Output("s", "bits", **accepted), Output("y", "m", tolerance=1.0)]
     zero = np.zeros(n)
-    found = {"s": zero.copy(), "y": zero.copy()}
-    found["s"][rows], found["y"][150_000] = 2.0, 3.0
-    return differences(outputs, found, {"s": zero, "y": zero})
+    results = {"s": zero.copy(), "y": zero.copy()}
+    results["s"][rows], results["y"][150_000] = 2.0, 3.0
+    return differences(outputs, results, {"s": zero, "y": zero})
 
 
 def test_a_share_of_decisions_may_differ_and_so_many_in_a_row() -> None:
@@ -129,10 +129,10 @@ def test_values_are_judged_up_to_the_first_decision_that_differs_and_behind_it_b
 
 
 def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
-    found, reference = [0.0, 1.0, 5.0], [NAN, 3.0, NAN]
-    truth = apart(Output("y", "m", tolerance=9.0), found, reference, judged=False)
+    results, reference = [0.0, 1.0, 5.0], [NAN, 3.0, NAN]
+    truth = apart(Output("y", "m", tolerance=9.0), results, reference, judged=False)
     assert truth == Difference("y", "m", 1, 2.0, 2.0, 1, None)
-    run = apart(Output("y", "m", tolerance=9.0), found, reference)
+    run = apart(Output("y", "m", tolerance=9.0), results, reference)
     assert (run.samples, run.at_step, run.good) == (3, 0, False)
     assert math.isnan(run.largest) and math.isnan(run.rms)
     assert run.to_json()["max"] is None and run.to_json()["rms"] is None
@@ -147,8 +147,8 @@ def test_the_first_that_is_no_number_is_shown() -> None:
 
 
 def test_turns_are_modulo_one() -> None:
-    found = apart(Output("t", "turn"), [0.99, 0.5, 0.25], [0.02, 0.0, 1.5])
-    assert found.apart.tolist() == pytest.approx([0.03, 0.5, 0.25])
+    result = apart(Output("t", "turn"), [0.99, 0.5, 0.25], [0.02, 0.0, 1.5])
+    assert result.apart.tolist() == pytest.approx([0.03, 0.5, 0.25])
 
 
 @pytest.mark.parametrize("unit", ["m", "ht", "flags"])
@@ -250,7 +250,7 @@ def test_attitudes_need_all_four() -> None:
 
 
 @pytest.mark.parametrize(
-    "found, wanted",
+    "reason, wanted",
     [
         ({"a": [0.0, 2.0, 9.0], "b": [0.0, 0.0, 0.0]}, 2),
         ({"a": [0.0, 2.0, 0.0], "b": [0.0, 0.0, 0.0]}, None),
@@ -259,9 +259,9 @@ def test_attitudes_need_all_four() -> None:
         ({"a": [-3.0, NAN, 9.0], "b": [0.0, 0.0, 0.0]}, 0),
     ],
 )
-def test_first_beyond(found: dict[str, list[float]], wanted: int | None) -> None:
+def test_first_beyond(reason: dict[str, list[float]], wanted: int | None) -> None:
     outputs = (Output("a", "m", tolerance=2.0), Output("b", "flags"), Output("shown"))
-    values = {n: np.array(v) for n, v in found.items()} | {"shown": np.full(3, 99.0)}
+    values = {n: np.array(v) for n, v in reason.items()} | {"shown": np.full(3, 99.0)}
     reference = {n: np.zeros(3) for n in values}
     made = differences(outputs, values, reference)
     steps = [d.first_beyond for d in made if d.first_beyond is not None]

@@ -52,9 +52,9 @@ def test_the_first_that_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     machine.update(words[5][:, None])
     wanted = int(machine.values[third][0])
     monkeypatch.setattr(Wrong, "changes", {last: 1, third: 7})
-    found = first_divergence(level, records, words, states, 5)
+    result = first_divergence(level, records, words, states, 5)
     name = program.values[third].name
-    assert found == Divergence("c", 5, name, 12, wanted, 7)
+    assert result == Divergence("c", 5, name, 12, wanted, 7)
     monkeypatch.setattr(Wrong, "changes", {third: None})
     assert first_divergence(level, records, words, states, 5) == Divergence(
         "c", 5, name, 12, wanted, None

@@ -72,11 +72,11 @@ def exact(values: np.ndarray) -> np.ndarray:
 
 def test_the_coarse_value_makes_the_error() -> None:
     inputs = np.stack([exact(np.sin(T)), exact(30.0 * np.cos(0.7 * T))], axis=1)
-    got, apart = found(Coarse(), inputs, 24)
+    got, deviation = found(Coarse(), inputs, 24)
     first = got["mean"][0]
     assert first.line.startswith("test_influence.py, line ") and first.share > 0.5
     whole = np.sqrt(sum(i.rms**2 for i in got["mean"]))
-    assert whole == pytest.approx(np.std(apart["mean"]), rel=0.3)
+    assert whole == pytest.approx(np.std(deviation["mean"]), rel=0.3)
     assert first.one_more_bit == pytest.approx(whole * np.sqrt(1.0 - 0.75 * first.share), rel=1e-9)
     assert sum(i.share for i in got["mean"]) == pytest.approx(1.0)
     shares = [i.share for i in got["mean"]]
@@ -87,8 +87,8 @@ def test_the_coarse_value_makes_the_error() -> None:
 def test_derivatives_of_every_kind() -> None:
     """The sum over values is the error that is there, within what chance does."""
     inputs = np.stack([exact(0.45 + 0.2 * np.sin(T)), exact(np.cos(1.3 * T))], axis=1)
-    got, apart = found(Functions(), inputs, 18)
-    for name, error in apart.items():
+    got, deviation = found(Functions(), inputs, 18)
+    for name, error in deviation.items():
         whole = np.sqrt(sum(i.rms**2 for i in got[name]))
         assert whole == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.5), name
 
@@ -107,9 +107,9 @@ def test_what_a_state_keeps_counts_in_later_updates() -> None:
             return {"s": s}, {"s": s}
 
     got, _ = found(Sum(), exact(np.sin(T))[:, None], 18)
-    (one,) = got["s"]
+    (influence,) = got["s"]
     last_bit = 64.0 / 2**17
-    assert one.rms == pytest.approx(np.sqrt(50.0 / 12.0) * last_bit, rel=0.2)
+    assert influence.rms == pytest.approx(np.sqrt(50.0 / 12.0) * last_bit, rel=0.2)
 
 
 def test_a_copy_for_a_state_counts_there_alone() -> None:

@@ -35,8 +35,8 @@ def test_what_it_holds(file: Path) -> None:
     _, states = words_and_states(build, [0.5, -3.0, 2.5])
     (state,) = (data["program"].values[s] for s, _ in data["program"].states)
     assert state.initial == states[1, 0] != build.programs[0].values[0].initial
-    found, flags = CModel(build.programs[0]).update(words_and_states(build, [0.5, -3.0, 2.5])[0])
-    assert data["outputs"] == [found[2].tolist()] and data["saturated"] == [bool(flags[2])]
+    result, flags = CModel(build.programs[0]).update(words_and_states(build, [0.5, -3.0, 2.5])[0])
+    assert data["outputs"] == [result[2].tolist()] and data["saturated"] == [bool(flags[2])]
 
 
 def test_sound_levels_differ_in_nothing(file: Path) -> None:

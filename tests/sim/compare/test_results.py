@@ -133,9 +133,9 @@ def test_verdict(checked: CheckResult) -> None:
     missing = LevelResult("rtl", "verilator", None, None, 0.0, error="no libpython")
     assert missing.line() == "rtl      verilator    FAILED"
     wrong = LevelResult("c", "gcc", 5, 2, 0.0)
-    one, other = (dataclasses.replace(checked, levels=(level,)) for level in (missing, wrong))
-    assert verdict([one, one]) == "FAILED: rtl in verilator: no libpython"
-    assert str(one).splitlines()[-1] == verdict([one]) and str(one).count("libpython") == 1
+    first, other = (dataclasses.replace(checked, levels=(level,)) for level in (missing, wrong))
+    assert verdict([first, first]) == "FAILED: rtl in verilator: no libpython"
+    assert str(first).splitlines()[-1] == verdict([first]) and str(first).count("libpython") == 1
     assert verdict([checked, other]) == (
         "FAILED: complementary on synthetic_60s: c in gcc: 2 of 5 updates differ"
     )

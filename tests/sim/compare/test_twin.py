@@ -68,8 +68,8 @@ def test_so_large_a_share_is_rounding(word: int) -> None:
 
 def test_terms_that_cancel_count_as_large_as_they_are() -> None:
     twin, value = twin_of(0.7, 0.75, "sum", 0)
-    apart, size = twin.apart(value)
-    assert size[0] == pytest.approx(2 * 0.525, abs=1e-3) and apart[0] < 1e-4
+    deviation, size = twin.apart(value)
+    assert size[0] == pytest.approx(2 * 0.525, abs=1e-3) and deviation[0] < 1e-4
     share = int(2.0 ** (8 - 18) * size[0] * 2.0 ** twin.program.values[value].frac)
     assert share > 60
     for moved, wrong in ((64 + share - 2, False), (64 + share + 2, True)):
@@ -146,10 +146,10 @@ def test_chunks_are_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     for value in range(len(program.values)):
         joined = np.concatenate([p.words[value] for p in parts])
         assert np.array_equal(joined, whole.words[value])
-    found = rounding_errors(program, nodes, words, states)
+    result = rounding_errors(program, nodes, words, states)
     for value, error in wanted.items():
-        assert (found[value].largest, found[value].samples) == (error.largest, 50)
-        assert found[value].rms == pytest.approx(error.rms, rel=1e-12)
+        assert (result[value].largest, result[value].samples) == (error.largest, 50)
+        assert result[value].rms == pytest.approx(error.rms, rel=1e-12)
 
 
 def test_rounding_of_a_product() -> None:
@@ -164,8 +164,8 @@ def test_rounding_of_a_product() -> None:
     product = program.outputs[0]
     machine = Interpreter(program, 40)
     machine.update(words.T)
-    apart = np.abs(program.format(product).real(machine.values[product]) - exact)
-    found = rounding_errors(program, build.nodes[0], words, states)[product]
-    assert found.largest == pytest.approx(apart.max())
-    assert found.rms == pytest.approx(np.sqrt(np.mean(apart**2)))
-    assert 0.3 < found.largest / program.format(product).lsb <= 0.5 + 1e-9
+    deviation = np.abs(program.format(product).real(machine.values[product]) - exact)
+    result = rounding_errors(program, build.nodes[0], words, states)[product]
+    assert result.largest == pytest.approx(deviation.max())
+    assert result.rms == pytest.approx(np.sqrt(np.mean(deviation**2)))
+    assert 0.3 < result.largest / program.format(product).lsb <= 0.5 + 1e-9

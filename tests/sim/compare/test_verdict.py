@@ -95,8 +95,10 @@ def test_rounding_that_adds_up() -> None:
         r"leaves 2 bits unused: get formats by boresight fit, or use ops\.bounded",
         judge(Stateless(), [1.0], 18).culprit,
     )
-    kept = judge(Kept(), [1.0, -0.5, 0.25], 18).culprit
-    assert kept.startswith(f"{said}; of the error of y 100% from y_out (faulty.py, line "), kept
+    culprit = judge(Kept(), [1.0, -0.5, 0.25], 18).culprit
+    assert culprit.startswith(f"{said}; of the error of y 100% from y_out (faulty.py, line "), (
+        culprit
+    )
     delayed = judge(Delayed(), [1.0] * 200, 18).culprit
     assert delayed.startswith(f"{said}; state y "), delayed
 

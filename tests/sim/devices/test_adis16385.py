@@ -89,11 +89,11 @@ def run(
     lines = "".join(
         f"{half} {setup} {stall} {bits} {word:04x}\n" for half, setup, stall, bits, word in frames
     )
-    given = {"adis_log": "log.txt", "adis_faults": "faults.txt", **plusargs}
+    values = {"adis_log": "log.txt", "adis_faults": "faults.txt", **plusargs}
     if fault:
-        given["fault"] = f"{1 << FAULTS.index(fault):x}"
+        values["fault"] = f"{1 << FAULTS.index(fault):x}"
     done = master.run(
-        given,
+        values,
         max_cycles=200_000,
         files={"frames.txt": lines, "log.txt": log_text(log), "faults.txt": ""},
     )
@@ -176,8 +176,8 @@ def test_samples_come_from_the_log(master: Compiled) -> None:
         words[start] = answers[1:]
         edges = [text.split() for text in out if text.startswith("ready")]
         assert int(edges[-1][2]) == line
-        apart = [int(b[1]) - int(a[1]) for a, b in zip(edges, edges[1:], strict=False)]
-        assert set(apart) <= {2000}
+        errors = [int(b[1]) - int(a[1]) for a, b in zip(edges, edges[1:], strict=False)]
+        assert set(errors) <= {2000}
         assert out[-1].split()[3] == str(int(start > 4000))
     # Bits 15 to 12 of the temperature are no data.
     assert words[300] == [0xFFFF, 2, 0xFFFD, 4, 0xFFFB, 6, 0x8FF9, 0]

@@ -51,9 +51,9 @@ def test_mean_of_ten_is_nearer_than_one():
     errors = {1: [], 10: []}
     for _ in range(50):
         sights = MOUNTING + 0.01 * rng.standard_normal((10, 3, 3))
-        for n, found in errors.items():
+        for n, value in errors.items():
             turn = nearest_rotation(triad_matrix(sights[:n], np.eye(3))) @ MOUNTING.T
-            found.append(Rotation.from_matrix(turn).magnitude())
+            value.append(Rotation.from_matrix(turn).magnitude())
     assert 2.5 < np.mean(errors[1]) / np.mean(errors[10]) < 4.0  # sqrt(10)
 
 

@@ -94,8 +94,8 @@ def test_name_and_summary_unless_given():
 def test_ours_by_name_class_and_object():
     for kind in (Array, Ma2014, Mls, Radar, Satcom):
         assert type(experiment_of(kind.name)) is kind
-    one = experiment_of("ma2014")
-    assert isinstance(one, Ma2014) and experiment_of(one) is one
+    experiment = experiment_of("ma2014")
+    assert isinstance(experiment, Ma2014) and experiment_of(experiment) is experiment
     assert isinstance(experiment_of(Ma2014), Ma2014)
 
 
@@ -105,8 +105,8 @@ def test_in_a_file(tmp_path):
         "from boresight import Experiment\n\n\nclass Mine(Experiment):\n"
         "    def __init__(self, sites=1):\n        self.sites = sites\n"
     )
-    found = experiment_of(f"{path}:Mine(sites=3)")
-    assert (found.name, found.sites) == ("mine", 3)
+    result = experiment_of(f"{path}:Mine(sites=3)")
+    assert (result.name, result.sites) == ("mine", 3)
 
 
 def test_unknown():
@@ -131,14 +131,14 @@ CASES = [("one", 1.0, 5), ("ten", 10.0, 2)]
 
 @pytest.mark.parametrize("at_once, jobs", [(5, 1), (2, 1), (2, 2)])
 def test_portions_and_processes_change_nothing(at_once: int, jobs: int) -> None:
-    told: list[str] = []
-    found = run_cases(squares, CASES, seed=3, at_once=at_once, jobs=jobs, say=told.append)
-    assert list(found) == ["one", "ten"]
-    assert found["one"].figures["rate"].tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
-    assert found["ten"].figures["rate"].tolist() == [30.0, 40.0]
-    assert found["one"].shown == {"first": 3.0} and found["one"].each == [3, 4, 5, 6, 7]
+    messages: list[str] = []
+    result = run_cases(squares, CASES, seed=3, at_once=at_once, jobs=jobs, say=messages.append)
+    assert list(result) == ["one", "ten"]
+    assert result["one"].figures["rate"].tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
+    assert result["ten"].figures["rate"].tolist() == [30.0, 40.0]
+    assert result["one"].shown == {"first": 3.0} and result["one"].each == [3, 4, 5, 6, 7]
     tasks = {5: 2, 2: 4}[at_once]
-    assert len(told) == tasks and told[-1].startswith(f"{tasks} of {tasks}: ")
+    assert len(messages) == tasks and messages[-1].startswith(f"{tasks} of {tasks}: ")
 
 
 def test_pooled() -> None:
@@ -155,7 +155,7 @@ def test_pooling_that_the_name_does_not_say() -> None:
     values = np.array([1.0, 7.0])
     ways = {"a_deg": "rms", "b_max": "sum", "c_ms": "max"}
     parts = [Runs({n: values[k : k + 1] for n in (*ways, "d")}, {}, [], ways) for k in range(2)]
-    found = run_cases(
+    result = run_cases(
         lambda case, seeds: parts[seeds[0]],
         [("one", 0, 2)],
         seed=0,
@@ -163,9 +163,9 @@ def test_pooling_that_the_name_does_not_say() -> None:
         jobs=1,
         say=lambda text: None,
     )
-    assert found["one"].pooled() == {"a_deg": 5.0, "b_max": 8.0, "c_ms": 7.0, "d": 4.0}
+    assert result["one"].pooled() == {"a_deg": 5.0, "b_max": 8.0, "c_ms": 7.0, "d": 4.0}
     names = ("x_one_a_deg", "x_one_b_max", "x_one_c_ms", "x_one_d")
-    assert spreads_of(found, "x_") == dict.fromkeys(names, (1.0, 7.0))
+    assert spreads_of(result, "x_") == dict.fromkeys(names, (1.0, 7.0))
 
 
 # -- targets from a table: figures, ratios, differences, limits that are not there, notes ---------
@@ -179,18 +179,18 @@ b,,,step 4,shown,,,,s,,
 
 
 def table(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str, **given
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str, **inputs
 ) -> tuple[Target, ...]:
     (tmp_path / "targets.csv").write_text(text)
     monkeypatch.setattr("boresight.sim.experiments.targets.files", lambda package: tmp_path)
-    return targets_of("any", {"a": 1.0, "b": 4.0}, **given)
+    return targets_of("any", {"a": 1.0, "b": 4.0}, **inputs)
 
 
 def test_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     spreads = {"a": (0.5, 2.0)}
-    found = table(monkeypatch, tmp_path, TABLE, spreads=spreads)
+    result = table(monkeypatch, tmp_path, TABLE, spreads=spreads)
     named = {"source": "step 1", "unit": "deg", "beside": {"prototype": 0.25}}
-    assert found == (
+    assert result == (
         Target(name="plain, x", value=1.0, high=0.5, spread=(0.5, 2.0), **named),
         Target(name="ratio", source="step 2", value=0.25, low=0.1, note="and so"),
         Target(
@@ -204,7 +204,7 @@ def test_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         ),
         Target(name="shown", source="step 4", value=4.0, unit="s"),
     )
-    assert [t.good for t in found] == [False, True, True, True]
+    assert [t.good for t in result] == [False, True, True, True]
 
 
 def test_columns_that_may_be_left_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -270,9 +270,9 @@ def test_numbers_of_one_cell() -> None:
 
 def test_schedules_are_those_of_the_compiled_core(tmp_path: Path) -> None:
     names = [str(EXAMPLES / f"{name}.py") for name in ("kalman", "biquad")]
-    found = schedules_of(*map(estimator_of, names))
-    assert list(found) == ["small", "fast"]
-    for config, schedules in found.items():
+    result = schedules_of(*map(estimator_of, names))
+    assert list(result) == ["small", "fast"]
+    for config, schedules in result.items():
         core = boresight.compile(*names, config=config, synth=False, output=tmp_path / config)
         for schedule, program in zip(schedules, core.programs, strict=True):
             assert schedule.interval == program.interval_cycles

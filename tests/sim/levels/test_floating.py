@@ -26,24 +26,24 @@ def test_compiled_float64_is_the_reference_within_rounding(name: str, log: str) 
     made = fitted(estimator(name), record)
     records = feed(made, record).inputs
     reference = made.run_float(records[:, :, None]).outputs
-    found = CompiledFloat(Build(made)).run(records).outputs
-    assert list(found) == [o.name for o in made.outputs]
+    result = CompiledFloat(Build(made)).run(records).outputs
+    assert list(result) == [o.name for o in made.outputs]
     for o in made.outputs:
-        assert found[o.name].dtype == np.float64
-        apart = np.abs(found[o.name] - reference[o.name][:, 0])
+        assert result[o.name].dtype == np.float64
+        error = np.abs(result[o.name] - reference[o.name][:, 0])
         if o.unit == "ht":
-            apart = np.abs((apart + 1.0) % 2.0 - 1.0)
-        assert apart.max() <= 1e-12, o.name
+            error = np.abs((error + 1.0) % 2.0 - 1.0)
+        assert error.max() <= 1e-12, o.name
 
 
 def test_numpy_is_the_reference() -> None:
     records = feed(estimator("complementary"), read_record(bundled("ximu_walk")).head(40)).inputs
-    found = NumpyFloat(Build(estimator("complementary")))
+    result = NumpyFloat(Build(estimator("complementary")))
     reference = estimator("complementary").run_float(records[:, :, None]).outputs
-    for name, values in found.run(records).outputs.items():
+    for name, values in result.run(records).outputs.items():
         assert np.array_equal(values, reference[name][:, 0])
     with pytest.raises(ValueError, match="shorter"):
-        found.step(records[0, :-1])
+        result.step(records[0, :-1])
 
 
 class Delay(Estimator):

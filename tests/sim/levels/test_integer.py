@@ -78,9 +78,9 @@ class Narrow(Leaky):
 
 @pytest.mark.parametrize("kind", [Interpreted, Emitted])
 def test_saturation_is_told(kind: Any) -> None:
-    found = kind(Build(Narrow())).run(np.array([[0.5, 0.0], [2.0, 0.0], [0.0, 0.0]]))
-    assert found.saturated.tolist() == [False, True, False]
-    assert found.saturated.dtype == np.bool_
+    result = kind(Build(Narrow())).run(np.array([[0.5, 0.0], [2.0, 0.0], [0.0, 0.0]]))
+    assert result.saturated.tolist() == [False, True, False]
+    assert result.saturated.dtype == np.bool_
 
 
 def test_words_clamp() -> None:

@@ -39,12 +39,12 @@ SUM = [1.0, 0.0, 3.0625, -1.328125]
 @pytest.mark.parametrize("name", QUICK)
 def test_by_hand(name: str) -> None:
     level = make_level(name, Build(Leaky(), params=[{"rate": 0.25}]))
-    found = level.run(RECORDS)
-    assert list(found.outputs) == ["y", "sum"]
-    assert np.abs(found.outputs["y"] - Y).max() < 2e-8
-    assert np.abs(found.outputs["sum"] - SUM).max() < 2e-8
+    outcome = level.run(RECORDS)
+    assert list(outcome.outputs) == ["y", "sum"]
+    assert np.abs(outcome.outputs["y"] - Y).max() < 2e-8
+    assert np.abs(outcome.outputs["sum"] - SUM).max() < 2e-8
     assert level.name == name
-    assert (found.words is None) == (found.saturated is None) == (name in ("numpy", "float"))
+    assert (outcome.words is None) == (outcome.saturated is None) == (name in ("numpy", "float"))
     level.close()
 
 
@@ -69,8 +69,8 @@ def test_steps_are_a_run_and_reset_starts_anew(name: str) -> None:
 
 def test_two_of_a_kind_share_nothing() -> None:
     for name in QUICK:
-        one, other = (make_level(name, Build(Leaky())) for _ in range(2))
-        one.run(RECORDS)
+        first, other = (make_level(name, Build(Leaky())) for _ in range(2))
+        first.run(RECORDS)
         assert other.step(RECORDS[0]).outputs["y"] == 1.0
 
 
@@ -82,12 +82,12 @@ def test_words_with_their_cycles() -> None:
         "latency_cycles": np.array([[3, 4], [3, 4]]),
         "interval_cycles": np.array([5, 6]),
     }
-    found = run_of_words(program, words, np.array([False, True]), **cycles)
+    outcome = run_of_words(program, words, np.array([False, True]), **cycles)
     lsb = [program.format(value).lsb for value in program.outputs]
-    assert found.outputs["y"].tolist() == [lsb[0] * (1 << 16), 0.0]
-    assert found.outputs["sum"].tolist() == [lsb[1] * (1 << 15), -lsb[1]]
-    assert found.words is words and found.saturated is not None
-    assert all(getattr(found, name) is value for name, value in cycles.items())
+    assert outcome.outputs["y"].tolist() == [lsb[0] * (1 << 16), 0.0]
+    assert outcome.outputs["sum"].tolist() == [lsb[1] * (1 << 15), -lsb[1]]
+    assert outcome.words is words and outcome.saturated is not None
+    assert all(getattr(outcome, name) is value for name, value in cycles.items())
 
 
 def test_parameters_reach_every_level() -> None:
@@ -100,11 +100,11 @@ def test_parameters_reach_every_level() -> None:
 
 def test_word_width_reaches_the_integers() -> None:
     for name in ("fixed", "c"):
-        found = make_level(name, Build(Leaky(), word=18, params=[{"rate": 0.25}])).run(RECORDS)
-        assert found.words is not None and np.abs(found.words).max() < 1 << 17
-        assert 1e-7 < np.abs(found.outputs["sum"] - SUM).max() + 1e-6 < 1e-3
+        outcome = make_level(name, Build(Leaky(), word=18, params=[{"rate": 0.25}])).run(RECORDS)
+        assert outcome.words is not None and np.abs(outcome.words).max() < 1 << 17
+        assert 1e-7 < np.abs(outcome.outputs["sum"] - SUM).max() + 1e-6 < 1e-3
     with_rate = Build(Leaky(), word=18, params=[{"rate": 0.25}])
-    assert np.array_equal(Interpreted(with_rate).run(RECORDS).words, found.words)
+    assert np.array_equal(Interpreted(with_rate).run(RECORDS).words, outcome.words)
 
 
 class Turning(Estimator):
@@ -120,9 +120,9 @@ class Turning(Estimator):
 @pytest.mark.parametrize("name", [n for n in LEVELS if n != "rtl"])
 def test_turns_are_told_from_zero_to_one(name: str) -> None:
     level = make_level(name, Build(Turning()))
-    found = level.run(np.array([[-0.25], [0.5], [3.75], [-4.0]])).outputs
-    assert found["phase"].tolist() == [0.75, 0.5, 0.75, 0.0]
-    assert found["half"].tolist() == [-0.5, -1.0, -0.5, 0.0]
+    outcome = level.run(np.array([[-0.25], [0.5], [3.75], [-4.0]])).outputs
+    assert outcome["phase"].tolist() == [0.75, 0.5, 0.75, 0.0]
+    assert outcome["half"].tolist() == [-0.5, -1.0, -0.5, 0.0]
     level.reset()
     assert level.step(np.array([-0.125])).outputs["phase"] == 0.875
 
@@ -220,17 +220,17 @@ def test_who_reads_whom(linked: Build) -> None:
 
 def test_records_are_filled_with_what_is_kept(linked: Build) -> None:
     counts = (6, 4, 2)
-    given = {2: {"half": np.array([0.5, 0.25]), "product": np.array([0.125, -0.5])}}
-    filled = linked.filled(1, np.zeros((4, 4)), given, counts)
+    source = {2: {"half": np.array([0.5, 0.25]), "product": np.array([0.125, -0.5])}}
+    filled = linked.filled(1, np.zeros((4, 4)), source, counts)
     # Before the first update the state's start and 0, then the last complete one.
     assert set(filled[:, 0]) <= {0.75, 0.5, 0.25} and set(filled[:, 2]) <= {0.0, 0.125, -0.5}
     steps = {0.75: 0, 0.5: 1, 0.25: 2}
     seen = [steps[v] for v in filled[:, 0]]
     assert seen == sorted(seen) and seen[-1] == 2
     assert [(0.0, 0.125, -0.5)[k] for k in seen] == filled[:, 2].tolist()
-    given |= {1: {"sum": np.full(4, -3.0)}}
-    wild = linked.filled(0, np.zeros((6, 4)), given, counts)
-    tame = linked.filled(0, np.zeros((6, 4)), given, counts, clamp=True)
+    source |= {1: {"sum": np.full(4, -3.0)}}
+    wild = linked.filled(0, np.zeros((6, 4)), source, counts)
+    tame = linked.filled(0, np.zeros((6, 4)), source, counts, clamp=True)
     assert wild[:, 1].min() == -3.0 and tame[:, 1].min() == -1.5
 
 
@@ -285,11 +285,11 @@ def test_a_fifth_level_is_one_more_file(tmp_path: Path, monkeypatch: pytest.Monk
     here = Path(registry.__file__).parent
     monkeypatch.setattr(boresight.sim.levels, "__path__", [str(here), str(tmp_path)])
     try:
-        found = registry.all_levels()
+        outcome = registry.all_levels()
     finally:
         sys.modules.pop("boresight.sim.levels.netlist", None)
-    assert list(found) == ["numpy", "float", "fixed", "c", "netlist", "rtl"]
-    assert level_of("c") is not found["netlist"]
-    level = found["netlist"](Build(Complementary()))
+    assert list(outcome) == ["numpy", "float", "fixed", "c", "netlist", "rtl"]
+    assert level_of("c") is not outcome["netlist"]
+    level = outcome["netlist"](Build(Complementary()))
     assert (level.name, level.tool) == ("netlist", "nextpnr")
     assert level.run(np.zeros((2, len(Complementary.inputs)))).words is not None

@@ -54,10 +54,10 @@ def test_steps_and_records() -> None:
                     n: v[k] for n, v in wanted.outputs.items()
                 }
             level.reset()
-        found = [level.step(record) for record in RECORDS]
+        entries = [level.step(record) for record in RECORDS]
         for name, values in wanted.outputs.items():
-            assert [step.outputs[name][0] for step in found] == values.tolist()
-        assert [bool(step.saturated[0]) for step in found] == wanted.saturated.tolist()
+            assert [step.outputs[name][0] for step in entries] == values.tolist()
+        assert [bool(step.saturated[0]) for step in entries] == wanted.saturated.tolist()
         assert level._process is not None
         process = level._process.process
     assert process.poll() is not None and level._process is None
@@ -236,9 +236,9 @@ def test_in_turns(config: str, steps: int) -> None:
     rng = np.random.default_rng(4)
     build = Build(*map(estimator_of, NAMES), config=config, restarts=0)
     numbers = range(len(NAMES))
-    given = [records(build, k, steps + k, rng) for k in numbers]
+    inputs = [records(build, k, steps + k, rng) for k in numbers]
     runs = {
-        name: level_of(name).run_together([make_level(name, build, k) for k in numbers], given)
+        name: level_of(name).run_together([make_level(name, build, k) for k in numbers], inputs)
         for name in ("fixed", "c", "rtl")
     }
     for k, wanted in enumerate(runs["fixed"]):

@@ -48,15 +48,17 @@ def test_quantiles(freedom: int) -> None:
 
 
 def test_an_honest_filter_lies_in_its_bands() -> None:
-    found = figures(made(400, 1), {"a": np.full(10, 2.0)}, 3)
-    one = found["outputs"]["a"]
-    assert abs(one["mean"][1]) < one["mean_band"][1] == pytest.approx(1.96 * 2.0 / 20.0, rel=0.1)
-    assert one["sd_band"][0][1] < 2.0 < one["sd_band"][1][1]
-    assert one["ratio"][1] == pytest.approx(1.0, abs=0.08) and one["bound"] == [2.0, 2.0]
-    for key, mean in (("nees", found["nees"]["mean"][1]), ("nis", found["nis"]["mean"])):
-        low, high = found[key]["band"]
+    result = figures(made(400, 1), {"a": np.full(10, 2.0)}, 3)
+    spread = result["outputs"]["a"]
+    assert (
+        abs(spread["mean"][1]) < spread["mean_band"][1] == pytest.approx(1.96 * 2.0 / 20.0, rel=0.1)
+    )
+    assert spread["sd_band"][0][1] < 2.0 < spread["sd_band"][1][1]
+    assert spread["ratio"][1] == pytest.approx(1.0, abs=0.08) and spread["bound"] == [2.0, 2.0]
+    for key, mean in (("nees", result["nees"]["mean"][1]), ("nis", result["nis"]["mean"])):
+        low, high = result[key]["band"]
         assert low < mean < high
-    assert found["saturated"] == 400 == found["runs"]
+    assert result["saturated"] == 400 == result["runs"]
 
 
 def test_one_that_believes_too_much_or_is_biased_does_not() -> None:
@@ -78,8 +80,8 @@ def test_the_verdict(believed: float, verdict: str) -> None:
 
 def test_bounds_that_are_none() -> None:
     least = np.array([np.inf, *9 * [0.0]])
-    one = figures(made(20, 1), {"a": least}, 0)["outputs"]["a"]
-    assert one["bound"] == [None, None] == one["ratio"]
+    spread = figures(made(20, 1), {"a": least}, 0)["outputs"]["a"]
+    assert spread["bound"] == [None, None] == spread["ratio"]
 
 
 def test_table() -> None:
@@ -95,7 +97,7 @@ def test_table() -> None:
 
 def test_a_draw_by_hand() -> None:
     world = Constant(70)
-    (found,) = draws(Campaign(world, Mean), [7])
+    (result,) = draws(Campaign(world, Mean), [7])
     world.draw(7)
     p, m, nis, errors, nees = 4.0, 0.0, 0.0, [], []
     for z in world.value + world.noise:
@@ -103,13 +105,13 @@ def test_a_draw_by_hand() -> None:
         m, p = m + p / (p + 1.0) * (z - m), p / (p + 1.0)
         errors.append(m - world.value)
         nees.append(errors[-1] ** 2 / p)
-    marks = found["marks"]
-    assert (found["seed"], found["records"], len(marks)) == (7, 70, MOST_MARKS)
+    marks = result["marks"]
+    assert (result["seed"], result["records"], len(marks)) == (7, 70, MOST_MARKS)
     assert marks[0] == 0 and marks[-1] == 69
-    assert found["errors"]["mean"] == pytest.approx(np.array(errors)[marks], abs=1e-6)
-    assert found["nees"] == pytest.approx(np.array(nees)[marks], rel=1e-4)
-    assert (found["freedom"], found["nis"][1]) == (1, 70)
-    assert found["nis"][0] == pytest.approx(nis, rel=1e-4)
+    assert result["errors"]["mean"] == pytest.approx(np.array(errors)[marks], abs=1e-6)
+    assert result["nees"] == pytest.approx(np.array(nees)[marks], rel=1e-4)
+    assert (result["freedom"], result["nis"][1]) == (1, 70)
+    assert result["nis"][0] == pytest.approx(nis, rel=1e-4)
 
 
 class Turned(World):
@@ -133,9 +135,9 @@ class Through(Estimator):
 
 
 def test_angles_wrap() -> None:
-    (found,) = draws(Campaign(Turned(), Through), [1])
-    assert found["errors"]["b"] == pytest.approx(3 * [-0.02], abs=1e-6)
-    assert found["nees"] == [] and found["nis"] == [0.0, 0]
+    (result,) = draws(Campaign(Turned(), Through), [1])
+    assert result["errors"]["b"] == pytest.approx(3 * [-0.02], abs=1e-6)
+    assert result["nees"] == [] and result["nis"] == [0.0, 0]
 
 
 # -- dask: the line that says what to install, and the same figures from two workers --------------
@@ -170,5 +172,5 @@ def test_two_workers_give_what_one_process_gives(tmp_path) -> None:
         n_workers=2, threads_per_worker=1, dashboard_address=None
     ) as here:
         boresight.montecarlo(*TEXTS, runs=12, scheduler=here.scheduler_address, output=names[1])
-    one, two = ((n / "montecarlo-constant-mean.json").read_text() for n in names)
-    assert one == two
+    first, two = ((n / "montecarlo-constant-mean.json").read_text() for n in names)
+    assert first == two

@@ -41,10 +41,10 @@ def test_written_and_read_back_exactly(tmp_path: Path, name: str) -> None:
     assert content.startswith(b"PK") == name.lower().endswith(".npz")
     assert content == content_of(name, Record("r", held))
     (tmp_path / name).write_bytes(content)
-    found = read_record(tmp_path / name)
-    assert found.name == "a" and [c.unit for c in found.columns.values()] == ["s", None]
+    result = read_record(tmp_path / name)
+    assert result.name == "a" and [c.unit for c in result.columns.values()] == ["s", None]
     for key, column in held.items():
-        assert found.columns[key].values.tobytes() == column.values.tobytes()
+        assert result.columns[key].values.tobytes() == column.values.tobytes()
 
 
 @pytest.mark.parametrize("suffix", [".gz", ".zst", ".parquet", ".feather", ".mat", ".npz"])
@@ -88,9 +88,9 @@ def test_what_others_write(tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     table = pyarrow.table({"t[ms]": [1, 2, 3], "z": pyarrow.array([1.5, None, 2.5])})
     parquet.write_table(table, tmp_path / "a.parquet")
-    found = read_record(tmp_path / "a.parquet").columns
-    assert found["t"].unit == "ms" and found["t"].values.tolist() == [1.0, 2.0, 3.0]
-    assert found["z"].values.tolist()[::2] == [1.5, 2.5] and np.isnan(found["z"].values[1])
+    result = read_record(tmp_path / "a.parquet").columns
+    assert result["t"].unit == "ms" and result["t"].values.tolist() == [1.0, 2.0, 3.0]
+    assert result["z"].values.tolist()[::2] == [1.5, 2.5] and np.isnan(result["z"].values[1])
     twice = pyarrow.table([[1.0], [2.0]], names=["z", "z"])
     parquet.write_table(twice, tmp_path / "a.parquet")
     with pytest.raises(InputError, match="wanted every column once, found 2 columns z"):
@@ -100,8 +100,8 @@ def test_what_others_write(tmp_path: Path) -> None:
         read_record(tmp_path / "a.parquet")
     gyr = np.arange(6.0).reshape(2, 3)
     io_of.savemat(tmp_path / "b.mat", {"gyr": gyr, "t": [[0.0], [1.0]], "fs": 4.0})
-    found = read_record(tmp_path / "b.mat").columns
-    assert found["gz"].values.tolist() == [2.0, 5.0] and found["dt"].values.tolist() == [0.25] * 2
+    result = read_record(tmp_path / "b.mat").columns
+    assert result["gz"].values.tolist() == [2.0, 5.0] and result["dt"].values.tolist() == [0.25] * 2
     (tmp_path / "c.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(64))
     with pytest.raises(InputError, match="found one of version 7.3"):
         read_record(tmp_path / "c.mat")
@@ -126,11 +126,11 @@ def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(text, "_FAST_FROM", fast_from)
             try:
-                found = parse_csv(PATH, content)
+                result = parse_csv(PATH, content)
             except InputError as error:
                 return str(error)
-            values = {n: (c.unit, c.values.tobytes()) for n, c in found.columns.items()}
-            return values, found.place(1, "b"), format_csv(found)
+            values = {n: (c.unit, c.values.tobytes()) for n, c in result.columns.items()}
+            return values, result.place(1, "b"), format_csv(result)
 
     whole = read(0)
     assert whole == read(1 << 40)
@@ -156,8 +156,8 @@ def test_a_wrong_cell_of_a_long_file_is_named() -> None:
 def test_files_by_suffix(tmp_path: Path) -> None:
     for name, content in (("a.NPZ", packed(z=[1.5])), ("b.txt", b"z\n1.5\n")):
         (tmp_path / name).write_bytes(content)
-        found = read_record(str(tmp_path / name))
-        assert found.name == name[0] and found.columns["z"].values.tolist() == [1.5]
+        result = read_record(str(tmp_path / name))
+        assert result.name == name[0] and result.columns["z"].values.tolist() == [1.5]
     with pytest.raises(InputError, match="wanted a log file that can be read, found no such file"):
         read_record(tmp_path / "c.csv")
 
@@ -166,18 +166,18 @@ def test_of_paths_and_of_memory(tmp_path: Path) -> None:
     path = tmp_path / "walk.csv"
     path.write_text("z[m]\n1.5\n")
     for source in (path, str(path)):
-        found = record_of(source)
-        assert found.name == "walk"
-        assert found.columns["z"].values.tolist() == [1.5] and found.columns["z"].unit == "m"
-    assert record_of(found) is found and record_of({"z": [1.0]}, name="mine").name == "mine"
+        result = record_of(source)
+        assert result.name == "walk"
+        assert result.columns["z"].values.tolist() == [1.5] and result.columns["z"].unit == "m"
+    assert record_of(result) is result and record_of({"z": [1.0]}, name="mine").name == "mine"
 
 
 def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
     for name in ("b.csv", "a.npz", "notes.txt", "deep/c.csv", "e.csv.gz"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    found = log_files([tmp_path / "notes.txt", tmp_path])
-    assert [p.relative_to(tmp_path).as_posix() for p in found] == [
+    result = log_files([tmp_path / "notes.txt", tmp_path])
+    assert [p.relative_to(tmp_path).as_posix() for p in result] == [
         *("notes.txt", "a.npz", "b.csv", "deep/c.csv", "e.csv.gz")
     ]
     (tmp_path / "empty").mkdir()
@@ -191,9 +191,9 @@ def test_a_folder_stands_for_its_logs(tmp_path: Path) -> None:
 def test_bytes(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"\0x")
     assert read_bytes(tmp_path / "a", "a file") == b"\0x"
-    for path, found in ((tmp_path, "a folder"), (tmp_path / "b", "no such file or directory"),
+    for path, entry in ((tmp_path, "a folder"), (tmp_path / "b", "no such file or directory"),
                         ("/dev/zero", "a device")):  # fmt: skip
-        with pytest.raises(InputError, match=f"^{path}: wanted a file, found {found}; check the"):
+        with pytest.raises(InputError, match=f"^{path}: wanted a file, found {entry}; check the"):
             read_bytes(path, "a file")
     with pytest.raises(InputError, match="^'': wanted a file, found no such file"):
         read_bytes("", "a file")
@@ -207,7 +207,7 @@ def test_json(tmp_path: Path) -> None:
 
 @pytest.mark.pythons
 @pytest.mark.parametrize(
-    "content, found",
+    "content, reason",
     [
         (b"", "an empty file"),
         (b"  \n", "an empty file"),
@@ -221,10 +221,10 @@ def test_json(tmp_path: Path) -> None:
         (b"[" * 100_000, "lists or objects nested too deeply"),
     ],
 )
-def test_what_is_no_json(tmp_path: Path, content: bytes, found: str) -> None:
+def test_what_is_no_json(tmp_path: Path, content: bytes, reason: str) -> None:
     path = tmp_path / "a.json"
     path.write_bytes(content)
-    message = f"{path}: wanted a map, found {found}; correct the file"
+    message = f"{path}: wanted a map, found {reason}; correct the file"
     with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
         read_json(path, "a map")
 
@@ -245,9 +245,9 @@ NAN = float("nan")
 
 def parsed(text: str | bytes) -> dict[str, list[float]]:
     content = text.encode() if isinstance(text, str) else text
-    found = parse_csv(PATH, content)
-    assert found.name == "walk"
-    return {n: c.values.tolist() for n, c in found.columns.items()}
+    result = parse_csv(PATH, content)
+    assert result.name == "walk"
+    return {n: c.values.tolist() for n, c in result.columns.items()}
 
 
 def bits(values: np.ndarray) -> bytes:
@@ -272,11 +272,11 @@ units = st.lists(st.sampled_from([None, "", "deg/s", "nan"]), min_size=4, max_si
 @given(columns, names, units)
 def test_round_trip(values: list[np.ndarray], heads: list[str], said: list[str | None]) -> None:
     held = {n: Column(v, u) for n, v, u in zip(heads, values, said, strict=False)}
-    found = parse_csv(PATH, format_csv(Record("r", held)))
-    assert list(found.columns) == list(held)
+    result = parse_csv(PATH, format_csv(Record("r", held)))
+    assert list(result.columns) == list(held)
     for name, column in held.items():
-        assert bits(found.columns[name].values) == bits(column.values)
-        assert found.columns[name].unit == column.unit
+        assert bits(result.columns[name].values) == bits(column.values)
+        assert result.columns[name].unit == column.unit
 
 
 def test_text_as_written() -> None:
@@ -305,8 +305,8 @@ def test_read(text: str, wanted: dict[str, list[float]]) -> None:
 
 
 def test_empty_fields_are_gaps() -> None:
-    found = parsed("a,b\n, \n1,\n")
-    assert np.isnan(found["b"]).all() and np.isnan(found["a"][0]) and found["a"][1] == 1.0
+    result = parsed("a,b\n, \n1,\n")
+    assert np.isnan(result["b"]).all() and np.isnan(result["a"][0]) and result["a"][1] == 1.0
     single = parsed("a\n\n1\n\n")["a"]  # of one column, an empty line is a sample without a value
     assert len(single) == 3 and single[1] == 1.0 and np.isnan(single[::2]).all()
 
@@ -355,9 +355,9 @@ def test_refused(text: str | bytes, message: str) -> None:
 
 
 def test_places_count_lines_from_the_header() -> None:
-    found = parse_csv(PATH, b"# one\n# two\na,b\n1,2\n3,4\n")
-    assert found.place(1, "b") == "walk.csv, line 5, column b"
-    assert found.head(1).place(0, "a") == "walk.csv, line 4, column a"
+    result = parse_csv(PATH, b"# one\n# two\na,b\n1,2\n3,4\n")
+    assert result.place(1, "b") == "walk.csv, line 5, column b"
+    assert result.head(1).place(0, "a") == "walk.csv, line 4, column a"
 
 
 # -- archives: columns by array, the nine-axis form, steps of rate and restarts -------------------
@@ -366,9 +366,9 @@ ARCHIVE_PATH = Path("walk.npz")
 
 
 def archive_parsed(**arrays: Any) -> dict[str, Column]:
-    found = parse_npz(ARCHIVE_PATH, packed(**arrays))
-    assert found.name == "walk"
-    return dict(found.columns)
+    result = parse_npz(ARCHIVE_PATH, packed(**arrays))
+    assert result.name == "walk"
+    return dict(result.columns)
 
 
 def test_archive_round_trip() -> None:
@@ -377,26 +377,26 @@ def test_archive_round_trip() -> None:
         "nan": Column(np.array([np.nan, -0.0, 5e-324, 1e308])),
         "k": Column(np.arange(4.0), ""),
     }
-    found = parse_npz(ARCHIVE_PATH, format_npz(Record("r", held)))
-    assert list(found.columns) == list(held)
+    result = parse_npz(ARCHIVE_PATH, format_npz(Record("r", held)))
+    assert list(result.columns) == list(held)
     for name, column in held.items():
-        assert found.columns[name].values.tobytes() == column.values.tobytes()
-        assert found.columns[name].unit == column.unit
-    assert found.place(2, "k") == "walk.npz, k[2]"
+        assert result.columns[name].values.tobytes() == column.values.tobytes()
+        assert result.columns[name].unit == column.unit
+    assert result.place(2, "k") == "walk.npz, k[2]"
 
 
 def test_nine_axis_form() -> None:
     gyr, acc, mag = (np.arange(12.0).reshape(4, 3) + 100 * k for k in range(3))
     q = np.arange(16.0).reshape(4, 4)
-    found = archive_parsed(t=T, gyr=gyr, acc=acc, mag=mag, q=q)
-    assert list(found) == [
+    result = archive_parsed(t=T, gyr=gyr, acc=acc, mag=mag, q=q)
+    assert list(result) == [
         "t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz", "qw", "qx", "qy", "qz"
     ]  # fmt: skip
-    assert found["gz"].values.tolist() == [2.0, 5.0, 8.0, 11.0]
-    assert found["ax"].values.tolist() == [100.0, 103.0, 106.0, 109.0]
-    assert found["my"].values.tolist() == [201.0, 204.0, 207.0, 210.0]
-    assert found["qw"].values.tolist() == [0.0, 4.0, 8.0, 12.0]
-    assert found["qz"].values.tolist() == [3.0, 7.0, 11.0, 15.0]
+    assert result["gz"].values.tolist() == [2.0, 5.0, 8.0, 11.0]
+    assert result["ax"].values.tolist() == [100.0, 103.0, 106.0, 109.0]
+    assert result["my"].values.tolist() == [201.0, 204.0, 207.0, 210.0]
+    assert result["qw"].values.tolist() == [0.0, 4.0, 8.0, 12.0]
+    assert result["qz"].values.tolist() == [3.0, 7.0, 11.0, 15.0]
 
 
 def test_a_column_may_have_the_name_of_a_triple() -> None:

@@ -54,7 +54,7 @@ def fed(estimator: Estimator, units: dict[str, str] | None = None, **columns: An
 
 
 def test_units_of_the_header() -> None:
-    found = fed(
+    result = fed(
         Probe(),
         {
             "s_true": "",
@@ -73,16 +73,16 @@ def test_units_of_the_header() -> None:
         h_true=[90.0, -45.0],
         s_true=[3.0, 4.0],
     )
-    assert found.inputs == pytest.approx(
+    assert result.inputs == pytest.approx(
         np.array([[1.0, 1.5, 0.5, math.pi, 1.0], [0.0, 1.5, 0.5, -math.pi / 2, 0.0]])
     )
-    assert found.new.tolist() == [[True] * 5, [False, False, False, True, False]]
-    assert len(found) == 2 and found.clamped == {}
-    assert found.t is not None and found.t.tolist() == [0.0, 0.5]
-    assert found.truth["y"] == pytest.approx([1.5, NAN], nan_ok=True)
-    assert found.truth["h"] == pytest.approx([0.5, -0.25])
-    assert found.truth["s"].tolist() == [3.0, 4.0]
-    assert set(found.truth) == {"y", "h", "s"}  # `plain` is an input: its column is no truth
+    assert result.new.tolist() == [[True] * 5, [False, False, False, True, False]]
+    assert len(result) == 2 and result.clamped == {}
+    assert result.t is not None and result.t.tolist() == [0.0, 0.5]
+    assert result.truth["y"] == pytest.approx([1.5, NAN], nan_ok=True)
+    assert result.truth["h"] == pytest.approx([0.5, -0.25])
+    assert result.truth["s"].tolist() == [3.0, 4.0]
+    assert set(result.truth) == {"y", "h", "s"}  # `plain` is an input: its column is no truth
 
 
 def test_truth_of_either_name() -> None:
@@ -147,15 +147,15 @@ def test_units_with_another_zero() -> None:
         inputs = (Input("temperature", 200.0, 400.0, "K"),)
         outputs = (Output("y"),)
 
-    found = fed(Warm(), {"temperature": "degC"}, temperature=[0.0, 26.85])
-    assert found.inputs[:, 0] == pytest.approx([273.15, 300.0])
+    result = fed(Warm(), {"temperature": "degC"}, temperature=[0.0, 26.85])
+    assert result.inputs[:, 0] == pytest.approx([273.15, 300.0])
 
 
 def test_words() -> None:
     program = _Timed().compile()
-    found = fed(_Timed(), dt=[-0.25, 0.125, 0.5])
+    result = fed(_Timed(), dt=[-0.25, 0.125, 0.5])
     frac = program.values[program.inputs[0]].frac
-    assert found.words(program).tolist() == [[-(1 << frac - 2)], [1 << frac - 3], [1 << frac - 1]]
+    assert result.words(program).tolist() == [[-(1 << frac - 2)], [1 << frac - 3], [1 << frac - 1]]
 
 
 class _Timed(Timed):
@@ -259,10 +259,10 @@ def test_pieces_of_any_length_and_any_number_of_runs(
     for first, last in zip([0, *sorted(borders)], [*sorted(borders), 8], strict=True):
         columns = dict(zip(("z", "c", "plain"), np.moveaxis(table[first:last], 2, 0), strict=True))
         parts.append(inputs.take({**columns, "more": "ignored"}, last - first))
-    found, new = (np.concatenate(part) for part in zip(*parts, strict=True))
+    result, new = (np.concatenate(part) for part in zip(*parts, strict=True))
     wanted = [by_hand(rows) for rows in runs]
     for k, (values, fresh, _) in enumerate(wanted):
-        assert found[:, k].tolist() == values
+        assert result[:, k].tolist() == values
         assert new[:, k].tolist() == fresh
     clamped = sum(count for *_, count in wanted)
     assert inputs.clamped == ({"c": clamped} if clamped else {})
@@ -279,8 +279,8 @@ def test_flags_are_one_and_nothing(low: float, high: float, valid: float, missed
         inputs = (Input("z", 0.0, 1.0, "", missing=0.0), Input("f", low, high, "", valid_of="z"))
         outputs = (Output("y"),)
 
-    found, _ = reader(Flagged).take({"z": np.array([[1.0], [NAN]])}, 2)
-    assert found[:, 0, 1].tolist() == [valid, missed]
+    result, _ = reader(Flagged).take({"z": np.array([[1.0], [NAN]])}, 2)
+    assert result[:, 0, 1].tolist() == [valid, missed]
 
 
 GOOD = {"z": 1.0, "c": 0.0, "plain": 2}
@@ -323,8 +323,8 @@ def test_nothing_to_hold() -> None:
 
 
 def test_inputs_that_others_give() -> None:
-    found, _ = reader(linked={1}).take({"c": 1.0, "plain": 2.0})
-    assert found[0, 0].tolist() == [1.0, 0.0, 1.0, 2.0, 1.0]
+    result, _ = reader(linked={1}).take({"c": 1.0, "plain": 2.0})
+    assert result[0, 0].tolist() == [1.0, 0.0, 1.0, 2.0, 1.0]
 
 
 # -- time steps -----------------------------------------------------------------------------------

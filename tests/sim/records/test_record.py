@@ -210,15 +210,15 @@ def log(**more: Any) -> NineAxis:
 
 
 def test_columns() -> None:
-    found = log().record()
-    assert list(found.columns) == [
+    result = log().record()
+    assert list(result.columns) == [
         "t", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz"
     ]  # fmt: skip
-    values = {n: c.values.tolist() for n, c in found.columns.items()}
+    values = {n: c.values.tolist() for n, c in result.columns.items()}
     assert values["gy"] == [1.0, 4.0, 7.0]
     assert values["az"] == [12.0, 15.0, 18.0]
     assert values["mx"][::2] == [20.0, 26.0] and np.isnan(values["mx"][1])
-    assert found.name == "walk" and found.place(2, "gy") == "log 'walk', gy[2]"
+    assert result.name == "walk" and result.place(2, "gy") == "log 'walk', gy[2]"
 
 
 def test_there_and_back() -> None:
@@ -245,12 +245,12 @@ def test_other_units_and_names() -> None:
         "mz": Column(np.array([0.5, NAN, 1.0]), "gauss"),
         **{f"{n}_true": columns.pop(n) for n in ("qw", "qx", "qy", "qz")},
     }
-    found = NineAxis.of(Record("r", columns))
-    assert found.t.tolist() == T.tolist()
-    assert found.gyr[:, 0] == pytest.approx([np.pi, 0.0, np.pi / 2])
-    assert found.acc[:, 1] == pytest.approx(9.80665)
-    assert found.mag[::2, 2] == pytest.approx([50.0, 100.0])
-    assert np.array_equal(found.attitude, Q, equal_nan=True)
+    result = NineAxis.of(Record("r", columns))
+    assert result.t.tolist() == T.tolist()
+    assert result.gyr[:, 0] == pytest.approx([np.pi, 0.0, np.pi / 2])
+    assert result.acc[:, 1] == pytest.approx(9.80665)
+    assert result.mag[::2, 2] == pytest.approx([50.0, 100.0])
+    assert np.array_equal(result.attitude, Q, equal_nan=True)
 
 
 @pytest.mark.parametrize(
@@ -314,9 +314,9 @@ def test_nine_axis_refused(change: dict[str, Any], message: str) -> None:
     ],
 )
 def test_by_hand(have: str, want: str, factor: float, offset: float) -> None:
-    found = linear(have, want)
-    assert found[0] == pytest.approx(factor, rel=1e-12, abs=0)
-    assert found[1] == pytest.approx(offset, rel=1e-12, abs=0)
+    result = linear(have, want)
+    assert result[0] == pytest.approx(factor, rel=1e-12, abs=0)
+    assert result[1] == pytest.approx(offset, rel=1e-12, abs=0)
 
 
 @settings(max_examples=60)
@@ -342,9 +342,9 @@ def test_as_pint_has_it(units: tuple[str, str], value: int) -> None:
 
 
 def test_units_there_and_back() -> None:
-    for one, other in (("deg/s", "rad/s"), ("ht", "deg"), ("gauss", "uT"), ("degF", "K")):
-        a, b = linear(one, other)
-        c, d = linear(other, one)
+    for item, other in (("deg/s", "rad/s"), ("ht", "deg"), ("gauss", "uT"), ("degF", "K")):
+        a, b = linear(item, other)
+        c, d = linear(other, item)
         assert a * c == pytest.approx(1.0, rel=1e-13)
         assert c * b + d == pytest.approx(0.0, abs=1e-10)
     assert Fraction(linear("ht", "deg")[0]) == 180

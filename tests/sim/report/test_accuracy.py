@@ -24,22 +24,22 @@ def section(check: CheckResult | None, *, truth: bool = True) -> tuple[dict[str,
 
 
 def test_figures(checked: CheckResult) -> None:
-    found, warnings = section(checked)
+    result, warnings = section(checked)
     assert warnings == []
     fixed, reference = checked.fixed.outputs, checked.floating.outputs
-    apart = np.abs(euler_deg_of(fixed) - euler_deg_of(reference))
-    apart = np.minimum(apart, 360.0 - apart).max(axis=1)
-    assert found["vs_float_max_deg"] == pytest.approx(apart.max(), rel=1e-5)
-    assert found["vs_float_max_sample"] == int(apart.argmax())
+    error = np.abs(euler_deg_of(fixed) - euler_deg_of(reference))
+    error = np.minimum(error, 360.0 - error).max(axis=1)
+    assert result["vs_float_max_deg"] == pytest.approx(error.max(), rel=1e-5)
+    assert result["vs_float_max_sample"] == int(error.argmax())
     q = attitude_of(checked.given.truth)
     rmse = attitude_rmse(attitude_of(fixed), q)
-    assert found["rmse_deg"] == pytest.approx(rmse._asdict(), rel=1e-5)
-    assert found["float_rmse_deg"]["total"] == pytest.approx(rmse.total, rel=1e-4)
-    assert (found["dataset"], found["samples"]) == ("synthetic_60s", 300)
-    assert found["seconds"] == pytest.approx(2.99)
-    assert found["reference"] == "truth"
+    assert result["rmse_deg"] == pytest.approx(rmse._asdict(), rel=1e-5)
+    assert result["float_rmse_deg"]["total"] == pytest.approx(rmse.total, rel=1e-4)
+    assert (result["dataset"], result["samples"]) == ("synthetic_60s", 300)
+    assert result["seconds"] == pytest.approx(2.99)
+    assert result["reference"] == "truth"
     assert section(checked, truth=False)[0]["reference"] == "comparison"
-    assert found["verdict"] == checked.accuracy.to_json()
+    assert result["verdict"] == checked.accuracy.to_json()
 
 
 def test_curves(checked: CheckResult) -> None:
@@ -83,35 +83,35 @@ def looked_at(n: int, **more: Any) -> CheckResult:
 
 def test_long_logs_are_binned_without_losing_peaks() -> None:
     check = looked_at(4999)
-    apart = [d.apart.copy() for d in check.accuracy.differences]
-    apart[0][1234] = 0.25
+    errors = [d.apart.copy() for d in check.accuracy.differences]
+    errors[0][1234] = 0.25
     accuracy = dataclasses.replace(
         check.accuracy,
         differences=tuple(
             dataclasses.replace(d, apart=x)
-            for d, x in zip(check.accuracy.differences, apart, strict=True)
+            for d, x in zip(check.accuracy.differences, errors, strict=True)
         ),
     )
-    found, warnings = section(dataclasses.replace(check, accuracy=accuracy))
-    series = found["logs"][0]["series"]
+    result, warnings = section(dataclasses.replace(check, accuracy=accuracy))
+    series = result["logs"][0]["series"]
     assert len(series["t"]) <= BINS and series["samples_per_point"] == 5
     assert max(series["outputs"]["angle"]["error"]) == 45.0
     assert series["outputs"]["angle"]["error"].index(45.0) == 1234 // 5
     assert series["outputs"]["angle"]["tolerance"] == pytest.approx(1.8e-4)
-    assert found["seconds"] is None and series["t"][1] == 5.0  # samples
+    assert result["seconds"] is None and series["t"][1] == 5.0  # samples
     assert warnings == []
 
 
 def moved(check: CheckResult, **steps: int) -> CheckResult:
     """With an error of 1 of some outputs from a step on."""
-    apart = []
+    errors = []
     for d in check.accuracy.differences:
         curve = d.apart.copy()
         if d.output in steps:
             curve[steps[d.output] :] = 1.0
         largest = float(curve.max())
-        apart.append(dataclasses.replace(d, apart=curve, largest=largest))
-    accuracy = dataclasses.replace(check.accuracy, differences=tuple(apart), culprit="step 7")
+        errors.append(dataclasses.replace(d, apart=curve, largest=largest))
+    accuracy = dataclasses.replace(check.accuracy, differences=tuple(errors), culprit="step 7")
     accuracy = dataclasses.replace(accuracy, saturated_updates=2, saturated={"y": 2})
     return dataclasses.replace(check, accuracy=accuracy)
 
@@ -132,10 +132,10 @@ def test_where_fixed_and_float_part() -> None:
 def test_several_logs() -> None:
     good, bad = looked_at(20), moved(looked_at(30), held=7)
     warnings: list[str] = []
-    found = accuracy_section([good, bad], warnings.append, truth=True)
-    assert [log["samples"] for log in found["logs"]] == [20, 30]
-    assert found["samples"] == 30  # the worst one's
-    verdict = found["verdict"]
+    result = accuracy_section([good, bad], warnings.append, truth=True)
+    assert [log["samples"] for log in result["logs"]] == [20, 30]
+    assert result["samples"] == 30  # the worst one's
+    verdict = result["verdict"]
     assert not verdict["good"] and verdict["culprit"] == "record: step 7"
     assert [o["output"] for o in verdict["outputs"]] == ["angle", "held", "word"]
     assert verdict["outputs"][1]["max"] == 1.0 and not verdict["outputs"][1]["good"]
@@ -162,8 +162,8 @@ def test_the_worst_output_uses_most_of_its_tolerance() -> None:
 def test_truths_of_any_outputs() -> None:
     held = np.append(0.0, np.sin(np.arange(99)))
     check = looked_at(100, held_true=held + 0.5, t=0.1 * np.arange(100))
-    found, _ = section(check)
-    (row,) = found["truth"]
+    result, _ = section(check)
+    (row,) = result["truth"]
     assert (row["output"], row["unit"], row["samples"], row["tolerance"]) == (
         "held",
         "m",
@@ -171,30 +171,30 @@ def test_truths_of_any_outputs() -> None:
         None,
     )
     assert row["max"] == pytest.approx(0.5, abs=1e-6) and row["float_rms"] == pytest.approx(0.5)
-    curves = found["logs"][0]["series"]["outputs"]
+    curves = result["logs"][0]["series"]["outputs"]
     assert curves["held"]["truth"][0] == 0.5 and curves["angle"]["truth"] is None
-    assert found["reference"] == "truth" and found["rmse_deg"] is None
-    assert found["vs_float_max_deg"] is None and found["logs"][0]["series"]["vs_log_deg"] is None
+    assert result["reference"] == "truth" and result["rmse_deg"] is None
+    assert result["vs_float_max_deg"] is None and result["logs"][0]["series"]["vs_log_deg"] is None
 
 
 def test_gaps_in_the_reference_are_null(checked: CheckResult) -> None:
     truth = {n: v.copy() for n, v in checked.given.truth.items()}
     for name in QUATERNION:
         truth[name][10:20] = np.nan
-    given = dataclasses.replace(checked.given, truth=truth)
-    found, _ = section(dataclasses.replace(checked, given=given))
-    series = found["logs"][0]["series"]
+    values = dataclasses.replace(checked.given, truth=truth)
+    result, _ = section(dataclasses.replace(checked, given=values))
+    series = result["logs"][0]["series"]
     for curve in (series["vs_log_deg"]["heading"], series["outputs"]["roll"]["truth"]):
         assert [k for k, v in enumerate(curve) if v is None] == list(range(10, 20))
-    assert found["rmse_deg"]["total"] > 0
+    assert result["rmse_deg"]["total"] > 0
 
 
 def test_missing_parts_are_null_and_named(checked: CheckResult) -> None:
-    found, warnings = section(None)
+    result, warnings = section(None)
     assert warnings == ["accuracy: no log was run"]
-    assert found.pop("logs") == [] and set(found.values()) == {None}
-    given = dataclasses.replace(checked.given, truth={})
-    found, warnings = section(dataclasses.replace(checked, given=given))
+    assert result.pop("logs") == [] and set(result.values()) == {None}
+    values = dataclasses.replace(checked.given, truth={})
+    result, warnings = section(dataclasses.replace(checked, given=values))
     assert warnings == ["accuracy: synthetic_60s has no attitude to compare with"]
-    assert found["reference"] is None and found["truth"] == [] and found["rmse_deg"] is None
-    assert found["vs_float_attitude_max_deg"] > 0.0
+    assert result["reference"] is None and result["truth"] == [] and result["rmse_deg"] is None
+    assert result["vs_float_attitude_max_deg"] > 0.0

@@ -62,8 +62,8 @@ def wide() -> Observed:
     return observed(Wide())
 
 
-def advice(found: Observed, name: str) -> Advice:
-    made = advice_of(found, found.program.find(name))
+def advice(result: Observed, name: str) -> Advice:
+    made = advice_of(result, result.program.find(name))
     assert made is not None and made.value == name
     return made
 
@@ -143,10 +143,10 @@ def test_what_its_operands_explain_has_no_advice(name: str) -> None:
     columns["c"] = rng.uniform(-0.5, 0.5, N)
     build = Build(Shapes())
     (check,) = Check(build, levels=("fixed",)).run(Record.of(columns))
-    found = Observed.of(build.programs[0], [check])
-    value = found.program.outputs[found.program.output_names.index(name)]
-    assert wasted_bits(found.headroom_bits(value)) > 0 and value in found.nodes
-    assert advice_of(found, value) is None
+    result = Observed.of(build.programs[0], [check])
+    value = result.program.outputs[result.program.output_names.index(name)]
+    assert wasted_bits(result.headroom_bits(value)) > 0 and value in result.nodes
+    assert advice_of(result, value) is None
 
 
 @pytest.mark.parametrize(("headroom", "bits"), [(0.0, 0), (1.99, 0), (2.0, 1), (9.5, 8)])

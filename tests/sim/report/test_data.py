@@ -114,9 +114,9 @@ def test_complete_and_plain_json(report: dict[str, Any], core: Core) -> None:
 
 def test_every_number_has_a_source(report: dict[str, Any], core: Core) -> None:
     for data in (report, report_data(core)):
-        found = dict(numbers({k: v for k, v in data.items() if k != "sources"}))
-        assert len(found) > 1000
-        assert [path for path in found if not source_of(data, path)] == []
+        results = dict(numbers({k: v for k, v in data.items() if k != "sources"}))
+        assert len(results) > 1000
+        assert [path for path in results if not source_of(data, path)] == []
     assert "estimate, Yosys 0.70 (git sha1 0123abc): yosys -p synth" in (
         source_of(report, "resources.lut") or ""
     )
@@ -258,8 +258,8 @@ def test_from_a_check(core: Core, estimate: Estimate, checked: CheckResult) -> N
         ("c", 300, True),
     ]
     assert data["accuracy"]["reference"] == "comparison"
-    apart = [checked.accuracy.largest(name) or 0.0 for name in ("pitch", "roll", "heading")]
-    assert data["accuracy"]["vs_float_max_deg"] == pytest.approx(180.0 * max(apart), rel=1e-5)
+    errors = [checked.accuracy.largest(name) or 0.0 for name in ("pitch", "roll", "heading")]
+    assert data["accuracy"]["vs_float_max_deg"] == pytest.approx(180.0 * max(errors), rel=1e-5)
     row = next(r for r in data["numerics"] if r["signal"] == "az")
     assert row["observed_max"]["log"] == "synthetic_60s" and row["observed_max"]["sample"] < 300
     assert data["firmware"]["updates_per_s"] > 1000
@@ -268,8 +268,8 @@ def test_from_a_check(core: Core, estimate: Estimate, checked: CheckResult) -> N
 
 
 def test_rate_of_the_c(core: Core, check: CheckResult) -> None:
-    found = measure_c(core.program, check.given.words(core.program), seconds=0.001)
-    assert found["updates_per_s"] > 1000 and found["source"].startswith("measured: ")
+    result = measure_c(core.program, check.given.words(core.program), seconds=0.001)
+    assert result["updates_per_s"] > 1000 and result["source"].startswith("measured: ")
 
 
 # -- `sim.report.numerics`: rows of the values, and when they ask for attention -------------------
@@ -279,8 +279,8 @@ def test_rate_of_the_c(core: Core, check: CheckResult) -> None:
 def observed(core: Core, check: CheckResult) -> Observed:
     value = core.program.find("residual")
     lsb = core.program.format(value).lsb
-    found = Observed.of(core.program, [check])
-    return dataclasses.replace(found, errors={value: Rounding(1.23456 * lsb, 8.0 * lsb**2, 2)})
+    result = Observed.of(core.program, [check])
+    return dataclasses.replace(result, errors={value: Rounding(1.23456 * lsb, 8.0 * lsb**2, 2)})
 
 
 def test_a_row_for_every_value_but_constants(core: Core, observed: Observed) -> None:
@@ -362,28 +362,28 @@ def test_attention(core: Core, observed: Observed) -> None:
 
 
 def test_extremes_are_those_of_the_interpreter(core: Core, check: CheckResult) -> None:
-    found, machine = Observed.of(core.program, [check]), Interpreter(core.program)
-    (words_of_log,) = found.words
-    assert found.logs == ["synthetic_60s"] and len(words_of_log) == 300
-    assert found.said == "300 updates of synthetic_60s"
+    result, machine = Observed.of(core.program, [check]), Interpreter(core.program)
+    (words_of_log,) = result.words
+    assert result.logs == ["synthetic_60s"] and len(words_of_log) == 300
+    assert result.said == "300 updates of synthetic_60s"
     rows = []
     for row in words_of_log:
         machine.update(row[:, None])
         rows.append([int(w[0]) for w in machine.values_before_commit()])
     words = np.array(rows)
-    (ranges,) = found.ranges
+    (ranges,) = result.ranges
     assert np.array_equal(ranges.low, words.min(axis=0))
     assert np.array_equal(ranges.high_at, words.argmax(axis=0))
-    assert found.errors and all(e.samples == 300 for e in found.errors.values())
+    assert result.errors and all(e.samples == 300 for e in result.errors.values())
     value = core.program.find("residual")
     form = core.program.format(value)
-    assert 0.0 < found.errors[value].largest < 64.0 * form.lsb
-    assert found.reached(value) == (
+    assert 0.0 < result.errors[value].largest < 64.0 * form.lsb
+    assert result.reached(value) == (
         form.real(words[:, value].min()),
         form.real(words[:, value].max()),
     )
-    assert found.lines[core.program.find("gx")].startswith("nine_axis.py, line ")
-    assert found.lines[value].startswith("complementary.py, line ")
+    assert result.lines[core.program.find("gx")].startswith("nine_axis.py, line ")
+    assert result.lines[value].startswith("complementary.py, line ")
 
 
 class Sum(Estimator):
@@ -404,26 +404,26 @@ def test_several_logs_each_from_a_reset_on() -> None:
     logs = {"up": [1.0] * 6, "again": [1.0] * 6, "down": [0.5, -1.0, -0.5]}
     checks = [checking.run(Record.of({"u": np.array(u)}, name=name))[0] for name, u in logs.items()]
     (program,) = build.programs
-    found = Observed.of(program, checks)
+    result = Observed.of(program, checks)
     state = program.find("y")
     after = dict(program.states)[state]
-    low, high = found.extremes(program.find("u"))
+    low, high = result.extremes(program.find("u"))
     assert (low.log, low.sample, high.log, high.sample) == ("down", 1, "up", 0)
-    assert found.reached(state) == (-0.5, 5.0)
+    assert result.reached(state) == (-0.5, 5.0)
     # The word ends at 8, twice the range: nothing saturates unless states go on to the next log.
-    assert found.saturations(after) == 0
-    assert found.reached(after) == (-1.0, 6.0)
-    assert all(e.samples == 15 for e in found.errors.values()) and found.errors
-    assert found.said == "6 updates of up, 6 updates of again, 3 updates of down"
+    assert result.saturations(after) == 0
+    assert result.reached(after) == (-1.0, 6.0)
+    assert all(e.samples == 15 for e in result.errors.values()) and result.errors
+    assert result.said == "6 updates of up, 6 updates of again, 3 updates of down"
 
 
 @pytest.mark.parametrize(
     ("low", "high", "bits"), [(0, 0, 31), (0, 1, 30), (-1, 0, 31), (-2, 1, 30), (-5, 2**30 - 1, 1)]
 )
 def test_headroom(low: int, high: int, bits: float, core: Core, check: CheckResult) -> None:
-    found = Observed.of(core.program, [check])
-    found.ranges[0].low[3], found.ranges[0].high[3] = low, high
-    assert found.headroom_bits(3) == bits
+    result = Observed.of(core.program, [check])
+    result.ranges[0].low[3], result.ranges[0].high[3] = low, high
+    assert result.headroom_bits(3) == bits
 
 
 # -- `sim.report.sources`: the nearest named ancestor, and what the tool is called ----------------
@@ -469,22 +469,22 @@ def level(least: int, most: int, interval: int, error: str = "") -> LevelResult:
 def test_counts_are_those_of_all_levels_that_ran(core: Core) -> None:
     plain = LevelResult("c", "gcc", 9, 0, 1.0)
     broken = level(1, 999, 999, "broken")
-    found, warnings = section(core, plain, level(200, 210, 300), level(190, 205, 310), broken)
-    assert found["latency_cycles"] == {
+    result, warnings = section(core, plain, level(200, 210, 300), level(190, 205, 310), broken)
+    assert result["latency_cycles"] == {
         "predicted": core.schedule.latency, "min": 190, "max": 210,
     }  # fmt: skip
-    assert found["interval_cycles_counted"] == 310
+    assert result["interval_cycles_counted"] == 310
     assert warnings == [f"cycles: predicted {core.schedule.latency}, counted 190 to 210"]
-    assert found["critical_path"] is None and found["fmax_mhz"] is None
+    assert result["critical_path"] is None and result["fmax_mhz"] is None
 
 
 def test_a_rate_makes_the_core_busy(core: Core) -> None:
     period = core.schedule.interval / 100e6
-    found, warnings = section(core, rate_hz=0.25 / period)
-    assert found["busy_percent"] == pytest.approx(25.0)
+    result, warnings = section(core, rate_hz=0.25 / period)
+    assert result["busy_percent"] == pytest.approx(25.0)
     assert not [w for w in warnings if w.startswith("interval")]
-    found, warnings = section(core, rate_hz=1.01 / period)
-    assert found["busy_percent"] == pytest.approx(101.0)
+    result, warnings = section(core, rate_hz=1.01 / period)
+    assert result["busy_percent"] == pytest.approx(101.0)
     assert [w for w in warnings if w.startswith("interval: ") and "longer than" in w]
     assert section(core)[0]["busy_percent"] is None
 
@@ -504,20 +504,20 @@ def test_no_longest_path(core: Core, estimate: Estimate) -> None:
     none = dataclasses.replace(
         estimate, timing=tuple(dataclasses.replace(t, worst=None) for t in estimate.timing)
     )
-    found, warnings = section(core, estimate=none, clock_mhz=50.0)
-    assert found["critical_path"] is None
-    assert set(found["fmax_mhz"]) == {"-2", "-3"} == set(found["update_us_at_fmax"])
+    result, warnings = section(core, estimate=none, clock_mhz=50.0)
+    assert result["critical_path"] is None
+    assert set(result["fmax_mhz"]) == {"-2", "-3"} == set(result["update_us_at_fmax"])
     assert not any(w.startswith("clock") for w in warnings)
-    assert found["update_us"] == round(core.schedule.latency / 50.0, 4)
+    assert result["update_us"] == round(core.schedule.latency / 50.0, 4)
 
 
 # -- two reports side by side ---------------------------------------------------------------------
 
 
 def test_the_same_run_twice(report: dict[str, Any]) -> None:
-    found = against_section(report, report)
-    assert found["rows"] == [] and found["equal"] > 50
-    assert found["before"]["digest"] == report["digest"]
+    result = against_section(report, report)
+    assert result["rows"] == [] and result["equal"] > 50
+    assert result["before"]["digest"] == report["digest"]
 
 
 def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
@@ -530,8 +530,8 @@ def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
     after["accuracy"]["verdict"]["outputs"][0]["max"] = 0.0
     row = next(r for r in after["numerics"] if r["signal"] == "gx")
     row["format"] = "fixed<32,-3>"
-    found = against_section(report, after)
-    rows = {r["figure"]: (r["before"], r["after"], r["ratio"]) for r in found["rows"]}
+    result = against_section(report, after)
+    rows = {r["figure"]: (r["before"], r["after"], r["ratio"]) for r in result["rows"]}
     output = report["accuracy"]["verdict"]["outputs"][0]
     cycles = report["timing"]["latency_cycles_by_output"]["roll"]
     assert rows == {
@@ -542,7 +542,7 @@ def test_what_differs_has_its_row(report: dict[str, Any]) -> None:
         f"{output['output']}: largest error": (output["max"], 0.0, None),
         "gx: format": ("fixed<32,7>", "fixed<32,-3>", None),
     }
-    assert found["equal"] == against_section(report, report)["equal"] - len(rows)
+    assert result["equal"] == against_section(report, report)["equal"] - len(rows)
 
 
 def test_what_only_one_report_has(report: dict[str, Any], core: Core) -> None:

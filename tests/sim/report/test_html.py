@@ -185,10 +185,10 @@ def test_lines_are_links_where_the_file_is_known(report: dict[str, Any], html: s
     assert "<a " not in render_html(report, links={"axis.py": "no"})
     links = {"nine_axis.py": 'x"y/nine_axis.py', "a&b.py": "a&b.py"}
     page = Page(render_html(parted(report), links=links))
-    found = [a["href"] for tag, a in page.tags if tag == "a"]
-    assert {(href or "").partition("#")[0] for href in found} == {'x"y/nine_axis.py', "a&b.py"}
+    results = [a["href"] for tag, a in page.tags if tag == "a"]
+    assert {(href or "").partition("#")[0] for href in results} == {'x"y/nine_axis.py', "a&b.py"}
     row = next(r for r in report["numerics"] if r["signal"] == "gx")
-    assert f'x"y/nine_axis.py#L{row["line"].rpartition(" ")[2]}' in found
+    assert f'x"y/nine_axis.py#L{row["line"].rpartition(" ")[2]}' in results
 
 
 @pytest.mark.usefixtures("plain")

@@ -123,8 +123,8 @@ def test_same_data_same_text() -> None:
 
 def test_an_angle_that_wraps_leaves_a_gap() -> None:
     def strokes(unit: str) -> int:
-        one = {"heading": output(unit, OUTPUTS["heading"]["fixed"])}
-        svg = output_plot(T, TIME, one, "", salt="a")
+        outputs = {"heading": output(unit, OUTPUTS["heading"]["fixed"])}
+        svg = output_plot(T, TIME, outputs, "", salt="a")
         line = next(
             p.attrib["d"]
             for p in ET.fromstring(svg).iter("path")
@@ -257,17 +257,17 @@ def checked() -> CheckResult:
 
 
 def test_more_bits_less_error() -> None:
-    check, told = checked(), []
-    found = width_section(check, (18, 22, 26), progress=told.append)
-    assert told == ["W = 18", "W = 22", "W = 26"] and found["dataset"] == "steps"
-    errors = [p["outputs"][0]["max"] for p in found["points"]]
+    check, messages = checked(), []
+    result = width_section(check, (18, 22, 26), progress=messages.append)
+    assert messages == ["W = 18", "W = 22", "W = 26"] and result["dataset"] == "steps"
+    errors = [p["outputs"][0]["max"] for p in result["points"]]
     for wide, narrow in zip(errors[1:], errors, strict=False):
         assert 1 / 64 < wide / narrow < 1 / 4
     assert errors[0] > 2.0 * TOLERANCE > 4.0 * errors[1]
-    assert [p["good"] for p in found["points"]] == [e <= TOLERANCE for e in errors]
-    assert [p["good"] for p in found["points"]] == [False, True, True]
-    assert found["least_good"] == 22
-    assert all(p["saturated_updates"] == 0 and not p["error"] for p in found["points"])
+    assert [p["good"] for p in result["points"]] == [e <= TOLERANCE for e in errors]
+    assert [p["good"] for p in result["points"]] == [False, True, True]
+    assert result["least_good"] == 22
+    assert all(p["saturated_updates"] == 0 and not p["error"] for p in result["points"])
     # The width of the run itself is the run itself.
     (same,) = width_section(check, (32,))["points"]
     assert same["outputs"] == [d.to_json() for d in check.accuracy.differences]

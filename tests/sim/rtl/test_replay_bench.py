@@ -57,9 +57,9 @@ def test_cycle_for_cycle_the_same(what) -> None:
         _runs(simulation, streams)
         for simulation in (CocotbSimulation(core, simulator="verilator"), CompiledSimulation(core))
     )
-    for one, other in zip(cocotb, compiled, strict=True):
+    for item, other in zip(cocotb, compiled, strict=True):
         for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
-            assert np.array_equal(getattr(one, name), getattr(other, name)), name
+            assert np.array_equal(getattr(item, name), getattr(other, name)), name
     assert cocotb[-1].writes == compiled[-1].writes and len(compiled[-1].writes) > 1
 
 
@@ -248,15 +248,15 @@ def test_random_programs_in_turns(config, word, count, simulator):
                 assert (run.interval_cycles == plan.interval).all()
     # And one of them by itself, with a parameter that the host has changed meanwhile.
     number = next(k for k in range(1, count) if core.select(k).parameter_addresses)
-    one, stream = core.select(number), streams[number]
-    name, address = next(iter(one.parameter_addresses.items()))
+    part, stream = core.select(number), streams[number]
+    name, address = next(iter(part.parameter_addresses.items()))
     model = Interpreter(programs[number])
     first, _ = model.run(stream[:9, :, None])
     model.params[programs[number].find(name)] = 12345
     second, _ = model.run(stream[9:, :, None])
-    run = bench(one).run(stream, bus_writes=[BusWrite(9, address, 12345)])
+    run = bench(part).run(stream, bus_writes=[BusWrite(9, address, 12345)])
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
-    assert (run.interval_cycles == one.schedule.interval).all()
+    assert (run.interval_cycles == part.schedule.interval).all()
 
 
 def test_rounds_of_records_stay_the_same_when_streams_are_cut():

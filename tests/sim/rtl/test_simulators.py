@@ -97,9 +97,10 @@ def test_icarus_runs_under_cocotb(package, library, message, here, monkeypatch) 
 
 
 @pytest.mark.parametrize(
-    ("said", "told"), [("Icarus 12.0 (stable)  \nmore\n", "Icarus 12.0 (stable)"), ("", "unknown")]
+    ("said", "version_text"),
+    [("Icarus 12.0 (stable)  \nmore\n", "Icarus 12.0 (stable)"), ("", "unknown")],
 )
-def test_versions(said: str, told: str, here, monkeypatch) -> None:
+def test_versions(said: str, version_text: str, here, monkeypatch) -> None:
     asked = []
     monkeypatch.setattr(
         simulators.subprocess,
@@ -107,7 +108,7 @@ def test_versions(said: str, told: str, here, monkeypatch) -> None:
         lambda command, **_: asked.append(command) or SimpleNamespace(stdout=said),
     )
     here("iverilog", "verilator", "g++", "make", "perl")
-    assert version("icarus") == told and version("verilator") == told
+    assert version("icarus") == version_text and version("verilator") == version_text
     assert asked == [["iverilog", "-V"], ["verilator", "--version"]]
     here("g++", "make", "perl", wheel="/wheel")
     wheel = importlib.metadata.version("verilator")
@@ -470,13 +471,13 @@ class Played:
         self.files: dict[str, bytes] = {}
         self.given: dict[str, Any] = {}
 
-    def build(self, **given: Any) -> None:
-        self.given = given
+    def build(self, **values: Any) -> None:
+        self.given = values
 
-    def test(self, **given: Any) -> None:
-        folder = Path(given["test_dir"])
+    def test(self, **values: Any) -> None:
+        folder = Path(values["test_dir"])
         self.files = {p.name: p.read_bytes() for p in folder.iterdir()}
-        self.given = given
+        self.given = values
         os.write(1, b"chatter of the simulator\n")
         # Two records of one word, then a register write with unknown bits.
         parts = ([1, 1, 9, 1, 0, 8], [-1, 3], [4, 6], [0, -1, 0, 3])
@@ -484,7 +485,7 @@ class Played:
         (folder / "results").write_bytes(b"".join(results))
         if self.unknown:
             (folder / "unknown").write_text(self.unknown)
-        Path(given["results_xml"]).write_text(self.results)
+        Path(values["results_xml"]).write_text(self.results)
 
 
 @pytest.fixture

@@ -67,8 +67,8 @@ def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single:
         )
         reference = e.run_float(records[..., None]).outputs
         for k, (name, n) in enumerate(zip(reference, program.outputs, strict=True)):
-            apart = np.abs(program.format(n).real(shown.computed[:-1, k]) - reference[name][:-1, 0])
-            assert np.minimum(apart, np.abs(apart - 2.0)).max() < 1e-5, name
+            error = np.abs(program.format(n).real(shown.computed[:-1, k]) - reference[name][:-1, 0])
+            assert np.minimum(error, np.abs(error - 2.0)).max() < 1e-5, name
     else:
         wanted, _ = CModel(program).update(shown.inputs)
         assert (shown.computed[:-1] == wanted[:-1]).all()
@@ -76,12 +76,12 @@ def test_software_on_the_same_records(board: BoardBench, walk: Stimulus, single:
     ends = np.searchsorted(newest.header & 0xFFFF, shown.header & 0xFFFF)
     total = np.cumsum(np.where(newest.inputs[:, 0] < 0, 0, newest.inputs[:, 0].astype(np.int64)))
     assert shown.inputs[1:, 0].tolist() == np.diff(total[ends]).tolist()
-    told = re.search(
+    line = re.search(
         r"missed (\d+) crashes 0 cause 0 pc 0 status \d+ stack (\d+) of \d+\r\n", run.console
     )
-    assert told
-    assert int(told[1]) > 0
-    assert 100 < int(told[2]) < 1024
+    assert line
+    assert int(line[1]) > 0
+    assert 100 < int(line[2]) < 1024
 
 
 def test_figures_of_the_offload(board: BoardBench) -> None:

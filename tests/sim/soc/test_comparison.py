@@ -49,8 +49,8 @@ def soft(monkeypatch: pytest.MonkeyPatch) -> dict[str, Callable[[Any], Any]]:
         return measured(wrong["integer"](words.astype(np.int32)), 14_000)
 
     def single(e: Any, inputs: Any, *, optimise: str) -> Measured:
-        given = inputs.astype(np.float32).astype(float)
-        out = e.run_float(given[..., None]).outputs
+        source = inputs.astype(np.float32).astype(float)
+        out = e.run_float(source[..., None]).outputs
         values = np.stack([out[o.name][:, 0] for o in e.outputs], axis=1).astype(np.float32)
         return measured(wrong["float"](values), 60_000)
 

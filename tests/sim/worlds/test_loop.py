@@ -57,8 +57,8 @@ class Plant(World):
         if outputs is not None:
             self.z += outputs["u"]
         self.k += 1
-        told = {"u_true": float(self.k)} if self.k % 2 else {}
-        return {"z": NAN if self.k % 3 == 0 else self.z, "c": 2.0 * self.k - 4.0, **told}
+        truth = {"u_true": float(self.k)} if self.k % 2 else {}
+        return {"z": NAN if self.k % 3 == 0 else self.z, "c": 2.0 * self.k - 4.0, **truth}
 
 
 def closed(world: World, level: str = "numpy", **options: Any) -> Loop:
@@ -67,9 +67,9 @@ def closed(world: World, level: str = "numpy", **options: Any) -> Loop:
 
 def test_by_hand() -> None:
     plant = Plant()
-    found = closed(plant)
+    result = closed(plant)
     # z: 4, 4-2, (2-1), held: 1-1 = 0, ...
-    assert found.inputs.tolist() == [
+    assert result.inputs.tolist() == [
         [4.0, 1.0, -1.0],
         [2.0, 1.0, 0.0],
         [2.0, 0.0, 1.0],
@@ -77,33 +77,33 @@ def test_by_hand() -> None:
         [0.0, 1.0, 1.0],
         [0.0, 0.0, 1.0],
     ]
-    assert found.outputs["u"].tolist() == [-2.0, -1.0, -1.0, 0.0, 0.0, 0.0]
-    assert found.outputs["n"].tolist() == [1.0, 2.0, 2.0, 3.0, 4.0, 4.0]
-    assert found.new[:, 0].tolist() == [True, True, False, True, True, False]
-    assert found.truth["u"][::2].tolist() == [1.0, 3.0, 5.0]
-    assert np.isnan(found.truth["u"][1::2]).all() and list(found.truth) == ["u"]
-    assert found.clamped == {"c": 5}
-    assert found.run.words is None and found.run.saturated is None
-    assert (found.level, found.records_per_s > 0) == ("numpy", True)
+    assert result.outputs["u"].tolist() == [-2.0, -1.0, -1.0, 0.0, 0.0, 0.0]
+    assert result.outputs["n"].tolist() == [1.0, 2.0, 2.0, 3.0, 4.0, 4.0]
+    assert result.new[:, 0].tolist() == [True, True, False, True, True, False]
+    assert result.truth["u"][::2].tolist() == [1.0, 3.0, 5.0]
+    assert np.isnan(result.truth["u"][1::2]).all() and list(result.truth) == ["u"]
+    assert result.clamped == {"c": 5}
+    assert result.run.words is None and result.run.saturated is None
+    assert (result.level, result.records_per_s > 0) == ("numpy", True)
     assert plant.heard[0] is None
     assert plant.heard[1:] == [
-        {n: v[k] for n, v in found.outputs.items()} for k in range(len(found.inputs))
+        {n: v[k] for n, v in result.outputs.items()} for k in range(len(result.inputs))
     ]
 
 
 def test_what_it_saw_is_a_log() -> None:
     """Run again on any level it gives the same outputs: gaps and flags are kept."""
     for level in ("numpy", "fixed"):
-        found = closed(Plant(), level)
-        again = parse_csv(Path("loop.csv"), format_csv(found.record(Half(), "loop")))
+        result = closed(Plant(), level)
+        again = parse_csv(Path("loop.csv"), format_csv(result.record(Half(), "loop")))
         assert list(again.columns) == ["z", "c", "u_true"]
-        given = feed(Half(), again)
-        assert np.array_equal(given.inputs, found.inputs)
-        assert np.array_equal(given.truth["u"], found.truth["u"], equal_nan=True)
-        replayed = make_level(level, Build(Half())).run(given.inputs).outputs
-        for name, values in found.outputs.items():
+        feed_columns = feed(Half(), again)
+        assert np.array_equal(feed_columns.inputs, result.inputs)
+        assert np.array_equal(feed_columns.truth["u"], result.truth["u"], equal_nan=True)
+        replayed = make_level(level, Build(Half())).run(feed_columns.inputs).outputs
+        for name, values in result.outputs.items():
             assert np.array_equal(replayed[name], values)
-    assert found.record(Half(), "loop").place(2, "z") == "loop, z[2]"
+    assert result.record(Half(), "loop").place(2, "z") == "loop, z[2]"
 
 
 def test_a_loop_starts_both_anew() -> None:
@@ -130,10 +130,10 @@ class Odd(Plant):
         self.third = third
 
     def record(self, outputs: Mapping[str, float] | None) -> Any:
-        given = super().record(outputs)
+        source = super().record(outputs)
         if self.k == 3:
-            return self.third(outputs, given)
-        return given
+            return self.third(outputs, source)
+        return source
 
 
 @pytest.mark.parametrize(
@@ -217,8 +217,8 @@ OUT = {"u": [0.0, 0.0, 0.0], "n": [1.0, 2.0, 3.0], "c": [0.0, 0.0, 0.0]}
     ],
 )  # fmt: skip
 def test_parting(inputs: Any, outputs: Any, wanted: Parting | None) -> None:
-    one, other = loop_of("c", SAME, **OUT), loop_of("rtl", inputs, **outputs)
-    assert parting(Half(), one, other) == wanted
+    single, other = loop_of("c", SAME, **OUT), loop_of("rtl", inputs, **outputs)
+    assert parting(Half(), single, other) == wanted
 
 
 def test_lines_of_partings() -> None:
@@ -294,16 +294,16 @@ def pursued(seeds: tuple[int, ...], level: str = "c", runs: int | None = 3, **mo
 def test_each_run_of_a_batched_plant_is_a_loop_of_its_own(level: str) -> None:
     loops = pursued((1, -2, 39), level)
     for k, seed in enumerate((1, -2, 39)):
-        one = pursued((seed,), level, None)
-        assert (one.inputs == loops.inputs[:, k]).all() and len(one.inputs) == 40
-        assert (one.new == loops.new[:, k]).all()
+        alone = pursued((seed,), level, None)
+        assert (alone.inputs == loops.inputs[:, k]).all() and len(alone.inputs) == 40
+        assert (alone.new == loops.new[:, k]).all()
         for name in ("pos", "late", "phase"):
-            assert (one.outputs[name] == loops.outputs[name][:, k]).all()
+            assert (alone.outputs[name] == loops.outputs[name][:, k]).all()
         for name in ("late", "pos"):
-            assert (one.truth[name] == loops.truth[name][:, k]).all()
+            assert (alone.truth[name] == loops.truth[name][:, k]).all()
         if level != "float":
-            assert (one.run.words == loops.run.words[:, k]).all()
-            assert (one.run.saturated == loops.run.saturated[:, k]).all()
+            assert (alone.run.words == loops.run.words[:, k]).all()
+            assert (alone.run.saturated == loops.run.saturated[:, k]).all()
     assert (loops.inputs[2:, 0, 0] == 0.1).all() and loops.clamped == {"dt": 38 * 3}
     assert (loops.outputs["phase"] > 0.5).any() and (loops.outputs["phase"] >= 0.0).all()
     some = pursued((1, -2, 39), level, keep=("late",))
@@ -354,34 +354,34 @@ def test_pieces_are_one_run(level: str) -> None:
     whole = closed(Recorded(), level)
     with make_level(level, Build(Half())) as made:
         assert [len(part.inputs) for part in drive(Recorded(1, 6, 51), made)] == [1, 5, 45, 9]
-        found = close_loop(Recorded(1, 6, 51), made)
-    assert parting(Half(), whole, found) is None and len(found.inputs) == 60
-    assert (found.new == whole.new).all() and found.clamped == whole.clamped == {"c": 39}
-    assert found.truth["u"].tolist() == [*range(60)]
-    again = make_level(level, Build(Half())).run(found.inputs)
+        result = close_loop(Recorded(1, 6, 51), made)
+    assert parting(Half(), whole, result) is None and len(result.inputs) == 60
+    assert (result.new == whole.new).all() and result.clamped == whole.clamped == {"c": 39}
+    assert result.truth["u"].tolist() == [*range(60)]
+    again = make_level(level, Build(Half())).run(result.inputs)
     for name, values in again.outputs.items():
-        assert (found.outputs[name] == values).all()
+        assert (result.outputs[name] == values).all()
     if again.words is not None:
-        assert (found.run.words == again.words).all()
+        assert (result.run.words == again.words).all()
 
 
 def test_a_log_is_one_part() -> None:
     """From a reset on, with what the log says of it."""
     seen = closed(Recorded(), "c")
-    given = feed(Half(), seen.record(Half(), "log"))
+    feed_columns = feed(Half(), seen.record(Half(), "log"))
     level = make_level("c", Build(Half()))
     for _ in range(2):
-        (found,) = drive(given, level)
-        assert parting(Half(), seen, found) is None and (found.new == seen.new).all()
-        assert (found.run.words == seen.run.words).all() and found.seconds > 0.0
-        assert (found.truth["u"] == seen.truth["u"]).all() and found.clamped == {}
+        (result,) = drive(feed_columns, level)
+        assert parting(Half(), seen, result) is None and (result.new == seen.new).all()
+        assert (result.run.words == seen.run.words).all() and result.seconds > 0.0
+        assert (result.truth["u"] == seen.truth["u"]).all() and result.clamped == {}
 
 
 def test_pieces_of_a_batched_plant() -> None:
     loop = close_loop(Recorded(7, runs=2), make_level("c", Build(Half()), runs=2), keep=("u",))
-    one = closed(Recorded(), "c")
-    assert (loop.inputs[:, 1] == one.inputs).all() and (loop.truth["u"][:, 0] == range(60)).all()
-    assert (loop.outputs["u"][:, 1] == one.outputs["u"]).all() and list(loop.outputs) == ["u"]
+    whole = closed(Recorded(), "c")
+    assert (loop.inputs[:, 1] == whole.inputs).all() and (loop.truth["u"][:, 0] == range(60)).all()
+    assert (loop.outputs["u"][:, 1] == whole.outputs["u"]).all() and list(loop.outputs) == ["u"]
 
 
 def test_steps_and_progress_of_pieces() -> None:
@@ -400,7 +400,7 @@ def test_steps_and_progress_of_pieces() -> None:
 
 
 @pytest.mark.parametrize(
-    "second, found",
+    "second, reason",
     [
         ({"z": np.zeros(3), "c": np.zeros(2)}, "wanted columns of one length, found 2 and 3; "),
         ({}, "wanted columns of one length, found none; "),
@@ -408,13 +408,13 @@ def test_steps_and_progress_of_pieces() -> None:
         ([1.0], "wanted a record: values by input name, or None at the end, found list; "),
     ],
 )
-def test_pieces_that_are_refused(second: Any, found: str) -> None:
+def test_pieces_that_are_refused(second: Any, reason: str) -> None:
     class Two(World):
         def pieces(self) -> Any:
             yield {"z": np.zeros(4), "c": np.zeros(4)}
             yield second
 
-    with pytest.raises(InputError, match=f"^world two, step 4: {found}"):
+    with pytest.raises(InputError, match=f"^world two, step 4: {reason}"):
         closed(Two())
 
 

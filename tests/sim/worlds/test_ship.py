@@ -40,9 +40,9 @@ def test_motion_has_the_energy_of_its_spectrum() -> None:
     angles, lift = at_sea(t, np.random.default_rng(1), 6)
     w = np.linspace(0.2, 1.8, 4000)
     heave, pitch, roll, met = Ship().responses(w)
-    for found, response in ((angles[:, 0], roll), (angles[:, 1], pitch), (lift, heave * met**2)):
+    for value, response in ((angles[:, 0], roll), (angles[:, 1], pitch), (lift, heave * met**2)):
         wanted = math.sqrt(np.trapezoid(spectrum(w, 6) * response**2, w))
-        assert found.std() == pytest.approx(wanted, rel=0.1)
+        assert value.std() == pytest.approx(wanted, rel=0.1)
 
 
 def test_no_such_sea_state() -> None:

@@ -103,10 +103,10 @@ def test_magnetometer_is_decimated_from_the_first_row() -> None:
 
 def test_same_arguments_same_log_and_other_seed_other_log() -> None:
     errors = {"gyr_error": SensorError(noise=0.1), "acceleration": 1.0}
-    one, again, other = make(**errors), make(**errors), make(**errors, seed=8)
-    np.testing.assert_array_equal(one.gyr, again.gyr)
-    np.testing.assert_array_equal(one.acc, again.acc)
-    assert not np.allclose(one.q, other.q)  # type: ignore[arg-type]
+    first, again, other = make(**errors), make(**errors), make(**errors, seed=8)
+    np.testing.assert_array_equal(first.gyr, again.gyr)
+    np.testing.assert_array_equal(first.acc, again.acc)
+    assert not np.allclose(first.q, other.q)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("sensor", ["gyr", "acc", "mag"])

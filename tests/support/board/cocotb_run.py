@@ -44,8 +44,8 @@ def run_under_cocotb(
         texts = board_sources(board)
         for name, text in files.items():
             (folder / name).write_text(text)
-        given = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
-        build = [*BUILD_ARGS["verilator"], *TIMESCALE, *given]
+        values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
+        build = [*BUILD_ARGS["verilator"], *TIMESCALE, *values]
         build_program(folder / "build" / "bench", texts, build, top="bench", cocotb=True)
         root = str(Path(__file__).parents[3])
         with quiet(folder / "run.log", "verilator run"):

@@ -83,7 +83,7 @@ def fuzz(frames: int, *, seed: int = 1, cache: Path | None = None) -> FuzzResult
 
 def _records(lines: Iterable[str]) -> Iterator[tuple[int, str, list[str]]]:
     """Records in the order in which the reader sees them: data-ready edges late."""
-    found: list[tuple[int, int, int, int, str, list[str]]] = []
+    results: list[tuple[int, int, int, int, str, list[str]]] = []
     for line in lines:
         head, *rest = line.split()
         if head == "violation:":
@@ -92,9 +92,9 @@ def _records(lines: Iterable[str]) -> Iterator[tuple[int, str, list[str]]]:
             time = int(head)
             # Causes at the time at which they take effect; outputs at the time of their cause.
             shift = {"d": 2, "f": 1, "c": -1, "r": -2, "E": -1}.get(rest[0], 0)
-            found.append((time + shift, _ORDER[rest[0]], len(found), time, rest[0], rest[1:]))
-    found.sort()
-    for _, _, _, time, kind, rest in found:
+            results.append((time + shift, _ORDER[rest[0]], len(results), time, rest[0], rest[1:]))
+    results.sort()
+    for _, _, _, time, kind, rest in results:
         yield time, kind, rest
 
 
@@ -174,8 +174,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    result = fuzz(given.frames, seed=given.seed)
+    arguments = parser.parse_args()
+    result = fuzz(arguments.frames, seed=arguments.seed)
     print(
         f"{result.frames} frames, {result.cycles} cycles, {result.edges} data-ready edges, "
         f"{result.cycles_per_s / 1e6:.1f} million cycles/s"

@@ -49,17 +49,17 @@ def _read(text: str) -> Event:
     return Event(kind, tuple(map(int, values)))
 
 
-def _difference(found: list[Event], wanted: list[Event]) -> str:
+def _difference(result: list[Event], wanted: list[Event]) -> str:
     """Framing errors are counted; a line is rejected before its end, the model knows at its end."""
-    framing = [sum(e.kind == "framing" for e in events) for events in (found, wanted)]
+    framing = [sum(e.kind == "framing" for e in events) for events in (result, wanted)]
     if framing[0] != framing[1]:
         return f"{framing[0]} framing errors, not {framing[1]}"
-    found, wanted = ([e for e in events if e.kind != "framing"] for events in (found, wanted))
-    for k, (have, want) in enumerate(zip(found, wanted, strict=False)):
+    result, wanted = ([e for e in events if e.kind != "framing"] for events in (result, wanted))
+    for k, (have, want) in enumerate(zip(result, wanted, strict=False)):
         if have != want:
             return f"event {k}: {have}, not {want}"
-    if len(found) != len(wanted):
-        return f"{len(found)} events, not {len(wanted)}"
+    if len(result) != len(wanted):
+        return f"{len(result)} events, not {len(wanted)}"
     return ""
 
 
@@ -84,16 +84,16 @@ def fuzz_parser(size: int, *, seed: int = 1, angle_max: int = 900) -> Fuzzed:
         max_cycles=60 * size + 10_000,
         files={"symbols.txt": "".join(f"{s:x}\n" for s in symbols)},
     )
-    found = [
+    results = [
         _read(line) for line in run.stdout.splitlines() if not line.startswith("-")
     ]  # Verilator says where it finished
     wanted = list(events_of(symbols, angle_max=angle_max))
     return Fuzzed(
         len(symbols),
-        Counter(e.kind for e in found),
+        Counter(e.kind for e in results),
         run.cycles,
         run.seconds,
-        _difference(found, wanted),
+        _difference(results, wanted),
     )
 
 
@@ -139,11 +139,11 @@ def fuzz_pin(size: int, *, seed: int = 1, glitch: int | None = None) -> Fuzzed:
         seed=seed,
         glitch=receiver.spacing - 1 if glitch is None else glitch,
     )
-    received, found, cycles, seconds = _run_line(levels, receiver)
-    difference = _difference(found, list(events_of(symbols)))
+    received, result, cycles, seconds = _run_line(levels, receiver)
+    difference = _difference(result, list(events_of(symbols)))
     if not difference and received != symbols:
         difference = "other bytes"
-    return Fuzzed(len(symbols), Counter(e.kind for e in found), cycles, seconds, difference)
+    return Fuzzed(len(symbols), Counter(e.kind for e in result), cycles, seconds, difference)
 
 
 def fuzz_noise(cycles: int, *, seed: int = 1) -> Fuzzed:
@@ -159,10 +159,10 @@ def fuzz_noise(cycles: int, *, seed: int = 1) -> Fuzzed:
         (1, 20 * DIVISOR),
         *hostile_line(tail, divisor=DIVISOR, glitch=0, seed=seed),
     ]
-    received, found, ran, seconds = _run_line(levels, Receiver(divisor=DIVISOR))
-    difference = _difference(found, list(events_of(received)))
+    received, result, ran, seconds = _run_line(levels, Receiver(divisor=DIVISOR))
+    difference = _difference(result, list(events_of(received)))
     if not difference and (
-        received[-len(tail) :] != tail or found[-1] != Event("heading", (1234, -56, 78))
+        received[-len(tail) :] != tail or result[-1] != Event("heading", (1234, -56, 78))
     ):
         difference = "the sentence after the noise did not come through"
-    return Fuzzed(len(received), Counter(e.kind for e in found), ran, seconds, difference)
+    return Fuzzed(len(received), Counter(e.kind for e in result), ran, seconds, difference)

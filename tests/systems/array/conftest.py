@@ -19,7 +19,7 @@ def told() -> Callable[..., Turned]:
 
     def of(size: float, **more: float) -> Turned:
         error = np.outer(np.where(np.arange(2 * HOUR) % 2, 1.0, -1.0), [1.0, 2.0, 3.0]) * size
-        found = Turned(
+        result = Turned(
             outputs={"scale_up": np.array([1e-5, 2e-5])},
             error=error,
             square={"pitch": 1e-14, "heading": 4e-14},
@@ -30,7 +30,7 @@ def told() -> Callable[..., Turned]:
             refused=4,
             records=10,
         )
-        return replace(found, **more)
+        return replace(result, **more)
 
     return of
 

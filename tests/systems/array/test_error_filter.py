@@ -50,7 +50,7 @@ def test_propagation(seconds: float) -> None:
     start, rate = Rotation.from_euler("ZXY", [1.0, 1.1, 0.1]), np.radians(36.0)
     end = Rotation.from_rotvec([0.0, 0.0, rate * seconds]) * start
     earth = tuple(EARTH * seconds * np.array([np.cos(LAT), np.sin(LAT)]))
-    found = errors.propagated(p, scalar_first(start), scalar_first(end), seconds, earth)
+    result = errors.propagated(p, scalar_first(start), scalar_first(end), seconds, earth)
     # the mean of C over the arc
     t = (np.arange(200) + 0.5) / 200.0 * seconds
     turns = Rotation.from_rotvec(np.outer(rate * t, [0.0, 0.0, 1.0]))
@@ -59,7 +59,7 @@ def test_propagation(seconds: float) -> None:
     phi = np.diag(1.0 / SCALES) @ phi @ np.diag(SCALES)
     wanted = phi @ p @ phi.T
     # over 36 deg C half way is 1 % short across the axis, 2.4 % along it, and the angle its sine
-    assert np.array(found) == pytest.approx(wanted, abs=3e-3 * seconds**2 + 1e-4)
+    assert np.array(result) == pytest.approx(wanted, abs=3e-3 * seconds**2 + 1e-4)
     assert np.abs(wanted - p).max() > 0.02
     still = errors.propagated(p, scalar_first(start), scalar_first(start), 1.0, (0.0, 0.0))
     c = start.as_matrix()
@@ -72,13 +72,13 @@ def test_earth_and_scale_factor_come_in_with_their_signs() -> None:
     q = np.array([1.0, 0.0, 0.0, 0.0])
     z = np.array([np.cos(0.1), 0.0, 0.0, np.sin(0.1)])
     p = 0.25 * np.eye(13)
-    found = np.array(errors.propagated(p, q, z, 1.0, (6e-5, 4e-5)))
+    values = np.array(errors.propagated(p, q, z, 1.0, (6e-5, 4e-5)))
     tilt, heading = UNITS["tilt"], UNITS["heading"]
-    assert found[6, 3] == pytest.approx(-0.25 * 2.0 * np.sin(0.1) * UNITS["scale"] / heading)
-    assert found[4, 5] == pytest.approx(0.25 * (4e-5 - 4e-5), abs=1e-9)
-    assert found[4, 6] == pytest.approx(0.25 * 6e-5 * (tilt / heading - heading / tilt), rel=1e-3)
+    assert values[6, 3] == pytest.approx(-0.25 * 2.0 * np.sin(0.1) * UNITS["scale"] / heading)
+    assert values[4, 5] == pytest.approx(0.25 * (4e-5 - 4e-5), abs=1e-9)
+    assert values[4, 6] == pytest.approx(0.25 * 6e-5 * (tilt / heading - heading / tilt), rel=1e-3)
     back = np.array(errors.propagated(p, z, q, 1.0, (0.0, 0.0)))
-    assert back[6, 3] == -found[6, 3]
+    assert back[6, 3] == -values[6, 3]
     nothing = errors.propagated(p, q, z, 0.0, (0.0, 0.0))
     assert np.array(nothing) == pytest.approx(p, abs=0.0)
 
@@ -86,13 +86,13 @@ def test_earth_and_scale_factor_come_in_with_their_signs() -> None:
 def test_noise_and_what_stops_it() -> None:
     p = SimpleNamespace(**ArrayAttitude().param_values({"gyro_walk": 1e-9, "force_walk": 1e-4}))
     variances = {f"p{k}{k}": 0.1 for k in "3789abc"}
-    found = errors.grown(SimpleNamespace(**variances), p, 1.0, True, False)
+    result = errors.grown(SimpleNamespace(**variances), p, 1.0, True, False)
     floor = errors.FLOOR_NOISE
-    assert found["tilt"] == pytest.approx((1.5e-7 / UNITS["tilt"]) ** 2 + floor)
-    assert found["heading"] == pytest.approx((1.5e-7 / UNITS["heading"]) ** 2 + floor)
-    assert found["velocity"] == pytest.approx((5e-5 / UNITS["velocity"]) ** 2 + floor)
-    assert found["gyro"] == pytest.approx((1e-9 / UNITS["gyro"]) ** 2 + floor)
-    assert found["scale"] == floor
+    assert result["tilt"] == pytest.approx((1.5e-7 / UNITS["tilt"]) ** 2 + floor)
+    assert result["heading"] == pytest.approx((1.5e-7 / UNITS["heading"]) ** 2 + floor)
+    assert result["velocity"] == pytest.approx((5e-5 / UNITS["velocity"]) ** 2 + floor)
+    assert result["gyro"] == pytest.approx((1e-9 / UNITS["gyro"]) ** 2 + floor)
+    assert result["scale"] == floor
     full = errors.grown(SimpleNamespace(**variances | {"paa": 0.4}), p, 1.0, True, False)
     assert full["gyro"] == full["scale"] == full["force"] == 0.0 < full["tilt"]
     erected = errors.grown(SimpleNamespace(**variances), p, 1.0, True, True)
@@ -104,8 +104,8 @@ def test_noise_and_what_stops_it() -> None:
 def test_first_spread_and_moves_are_in_units() -> None:
     p = SimpleNamespace(**ArrayAttitude().param_values({"p0_gyro": 0.5 * UNITS["gyro"]}))
     assert errors.first_variances(p)["gyro"] == 0.25
-    found = errors.moves(Update([0.5] * 13, 2.0, False))
-    assert found == pytest.approx(list(SCALES))
+    result = errors.moves(Update([0.5] * 13, 2.0, False))
+    assert result == pytest.approx(list(SCALES))
 
 
 # --------------------------------------------------------------------------------------------------
@@ -127,13 +127,13 @@ def heading(c: Rotation) -> float:
 def test_the_row_is_the_derivative() -> None:
     """heading of C less heading of (1 + phi x) C, times the cosine of the pitch."""
     row = index.heading_row(seen_of(C))
-    found = np.array([row[k] for k in PHI]) * UNITS["heading"] / SHARE
-    assert np.linalg.norm(found) == pytest.approx(1.0)
+    result = np.array([row[k] for k in PHI]) * UNITS["heading"] / SHARE
+    assert np.linalg.norm(result) == pytest.approx(1.0)
     for k in range(3):
         phi = np.zeros(3)
         phi[k] = 1e-6
         moved = heading(C) - heading(Rotation.from_rotvec(phi) * C)
-        assert found[k] == pytest.approx(np.cos(np.radians(66.0)) * moved / 1e-6, abs=1e-5)
+        assert result[k] == pytest.approx(np.cos(np.radians(66.0)) * moved / 1e-6, abs=1e-5)
 
 
 @pytest.mark.parametrize("at", [0.0, 0.25, 1.0])
@@ -149,10 +149,10 @@ def test_the_heading_is_that_of_the_index(at: float) -> None:
 
 def test_a_fix_is_in_arc_seconds_at_any_pitch() -> None:
     p = SimpleNamespace(index_sd=2.0 * ARCSEC)
-    found = index.fix(p, seen_of(C), 100.0 / 648000.0)
+    result = index.fix(p, seen_of(C), 100.0 / 648000.0)
     cosine = np.cos(np.radians(66.0))
-    assert found.innovation == pytest.approx(100.0 / 256.0 * cosine)
-    assert found.variance == pytest.approx((2.0 / 256.0 * cosine) ** 2)
+    assert result.innovation == pytest.approx(100.0 / 256.0 * cosine)
+    assert result.variance == pytest.approx((2.0 / 256.0 * cosine) ** 2)
 
 
 def test_the_change_over_a_turn_is_the_scale_factor() -> None:
@@ -160,14 +160,14 @@ def test_the_change_over_a_turn_is_the_scale_factor() -> None:
     k = 2e-5  # of 360 deg: the heading is ahead by so much after one turn, behind after one back
     for turned, off in ((2.0, 2.0 * k), (-2.0, -2.0 * k)):
         x = SimpleNamespace(last_off=0.7)
-        found = index.change(x, p, 0.7 + off, turned)
-        assert found.row == {SCALE: 1.0}
-        assert found.innovation == pytest.approx(k / UNITS["scale"])
+        result = index.change(x, p, 0.7 + off, turned)
+        assert result.row == {SCALE: 1.0}
+        assert result.innovation == pytest.approx(k / UNITS["scale"])
     sd = np.sqrt(2.0) * 2.0 * ARCSEC / (2.0 * np.pi) / UNITS["scale"]
-    assert found.variance == pytest.approx(sd**2)
+    assert result.variance == pytest.approx(sd**2)
     for turned in (3.5, -3.5):
-        found = index.change(x, p, -0.7, turned)
-        assert found.row == {SCALE: 0.0} and found.innovation == 0.0
+        result = index.change(x, p, -0.7, turned)
+        assert result.row == {SCALE: 0.0} and result.innovation == 0.0
     assert index.change(x, SimpleNamespace(index_sd=1e-3), 0.7, 2.0).variance == 1.0
 
 
@@ -175,9 +175,9 @@ def test_a_correction_moves_the_last_offset_too() -> None:
     rng = np.random.default_rng(1)
     gain = list(0.2 * rng.normal(size=13))
     phi = SHARE * 0.5 * np.array([gain[k] for k in PHI])
-    found = index.corrected(0.2, seen_of(C), Update(gain, 0.5, False))
+    result = index.corrected(0.2, seen_of(C), Update(gain, 0.5, False))
     wanted = 0.2 + (heading(Rotation.from_rotvec(phi) * C) - heading(C)) / np.pi
-    assert found == pytest.approx(wanted, abs=1e-9) and abs(found - 0.2) > 1e-7
+    assert result == pytest.approx(wanted, abs=1e-9) and abs(result - 0.2) > 1e-7
 
 
 # -- the strapdown in short words: carried remainders are what keeps it ---------------------------

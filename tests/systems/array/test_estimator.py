@@ -50,29 +50,29 @@ def made(name: str, reading: str) -> Any:
 
 def level(name: str, reading: str = "heading") -> Any:
     """From a reset, with the parameters of all tests."""
-    one = made(name, reading)
+    level_object = made(name, reading)
     if name == "c":
-        one.set_params(ArrayAttitude(attitude=START).param_values({}))
-    one.reset()
-    return one
+        level_object.set_params(ArrayAttitude(attitude=START).param_values({}))
+    level_object.reset()
+    return level_object
 
 
 def run(u: Any, name: str = "float", reading: str = "heading", **params: float) -> Any:
-    one = level(name, reading)
+    level_object = level(name, reading)
     if params:
-        one.set_params(ArrayAttitude(attitude=START).param_values(params))
-    return one.run(u)
+        level_object.set_params(ArrayAttitude(attitude=START).param_values(params))
+    return level_object.run(u)
 
 
-def errors(found: Any) -> Any:
+def errors(result: Any) -> Any:
     """(n, 3) arc seconds."""
-    got = np.stack([found.outputs[a] for a in ("pitch", "roll", "heading")], axis=1)
+    got = np.stack([result.outputs[a] for a in ("pitch", "roll", "heading")], axis=1)
     t = 0.01 * np.arange(1, len(got) + 1)
     return ((got - MOTION(t)[0] / np.pi + 1.0) % 2.0 - 1.0) * 648000.0
 
 
-def status(found: Any) -> Any:
-    return np.rint(found.outputs["status"]).astype(int)
+def status(result: Any) -> Any:
+    return np.rint(result.outputs["status"]).astype(int)
 
 
 def covariances(program: Any, states: Any) -> Any:
@@ -156,33 +156,33 @@ class Textbook:
 def test_is_the_kalman_filter() -> None:
     """State and covariance at the end of the erection, and after an index."""
     u = records(16.0)
-    book, found, c = Textbook(), run(u), run(u, "c")
+    book, result, c = Textbook(), run(u), run(u, "c")
     p = covariances(level("c").program, c.states)
     for k, row in enumerate(u):
         book.step(row)
         if k + 1 in (1990, 3320, len(u)):
             sd = np.sqrt(np.diag(book.P))
-            out = {n: v[k] for n, v in found.outputs.items()}
+            out = {n: v[k] for n, v in result.outputs.items()}
             assert np.sqrt(np.diagonal(p[k])) * SCALES == pytest.approx(sd, rel=0.03)
             for i, name in ((3, "scale_up"), (7, "eps_x"), (9, "eps_z"), (11, "nabla_y")):
                 wanted = {3: book.dku, 7: book.eps[0], 9: book.eps[2], 11: book.nabla[1]}[i]
                 assert abs(out[name] - wanted) < (0.3 if i == 3 else 0.05) * sd[i], (k, name)
             q = Rotation.from_quat([out[f"q{a}"] for a in "xyzw"])
-            apart = (q * book.c.inv()).as_rotvec()
-            assert np.abs(apart).max() < 0.3 * ARCSEC
-    assert np.count_nonzero(status(found) & 64) == 1
+            error = (q * book.c.inv()).as_rotvec()
+            assert np.abs(error).max() < 0.3 * ARCSEC
+    assert np.count_nonzero(status(result) & 64) == 1
 
 
 def test_index_and_what_it_is_worth() -> None:
     """After a minute of turns; fixed point as float64."""
     u, blind = records(60.0), records(60.0, index=False)
-    found, c, free = run(u), run(u, "c"), run(blind)
+    result, c, free = run(u), run(u, "c"), run(blind)
     assert not c.saturated.any()
-    assert np.abs(errors(found) - errors(c)).max() < 0.05
-    assert (status(found) == status(c)).all()
+    assert np.abs(errors(result) - errors(c)).max() < 0.05
+    assert (status(result) == status(c)).all()
     late = slice(-1000, None)
-    assert np.abs(errors(found)[late, 2]).max() < 4.0 < np.abs(errors(free)[late, 2]).max()
-    assert np.abs(errors(found)[:, :2]).max() < 40.0
+    assert np.abs(errors(result)[late, 2]).max() < 4.0 < np.abs(errors(free)[late, 2]).max()
+    assert np.abs(errors(result)[:, :2]).max() < 40.0
     assert (status(free)[:2000] & 1).all() and (status(free)[2000:3320] & 2).all()
     assert not (status(free) & 64).any() and (status(free) & 128).all()
 
@@ -199,8 +199,8 @@ def faulty() -> Any:
 
 
 def test_wrong_double_missed_and_early_indices(faulty: Any) -> None:
-    (wrong, double, missed, early), found, hits = faulty
-    bits = status(found)
+    (wrong, double, missed, early), result, hits = faulty
+    bits = status(result)
     assert bits[wrong] & 8 and not bits[wrong] & 64
     assert bits[double] & 8 and not bits[double] & 64
     assert bits[early] & 4 and not bits[early] & (8 | 64)
@@ -208,8 +208,8 @@ def test_wrong_double_missed_and_early_indices(faulty: Any) -> None:
     # two turns without: told from one turn and a half on
     assert bits[hits[1] + 1490] & 128 == 0 != bits[hits[1] + 1520] & 128
     assert not bits[hits[4]] & 8 and bits[hits[4]] & 64
-    assert np.abs(errors(found)[hits[1] : hits[4], 2]).max() < 25.0
-    assert np.abs(errors(found)[hits[4] + 1 :, 2]).max() < 4.0
+    assert np.abs(errors(result)[hits[1] : hits[4], 2]).max() < 25.0
+    assert np.abs(errors(result)[hits[4] + 1 :, 2]).max() < 4.0
 
 
 def test_a_heading_that_did_jump_is_believed_in_the_end() -> None:
@@ -217,22 +217,22 @@ def test_a_heading_that_did_jump_is_believed_in_the_end() -> None:
     u = records(60.0).copy()
     hits = np.flatnonzero(u[:, 9])
     u[hits[1] + 1 :, 7] += 1000.0 / 648000.0
-    found = run(u)
-    assert [status(found)[k] & (8 | 64) for k in hits] == [64, 64, 8, 8, 64, 64]
-    assert np.abs(errors(found)[-1, 2] - 1000.0) < 20.0
+    result = run(u)
+    assert [status(result)[k] & (8 | 64) for k in hits] == [64, 64, 8, 8, 64, 64]
+    assert np.abs(errors(result)[-1, 2] - 1000.0) < 20.0
 
 
 def test_the_literal_reading_measures_the_scale_factor() -> None:
     u = records(60.0)
-    found, c, free = run(u, "float", "literal"), run(u, "c", "literal"), run(records(60.0, False))
+    result, c, free = run(u, "float", "literal"), run(u, "c", "literal"), run(records(60.0, False))
     true = 1e-5 + 2.0 * 20e-6 * np.sin(np.radians(67.0)) * np.cos(np.radians(67.0))
     true += 20e-6 * np.sin(np.radians(2.0)) * 2.0
-    assert found.outputs["scale_up"][-1] == pytest.approx(true, abs=6e-6)
+    assert result.outputs["scale_up"][-1] == pytest.approx(true, abs=6e-6)
     assert abs(free.outputs["scale_up"][-1] - true) > 1e-5
     # the rate is right, the angle is not
-    assert np.abs(np.diff(errors(found)[-2000::1000, 2])).max() < 12.0
-    assert not c.saturated.any() and np.abs(errors(found) - errors(c)).max() < 0.05
-    bits = status(found)
+    assert np.abs(np.diff(errors(result)[-2000::1000, 2])).max() < 12.0
+    assert not c.saturated.any() and np.abs(errors(result) - errors(c)).max() < 0.05
+    bits = status(result)
     assert np.count_nonzero(bits & 64) == np.count_nonzero(u[:, 9])
 
 
@@ -256,9 +256,9 @@ def test_other_parameters_at_a_restart() -> None:
     values = {n: v for n, v in other.param_values().items() if n[:5] in ("latit", "heigh", "start")}
     u = np.concatenate([np.zeros((1, 10)), records(16.0)[:300]])
     u[0, 6] = -1.0
-    one = make_level("c", Build(ArrayAttitude(attitude=START)))
-    one.set_params(ArrayAttitude().param_values(values))
-    words = one.run(u).words[1:]
+    level_object = make_level("c", Build(ArrayAttitude(attitude=START)))
+    level_object.set_params(ArrayAttitude().param_values(values))
+    words = level_object.run(u).words[1:]
     wanted = make_level("c", Build(other)).run(u).words[1:]
     assert (words == wanted).all()
 
@@ -266,12 +266,12 @@ def test_other_parameters_at_a_restart() -> None:
 def test_full_scale_is_flagged_and_bounded() -> None:
     u = records(16.0)[:400].copy()
     u[100:200, 1], u[100:200, 5] = 2.0**-7, -0.25
-    found = run(u, "c")
-    bits = status(found) & 16
+    result = run(u, "c")
+    bits = status(result) & 16
     assert bits[100:200].all() and not bits[:100].any() and not bits[200:].any()
-    assert not found.saturated.any()
-    assert max(np.abs(found.outputs[f"v{a}"]).max() for a in "enu") <= 4.0
-    q = np.stack([found.outputs[f"q{a}"] for a in "wxyz"])
+    assert not result.saturated.any()
+    assert max(np.abs(result.outputs[f"v{a}"]).max() for a in "enu") <= 4.0
+    q = np.stack([result.outputs[f"q{a}"] for a in "wxyz"])
     assert np.abs((q * q).sum(axis=0) - 1.0).max() < 1e-6
 
 
@@ -300,9 +300,9 @@ LOUD |= {"gyro_walk": 1e-9, "force_walk": 1e-4, "zupt_sd": 0.0078125}
 
 def least_eigenvalue(u: Any, reading: str, params: Any, every: int = 25) -> float:
     """Of P over a hostile run on the C, LSB; nothing saturates, no variance is negative."""
-    found = run(u, "c", reading, **params)
-    assert not found.saturated.any()
-    p = covariances(level("c", reading).program, found.states[::every])
+    result = run(u, "c", reading, **params)
+    assert not result.saturated.any()
+    p = covariances(level("c", reading).program, result.states[::every])
     assert (np.diagonal(p, axis1=1, axis2=2) >= 0.0).all() and p.max() < 0.999
     return float(np.linalg.eigvalsh(p).min() * 2.0**31)
 
@@ -317,10 +317,10 @@ def test_an_unseen_heading_is_cut_before_its_word_is_full() -> None:
     """A minute of turns with a scale factor hardly known: its variance grows with the square."""
     u = records(60.0, index=False).copy()
     u[0, 6] = -1.0
-    found = run(u, "c", **LOUD, p0_heading=8.6e-4, p0_scale=2.1e-5)
-    p = covariances(level("c").program, found.states)[:, 6, 6]
-    cut = status(found) & 32 > 0
-    assert cut.any() and not found.saturated.any() and p.max() < 0.75
+    result = run(u, "c", **LOUD, p0_heading=8.6e-4, p0_scale=2.1e-5)
+    p = covariances(level("c").program, result.states)[:, 6, 6]
+    cut = status(result) & 32 > 0
+    assert cut.any() and not result.saturated.any() and p.max() < 0.75
     assert (p[np.flatnonzero(cut) + 5] < 0.6).all() and p[1] > 0.45
 
 
@@ -341,6 +341,6 @@ def test_every_form_gives_the_same_words(config: str, steps: int) -> None:
     build = Build(ArrayAttitude(), config=config, restarts=None if steps > 1000 else 2)
     wanted = make_level("fixed", build).run(u)
     for name in ("c", "rtl"):
-        found = make_level(name, build).run(u)
-        assert not found.fault and (found.words == wanted.words).all(), name
-        assert (found.saturated == wanted.saturated).all(), name
+        result = make_level(name, build).run(u)
+        assert not result.fault and (result.words == wanted.words).all(), name
+        assert (result.saturated == wanted.saturated).all(), name

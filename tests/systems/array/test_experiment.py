@@ -62,15 +62,15 @@ def test_run(result: Result) -> None:
 def test_worst_of_all_cases(runs, words) -> None:
     """One bad run anywhere is seen."""
     flown = {name: runs(1.0) for name in CASES}
-    found = figures_of(flown, words)
-    assert found["array_least_eigenvalue_lsb"] == 800.0 and found["array_saturated"] == 0.0
+    outcome = figures_of(flown, words)
+    assert outcome["array_least_eigenvalue_lsb"] == 800.0 and outcome["array_saturated"] == 0.0
     bad = flown["other"].figures
     bad["eigenvalue_min"][1], bad["saturated_sum"][0] = 12.0, 3.0
     bad["fixed_float_rms"][0], bad["fixed_float_max"][1] = 9.0, 10.0
-    found = figures_of(flown, words)
-    assert found["array_least_eigenvalue_lsb"] == 12.0 and found["array_saturated"] == 3.0
-    assert found["array_fixed_float_arcsec_max"] == 10.0
-    assert found["array_fixed_float_arcsec_rms"] > 6.0
+    outcome = figures_of(flown, words)
+    assert outcome["array_least_eigenvalue_lsb"] == 12.0 and outcome["array_saturated"] == 3.0
+    assert outcome["array_fixed_float_arcsec_max"] == 10.0
+    assert outcome["array_fixed_float_arcsec_rms"] > 6.0
 
 
 def test_targets_fall_where_their_figure_does(result: Result) -> None:
@@ -167,5 +167,5 @@ def test_totals_are_roots_of_sums_of_squares() -> None:
 
 
 def test_one_hour_has_no_deviation() -> None:
-    one = statistics(np.array([[1.0, -2.0, 3.0]]))
-    assert one["sigma"].tolist() == [0.0, 0.0, 0.0] and one["max"].tolist() == [1.0, 2.0, 3.0]
+    single = statistics(np.array([[1.0, -2.0, 3.0]]))
+    assert single["sigma"].tolist() == [0.0, 0.0, 0.0] and single["max"].tolist() == [1.0, 2.0, 3.0]

@@ -33,21 +33,23 @@ def test_figures(told) -> None:
 
 def test_hours(told) -> None:
     """After each whole hour; the deviation is about their mean, of n - 1."""
-    one = told(1.0)
-    one.error[[3749, 7499]] = [[1.0, 0.0, 5.0], [3.0, 0.0, 1.0]]
-    assert one.hourly.tolist() == [[1.0, 0.0, 5.0], [3.0, 0.0, 1.0]]
-    assert figures_of([one]).figures["heading_sigma"] == pytest.approx(np.sqrt(8.0))
-    short = dataclasses.replace(one, error=one.error[:100])
-    assert short.hourly.tolist() == one.error[99:100].tolist()
+    result = told(1.0)
+    result.error[[3749, 7499]] = [[1.0, 0.0, 5.0], [3.0, 0.0, 1.0]]
+    assert result.hourly.tolist() == [[1.0, 0.0, 5.0], [3.0, 0.0, 1.0]]
+    assert figures_of([result]).figures["heading_sigma"] == pytest.approx(np.sqrt(8.0))
+    short = dataclasses.replace(result, error=result.error[:100])
+    assert short.hourly.tolist() == result.error[99:100].tolist()
 
 
 def test_errors_are_those_of_the_samples_that_were_kept() -> None:
     """The truth of the samples themselves is no error; a turn more is none either."""
     world = TurningArray(36.0, hours=0.01)
     truth = world.truth(ERECTED, world.samples)[EVERY - 1 :: EVERY] / np.pi
-    told = dict(zip(("pitch", "roll", "heading"), truth.T, strict=True))
-    told["heading"] = told["heading"] + np.where(np.arange(len(truth)) % 2, 2.0, 1.0 / 648000.0)
-    error = errors_of(world, told)
+    outputs = dict(zip(("pitch", "roll", "heading"), truth.T, strict=True))
+    outputs["heading"] = outputs["heading"] + np.where(
+        np.arange(len(truth)) % 2, 2.0, 1.0 / 648000.0
+    )
+    error = errors_of(world, outputs)
     assert np.abs(error[:, :2]).max() < 1e-6
     assert error[:, 2] == pytest.approx(np.where(np.arange(len(truth)) % 2, 0.0, 1.0), abs=1e-6)
 
@@ -65,8 +67,8 @@ def test_a_short_run(short) -> None:
     assert f["used_sum"] == 6.0 and f["refused_sum"] == 0.0 == f["saturated_sum"]
     assert 0.0 < f["fixed_float_max"] < 0.3 and f["eigenvalue_min"] > 256.0
     assert f["pitch_rms"] < 10.0 and f["roll_rms"] < 20.0
-    (told,) = short.each
-    assert np.abs(told.error[-1, 2]) < 3.0 and told.records == 1 + ERECTED + 6000
+    (result,) = short.each
+    assert np.abs(result.error[-1, 2]) < 3.0 and result.records == 1 + ERECTED + 6000
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -75,20 +77,20 @@ def test_what_stays_of_a_run(seed: int, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(world_of_arrays, "_PIECE", {2: 7001, 3: 20_000}[seed])
     world = TurningArray(36.0, seed, hours=1.0 / 120.0)
     build = Build(ArrayAttitude(), word=28)
-    found = turned(world, build, compared=True, watched=True)
+    result = turned(world, build, compared=True, watched=True)
     loop, outputs = close_loop(world, make_level("c", build)), build.estimators[0].outputs
     real = make_level("float", build).run(loop.inputs).outputs
     status = loop.outputs["status"].astype(int)
-    assert found.records == len(loop.inputs) == 1 + ERECTED + 3000
-    assert found.saturated == loop.run.n_saturated
-    assert found.used == (status >> 6 & 1).sum() > 0 and found.refused == (status >> 3 & 1).sum()
-    for name, values in found.outputs.items():
+    assert result.records == len(loop.inputs) == 1 + ERECTED + 3000
+    assert result.saturated == loop.run.n_saturated
+    assert result.used == (status >> 6 & 1).sum() > 0 and result.refused == (status >> 3 & 1).sum()
+    for name, values in result.outputs.items():
         np.testing.assert_array_equal(values, loop.outputs[name][ERECTED + EVERY :: EVERY])
     for d in differences(outputs, loop.outputs, {name: real[name] for name in ANGLES}):
-        assert found.most[d.output] == d.largest > 0.0
-        assert found.square[d.output] == pytest.approx(d.rms**2, rel=1e-9)
+        assert result.most[d.output] == d.largest > 0.0
+        assert result.square[d.output] == pytest.approx(d.rms**2, rel=1e-9)
     assert loop.run.states is not None
     p = covariance_of(build.estimators[0]).of_words(build.programs[0], loop.run.states[-1:])
-    assert 0.0 < found.least_eigenvalue <= np.linalg.eigvalsh(p).min()
+    assert 0.0 < result.least_eigenvalue <= np.linalg.eigvalsh(p).min()
     plain = turned(world, build)
     assert (plain.most, plain.square, plain.least_eigenvalue) == ({}, {}, np.inf)

@@ -138,8 +138,8 @@ def test_restart_forgets(rows: Any) -> None:
 def test_parameters_do_what_they_say(rows: Any) -> None:
     """Large gyro_sd follows the samples, large acc_sd and mag_sd the gyro, p0_sd the start."""
     q = {
-        name: quaternions(run(rows, given).outputs)
-        for name, given in (
+        name: quaternions(run(rows, values).outputs)
+        for name, values in (
             ("usual", {}),
             ("follows", {"gyro_sd": 0.5}),
             ("gyro", {"acc_sd": 0.8, "mag_sd": 4.0, "gyro_sd": 1e-3}),
@@ -159,8 +159,8 @@ def test_fixed_point_is_float64(motion: str, options: Any) -> None:
     assert not fixed.saturated.any()
     assert (fixed.outputs["status"] == real.outputs["status"]).all()
     for axis in AXES:
-        apart = 180.0 * np.abs((fixed.outputs[axis] - real.outputs[axis] + 1.0) % 2.0 - 1.0)
-        assert apart[ALIGN_STEPS:].max() < 5e-4 and apart.max() < 0.02
+        error = 180.0 * np.abs((fixed.outputs[axis] - real.outputs[axis] + 1.0) % 2.0 - 1.0)
+        assert error[ALIGN_STEPS:].max() < 5e-4 and error.max() < 0.02
 
 
 def hostile(mode: str, steps: int) -> Any:

@@ -84,35 +84,35 @@ def test_run(result: Result) -> None:
     assert page.count('class="bad"') == sum(not t.good for t in result.targets)
 
 
-def verdicts(result: Result, given: dict[str, float]) -> dict[str, Target]:
+def verdicts(result: Result, values: dict[str, float]) -> dict[str, Target]:
     """By name; figures that are not given are 1."""
-    figures = dict.fromkeys(result.figures, 1.0) | given
+    figures = dict.fromkeys(result.figures, 1.0) | values
     return {t.name: t for t in targets_of("boresight.systems.mls", figures)}
 
 
 def test_verdicts(result: Result) -> None:
-    found = verdicts(result, GOOD)
-    assert found["X, b = 0.1: usable at 0, gain"].good
-    assert found["beam at 0, compensated, rms, deg"].good
-    assert not found["beam at 60, compensated, rms, deg"].good
-    ratio = found["roll, rms, over prototype's, same runs"]
+    outcome = verdicts(result, GOOD)
+    assert outcome["X, b = 0.1: usable at 0, gain"].good
+    assert outcome["beam at 0, compensated, rms, deg"].good
+    assert not outcome["beam at 60, compensated, rms, deg"].good
+    ratio = outcome["roll, rms, over prototype's, same runs"]
     assert ratio.good and ratio.binding and ratio.value == 0.126 / 0.128
-    assert found["roll: gyro alone worse, times"].value == 0.5 / 0.126
-    assert found["roll, rms, deg"].good and found["roll, rms, deg"].binding
-    phases = found["phases, the same, turns"]
+    assert outcome["roll: gyro alone worse, times"].value == 0.5 / 0.126
+    assert outcome["roll, rms, deg"].good and outcome["roll, rms, deg"].binding
+    phases = outcome["phases, the same, turns"]
     assert phases.high == 2.0**-20 and not phases.good
 
 
 def test_what_is_claimed_and_not_true_has_a_reason_and_does_not_bind(result: Result) -> None:
-    found = verdicts(result, GOOD)
-    broad = found["X, b = 0.1 broadens the pulse, times"]
+    outcome = verdicts(result, GOOD)
+    broad = outcome["X, b = 0.1 broadens the pulse, times"]
     assert broad.value == 1.0 and not broad.good and not broad.binding and broad.note
-    low = found["Z, b = 0.5 raises side lobes at 3 deg, dB"]
+    low = outcome["Z, b = 0.5 raises side lobes at 3 deg, dB"]
     assert low.value == pytest.approx(0.3) and not low.good
-    assert found["the same at 30 deg, dB"].good
-    restored = found["compensation restores pulses of (14), gain"]
+    assert outcome["the same at 30 deg, dB"].good
+    restored = outcome["compensation restores pulses of (14), gain"]
     assert restored.value == 0.31 and not restored.good
-    assert abs(found["carrier, sea state 5: beam better, times"].value - 1 / 3) < 1e-9
+    assert abs(outcome["carrier, sea state 5: beam better, times"].value - 1 / 3) < 1e-9
 
 
 def test_all_that_binds_has_a_limit(result: Result) -> None:
@@ -150,11 +150,11 @@ def test_figures_of_known_errors() -> None:
     error = np.zeros((4200, 2, 3))
     error[:SETTLED] = 50.0
     error[SETTLED:, 0], error[SETTLED:, 1] = [1.0, -2.0, 0.0], [1.0, 2.0, 3.0]
-    found = flight_figures(known(error))
-    assert [found[f"{a}_deg"] for a in AXES] == pytest.approx([1.0, 2.0, 3.0 / math.sqrt(2.0)])
-    assert (found["worst_deg"], found["max_deg"]) == pytest.approx((3.0 / math.sqrt(2.0), 3.0))
-    assert found["norm"] == pytest.approx(0.9) and found["saturated"] == 6.0
-    assert (found["fixed_float_deg"], found["fixed_float_rms_deg"]) == (0.25, 0.125)
+    outcome = flight_figures(known(error))
+    assert [outcome[f"{a}_deg"] for a in AXES] == pytest.approx([1.0, 2.0, 3.0 / math.sqrt(2.0)])
+    assert (outcome["worst_deg"], outcome["max_deg"]) == pytest.approx((3.0 / math.sqrt(2.0), 3.0))
+    assert outcome["norm"] == pytest.approx(0.9) and outcome["saturated"] == 6.0
+    assert (outcome["fixed_float_deg"], outcome["fixed_float_rms_deg"]) == (0.25, 0.125)
     encoder = flight_figures(known(np.zeros((4200, 1, 3))))["encoder_deg"]
     assert encoder == pytest.approx(360.0 / 4096.0 / math.sqrt(12.0), rel=0.05)
 
@@ -203,9 +203,9 @@ def test_a_core_and_its_references() -> None:
 def test_phases_are_those_of_the_program() -> None:
     array = Array(16, 0.7)
     beams = direction([-30.0, 0.0, 50.0], 3.0)
-    found = phases_of(array, np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)), beams)
+    outcome = phases_of(array, np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)), beams)
     wanted = 0.7 * beams[:, 1:2] * np.arange(16)
-    assert np.abs((found - wanted + 0.5) % 1.0 - 0.5).max() < 1e-6
+    assert np.abs((outcome - wanted + 0.5) % 1.0 - 0.5).max() < 1e-6
 
 
 def test_a_known_attitude_leaves_no_error_of_the_beam() -> None:
@@ -251,10 +251,10 @@ def page(runs, patterns) -> str:
         Target(name="claim <two>", source="fig 4", value=0.5, low=2.0),
         Target(name="three", source="fig 5", value=0.5, low=2.0, binding=False, note="because"),
     ]
-    found = {name: pooled(one) for name, one in flights.items()}
+    results = {name: pooled(flight) for name, flight in flights.items()}
     meanings = {name: case.meaning for name, case in CASES.items()}
     trials = {n: patterns(Array(n), 3.0, 1, 1) for n in (64, 16)}
-    return render(meanings, found, flights, trials, targets)
+    return render(meanings, results, flights, trials, targets)
 
 
 def test_everything_is_on_the_page(page: str) -> None:

@@ -24,19 +24,19 @@ def phases(array: Array, azimuth: float) -> np.ndarray:
 def test_summed_pattern_is_the_closed_form(array: Array) -> None:
     azimuth = np.linspace(-89.0, 89.0, 700)
     for beam in (-40.0, 0.0, 62.0):
-        found = np.abs(array.field(phases(array, beam), direction(azimuth, 0.0)))[:, 0]
+        result = np.abs(array.field(phases(array, beam), direction(azimuth, 0.0)))[:, 0]
         of = math.sin(math.radians(beam))
         wanted = array.closed_form(np.sin(np.radians(azimuth)), of)
-        assert np.abs(found - wanted).max() < 1e-12
+        assert np.abs(result - wanted).max() < 1e-12
         assert array.closed_form(of, of) == 1.0
 
 
 def test_sinc_form_of_the_main_lobe() -> None:
     """(7): within 7.4e-5 in the main lobe of 64 elements, half a percent everywhere."""
     sine = np.linspace(-1.0, 1.0, 20001)
-    apart = np.abs(Array().closed_form(sine) - np.abs(np.sinc(32.0 * sine)))
-    assert apart[np.abs(sine) < 1 / 32].max() == pytest.approx(7.4e-5, rel=0.1)
-    assert 4e-3 < apart.max() < 6e-3
+    error = np.abs(Array().closed_form(sine) - np.abs(np.sinc(32.0 * sine)))
+    assert error[np.abs(sine) < 1 / 32].max() == pytest.approx(7.4e-5, rel=0.1)
+    assert 4e-3 < error.max() < 6e-3
 
 
 def test_a_rigid_turn_is_a_turn_of_the_direction_and_a_displacement_is_not() -> None:
@@ -62,9 +62,9 @@ def test_mean_gain_of_displaced_elements(axis: int, b: float) -> None:
     assert q[:, :, axis].std() == pytest.approx(0.5 * b, rel=0.01)
     assert not np.delete(q, axis, axis=2).any()
     steer = (0.5 * e[1] * np.arange(64))[None, :]
-    found = array.field(steer, e, q).mean()
+    result = array.field(steer, e, q).mean()
     wanted = math.exp(-((2.0 * math.pi * b * 0.5 * e[axis]) ** 2) / 2.0)
-    assert found.real == pytest.approx(wanted, abs=0.01) and abs(found.imag) < 0.01
+    assert result.real == pytest.approx(wanted, abs=0.01) and abs(result.imag) < 0.01
 
 
 def test_gate_of_a_known_pulse() -> None:
@@ -72,19 +72,19 @@ def test_gate_of_a_known_pulse() -> None:
     scan = np.linspace(-62.0, 62.0, 2481)
     shape = np.maximum(1.0 - np.abs(scan - 10.3) / 4.0, 0.02)
     shape[200] = 0.25
-    found = lobe(scan, np.stack([0.5 * shape, shape[::-1]]), 4.0)
-    assert found.centre == pytest.approx([10.3, -10.3], abs=1e-3)
-    assert found.width == pytest.approx([8.0 * (1.0 - math.sqrt(0.5))] * 2, abs=2e-3)
-    assert found.peak == pytest.approx([0.5, 1.0], abs=0.02)
-    assert found.sidelobe_db == pytest.approx([-12.04] * 2, abs=0.02)
+    pulse = lobe(scan, np.stack([0.5 * shape, shape[::-1]]), 4.0)
+    assert pulse.centre == pytest.approx([10.3, -10.3], abs=1e-3)
+    assert pulse.width == pytest.approx([8.0 * (1.0 - math.sqrt(0.5))] * 2, abs=2e-3)
+    assert pulse.peak == pytest.approx([0.5, 1.0], abs=0.02)
+    assert pulse.sidelobe_db == pytest.approx([-12.04] * 2, abs=0.02)
     single = lobe(scan, shape, 4.0)
     assert single.centre.shape == () and float(single.centre) == pytest.approx(10.3, abs=1e-3)
 
 
 def test_a_pulse_at_the_end_of_the_scan_is_cut() -> None:
     scan = np.linspace(-62.0, 62.0, 1241)
-    found = lobe(scan, np.maximum(1.0 - np.abs(scan - 62.0) / 4.0, 0.0), 4.0)
-    assert found.centre == pytest.approx(62.0 - 2.0 * (1.0 - math.sqrt(0.5)), abs=0.01)
+    pulse = lobe(scan, np.maximum(1.0 - np.abs(scan - 62.0) / 4.0, 0.0), 4.0)
+    assert pulse.centre == pytest.approx(62.0 - 2.0 * (1.0 - math.sqrt(0.5)), abs=0.01)
 
 
 # --------------------------------------------------------------------------------------------------
@@ -103,11 +103,11 @@ def test_names(found: dict[str, Trial]) -> None:
 
 
 def test_gain_is_the_closed_form(found: dict[str, Trial]) -> None:
-    for name, one in found.items():
-        gain, closed = one.figures["gain"], one.figures["closed"]
+    for name, trial in found.items():
+        gain, closed = trial.figures["gain"], trial.figures["closed"]
         floor = 0.07 if closed < 0.6 else 0.03  # of an amplitude, which noise makes larger
         assert closed - 0.03 < gain < closed + floor, name
-        assert one.shown.max() <= 1.0 and len(one.shown) == 2481
+        assert trial.shown.max() <= 1.0 and len(trial.shown) == 2481
 
 
 def test_figures_3_to_5(found: dict[str, Trial]) -> None:
@@ -176,13 +176,13 @@ def test_exact_sensors() -> None:
 def test_errors_are_as_large_as_they_say() -> None:
     what = deck("sea_3", 5.0, 6)
     exact, rough = records(what, 6, EXACT), records(what, 6, SensorErrors())
-    apart = rough - exact
-    assert np.degrees(apart[:, 1:4]).std(axis=0) == pytest.approx([0.3] * 3, rel=0.05)
-    assert np.degrees(apart[:, 1:4]).mean(axis=0) == pytest.approx(
+    error = rough - exact
+    assert np.degrees(error[:, 1:4]).std(axis=0) == pytest.approx([0.3] * 3, rel=0.05)
+    assert np.degrees(error[:, 1:4]).mean(axis=0) == pytest.approx(
         SensorErrors().gyro_bias, abs=0.02
     )
-    assert apart[:, 7:].std() == pytest.approx(1.0, rel=0.05)
-    assert apart[:, 4:7].std() == pytest.approx(0.196, rel=0.05)
+    assert error[:, 7:].std() == pytest.approx(1.0, rel=0.05)
+    assert error[:, 4:7].std() == pytest.approx(0.196, rel=0.05)
     late = records(what, 6, SensorErrors(0.0, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 5))
     assert (late[5:, 1:4] == exact[:-5, 1:4]).all() and (late[:, 4:] == exact[:, 4:]).all()
     drawn = [records(what, s, SensorErrors(0.0, (0.0, 0.0, 0.0), 0.2))[0, 1:4] for s in range(40)]
@@ -229,12 +229,12 @@ def test_runs_follow_exact_sensors() -> None:
     rows[0, :, 0] = 0.0
     truth = np.stack([d.q for d in decks], axis=1)
     for options in ({"p0": 1e-4}, {"p0": 0.0, "r_sd": 1e6}):
-        found = prototype(rows, start, **options)
-        assert np.abs(np.abs((found * truth).sum(axis=2)) - 1.0).max() < 1e-8
+        result = prototype(rows, start, **options)
+        assert np.abs(np.abs((result * truth).sum(axis=2)) - 1.0).max() < 1e-8
 
 
 def test_a_wrong_start_is_found() -> None:
     what = deck("rolling", 1.5, 3)
     rows = records(what, 3, EXACT)[:, None]
-    found = prototype(rows, np.array([what.q[0] + [0, 0.03, 0, 0]]), p0=1e-2)
-    assert abs(found[-1, 0] @ what.q[-1]) > 1.0 - 1e-8
+    result = prototype(rows, np.array([what.q[0] + [0, 0.03, 0, 0]]), p0=1e-2)
+    assert abs(result[-1, 0] @ what.q[-1]) > 1.0 - 1e-8

@@ -55,13 +55,13 @@ def test_phases_of_the_turned_beam(elements: int, spacing: float) -> None:
 
 def test_phases_are_unsigned_turns_and_exact_multiples() -> None:
     """Words: phase k is k times phase 1, modulo 2^32; told from 0 to 1."""
-    found = run(draws(2), "c")
-    assert not found.saturated.any()
-    words = found.words[:, :64]
+    outcome = run(draws(2), "c")
+    assert not outcome.saturated.any()
+    words = outcome.words[:, :64]
     assert ((words - words[:, 1:2] * np.arange(64)) % 2**32 == 0).all()
-    told = phases(found.outputs)
-    assert (told >= 0.0).all() and (told < 1.0).all() and told.max() > 0.99
-    assert (told == (words % 2**32) / 2.0**32).all()
+    outputs = phases(outcome.outputs)
+    assert (outputs >= 0.0).all() and (outputs < 1.0).all() and outputs.max() > 0.99
+    assert (outputs == (words % 2**32) / 2.0**32).all()
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -117,15 +117,15 @@ def both(steps: int, config: str) -> None:
     )
     for result in checked:
         assert [(x.n_total, x.n_mismatch) for x in result.levels] == [(steps, 0)] * 3
-    told = checked[1].fixed.outputs
+    outputs = checked[1].fixed.outputs
     q = Rotation.from_quat(np.stack([checked[0].fixed.outputs[f"q{a}"] for a in "xyzw"], axis=1))
     beam = np.stack(list(beams.values()), axis=1)
     # Each beam is turned by an attitude that the filter had at that time, or a record before.
     best = np.minimum(
-        np.abs((told["phase_1"] - 0.5 * q.inv().apply(beam)[:, 1] + 0.5) % 1.0 - 0.5),
-        np.abs((told["phase_1"][1:] - 0.5 * q[:-1].inv().apply(beam[1:])[:, 1] + 0.5) % 1.0 - 0.5)[
-            np.r_[0, : steps - 1]
-        ],
+        np.abs((outputs["phase_1"] - 0.5 * q.inv().apply(beam)[:, 1] + 0.5) % 1.0 - 0.5),
+        np.abs(
+            (outputs["phase_1"][1:] - 0.5 * q[:-1].inv().apply(beam[1:])[:, 1] + 0.5) % 1.0 - 0.5
+        )[np.r_[0, : steps - 1]],
     )
     assert best[200:].max() < 1e-6
 

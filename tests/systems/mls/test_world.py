@@ -69,8 +69,8 @@ def test_on_deck() -> None:
     loop = close_loop(world, make_level("c", Build(MlsAttitude())))
     assert len(loop.inputs) == 600
     for name in ("roll", "pitch", "heading"):
-        apart = 180.0 * ((loop.outputs[name] - loop.truth[name] + 1.0) % 2.0 - 1.0)
-        assert np.abs(apart[130:]).max() < 1.5
+        error = 180.0 * ((loop.outputs[name] - loop.truth[name] + 1.0) % 2.0 - 1.0)
+        assert np.abs(error[130:]).max() < 1.5
     assert (loop.inputs[0, 0], loop.inputs[1, 0]) == (-1e-3, 1e-3)
 
 

@@ -37,17 +37,17 @@ def driven() -> Runs:
 
 def test_starts_from_any_angle() -> None:
     """64 rotors, some opposite to the current of the forced start; at its end each is known."""
-    found = loop("c", round(START_S / DT) + 1, range(1, 65))
-    angle = (found.outputs["theta"] - found.truth["theta"] + 1.0) % 2.0 - 1.0
-    assert np.abs(found.truth["theta"][0]).max() > 0.9
+    outcome = loop("c", round(START_S / DT) + 1, range(1, 65))
+    angle = (outcome.outputs["theta"] - outcome.truth["theta"] + 1.0) % 2.0 - 1.0
+    assert np.abs(outcome.truth["theta"][0]).max() > 0.9
     assert np.abs(angle[-1]).max() < 0.02
 
 
 def test_turns_back_under_load(driven: Runs) -> None:
-    found = driven.pooled()
-    assert found["angle_max"] < 3.0 and found["reversal_max"] < 0.3
-    assert found["fixed_float_max"] < 0.0036 and found["loops_max"] < 1.0
-    assert found["saturated_sum"] == 0.0
+    outcome = driven.pooled()
+    assert outcome["angle_max"] < 3.0 and outcome["reversal_max"] < 0.3
+    assert outcome["fixed_float_max"] < 0.0036 and outcome["loops_max"] < 1.0
+    assert outcome["saturated_sum"] == 0.0
 
 
 @pytest.mark.parametrize("level", ["rtl", pytest.param("fixed", marks=pytest.mark.soak)])
@@ -85,20 +85,20 @@ def test_figures_of_known_errors() -> None:
     wrong[: begun - 1] = 2.0 - 10.0 / 180.0  # ten degrees the other way
     wrong[back, 1] = -0.1
     inputs = np.zeros((n, 2, len(Pmsm.inputs)))
-    found = figures_of(
+    outcome = figures_of(
         _loop(
             {"theta": theta + wrong, "omega": omega + 2.0}, {"theta": theta, "omega": omega}, inputs
         ),
         _loop({}, {"omega": omega[:, 0] + 0.25}, inputs),
     ).figures
-    assert found["start_max"] == pytest.approx([10.0, 10.0])
-    assert found["angle_max"] == pytest.approx([1.5, 18.0])
-    assert found["angle_rms"][0] == pytest.approx(1.5)
-    assert found["speed_rms"] == pytest.approx([2.0, 2.0])
-    assert found["dip_max"] == pytest.approx([0.0, 50.0])
-    assert found["reversal_max"] == pytest.approx([1710.0 / 9000.0] * 2, abs=2 * DT)
-    assert found["loops_max"] == pytest.approx([0.25, 0.25])
-    assert found["saturated_sum"].tolist() == [0.0, 3.0]
+    assert outcome["start_max"] == pytest.approx([10.0, 10.0])
+    assert outcome["angle_max"] == pytest.approx([1.5, 18.0])
+    assert outcome["angle_rms"][0] == pytest.approx(1.5)
+    assert outcome["speed_rms"] == pytest.approx([2.0, 2.0])
+    assert outcome["dip_max"] == pytest.approx([0.0, 50.0])
+    assert outcome["reversal_max"] == pytest.approx([1710.0 / 9000.0] * 2, abs=2 * DT)
+    assert outcome["loops_max"] == pytest.approx([0.25, 0.25])
+    assert outcome["saturated_sum"].tolist() == [0.0, 3.0]
 
 
 def _loop(outputs: Any, truth: Any, inputs: Any) -> Any:

@@ -130,8 +130,8 @@ def test_fixed_point_is_float64(free: Any, k: int, p0: Any) -> None:
     assert not fixed.saturated.any()
     assert (fixed.outputs["status"] == floating["status"][:, k]).all()
     for j, name in enumerate(NAMES):
-        apart = fixed.outputs[name][-1] - floating[name][-1, k]
-        assert abs(apart) < 5e-4 * BIAS[j % 3]
+        deviation = fixed.outputs[name][-1] - floating[name][-1, k]
+        assert abs(deviation) < 5e-4 * BIAS[j % 3]
     for name in ("x1_corrected", "z2_corrected"):
         assert np.abs(fixed.outputs[name] - floating[name][:, k]).max() < 0.05
 
@@ -147,9 +147,9 @@ def test_correction_begins_when_asked_and_is_exact(free: Any) -> None:
     u, floating = free
     on = (floating["status"][:, 3].astype(int) >> 5) & 1
     assert on[699:703].tolist() == [0, 0, 1, 1]
-    found = np.stack([floating[f"{a}1_corrected"][:, 3] for a in "xyz"], axis=1)
-    assert (found[:700] == u[:700, 1:4]).all()
-    assert np.abs(found[702:] - TRUTH[702:801]).max() < 1.0
+    values = np.stack([floating[f"{a}1_corrected"][:, 3] for a in "xyz"], axis=1)
+    assert (values[:700] == u[:700, 1:4]).all()
+    assert np.abs(values[702:] - TRUTH[702:801]).max() < 1.0
     assert np.abs(u[702:, 1:4] - TRUTH[702:801]).min(axis=0).max() > 500.0
 
 
@@ -258,9 +258,9 @@ def test_rtl_is_the_integer_model(config: str) -> None:
     """20,000 records, half of them hostile."""
     u = np.concatenate([np.tile(records(noise=1.0, steps=1000), (10, 1)), hostile(10_000, 3)])
     build = Build(Registration(), config=config)
-    found, wanted = (make_level(name, build).run(u) for name in ("rtl", "c"))
-    assert (found.words == wanted.words).all()
-    assert (found.saturated == wanted.saturated).all()
+    result, wanted = (make_level(name, build).run(u) for name in ("rtl", "c"))
+    assert (result.words == wanted.words).all()
+    assert (result.saturated == wanted.saturated).all()
 
 
 def test_error_covariance_is_that_of_the_biases() -> None:

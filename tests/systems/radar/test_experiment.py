@@ -136,12 +136,12 @@ BOUND_NOISE = np.array([10.0, 0.07 * DEG, 0.15 * DEG] * 2)
 
 def test_jacobian_is_the_derivative() -> None:
     site, seen = WORLD.sites[0], WORLD.seen[0][::400]
-    found = jacobian(site, seen)
+    outcome = jacobian(site, seen)
     for k, step in enumerate((1.0, 1e-6, 1e-6)):
         d = np.zeros(3)
         d[k] = step
         wanted = (placed(site, seen + d) - placed(site, seen - d)) / (2.0 * step)
-        assert found[:, :, k] == pytest.approx(wanted, rel=1e-6, abs=1e-3)
+        assert outcome[:, :, k] == pytest.approx(wanted, rel=1e-6, abs=1e-3)
     assert seen_from(site, placed(site, seen)) == pytest.approx(seen)
 
 
@@ -160,12 +160,12 @@ def test_bound_is_the_inverse_of_the_sum() -> None:
 
 def test_without_a_prior_ranges_are_hardly_determined() -> None:
     """At 80 s 1,545 and 1,200 m, at 170 s 202 and 182 m; nothing at all at first."""
-    found = deviations(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf)))
-    assert np.isinf(found[0]).all()
-    assert found[800, [0, 3]] == pytest.approx([1545.0, 1200.0], rel=0.01)
-    assert found[1700, [0, 3]] == pytest.approx([202.0, 182.0], rel=0.01)
-    assert found[800, [1, 2, 4, 5]] / DEG == pytest.approx([0.33, 0.085, 0.27, 0.043], rel=0.03)
-    assert (np.diff(found[1:][np.isfinite(found[1:, 0])], axis=0) <= 1e-9).all()
+    outcome = deviations(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf)))
+    assert np.isinf(outcome[0]).all()
+    assert outcome[800, [0, 3]] == pytest.approx([1545.0, 1200.0], rel=0.01)
+    assert outcome[1700, [0, 3]] == pytest.approx([202.0, 182.0], rel=0.01)
+    assert outcome[800, [1, 2, 4, 5]] / DEG == pytest.approx([0.33, 0.085, 0.27, 0.043], rel=0.03)
+    assert (np.diff(outcome[1:][np.isfinite(outcome[1:, 0])], axis=0) <= 1e-9).all()
     weak = np.linalg.eigh(covariances(WORLD.jacobians(), BOUND_NOISE, np.full(6, np.inf))[800])
     assert weak.eigenvalues[-1] > 30.0 * weak.eigenvalues[-2]
 

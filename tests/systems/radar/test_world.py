@@ -44,13 +44,13 @@ def test_biases_and_noise_are_those_asked_for() -> None:
 
 def test_draws_are_different_and_come_again() -> None:
     world = TwoRadars(seconds=1.0, drawn=(50.0, 0.5))
-    one = reported(world)
-    assert (one == reported(world)).all()
+    report = reported(world)
+    assert (report == reported(world)).all()
     first = world.bias
     world.draw(2)
-    assert (world.bias != first).all() and (reported(world) != one).any()
+    assert (world.bias != first).all() and (reported(world) != report).any()
     world.draw(1)
-    assert (reported(world) == one).all()
+    assert (reported(world) == report).all()
     spread = []
     for seed in range(300):
         world.draw(seed)

@@ -41,7 +41,7 @@ def adaptive() -> tuple[Vehicles, Loop]:
 @pytest.fixture(scope="session")
 def runs(adaptive: tuple[Vehicles, Loop]) -> dict[str, Runs]:
     """Figures by case: accelerations before and after half a minute."""
-    found = {"adaptive": figures_of(CASES["adaptive"], *adaptive)}
+    results = {"adaptive": figures_of(CASES["adaptive"], *adaptive)}
     for name in ("fixed_r", "printed_roll", "declared"):
-        found[name] = figures_of(CASES[name], *flown(name, range(1, 3)))
-    return found
+        results[name] = figures_of(CASES[name], *flown(name, range(1, 3)))
+    return results

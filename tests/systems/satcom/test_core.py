@@ -68,9 +68,9 @@ def test_both_in_turns_in_one_core(config: str, steps: int) -> None:
     params = [{"gyro_sd": 0.05, "bias_density": 1e-3}, None]
     build = Build(Satcom(), SatcomPointing(), config=config, params=params)
     parts = [records(m, -(-steps // len(MODES)), rng) for m in MODES]
-    given = [np.concatenate(parts)[:steps], places(3 * steps // 4, rng)]
+    values = [np.concatenate(parts)[:steps], places(3 * steps // 4, rng)]
     runs = {
-        name: level_of(name).run_together([make_level(name, build, k) for k in (0, 1)], given)
+        name: level_of(name).run_together([make_level(name, build, k) for k in (0, 1)], values)
         for name in ("fixed", "c", "rtl")
     }
     for k, wanted in enumerate(runs["fixed"]):
@@ -97,22 +97,22 @@ def test_ten_thousand_records_in_closed_loop(config: str) -> None:
     assert len(loops[0].inputs) == 10_000 and parting(Satcom(), *loops) is None
 
 
-def updates(estimator: Estimator, params: Any, given: Any) -> set[int]:
+def updates(estimator: Estimator, params: Any, values: Any) -> set[int]:
     """Compare interpreter and C over (steps, runs, n_inputs), extremes among them; status seen."""
     program = with_params(estimator.compile(), estimator, params)
-    steps, runs, _ = given.shape
+    steps, runs, _ = values.shape
     machine, models = Interpreter(program, runs), ManyCModels(program, runs)
     limit = 2**31
     status: set[int] = set()
     form = program.format(program.outputs[-1])
     for k in range(steps):
-        words = input_words(program, given[k].T)
+        words = input_words(program, values[k].T)
         if k % 7 == 3:  # words beyond what any unit says
             ends = np.random.default_rng(k).integers(-limit, limit, words[:, :9].shape)
             words[:, :9] = np.where(ends % 3 == 0, np.where(ends < 0, -limit, limit - 1), ends)
         out, saturated = machine.update(words)
-        found, flags = models.update(words.T.astype(np.int32))
-        assert (out == found.T).all() and (saturated == flags).all(), k
+        result, flags = models.update(words.T.astype(np.int32))
+        assert (out == result.T).all() and (saturated == flags).all(), k
         status |= {int(s) for s in form.real(np.unique(out[-1]))}
     return status
 
@@ -124,15 +124,15 @@ def test_interpreter_is_c(which: str, steps: int, runs: int) -> None:
     rng = np.random.default_rng(2)
     if which == "satcom":
         each = [records(m, steps * (runs // len(MODES)), rng) for m in MODES]
-        given = np.concatenate([u.reshape(steps, -1, 10, order="F") for u in each], axis=1)
+        values = np.concatenate([u.reshape(steps, -1, 10, order="F") for u in each], axis=1)
         params = {"gyro_sd": 0.1, "bias_density": 0.01, "heading_sd": 1.0}
-        status = updates(Satcom(), params, given)
+        status = updates(Satcom(), params, values)
         assert {s & 7 for s in status} == {0, 1, 2, 3, 4, 5}
         assert steps < 1000 or max(status) >= 8
     else:
-        given = np.stack([places(runs, rng) for _ in range(steps)])
+        values = np.stack([places(runs, rng) for _ in range(steps)])
         q = rng.normal(size=(steps, runs, 4))
-        given[:, :, :4] = q / np.linalg.norm(q, axis=2, keepdims=True)
-        given[:, ::17, :4] = [1.0, 0.0, 0.0, 0.0]
-        given[:, :, 4:7] = rng.uniform(-8.0, 8.0, (steps, runs, 3))
-        assert {0, 1, 2} <= updates(SatcomPointing(), None, given) <= {0, 1, 2, 3}
+        values[:, :, :4] = q / np.linalg.norm(q, axis=2, keepdims=True)
+        values[:, ::17, :4] = [1.0, 0.0, 0.0, 0.0]
+        values[:, :, 4:7] = rng.uniform(-8.0, 8.0, (steps, runs, 3))
+        assert {0, 1, 2} <= updates(SatcomPointing(), None, values) <= {0, 1, 2, 3}

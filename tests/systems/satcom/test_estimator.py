@@ -173,20 +173,22 @@ def textbook_run(u: Any, params: Any, **options: Any) -> tuple[Any, Textbook]:
 def float_run(u: Any, params: Any = None, estimator: Any = None) -> dict[str, Any]:
     """Outputs and final states; angles [rad] under "angles"."""
     out, states = compiled_float(estimator or Satcom(), u[:, :, None], params)
-    found: dict[str, Any] = {name: values[:, 0] for name, values in out.items()}
-    found["angles"] = math.pi * np.stack([found[n] for n in ("roll", "pitch", "heading")], axis=1)
-    found["state"] = {name: values[-1, 0] for name, values in states.items()}
-    return found
+    results: dict[str, Any] = {name: values[:, 0] for name, values in out.items()}
+    results["angles"] = math.pi * np.stack(
+        [results[n] for n in ("roll", "pitch", "heading")], axis=1
+    )
+    results["state"] = {name: values[-1, 0] for name, values in states.items()}
+    return results
 
 
 @pytest.mark.parametrize("params", [{}, {"adapt": 1.0, "tracking_gate": 0.5}, {"p0_sd": 0.09}])
 def test_is_the_seven_state_filter(params: Any) -> None:
     u = motion(1)
     wanted, book = textbook_run(u, {**PARAMS, **params})
-    found = float_run(u, {**PARAMS, **params})
-    assert np.abs(wrapped(found["angles"][1:] - wanted)).max() < 1e-8
-    assert np.abs([found[f"bias_{a}"][-1] for a in "xyz"] - book.bias).max() < 1e-9
-    x = found["state"]
+    result = float_run(u, {**PARAMS, **params})
+    assert np.abs(wrapped(result["angles"][1:] - wanted)).max() < 1e-8
+    assert np.abs([result[f"bias_{a}"][-1] for a in "xyz"] - book.bias).max() < 1e-9
+    x = result["state"]
     basis = np.zeros((7, 7))
     basis[:4, :4], basis[4:, 4:] = right(book.q), BIAS_UNIT * np.eye(3)
     P = SCALE**2 * (basis.T @ book.P @ basis)
@@ -201,10 +203,10 @@ def test_is_the_seven_state_filter(params: Any) -> None:
 def test_the_norm_of_the_printed_filter_hardly_matters() -> None:
     """Printed, P keeps the norm's variance: it leaks into the rotation with every correction."""
     u = motion(1, 800, calm=True)
-    apart = np.degrees(
+    deviation = np.degrees(
         wrapped(textbook_run(u, PARAMS)[0] - textbook_run(u, PARAMS, projected=False)[0])
     )
-    assert 1e-5 < np.abs(apart[100:]).max() < 0.06
+    assert 1e-5 < np.abs(deviation[100:]).max() < 0.06
 
 
 def test_jacobians_are_unit_vectors() -> None:
@@ -293,9 +295,9 @@ def test_a_tracking_error_beyond_the_beam_is_refused() -> None:
     columns["e_psi"] = Column(np.array([0.0, 0.6, 0.0]))
     with pytest.raises(
         InputError, match=r"e_psi\[1\]: wanted -0.5 to 0.5 rad, .* found 0.6"
-    ) as found:
+    ) as caught:
         feed(Satcom(), Record("log", columns))
-    assert "\n" not in str(found.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_restart_forgets() -> None:
@@ -316,8 +318,10 @@ def test_fixed_point_is_float64(seed: int) -> None:
     assert not fixed.saturated.any()
     assert (fixed.outputs["status"] == floating.outputs["status"]).all()
     for name, most, rms in (("roll", 5e-4, 2e-4), ("pitch", 5e-4, 2e-4), ("heading", 4e-3, 1e-3)):
-        apart = 180.0 * wrapped(math.pi * (fixed.outputs[name] - floating.outputs[name])) / math.pi
-        assert np.abs(apart).max() < most and np.sqrt(np.mean(apart**2)) < rms
+        deviation = (
+            180.0 * wrapped(math.pi * (fixed.outputs[name] - floating.outputs[name])) / math.pi
+        )
+        assert np.abs(deviation).max() < most and np.sqrt(np.mean(deviation**2)) < rms
 
 
 def hostile(mode: str, steps: int) -> Any:

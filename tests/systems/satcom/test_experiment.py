@@ -39,10 +39,10 @@ def rows() -> list[dict[str, str]]:
 
 
 def test_every_row_of_the_specification_is_there() -> None:
-    found = {r["figure"].removeprefix("satcom_"): r["prototype"] for r in rows()}
+    results = {r["figure"].removeprefix("satcom_"): r["prototype"] for r in rows()}
     for name, value in PROTOTYPE.items():
-        assert float(found[name]) == value, name
-    assert len(found) == len(rows())
+        assert float(results[name]) == value, name
+    assert len(results) == len(rows())
     gates = {r["figure"].removeprefix("satcom_"): (r["low"], r["high"]) for r in rows()}
     assert gates["adaptive_fixed_float_max"] == ("", "0.005")
     assert gates["adaptive_fixed_float_rms"] == ("", "0.001")
@@ -124,8 +124,8 @@ def test_claims_hold_and_what_was_printed_fails(runs) -> None:
 
 def test_innovations_are_honest_where_r_is(runs) -> None:
     for axis in ANGLES:
-        one = runs["declared"].pooled()
-        assert 0.7 < one[f"nis_{axis}"] < 1.35 and abs(one[f"rho_{axis}"]) < 0.15
+        pooled = runs["declared"].pooled()
+        assert 0.7 < pooled[f"nis_{axis}"] < 1.35 and abs(pooled[f"rho_{axis}"]) < 0.15
     cautious = runs["adaptive"].pooled()
     assert cautious["nis_roll"] < 0.5 and cautious["nis_heading"] < 0.5
     assert [len(run) for run in runs["adaptive"].each] == [3, 3]
@@ -156,20 +156,28 @@ def test_figures_of_known_errors(adaptive, monkeypatch) -> None:
     saturated = np.arange(n)[:, None] < [3, 4]
     known = dataclasses.replace(loops, run=Run(outputs, saturated=saturated))
     monkeypatch.setattr(flight, "_beside_float", lambda *a: ({"apart": 1.0}, []))
-    found = figures_of(CASES["adaptive"], fleet, known).figures
-    assert found["roll_rms"] == pytest.approx([3.0, 3.0])
-    assert found["pitch_rms"] == pytest.approx([1.0, 3.0]) == found["pitch_max"]
-    assert found["heading_rms"] == pytest.approx([2.0, 2.0])
-    assert found["loop_rms"] == pytest.approx([4.0, 4.0])
-    assert found["worst_rms"] == pytest.approx([3.0, 3.0])
-    assert found["bias_error_max"] == pytest.approx([0.01, 0.0], abs=1e-9)
-    assert found["bias_y_end"] == pytest.approx([-0.39, -0.4])
-    assert found["loss_db_max"] == pytest.approx([1.0, 2.0])
+    outcome = figures_of(CASES["adaptive"], fleet, known).figures
+    assert outcome["roll_rms"] == pytest.approx([3.0, 3.0])
+    assert outcome["pitch_rms"] == pytest.approx([1.0, 3.0]) == outcome["pitch_max"]
+    assert outcome["heading_rms"] == pytest.approx([2.0, 2.0])
+    assert outcome["loop_rms"] == pytest.approx([4.0, 4.0])
+    assert outcome["worst_rms"] == pytest.approx([3.0, 3.0])
+    assert outcome["bias_error_max"] == pytest.approx([0.01, 0.0], abs=1e-9)
+    assert outcome["bias_y_end"] == pytest.approx([-0.39, -0.4])
+    assert outcome["loss_db_max"] == pytest.approx([1.0, 2.0])
     first = BEGUN / (n - 1)
-    assert found["loss_db_99_max"] == pytest.approx((1.0 - 0.01 * (1.0 - first)) * np.array([1, 2]))
-    assert found["hit_rate"].tolist() == [1.0, 1.0] and found["false_rate"].tolist() == [0.0, 0.0]
-    assert found["tracking_used"] == pytest.approx(moving[BEGUN:].mean() * np.ones(2))
-    assert found["saturated_sum"].tolist() == [3.0, 4.0] and found["apart"].tolist() == [1.0, 1.0]
+    assert outcome["loss_db_99_max"] == pytest.approx(
+        (1.0 - 0.01 * (1.0 - first)) * np.array([1, 2])
+    )
+    assert outcome["hit_rate"].tolist() == [1.0, 1.0] and outcome["false_rate"].tolist() == [
+        0.0,
+        0.0,
+    ]
+    assert outcome["tracking_used"] == pytest.approx(moving[BEGUN:].mean() * np.ones(2))
+    assert outcome["saturated_sum"].tolist() == [3.0, 4.0] and outcome["apart"].tolist() == [
+        1.0,
+        1.0,
+    ]
 
 
 def test_float64_is_run_beside(adaptive) -> None:
@@ -180,13 +188,15 @@ def test_float64_is_run_beside(adaptive) -> None:
     bent["roll"][100, 1] += 0.5 / 180.0
     bent["status"] = loops.outputs["status"].copy()
     bent["status"][[3, 5, 8], 0] += 4.0
-    told = dataclasses.replace(loops, run=dataclasses.replace(loops.run, outputs=bent))
-    found = figures_of(CASES["adaptive"], fleet, told).figures
-    assert found["fixed_float_max"] == pytest.approx([honest["fixed_float_max"][0], 0.5], abs=5e-3)
-    assert found["status_differs_sum"].tolist() == [3.0, 0.0]
-    assert found["status_share"].tolist() == [3.0 / len(loops.inputs), 0.0]
-    assert found["agreed_max"] == pytest.approx([0.0, 0.5], abs=5e-3)
-    assert (found["nis_roll"] == honest["nis_roll"]).all()
+    bent_loops = dataclasses.replace(loops, run=dataclasses.replace(loops.run, outputs=bent))
+    outcome = figures_of(CASES["adaptive"], fleet, bent_loops).figures
+    assert outcome["fixed_float_max"] == pytest.approx(
+        [honest["fixed_float_max"][0], 0.5], abs=5e-3
+    )
+    assert outcome["status_differs_sum"].tolist() == [3.0, 0.0]
+    assert outcome["status_share"].tolist() == [3.0 / len(loops.inputs), 0.0]
+    assert outcome["agreed_max"] == pytest.approx([0.0, 0.5], abs=5e-3)
+    assert (outcome["nis_roll"] == honest["nis_roll"]).all()
 
 
 def test_fly(monkeypatch, adaptive) -> None:
@@ -240,8 +250,8 @@ def test_places_are_where_they_say(name: str, elevation: float) -> None:
 
 @pytest.fixture(scope="module")
 def page(runs) -> str:
-    found = {name: runs.get(name, runs["adaptive"]) for name in (*CASES, *WHAT_IF)}
-    return render(found, [Target(name="one", source="ours", value=1.0)], 7, 12)
+    results = {name: runs.get(name, runs["adaptive"]) for name in (*CASES, *WHAT_IF)}
+    return render(results, [Target(name="one", source="ours", value=1.0)], 7, 12)
 
 
 def test_everything_is_on_the_page(page: str) -> None:

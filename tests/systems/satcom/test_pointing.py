@@ -64,9 +64,9 @@ def draws(seed: int, n: int = 500) -> tuple[Rotation, Any, Any]:
 
 
 def run(u: Any, level: str = "float") -> Any:
-    found = make_level(level, Build(SatcomPointing())).run(u)
-    assert found.saturated is None or not found.saturated.any()
-    return np.stack([found.outputs[name] for name in NAMES], axis=1)
+    result = make_level(level, Build(SatcomPointing())).run(u)
+    assert result.saturated is None or not result.saturated.any()
+    return np.stack([result.outputs[name] for name in NAMES], axis=1)
 
 
 def wrapped(angle: Any) -> Any:
@@ -87,9 +87,9 @@ def test_rates_are_those_of_the_angles() -> None:
     )
     numerical = wrapped(after - before) / step
     far = np.abs(before[:, 1]) < 1.4
-    found = run(records(attitude, rate, place))[:, 3:6]
+    result = run(records(attitude, rate, place))[:, 3:6]
     assert far.sum() > 400
-    assert np.abs(found - numerical)[far].max() < 1e-4
+    assert np.abs(result - numerical)[far].max() < 1e-4
 
 
 def test_skew_on_level_ground() -> None:
@@ -99,8 +99,8 @@ def test_skew_on_level_ground() -> None:
     )
     out = run(records(Rotation.identity(len(place)), np.zeros_like(place), place))
     phi, east = np.radians(place[:, 0]), np.radians(SATELLITE - place[:, 1])
-    found = 180.0 * out[:, 2] + np.degrees(np.arctan2(np.sin(east), np.tan(phi)))
-    assert np.abs((found + 180.0) % 360.0 - 180.0).max() < 1.0
+    result = 180.0 * out[:, 2] + np.degrees(np.arctan2(np.sin(east), np.tan(phi)))
+    assert np.abs((result + 180.0) % 360.0 - 180.0).max() < 1.0
 
 
 def test_direction_at_known_places() -> None:
@@ -127,9 +127,9 @@ def test_fixed_point_is_float64(seed: int) -> None:
     u = records(*draws(seed, 4000))
     fixed, floating = run(u, "c"), run(u)
     far = np.abs(floating[:, 1]) < 0.45
-    apart = np.abs(fixed - floating)[far]
-    apart[:, :3] = np.minimum(apart[:, :3], 2.0 - apart[:, :3])
-    assert apart[:, :3].max() < 2e-8 and apart[:, 3:6].max() < 1e-6 and not apart[:, 6].any()
+    error = np.abs(fixed - floating)[far]
+    error[:, :3] = np.minimum(error[:, :3], 2.0 - error[:, :3])
+    assert error[:, :3].max() < 2e-8 and error[:, 3:6].max() < 1e-6 and not error[:, 6].any()
 
 
 def test_reads_the_attitude_of_the_filter() -> None:
@@ -171,6 +171,6 @@ def test_wherever_it_is_the_outputs_are_bounded() -> None:
 def test_no_place_on_earth(name: str, value: float, message: str) -> None:
     columns = {i.name: Column(np.zeros(3)) for i in SatcomPointing.inputs}
     columns[name] = Column(np.array([0.0, value, 0.0]))
-    with pytest.raises(InputError, match=message) as found:
+    with pytest.raises(InputError, match=message) as caught:
         feed(SatcomPointing(), Record("log", columns))
-    assert "\n" not in str(found.value)
+    assert "\n" not in str(caught.value)

@@ -42,13 +42,13 @@ def answers(fleet: Vehicles, k: int, heading_off: float = 0.0, roll_off: float =
 
 def told(fleet: Vehicles, steps: int, **off: float):
     """Tracking errors [rad] that such an estimator is told."""
-    found, outputs = [], None
+    results, outputs = [], None
     for k in range(steps):
         record = fleet.record(outputs)
         assert record is not None
-        found.append(record["e_psi"][0])
+        results.append(record["e_psi"][0])
         outputs = answers(fleet, k, **off)
-    return np.array(found)
+    return np.array(results)
 
 
 @pytest.mark.parametrize("off", [0.006, -0.01])
@@ -257,9 +257,9 @@ def scan(right: float, up: float, *, loss: float = 1.0, ahead: float = 1.0, runs
     at = [np.full(runs, v) for v in (right, up, ahead)]
     for k in range(9):
         assert receiver.sample(*at, loss, noise[k]) is None
-    found = receiver.sample(*at, loss, noise[9])
-    assert found is not None
-    return np.degrees(found[0]), found[1]
+    result = receiver.sample(*at, loss, noise[9])
+    assert result is not None
+    return np.degrees(result[0]), result[1]
 
 
 def test_error_is_measured_with_its_sign() -> None:
@@ -278,10 +278,10 @@ def test_lock_follows_from_the_signal() -> None:
 
 def test_intervals_are_independent() -> None:
     receiver = Receiver(Link(), 1)
-    zero, one = np.zeros(1), np.ones(1)
+    zero, ones = np.zeros(1), np.ones(1)
     quiet = np.zeros((4, 2, 1))
-    first = receiver.sample(np.array([0.004]), zero, one, 1.0, quiet)
-    second = receiver.sample(zero, zero, one, 1.0, quiet)
+    first = receiver.sample(np.array([0.004]), zero, ones, 1.0, quiet)
+    second = receiver.sample(zero, zero, ones, 1.0, quiet)
     assert first is not None and second is not None
     assert first[0][0, 0] > 0.003 and second[0][0, 0] == 0.0
 
@@ -289,6 +289,6 @@ def test_intervals_are_independent() -> None:
 def test_an_interval_need_not_be_whole() -> None:
     """20 Hz of records at 50 Hz: two and three of them, in turns."""
     receiver = Receiver(Link(), 2.5)
-    zero, one, quiet = np.zeros(1), np.ones(1), np.zeros((4, 2, 1))
-    ends = [receiver.sample(zero, zero, one, 1.0, quiet) is not None for _ in range(100)]
+    zero, ones, quiet = np.zeros(1), np.ones(1), np.zeros((4, 2, 1))
+    ends = [receiver.sample(zero, zero, ones, 1.0, quiet) is not None for _ in range(100)]
     assert np.diff(np.flatnonzero(ends)).tolist() == [2, 3] * 19 + [2]

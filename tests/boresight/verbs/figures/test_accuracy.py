@@ -48,14 +48,14 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def made(folder, tmp_path_factory):
     out = tmp_path_factory.mktemp("out")
-    found = accuracy(CHOICE, folder, comparisons=["other"], jobs=1, output=out)
-    assert json.loads((out / "accuracy.json").read_text()) == found.to_json()
+    result = accuracy(CHOICE, folder, comparisons=["other"], jobs=1, output=out)
+    assert json.loads((out / "accuracy.json").read_text()) == result.to_json()
     assert sorted(p.name for p in out.iterdir()) == [
         ".boresight.json",
         "accuracy.html",
         "accuracy.json",
     ]
-    return found, (out / "accuracy.html").read_text()
+    return result, (out / "accuracy.html").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -119,8 +119,8 @@ def test_page(made):
 
 def test_bundled_logs_by_default():
     trials, left_out = read_trials([], [estimator("complementary")])
-    found = {t.name: t.reference for t in trials}
-    assert found["synthetic_60s"] == "truth" and found["ximu_walk"] == "comparison"
+    results = {t.name: t.reference for t in trials}
+    assert results["synthetic_60s"] == "truth" and results["ximu_walk"] == "comparison"
     assert left_out == []
 
 
@@ -250,8 +250,8 @@ def test_classes_and_objects(lag):
         def step(self, x, u, p):
             return {}, {"y": 0.5 * u.x}
 
-    for given in (Gain, Gain(), [Gain()]):
-        assert accuracy(given, "one.csv").estimators[0].estimator == "gain"
+    for estimator_like in (Gain, Gain(), [Gain()]):
+        assert accuracy(estimator_like, "one.csv").estimators[0].estimator == "gain"
 
 
 def test_refused(folder, tmp_path):
@@ -295,10 +295,12 @@ def test_names_are_apart():
 def test_data_in_memory_gives_what_its_file_does(lag):
     (fixed,) = accuracy("lag.py:Lag", "one.csv", floating=False).estimators
     columns = np.genfromtxt("one.csv", delimiter=",", skip_header=1)
-    given = {"x": columns[:, 0], "y_true[cm]": columns[:, 1]}
-    found = accuracy("lag.py:Lag", given, record_of("two.csv"), given, floating=False)
-    assert [log.trial for log in found.logs] == ["record", "record2", "two"]
-    assert found.estimators[0].trials[0].error == fixed.trials[0].error
-    assert {log.folder for log in found.logs} == {""}
+    columns_of_log = {"x": columns[:, 0], "y_true[cm]": columns[:, 1]}
+    result = accuracy(
+        "lag.py:Lag", columns_of_log, record_of("two.csv"), columns_of_log, floating=False
+    )
+    assert [log.trial for log in result.logs] == ["record", "record2", "two"]
+    assert result.estimators[0].trials[0].error == fixed.trials[0].error
+    assert {log.folder for log in result.logs} == {""}
     with pytest.raises(InputError, match=r"^log 'x': wanted logs of different names, found x;"):
-        accuracy("lag.py:Lag", *[Record.of(given, name="x")] * 2)
+        accuracy("lag.py:Lag", *[Record.of(columns_of_log, name="x")] * 2)

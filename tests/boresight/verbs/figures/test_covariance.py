@@ -23,8 +23,8 @@ class Own(Estimator):
 
 def test_initial_variances_in_each_filters_own_unit() -> None:
     assert initial_covariances(estimator("ekf_bias")) == [{"p0_sd": p**0.5} for p in P0]
-    found = [p["p0_bias"] for p in initial_covariances(estimator("mekf"))]
-    assert found == pytest.approx([4.5e-9, 4.5e-7, 4.5e-5, 6e-5, 6e-5])  # up to the legal most
+    results = [p["p0_bias"] for p in initial_covariances(estimator("mekf"))]
+    assert results == pytest.approx([4.5e-9, 4.5e-7, 4.5e-5, 6e-5, 6e-5])  # up to the legal most
     assert initial_covariances(estimator("complementary")) == [{}]
     assert initial_covariances(Own()) == [
         {"p0_pos": 0.5, "p0_sd": 0.25},
@@ -37,8 +37,8 @@ def test_initial_variances_in_each_filters_own_unit() -> None:
 
 def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["covariance", "ekf_quaternion", "--updates", "2000", "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["results"]
-    assert found["updates"] == 2000 and found["good"] and found["negative_diagonals"] == 0
+    (result,) = json.loads(capsys.readouterr().out)["results"]
+    assert result["updates"] == 2000 and result["good"] and result["negative_diagonals"] == 0
 
 
 def test_any_filter_that_names_its_covariance(tmp_path, capsys) -> None:
@@ -46,11 +46,11 @@ def test_any_filter_that_names_its_covariance(tmp_path, capsys) -> None:
     log = csv(tmp_path / "log.csv", kalman(400))
     line = ["covariance", program("kalman.py"), "--log", str(log), "--updates", "7000"]
     code = main([*line, "--json"])
-    (found,) = json.loads(capsys.readouterr().out)["results"]
-    assert code == 1 - found["good"]
-    assert found["updates"] == 7000 and found["eigenvalues_checked"] == 7 * 20
-    assert set(found["drift"]) == {"pos m", "vel m/s"} and all(
-        np.isfinite([*found["drift"].values()])
+    (result,) = json.loads(capsys.readouterr().out)["results"]
+    assert code == 1 - result["good"]
+    assert result["updates"] == 7000 and result["eigenvalues_checked"] == 7 * 20
+    assert set(result["drift"]) == {"pos m", "vel m/s"} and all(
+        np.isfinite([*result["drift"].values()])
     )
     again = boresight.covariance(program("kalman.py"), boresight.record_of(log), updates=7000)
-    assert again.to_json() == found
+    assert again.to_json() == result

@@ -26,12 +26,12 @@ def whole(tmp_path_factory):
 
 def test_the_right_filter_is_found_right(whole) -> None:
     folder, data = whole
-    one = data.outputs["mean"]
-    assert abs(one.mean[-1]) < 1.5 * one.mean_band[-1]
-    assert one.ratio[-1] == pytest.approx(1.0, abs=0.3)
-    for found, mean in ((data.nees, data.nees.mean[-1]), (data.nis, data.nis.mean)):
-        low, high = found.band
-        assert low < mean < high, found
+    spread = data.outputs["mean"]
+    assert abs(spread.mean[-1]) < 1.5 * spread.mean_band[-1]
+    assert spread.ratio[-1] == pytest.approx(1.0, abs=0.3)
+    for value, mean in ((data.nees, data.nees.mean[-1]), (data.nis, data.nis.mean)):
+        low, high = value.band
+        assert low < mean < high, value
     stored = json.loads((folder / "montecarlo-constant-mean.json").read_text())
     assert stored == {k: v for k, v in data.to_json().items() if k != "file"}
     assert data.marks[-1] == 59 and data.saturated == 0

@@ -39,9 +39,9 @@ def test_files_and_figures(tmp_path: Path) -> None:
     assert result.page == tmp_path / "accuracy-short.html"
     data = result.to_json()
     assert data["file"] == str(result.page)
-    kept = json.loads((tmp_path / "accuracy-short.json").read_text())
-    assert kept["groups"] == data["groups"] and len(kept["groups"]) == 1
-    assert [w["estimator"] for w in kept["worse"]] == ["complementary"] and kept["worse"][0]["of"]
+    saved = json.loads((tmp_path / "accuracy-short.json").read_text())
+    assert saved["groups"] == data["groups"] and len(saved["groups"]) == 1
+    assert [w["estimator"] for w in saved["worse"]] == ["complementary"] and saved["worse"][0]["of"]
     assert "complementary" in (tmp_path / "accuracy-short.html").read_text()
     with pytest.raises(InputError, match="the journal of this campaign"):
         accuracy_protocol("short", "complementary", jobs=1, output=tmp_path)

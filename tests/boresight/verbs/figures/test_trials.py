@@ -14,19 +14,19 @@ LOGS = [synthetic_log(seconds=4, rate_hz=25, seed=seed, name=f"log{seed}") for s
 
 
 def test_logs_in_the_order_of_their_names() -> None:
-    found = trials_of(estimator_of("complementary"), [*LOGS, bundled("ximu_walk")], None)
-    assert found.names == ("log1", "log2") == found.held_back("logs")
-    assert found.left_out == ("ximu_walk",) and found.units["total"] == "deg"
+    result = trials_of(estimator_of("complementary"), [*LOGS, bundled("ximu_walk")], None)
+    assert result.names == ("log1", "log2") == result.held_back("logs")
+    assert result.left_out == ("ximu_walk",) and result.units["total"] == "deg"
     with pytest.raises(InputError, match=r"^hold: wanted logs, or with a protocol cases"):
-        found.held_back("cases")
+        result.held_back("cases")
 
 
 def test_logs_in_cases() -> None:
-    found = trials_of(estimator_of("complementary"), LOGS, "glance")
+    result = trials_of(estimator_of("complementary"), LOGS, "glance")
     groups = ("as recorded", "bias 0.7 deg/s", "starts anywhere")
-    assert found.names[0] == "log1, as recorded" and len(found.feeds) == 6
-    assert found.held_back("logs") == ("log1",) * 3 + ("log2",) * 3
-    assert found.held_back("cases") == groups * 2
-    assert found.units == dict.fromkeys(groups, "deg")
+    assert result.names[0] == "log1, as recorded" and len(result.feeds) == 6
+    assert result.held_back("logs") == ("log1",) * 3 + ("log2",) * 3
+    assert result.held_back("cases") == groups * 2
+    assert result.units == dict.fromkeys(groups, "deg")
     with pytest.raises(InputError, match=r"^hold: "):
-        found.held_back("nothing")
+        result.held_back("nothing")

@@ -211,9 +211,9 @@ def lag(tmp_path, monkeypatch):
 
 
 def test_any_estimator(lag, capsys):
-    one = tune("lag.py", "log0.csv")  # a single trial cannot be held back
-    assert tune("lag.py", boresight.record_of("log0.csv")) == one
-    assert one.cross_validation is None and one.weights == {"y": 1.0, "twice": 1.0}
+    single = tune("lag.py", "log0.csv")  # a single trial cannot be held back
+    assert tune("lag.py", boresight.record_of("log0.csv")) == single
+    assert single.cross_validation is None and single.weights == {"y": 1.0, "twice": 1.0}
     arguments = ["tune", "lag.py:Lag", "log0.csv", "log1.csv", "log2.csv", "--rounds", "6"]
     assert main([*arguments, "--weight", "twice=0"]) == 0
     text = capsys.readouterr().out

@@ -24,8 +24,8 @@ def test_any_attitude_is_found_from_one_sample() -> None:
     square = Rotation.create_group("O")
     for truth in [*square, *Rotation.random(200, rng=rng)]:
         back = truth.inv()
-        found = aligned(back.apply([0.0, 0.0, 9.8]), back.apply([0.0, 18.0, -40.0]))
-        assert (found * back).magnitude() < 1e-9
+        result = aligned(back.apply([0.0, 0.0, 9.8]), back.apply([0.0, 18.0, -40.0]))
+        assert (result * back).magnitude() < 1e-9
 
 
 @pytest.mark.parametrize("degrees", [0.0, 89.9, 90.1, 179.9, 180.0, -180.0, -90.0])

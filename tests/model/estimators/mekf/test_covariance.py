@@ -29,10 +29,10 @@ def drawn(size: float) -> np.ndarray:
 
 
 def found(p: np.ndarray, gain: np.ndarray, column: np.ndarray, **more: object) -> np.ndarray:
-    given = {"step": STEP, "starts": (False, False), "keep": 1.0, "rest_gain": 0.0, **more}
-    given.setdefault("growth", GROWTH)
+    options = {"step": STEP, "starts": (False, False), "keep": 1.0, "rest_gain": 0.0, **more}
+    options.setdefault("growth", GROWTH)
     return np.array(
-        predicted(p.tolist(), gain, column, C.tolist(), attitude=WALK, p=PARAMS, **given)
+        predicted(p.tolist(), gain, column, C.tolist(), attitude=WALK, p=PARAMS, **options)
     )
 
 

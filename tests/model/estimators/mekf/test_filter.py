@@ -59,8 +59,8 @@ def run(x: Any, params: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def apart(out: Any, q: Any) -> Any:
     """Angle [deg] between outputs and attitudes (..., 4)."""
-    found = np.stack([out[name] for name in ("qw", "qx", "qy", "qz")], axis=-1)
-    error = quaternion_multiply(quaternion_conjugate(q), found)
+    actual = np.stack([out[name] for name in ("qw", "qx", "qy", "qz")], axis=-1)
+    error = quaternion_multiply(quaternion_conjugate(q), actual)
     return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(error), axis=-1))
 
 
@@ -71,9 +71,9 @@ def bit(out: Any, number: int) -> Any:
 def test_euler_angles_are_those_of_the_quaternion() -> None:
     q = attitudes(3.0, 100.0)
     out, _ = run(records(q, 0.01))
-    found = np.stack([out[n][5:, 0] * np.pi for n in ("pitch", "roll", "heading")], axis=-1)
+    actual = np.stack([out[n][5:, 0] * np.pi for n in ("pitch", "roll", "heading")], axis=-1)
     same = {k: v[5:] for k, v in out.items()}
-    assert apart(same, euler_to_quaternion(found)[:, None]).max() < 1e-6
+    assert apart(same, euler_to_quaternion(actual)[:, None]).max() < 1e-6
 
 
 def test_it_follows_exact_sensors() -> None:
@@ -97,13 +97,13 @@ def test_it_learns_the_bias_at_rest_and_without() -> None:
     x, _ = static([10.0, -20.0, 30.0], 25.0, 0.04)
     x[:, GYR, 0] += bias
     out, states = run(x)
-    found = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
+    actual = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
     assert bit(out, 5)[-1].all()
-    assert np.abs(found - bias).max() < 2e-5
+    assert np.abs(actual - bias).max() < 2e-5
     out, states = run(x, {"rest_motion_sq": 0.0, "p0_bias": 6e-5})
     assert not bit(out, 5).any()
-    found = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
-    assert np.abs(found - bias)[:2].max() < 2e-3  # tilt shows it; heading is slower
+    actual = np.stack([states[f"bias_{a}"][-1, 0] for a in "xyz"])
+    assert np.abs(actual - bias)[:2].max() < 2e-3  # tilt shows it; heading is slower
 
 
 def test_a_turntable_is_not_at_rest() -> None:
@@ -135,9 +135,9 @@ def test_a_magnet_does_not_take_the_heading_along() -> None:
 def test_a_deviation_is_remembered_for_a_while() -> None:
     """`field_forget_per_s`: a second after the magnet has gone the field still counts as odd."""
     x, _ = _with_magnet()
-    kept, gone = (run(x, {"field_forget_per_s": f})[1]["odd_sq"][:, 0] for f in (0.4, 30.0))
-    assert kept[949] == pytest.approx(gone[949], rel=0.05)
-    assert kept[975] > 0.5 * kept[949] > 2.0 * gone[975]
+    slow, gone = (run(x, {"field_forget_per_s": f})[1]["odd_sq"][:, 0] for f in (0.4, 30.0))
+    assert slow[949] == pytest.approx(gone[949], rel=0.05)
+    assert slow[975] > 0.5 * slow[949] > 2.0 * gone[975]
 
 
 def test_without_new_fields_a_deviation_only_shrinks() -> None:
@@ -167,8 +167,8 @@ def test_gain_and_covariance_do_not_depend_on_the_rate(hz: float) -> None:
     x[round(hz) :, MAG, 0] = turned
     quiet = {"rest_motion_sq": 0.0, "start_var": 0.0, "field_trust_s": 0.0}
     out, states = run(x, quiet | {"heading_var": 0.1})
-    found = 10.0 - np.abs(out["heading"][:, 0] * 180.0)
-    assert found[steps // 2] == pytest.approx(4.1, abs=0.1)
+    result = 10.0 - np.abs(out["heading"][:, 0] * 180.0)
+    assert result[steps // 2] == pytest.approx(4.1, abs=0.1)
     sd = np.degrees(np.sqrt(states["p_uu"][-1, 0]))
     assert sd == pytest.approx(5.74, abs=0.05)
 
@@ -239,15 +239,15 @@ def test_begun_anew_without_a_field_it_keeps_its_attitude() -> None:
     assert states["p_uu"][400, 0] == 0.05
 
 
-def _cut(seconds: float, told: float) -> tuple[Any, Any, int]:
+def _cut(seconds: float, gap_s: float) -> tuple[Any, Any, int]:
     """Learnt motion with a bias, then samples missing at 8 s; the first row after them."""
     q = attitudes(12.0, 100.0, 0.5)
     x = records(q, 0.01)
     x[:, GYR] += np.array([0.01, -0.008, 0.006])[:, None]
     lost = round(100 * seconds)
-    x[800 + lost, 0] = told
-    kept = np.r_[:800, 800 + lost : len(q)]
-    return x[kept], q[kept], 800
+    x[800 + lost, 0] = gap_s
+    rows = np.r_[:800, 800 + lost : len(q)]
+    return x[rows], q[rows], 800
 
 
 def test_a_gap_is_turned_through() -> None:
@@ -338,8 +338,8 @@ def test_covariance_is_that_of_the_matrix_equations() -> None:
         growth[3:, 3:] = 0.0
         want = phi @ updated @ phi.T + growth
         want[:3, :3] += (c * dt) @ updated[3:, 3:] @ (c * dt).T
-        found = scale @ p[k] @ scale
-        assert np.abs(found - want).max() < 1e-9 * np.abs(want).max()
+        result = scale @ p[k] @ scale
+        assert np.abs(result - want).max() < 1e-9 * np.abs(want).max()
         checked += 1
     assert checked == 340
 
@@ -362,8 +362,8 @@ def test_rest_leaves_the_variance_of_the_mean() -> None:
     """P_bb of the axis that nothing else shows tends to rest_var / 2 (scaled)."""
     x, _ = static([0.0, 0.0, 0.0], 40.0, 0.04)
     x[:, MAG] = 0.0
-    found = run(x, {"bias_var": 3e-11})[1]["p_zz"][-1, 0] / BIAS_SCALE**2
-    assert found == pytest.approx(5e-8, rel=0.05)
+    result = run(x, {"bias_var": 3e-11})[1]["p_zz"][-1, 0] / BIAS_SCALE**2
+    assert result == pytest.approx(5e-8, rel=0.05)
 
 
 def test_the_heading_aligns_when_the_field_comes_later() -> None:

@@ -70,8 +70,8 @@ def test_youth_ends_as_in_float64() -> None:
     for _ in range(n - 2):
         y = youth[-1]
         youth.append(y - y * min(y * dt + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB)
-    found = PROGRAM.format(PROGRAM.states[at][0]).real(states[:, at])
-    assert found == pytest.approx(youth, rel=3e-6)
+    result = PROGRAM.format(PROGRAM.states[at][0]).real(states[:, at])
+    assert result == pytest.approx(youth, rel=3e-6)
 
 
 @pytest.mark.parametrize(("least", "most", "most_deg"), [(3.0, 3.0, 1e-4), (5.0, 9.0, 3e-4)])
@@ -89,13 +89,13 @@ def test_first_samples_of_weak_force_and_steep_field(
     x = np.concatenate([x, rotate(turns, force)], axis=1)
     starts = np.repeat(x.T[None], 20, axis=0)  # of each the same sample again and again
     floats, _ = compiled_float(Mekf(), starts)
-    model, apart = CModel(PROGRAM), []
+    model, errors = CModel(PROGRAM), []
     for k in range(n):
         model.reset()
         out, _ = model.update(input_words(PROGRAM, starts[:, :, k, None])[:, :, 0])
         wanted = {name: v[:, k] for name, v in floats.items()}
-        apart.append(apart_deg(fixed_outputs(out), wanted).max())
-    assert max(apart) < most_deg
+        errors.append(apart_deg(fixed_outputs(out), wanted).max())
+    assert max(errors) < most_deg
 
 
 def _motion(rng: np.random.Generator, steps: int, dt: float) -> Any:

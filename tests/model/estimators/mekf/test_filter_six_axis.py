@@ -22,8 +22,8 @@ def fixed_run(e: Mekf, x: np.ndarray) -> tuple[dict[str, np.ndarray], int]:
     program = e.compile()
     out, saturated = CModel(program).update(input_words(program, x[:, :, None])[:, :, 0])
     names = zip(program.output_names, program.outputs, strict=True)
-    found = {name: program.format(n).real(out[:, k]) for k, (name, n) in enumerate(names)}
-    return found, int(saturated.sum())
+    results = {name: program.format(n).real(out[:, k]) for k, (name, n) in enumerate(names)}
+    return results, int(saturated.sum())
 
 
 def test_it_is_the_filter_whose_field_never_comes() -> None:
@@ -35,23 +35,23 @@ def test_it_is_the_filter_whose_field_never_comes() -> None:
     x[:, 4:7] = 0.0
     bare = np.delete(x, (4, 5, 6), axis=1)
     assert [i.name for i in six.inputs] == ["dt", "gx", "gy", "gz", "ax", "ay", "az"]
-    mine, found = (compiled_float(e, v[:, :, None])[0] for e, v in ((six, bare), (full, x)))
-    for name in found:
-        assert mine[name] == pytest.approx(found[name], abs=1e-12), name
+    mine, result = (compiled_float(e, v[:, :, None])[0] for e, v in ((six, bare), (full, x)))
+    for name in result:
+        assert mine[name] == pytest.approx(result[name], abs=1e-12), name
     fixed, saturated = fixed_run(six, bare)
     assert not saturated
     assert np.array_equal(fixed["status"], mine["status"][:, 0])
     q, want = (np.stack([of[n].ravel() for n in QUATERNION]) for of in (fixed, mine))
-    apart = np.minimum(abs(q - want).max(axis=0), abs(q + want).max(axis=0))
-    assert 1e-11 < apart.max() < 5e-6
+    error = np.minimum(abs(q - want).max(axis=0), abs(q + want).max(axis=0))
+    assert 1e-11 < error.max() < 5e-6
 
 
 def test_it_leaves_out_what_only_a_field_needs() -> None:
     six, full = Mekf("none"), Mekf()
     assert six.name == "mekf_six_axis" and full.name == "mekf" and full.params == Mekf.params
     assert len(full.states) - len(six.states) == 7 and len(full.params) - len(six.params) == 6
-    kept = {p.name for p in six.params}
-    assert {"gyro_var", "tilt_var", "start_var"} <= kept
-    assert not {"heading_var", "field_trust_s", "dip_trust_s", "field_min_sq"} & kept
+    names = {p.name for p in six.params}
+    assert {"gyro_var", "tilt_var", "start_var"} <= names
+    assert not {"heading_var", "field_trust_s", "dip_trust_s", "field_min_sq"} & names
     sizes = [len(e.compile().ops) for e in (six, full)]
     assert sizes[0] < 0.85 * sizes[1]

@@ -55,9 +55,9 @@ def equal(run: Run, inputs: Any) -> tuple[Any, Any]:
     theirs = by_package(run.estimator, inputs)
     assert angle_deg(q, theirs["q"]).max() < 1e-6
     angles = Rotation.from_quat(theirs["q"][:, [1, 2, 3, 0]]).as_euler("ZXY") / np.pi
-    found = np.stack([run.out[n] for n in ("heading", "pitch", "roll")], axis=1)
+    values = np.stack([run.out[n] for n in ("heading", "pitch", "roll")], axis=1)
     upright = np.abs(angles[:, 1]) < 0.45  # near the vertical they mean little
-    assert np.abs((found - angles + 1.0) % 2.0 - 1.0)[upright].max() < 1e-7
+    assert np.abs((values - angles + 1.0) % 2.0 - 1.0)[upright].max() < 1e-7
     assert np.array_equal((status >> 5) & 1, theirs["rest"])
     if run.estimator.settings.magnetic:
         assert np.array_equal((status >> 4) & 1, theirs["disturbed"])
@@ -126,11 +126,11 @@ def test_a_gap_is_turned_through(full: Run, six: Run) -> None:
     n, rate = 500, 0.8
     records = np.zeros((n, 10))
     records[:, 0], records[:, 3], records[:, 9] = 1.0 / RATE, rate, 9.81
-    kept = np.ones(n, dtype=bool)
-    kept[300:304] = kept[420:421] = False
-    short = records[kept]
+    present = np.ones(n, dtype=bool)
+    present[300:304] = present[420:421] = False
+    short = records[present]
     short[300, 0], short[416, 0] = 5.0 / RATE, 2.0 / RATE
-    whole = six(inputs_of(six.estimator, records))[0][kept]
+    whole = six(inputs_of(six.estimator, records))[0][present]
     assert angle_deg(six(inputs_of(six.estimator, short))[0], whole).max() < 0.01
     short[:, 0] = 1.0 / RATE  # not told
     assert angle_deg(six(inputs_of(six.estimator, short))[0], whole)[-1] > 5.0

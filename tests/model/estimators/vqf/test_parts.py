@@ -38,9 +38,9 @@ class Field:
 
     def __call__(self, field: Any, turning: bool = True, restart: bool = False) -> Any:
         x = SimpleNamespace(**self.x)
-        found = heading_of(x, restart, LEVEL, tuple(field), turning, PARAMS, SETTINGS)
-        self.x |= {name: float(value) for name, value in found.states.items()}
-        return found
+        result = heading_of(x, restart, LEVEL, tuple(field), turning, PARAMS, SETTINGS)
+        self.x |= {name: float(value) for name, value in result.states.items()}
+        return result
 
 
 def turned(angle_ht: float, field: Any = EARTH) -> Any:
@@ -60,9 +60,9 @@ def accepted(field: Field, value: Any = EARTH) -> int:
 def test_the_first_samples_are_averaged() -> None:
     field = Field()
     for n, angle in enumerate((0.3, 0.1, 0.2, -0.2), 1):
-        found = field(turned(angle))
-        assert float(found.delta) == pytest.approx(np.mean((0.3, 0.1, 0.2, -0.2)[:n]))
-    assert not found.unknown and found.disturbed
+        result = field(turned(angle))
+        assert float(result.delta) == pytest.approx(np.mean((0.3, 0.1, 0.2, -0.2)[:n]))
+    assert not result.unknown and result.disturbed
 
 
 def test_a_field_is_taken_over_after_five_seconds_of_turning() -> None:
@@ -86,8 +86,8 @@ def test_norm_and_dip_tell_a_disturbance(other: Any, odd: bool) -> None:
     field = Field()
     accepted(field)
     for _ in range(20):  # the low-pass of 0.05 s
-        found = field(other, turning=False)
-    assert found.disturbed == odd
+        result = field(other, turning=False)
+    assert result.disturbed == odd
     back = [bool(field(EARTH).disturbed) for _ in range(20)]
     # It ends half a second after the low-pass of one sample has followed.
     assert back == ([True] * (back.index(False)) + [False] * (20 - back.index(False)))
@@ -118,8 +118,8 @@ def test_without_a_sample_nothing_changes() -> None:
     field = Field()
     accepted(field)
     held = dict(field.x)
-    found = field([0.0, 0.05, -0.05])
-    assert found.missing and not found.disturbed and field.x == held
+    result = field([0.0, 0.05, -0.05])
+    assert result.missing and not result.disturbed and field.x == held
 
 
 def test_a_new_start_forgets() -> None:

@@ -45,8 +45,8 @@ def test_the_page_shows_the_curves_of_what_is_worse() -> None:
         **dict.fromkeys(("field_heading", "field_dip", "field_norm"), [0.0, 5.0, None]),
         "moves": [0.0, 1.0, 1.0],
     }
-    one = {"trial": "b", "case": "as recorded", "ratio": 3.0, "ours": 9.0, "rival": 3.0}
-    worse = {"estimator": "mine", "of": 2, "runs": [{**one, "figure": "total"}]}
+    run = {"trial": "b", "case": "as recorded", "ratio": 3.0, "ours": 9.0, "rival": 3.0}
+    worse = {"estimator": "mine", "of": 2, "runs": [{**run, "figure": "total"}]}
     worse["shown"] = [{**worse["runs"][0], "curves": curves}]
     data = {"protocol": "short", "word": 32, "trial_names": ["a", "b"], **summary(CASES, RUNS)}
     page = render_page({**data, "worse": [worse]})

@@ -24,8 +24,8 @@ def test_the_full_one_has_what_it_promises() -> None:
 
 
 def test_full_scales_are_those_of_the_sensor_that_is_clipped() -> None:
-    found = {c.name: c.full_scale for c in cases_of("full") if c.full_scale}
-    assert found == {
+    results = {c.name: c.full_scale for c in cases_of("full") if c.full_scale}
+    assert results == {
         "gyro clipped at 0.8": ("gyr",),
         "gyro clipped at 0.6": ("gyr",),
         "accelerometer clipped at 0.8": ("acc",),

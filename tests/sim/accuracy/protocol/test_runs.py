@@ -37,9 +37,9 @@ def test_the_first_second_does_not_count() -> None:
     q = log.attitude.copy()
     turn = euler_to_quaternion(np.radians([0.0, 0.0, 3.0]))
     q[:50] = quaternion_multiply(turn, q[:50])
-    found = figures_of(log, q)
-    assert found["total"] == pytest.approx(0.0, abs=1e-5)
-    assert found["settled_2"] == pytest.approx(0.98) and found["settled_5"] == 0.0
+    result = figures_of(log, q)
+    assert result["total"] == pytest.approx(0.0, abs=1e-5)
+    assert result["settled_2"] == pytest.approx(0.98) and result["settled_5"] == 0.0
     q[50:] = quaternion_multiply(turn, q[50:])
     assert figures_of(log, q)["heading"] == pytest.approx(3.0)
 
@@ -50,11 +50,11 @@ def test_an_estimator_has_the_full_scale_of_the_case() -> None:
     log = fast.work(carrier("drone", 1, seconds=20.0))
     campaign = Campaign("full", (), ("mekf",), ())
     given = Campaign("full", (), ("mekf",), (), params=(("mekf", (("gyro_most_sq", 1500.0),)),))
-    found = [
+    results = [
         runs.run_ours(c, "mekf", log, scale)[1][0].outputs["status"]
         for c, scale in ((campaign, ()), (campaign, ("gyr",)), (campaign, ()), (given, ("gyr",)))
     ]
-    late = [(np.rint(status).astype(int) >> 6 & 1).sum() for status in found]
+    late = [(np.rint(status).astype(int) >> 6 & 1).sum() for status in results]
     assert late[1] > 100 and late[0] == late[2] == late[3] == 0
 
 
@@ -65,12 +65,12 @@ def test_what_is_in_the_journal_is_not_run_again(
     monkeypatch.setattr(runs, "cases_of", lambda protocol: wanted)
     monkeypatch.setattr(runs.carriers, "carrier", lambda name, seed: carrier(name, seed, seconds=9))
     runs.log_of.cache_clear()
-    path, told = tmp_path / "a.runs", list[str]()
+    path, messages = tmp_path / "a.runs", list[str]()
     cases, identity = numbered(CAMPAIGN), CAMPAIGN.identity()
-    first = complete(CAMPAIGN, runs.run_cases, cases, Journal(path, identity), say=told.append)
-    again = complete(CAMPAIGN, None, cases, Journal(path, identity), say=told.append)
+    first = complete(CAMPAIGN, runs.run_cases, cases, Journal(path, identity), say=messages.append)
+    again = complete(CAMPAIGN, None, cases, Journal(path, identity), say=messages.append)
     runs.log_of.cache_clear()
-    assert again == first and told[-1] == "2 of 2 runs are done already"
+    assert again == first and messages[-1] == "2 of 2 runs are done already"
     assert [run["case"] for run in first] == ["as recorded", "never a field"]
     fixed, floating, rival = first[0]["rows"]
     assert (fixed["level"], floating["level"], rival["level"]) == ("fixed", "float", "package")

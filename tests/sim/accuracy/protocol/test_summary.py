@@ -17,12 +17,12 @@ CASES = [
 ]
 
 
-def run(trial: str, case: str, ours: float, rival: float | None, apart: float = 1e-4) -> Any:
+def run(trial: str, case: str, ours: float, rival: float | None, error: float = 1e-4) -> Any:
     def figures(x: float) -> dict[str, Any]:
         parts = {"total": x, "heading": 0.8 * x, "inclination": 0.5 * x}
         return {**parts, "settled_2": None, "settled_5": 10.0 * x}
 
-    fixed = {"apart_deg": apart, "changed": 1, "saturated": 0, "good": apart < 1e-2}
+    fixed = {"apart_deg": error, "changed": 1, "saturated": 0, "good": error < 1e-2}
     rows = [
         {"estimator": "mine", "level": "fixed", **figures(ours), **fixed},
         {"estimator": "mine", "level": "float", **figures(ours)},
@@ -34,7 +34,7 @@ def run(trial: str, case: str, ours: float, rival: float | None, apart: float = 
 
 RUNS = [
     run("a", "as recorded", 1.0, 2.0),
-    run("b", "as recorded", 4.0, 3.0, apart=2e-4),
+    run("b", "as recorded", 4.0, 3.0, error=2e-4),
     *(run(t, f"place {k}", x, 2.0) for t, k, x in (("a", 0, 1.0), ("a", 1, 2.0), ("b", 0, 9.0))),
     run("a", "blind", 2.0, None),
 ]
@@ -63,24 +63,24 @@ def test_means_ratios_and_the_worst() -> None:
     assert (
         blind["rows"]["vqf_online"]["inclination"] is None and "ratio" not in blind["rows"]["mine"]
     )
-    told = {(t["trial"], t["group"]): t["rows"]["mine"] for t in data["trials"]}
-    assert told["a", "anywhere"] == 1.5 and told["a", "blind"] == 1.0
+    rows = {(t["trial"], t["group"]): t["rows"]["mine"] for t in data["trials"]}
+    assert rows["a", "anywhere"] == 1.5 and rows["a", "blind"] == 1.0
     (fixed,) = data["fixed"]
     assert (fixed["apart_deg"], fixed["where"]) == (2e-4, "b, as recorded")
     assert (fixed["changed"], fixed["good"]) == (6, True)
 
 
 def test_beyond_the_tolerance_is_told() -> None:
-    data = summary(CASES, [*RUNS, run("b", "blind", 1.0, 1.0, apart=0.5)])
+    data = summary(CASES, [*RUNS, run("b", "blind", 1.0, 1.0, error=0.5)])
     assert not data["fixed"][0]["good"] and "BEYOND" in text(data)
 
 
 def test_the_text_has_every_group_and_the_worst() -> None:
-    found = text(summary(CASES, RUNS))
-    assert "blind *" in found and "mine against vqf_online" in found and "b, place 0" in found
-    assert "     2.50     2.50     2.50" in found
+    result = text(summary(CASES, RUNS))
+    assert "blind *" in result and "mine against vqf_online" in result and "b, place 0" in result
+    assert "     2.50     2.50     2.50" in result
     worse = {"estimator": "mine", "of": 9, "runs": [{"trial": "a"}, {"trial": "a"}]}
-    told = text({**summary(CASES, RUNS), "worse": [worse]})
-    assert "mine: 2 of 9 runs more than 15 % worse, of 1 trials" in told
+    page = text({**summary(CASES, RUNS), "worse": [worse]})
+    assert "mine: 2 of 9 runs more than 15 % worse, of 1 trials" in page
     alone = [{**r, "rows": r["rows"][:2]} for r in RUNS]
     assert "against" not in text(summary(CASES, alone))

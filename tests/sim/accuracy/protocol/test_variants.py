@@ -100,12 +100,12 @@ def test_the_accelerometer_is_clipped() -> None:
 
 @pytest.mark.parametrize("sensor, least", [("gyr", 0.0), ("acc", GRAVITY)])
 def test_a_full_scale_is_a_share_of_the_largest(sensor: str, least: float) -> None:
-    values, found = (getattr(log, sensor) for log in (LOUD, v.clipped_to_share(sensor, 0.6)(LOUD)))
+    values, result = (getattr(log, sensor) for log in (LOUD, v.clipped_to_share(sensor, 0.6)(LOUD)))
     largest = np.abs(values).max()
     assert largest > least + 0.5
-    assert np.abs(found).max() == pytest.approx(least + 0.6 * (largest - least))
-    near = np.abs(values) < np.abs(found).max()
-    assert np.array_equal(found[near], values[near]) and not near.all()
+    assert np.abs(result).max() == pytest.approx(least + 0.6 * (largest - least))
+    near = np.abs(values) < np.abs(result).max()
+    assert np.array_equal(result[near], values[near]) and not near.all()
 
 
 def test_fast_turns_are_faster_than_the_gyro_measures() -> None:
@@ -127,9 +127,9 @@ def test_sensors_as_they_come() -> None:
     raw = v.uncalibrated()(LOG)
     assert raw.q is LOG.q
     for name, share, bias in (("gyr", 0.01, 0.0), ("acc", 0.01, 0.1), ("mag", 0.05, 0.0)):
-        true, found = getattr(LOG, name), getattr(raw, name)
-        fit = np.linalg.lstsq(np.c_[true, np.ones(len(LOG))], found, rcond=None)[0]
-        assert np.c_[true, np.ones(len(LOG))] @ fit == pytest.approx(found, abs=1e-9)
+        true, result = getattr(LOG, name), getattr(raw, name)
+        fit = np.linalg.lstsq(np.c_[true, np.ones(len(LOG))], result, rcond=None)[0]
+        assert np.c_[true, np.ones(len(LOG))] @ fit == pytest.approx(result, abs=1e-9)
         error = fit[:3].T - np.eye(3)
         assert 0.2 * share < np.abs(np.diag(error)).max() < 3.0 * share
         assert np.abs(error - np.diag(np.diag(error))).max() < 3.0 * share

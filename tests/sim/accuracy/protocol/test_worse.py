@@ -34,7 +34,7 @@ def run(trial: str, ours: float | None, rival: float, case: str = "as recorded")
 
 def test_more_than_15_per_cent_worse_the_worst_first() -> None:
     cases = [Case("as recorded", "a", lambda x: x), Case("blind", "b", lambda x: x, "inclination")]
-    given = [
+    runs = [
         run("a", 1.16, 1.0),
         run("b", 1.14, 1.0),
         run("c", 0.57, 0.01),  # both small
@@ -42,9 +42,9 @@ def test_more_than_15_per_cent_worse_the_worst_first() -> None:
         run("e", 3.0, 1.0, "blind"),
         run("f", None, 1.0),
     ]
-    found = worse_runs(cases, given, "mine")
-    assert [(r["trial"], r["ratio"]) for r in found] == [("d", 3.0), ("e", 1.5), ("a", 1.16)]
-    assert found[1] == {
+    result = worse_runs(cases, runs, "mine")
+    assert [(r["trial"], r["ratio"]) for r in result] == [("d", 3.0), ("e", 1.5), ("a", 1.16)]
+    assert result[1] == {
         "trial": "e", "case": "blind", "ratio": 1.5, "ours": 1.5, "rival": 1.0,
         "figure": "inclination",
     }  # fmt: skip
@@ -62,15 +62,15 @@ def test_what_the_field_does() -> None:
     mag = rotate(quaternion_conjugate(q), field)
     mag[20] = q[21] = np.nan
     zero = np.zeros((n, 3))
-    found = field_off(NineAxis("x", np.arange(n) / 100.0, zero, zero, mag, q))
-    assert np.isnan(found["field_heading"][[20, 21]]).all() and np.isnan(found["field_norm"][20])
+    result = field_off(NineAxis("x", np.arange(n) / 100.0, zero, zero, mag, q))
+    assert np.isnan(result["field_heading"][[20, 21]]).all() and np.isnan(result["field_norm"][20])
     known = np.r_[:20, 22:n]
     for key, wanted in (
         ("field_heading", east),
         ("field_dip", dip - 60.0),
         ("field_norm", 2.0 * norm - 100.0),
     ):
-        assert found[key][known] == pytest.approx(wanted[known], abs=1e-9)
+        assert result[key][known] == pytest.approx(wanted[known], abs=1e-9)
     blind = field_off(NineAxis("x", np.arange(n) / 100.0, zero, zero, np.full((n, 3), np.nan), q))
     assert all(np.isnan(v).all() for v in blind.values())
 
@@ -84,18 +84,18 @@ def test_curves_are_the_errors_of_the_run(monkeypatch: pytest.MonkeyPatch) -> No
     runs.log_of.cache_clear()
     (one,) = run_cases(CAMPAIGN, [(0, "carrier:ship:1", "as recorded")])
     fixed, _, rival = one["rows"]
-    told = {"trial": "ship-1", "case": "as recorded", "figure": "total"}
-    found = curves(CAMPAIGN, "complementary", told)
-    t = np.array(found["t"])
-    assert np.diff(t) == pytest.approx(0.5) and {len(v) for v in found.values()} == {len(t)}
-    assert found["ours"][0] is None and found["moves"][0] == 0.0 and found["moves"][-1] == 1.0
+    entry = {"trial": "ship-1", "case": "as recorded", "figure": "total"}
+    result = curves(CAMPAIGN, "complementary", entry)
+    t = np.array(result["t"])
+    assert np.diff(t) == pytest.approx(0.5) and {len(v) for v in result.values()} == {len(t)}
+    assert result["ours"][0] is None and result["moves"][0] == 0.0 and result["moves"][-1] == 1.0
     for key, row in (("ours", fixed), ("rival", rival)):
-        counts = np.array(found[key], dtype=np.float64)[t > 5.0]
+        counts = np.array(result[key], dtype=np.float64)[t > 5.0]
         assert np.sqrt(np.mean(counts**2)) == pytest.approx(row["total"], rel=0.02)
     assert fixed["total"] != pytest.approx(rival["total"], rel=0.1)
     several = [{**one, "rows": [{**fixed, "total": x}, rival]} for x in (90.0, 80.0)]
     whole = explained(CAMPAIGN, cases_of("short"), [one, *several], "complementary")
     assert [r["ours"] for r in whole["runs"]][:2] == [90.0, 80.0] and whole["of"] == 3
     assert [r["ours"] for r in whole["shown"]] == [90.0]  # one of each trial
-    assert whole["shown"][0]["curves"] == found
+    assert whole["shown"][0]["curves"] == result
     runs.log_of.cache_clear()

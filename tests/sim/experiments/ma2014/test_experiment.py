@@ -83,22 +83,22 @@ def test_bands():
 
 def test_each_axis_has_its_own_entry():
     spread = {"p05": (1, 2, 3), "p95": (4, 5, 6), "median": (0, 0, 0)}
-    found = list(each("a", "s", (7, 8, 9), below((7, 7, 9)), spread=spread, paper=(1, 1, 2)))
-    assert [(t.part, t.value, t.high, t.good) for t in found] == [
+    results = list(each("a", "s", (7, 8, 9), below((7, 7, 9)), spread=spread, paper=(1, 1, 2)))
+    assert [(t.part, t.value, t.high, t.good) for t in results] == [
         ("pitch", 7, 7, True),
         ("roll", 8, 7, False),
         ("heading", 9, 9, True),
     ]
-    assert [t.spread for t in found] == [(1, 4), (2, 5), (3, 6)]
-    assert [t.beside for t in found] == [{"paper": 1}, {"paper": 1}, {"paper": 2}]
+    assert [t.spread for t in results] == [(1, 4), (2, 5), (3, 6)]
+    assert [t.beside for t in results] == [{"paper": 1}, {"paper": 1}, {"paper": 2}]
 
 
 def test_one_axis_takes_the_last_entry_of_three():
-    (found,) = each(
+    (outcome,) = each(
         "a", "s", (7, 8, 9), [(None, 8.5)], axes=("heading",), paper=None, prototype=(1, 2, 3)
     )
-    assert (found.part, found.value, found.good) == ("heading", 9, False)
-    assert found.beside == {"prototype": 3} and found.spread is None
+    assert (outcome.part, outcome.value, outcome.good) == ("heading", 9, False)
+    assert outcome.beside == {"prototype": 3} and outcome.spread is None
 
 
 # -- targets of errors: each axis by its own band; entries of Table 3 run by run ------------------
@@ -115,9 +115,9 @@ def test_a_target_fails_by_its_band_and_by_nothing_else(data, find):
     ):
         changed = deepcopy(data)
         changed["table_3"]["cases"]["noise"]["complementary"]["fixed"]["sd"]["pooled"] = value
-        found = find(table_3(changed["table_3"]["cases"]), name)
-        assert tuple(t.good for t in found) == verdicts
-        assert [t.part for t in found] == ["pitch", "roll", "heading"]
+        outcome = find(table_3(changed["table_3"]["cases"]), name)
+        assert tuple(t.good for t in outcome) == verdicts
+        assert [t.part for t in outcome] == ["pitch", "roll", "heading"]
 
 
 def test_entries_in_band_are_counted_run_by_run():
@@ -141,8 +141,8 @@ def test_entries_in_band_are_counted_run_by_run():
 def test_figure_6_has_a_limit_for_each_axis(data, find):
     cases = deepcopy(data["table_3"]["cases"])
     cases["C"]["complementary"]["fixed"]["max"]["median"] = (0.5, 0.51, 0.8)
-    found = find(figure_6(cases), "complementary filter against truth, largest, case C")
-    assert [(t.high, t.good) for t in found] == [(0.5, True), (0.5, False), (0.8, True)]
+    outcome = find(figure_6(cases), "complementary filter against truth, largest, case C")
+    assert [(t.high, t.good) for t in outcome] == [(0.5, True), (0.5, False), (0.8, True)]
     (printed,) = find(figure_6(cases), "eq. (3) as printed violates")
     assert (printed.part, printed.low, printed.high) == ("heading", 0.8, None)
 
@@ -223,10 +223,10 @@ def test_differences_are_those_of_the_errors():
     rng = np.random.default_rng(1)
     keys = [f"{case}/{key}" for case in JUDGED for key in ("complementary", *KALMAN)]
     errors = {key: rng.standard_normal((50, 4, 3)) for key in keys}
-    found = differences(errors)
-    assert set(found) == {f"{case}/{key}" for case in JUDGED for key in KALMAN}
+    deviations = differences(errors)
+    assert set(deviations) == {f"{case}/{key}" for case in JUDGED for key in KALMAN}
     d = errors["C/complementary"] - errors["C/ekf_quaternion"]
-    row = found["C/ekf_quaternion"]
+    row = deviations["C/ekf_quaternion"]
     np.testing.assert_allclose(row["sd"]["pooled"], np.sqrt(d.var(axis=0).mean(axis=0)), atol=1e-5)
     largest = np.median(np.abs(d).max(axis=0), axis=0)
     np.testing.assert_allclose(row["max"]["median"], largest, atol=1e-5)

@@ -96,9 +96,9 @@ def test_a_c_model_that_differs_is_counted(monkeypatch):
     assert count_mismatches(METHODS["complementary"], log) == (0, len(log))
 
     def wrong(*arguments, levels, inner=methods.run_forms, **options):
-        found = inner(*arguments, levels=levels, **options)
-        found[levels.index("c")][0].words[17, 2] += 1
-        return found
+        result = inner(*arguments, levels=levels, **options)
+        result[levels.index("c")][0].words[17, 2] += 1
+        return result
 
     monkeypatch.setattr(methods, "run_forms", wrong)
     assert count_mismatches(METHODS["complementary"], log) == (1, len(log))

@@ -36,8 +36,8 @@ def result(broken, depth: int):
     ],
 )
 def test_broken_controller_is_refuted(old: str, new: str, mutant) -> None:
-    found = result(mutant(boresight.gateware.serial.spi, old, new), 20)
-    assert found.refuted and found.trace is not None, found.report()
+    outcome = result(mutant(boresight.gateware.serial.spi, old, new), 20)
+    assert outcome.refuted and outcome.trace is not None, outcome.report()
 
 
 @pytest.mark.parametrize(
@@ -51,8 +51,8 @@ def test_broken_controller_is_refuted(old: str, new: str, mutant) -> None:
     ],
 )
 def test_controller_that_ends_a_frame_wrongly_is_not_proven(old: str, new: str, mutant) -> None:
-    found = result(mutant(boresight.gateware.serial.spi, old, new), 3)
-    assert found.failed.startswith("not inductive"), found.report()
+    outcome = result(mutant(boresight.gateware.serial.spi, old, new), 3)
+    assert outcome.failed.startswith("not inductive"), outcome.report()
 
 
 def test_the_controller_as_it_is() -> None:

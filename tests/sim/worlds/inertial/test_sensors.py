@@ -61,33 +61,33 @@ def test_signs() -> None:
 
 def test_white_noise_walks_as_declared() -> None:
     """Variance of the integral: density^2 times time; axes by themselves."""
-    found = triad(Noise(white=0.5)).read(np.zeros((40_000, 3))) - 3e-5
-    np.testing.assert_allclose(found.var(axis=0), 0.5**2 * DT, rtol=0.04)
-    assert np.abs(np.corrcoef(found.T) - np.eye(3)).max() < 0.02
+    result = triad(Noise(white=0.5)).read(np.zeros((40_000, 3))) - 3e-5
+    np.testing.assert_allclose(result.var(axis=0), 0.5**2 * DT, rtol=0.04)
+    assert np.abs(np.corrcoef(result.T) - np.eye(3)).max() < 0.02
 
 
 def test_bias_walks_as_declared() -> None:
     """Variance of the bias after a second, over many seconds."""
-    found = (triad(Noise(walk=0.5)).read(np.zeros((200_000, 3))) - 3e-5) / DT
-    steps = found[100::100] - found[:-100:100]
+    result = (triad(Noise(walk=0.5)).read(np.zeros((200_000, 3))) - 3e-5) / DT
+    steps = result[100::100] - result[:-100:100]
     np.testing.assert_allclose(steps.var(axis=0), 0.5**2, rtol=0.12)
 
 
 def test_counts_lose_nothing() -> None:
     true = np.full((1000, 3), 0.26)
-    found = Triad(np.zeros(3), np.eye(3), Noise(lsb=1.0), (1,), DT).read(true)
-    assert set(found.ravel()) == {0.0, 1.0}
-    np.testing.assert_allclose(found.sum(axis=0), 260.0)
+    result = Triad(np.zeros(3), np.eye(3), Noise(lsb=1.0), (1,), DT).read(true)
+    assert set(result.ravel()) == {0.0, 1.0}
+    np.testing.assert_allclose(result.sum(axis=0), 260.0)
 
 
 @pytest.mark.parametrize("noise", [Noise(white=1.0), Noise(walk=1.0), Noise(0.1, 0.2, 0.03)])
 def test_pieces_make_no_difference(noise: Noise) -> None:
     true = np.linspace(0.0, 1.0, 300).reshape(100, 3)
     whole, pieces = triad(noise).read(true), triad(noise)
-    found = np.concatenate(
+    values = np.concatenate(
         [pieces.read(true[:33]), pieces.read(true[33:34]), pieces.read(true[34:])]
     )
-    np.testing.assert_allclose(found, whole, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(values, whole, rtol=0.0, atol=1e-12)
 
 
 def test_one_error_leaves_the_others() -> None:
@@ -130,14 +130,14 @@ def turning(vibration=None, **more) -> Turning:
 def attitudes(t: np.ndarray, vibration) -> Rotation:
     """Body to navigation, by composing rotations."""
     now, at = Rotation.from_matrix(START), 0.0
-    found = np.empty((len(t), 4))
+    values = np.empty((len(t), 4))
     for turn in TURNS:
         inside = t >= at - 1e-12
         vectors = np.outer(t[inside] - at, turn.rate)
-        found[inside] = (Rotation.from_rotvec(vectors) * now).as_quat()
+        values[inside] = (Rotation.from_rotvec(vectors) * now).as_quat()
         now = Rotation.from_rotvec(np.array(turn.rate) * turn.samples * TURNING_DT) * now
         at += turn.samples * TURNING_DT
-    whole = Rotation.from_quat(found)
+    whole = Rotation.from_quat(values)
     if vibration is None:
         return whole
     angle = vibration.amplitude * np.sin(
@@ -168,9 +168,9 @@ def test_increments_and_attitudes(vibration) -> None:
     # At a jump of the rate the velocity jumps with the axis it turns about; no push is that.
     wanted = np.concatenate([turned, middle.inv().apply(pushed)], axis=1)
     wanted = wanted.reshape(n, fine, 6).sum(axis=1)
-    found = np.concatenate([of.increments(0, 11), of.increments(11, n)])
-    np.testing.assert_allclose(found[:, :3], wanted[:, :3], rtol=0.0, atol=2e-10)
-    np.testing.assert_allclose(found[:, 3:], wanted[:, 3:], rtol=0.0, atol=2e-8)
+    values = np.concatenate([of.increments(0, 11), of.increments(11, n)])
+    np.testing.assert_allclose(values[:, :3], wanted[:, :3], rtol=0.0, atol=2e-10)
+    np.testing.assert_allclose(values[:, 3:], wanted[:, 3:], rtol=0.0, atol=2e-8)
     ends = slice(fine, None, fine)
     np.testing.assert_allclose(of.matrix(0, n), c[ends].as_matrix(), rtol=0.0, atol=1e-13)
     np.testing.assert_allclose(of.velocity(0, n), v[ends], rtol=0.0, atol=1e-13)
@@ -212,8 +212,8 @@ def test_normal_gravity_as_published() -> None:
     for sine in (0.0, 0.3, 0.7, 1.0):
         wanted = 9.7803253359 * (1.0 + 0.00193185265241 * sine**2)
         wanted /= math.sqrt(1.0 - 0.00669437999014 * sine**2)
-        found = normal_gravity(math.degrees(math.asin(sine)), 0.0)
-        assert found == pytest.approx(wanted, rel=1e-10)
+        result = normal_gravity(math.degrees(math.asin(sine)), 0.0)
+        assert result == pytest.approx(wanted, rel=1e-10)
     fallen = normal_gravity(45.0, 0.0) - normal_gravity(45.0, 1.0)
     assert fallen == pytest.approx(3.0855e-6, abs=2e-10)
 
@@ -228,13 +228,13 @@ def test_what_is_refused() -> None:
 def test_a_vibration_is_as_large_as_asked_for() -> None:
     """Within its band; another draw is another one; none is none."""
     rng = np.random.default_rng(2)
-    one, other = (drawn(0.02, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) for _ in "ab")
-    assert one is not None and other is not None
+    first, other = (drawn(0.02, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) for _ in "ab")
+    assert first is not None and other is not None
     t = np.arange(100_000) * TURNING_DT
-    assert one.at(t).std() == pytest.approx(0.02, rel=0.02)
-    assert one.hertz.min() >= 3.0 and one.hertz.max() <= 12.0 and np.ptp(one.hertz) > 2.0
-    assert (one.hertz != other.hertz).all() and (one.phase != other.phase).all()
-    assert one.side.tolist() == [0.0, -1.0, 0.0]
+    assert first.at(t).std() == pytest.approx(0.02, rel=0.02)
+    assert first.hertz.min() >= 3.0 and first.hertz.max() <= 12.0 and np.ptp(first.hertz) > 2.0
+    assert (first.hertz != other.hertz).all() and (first.phase != other.phase).all()
+    assert first.side.tolist() == [0.0, -1.0, 0.0]
     assert drawn(0.0, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) is None
 
 
@@ -253,31 +253,31 @@ def turntable_drawn(
     )
 
 
-def off(found: Pulses, deg_s: float = 37.3, heading: float = 1.0) -> np.ndarray:
+def off(result: Pulses, deg_s: float = 37.3, heading: float = 1.0) -> np.ndarray:
     """Where the table is at each pulse less what the pulse tells [arcsec]."""
-    passed = heading + math.radians(deg_s) * TURNTABLE_DT * (found.sample + found.share)
-    return ((passed - found.azimuth + math.pi) % TURN - math.pi) / ARCSEC
+    passed = heading + math.radians(deg_s) * TURNTABLE_DT * (result.sample + result.share)
+    return ((passed - result.azimuth + math.pi) % TURN - math.pi) / ARCSEC
 
 
 def test_a_pulse_comes_where_the_mark_is() -> None:
     """Once a turn, as far off as a step of 18 bits, and timed."""
-    found = turntable_drawn(Mark(at_deg=200.0))
+    result = turntable_drawn(Mark(at_deg=200.0))
     turns = 37.3 * 7200.0 / 360.0
-    assert abs(len(found.sample) - turns) <= 1.0
-    assert off(found).std() == pytest.approx(4.94 / math.sqrt(12.0), rel=0.06)
-    assert abs(off(found).mean()) < 0.2
-    assert (found.azimuth == math.radians(200.0)).all()
-    assert (found.share >= 0.0).all() and (found.share <= 1.0).all()
-    assert np.ptp(found.share) > 0.9 and (np.diff(found.sample) > 0).all()
+    assert abs(len(result.sample) - turns) <= 1.0
+    assert off(result).std() == pytest.approx(4.94 / math.sqrt(12.0), rel=0.06)
+    assert abs(off(result).mean()) < 0.2
+    assert (result.azimuth == math.radians(200.0)).all()
+    assert (result.share >= 0.0).all() and (result.share <= 1.0).all()
+    assert np.ptp(result.share) > 0.9 and (np.diff(result.sample) > 0).all()
 
 
 def test_an_encoder_is_read_with_the_samples() -> None:
     """At their ends, in steps: the error is that of rounding, the angle less than a sample on."""
-    found = turntable_drawn(Mark(at_deg=200.0, index="encoder"))
-    assert found.share == pytest.approx(np.ones(len(found.share)))
-    assert np.abs(off(found)).max() <= 0.5 * STEP / ARCSEC + 1e-3
-    assert off(found).std() == pytest.approx(STEP / ARCSEC / math.sqrt(12.0), rel=0.06)
-    steps = (found.azimuth - math.radians(200.0)) / STEP
+    result = turntable_drawn(Mark(at_deg=200.0, index="encoder"))
+    assert result.share == pytest.approx(np.ones(len(result.share)))
+    assert np.abs(off(result)).max() <= 0.5 * STEP / ARCSEC + 1e-3
+    assert off(result).std() == pytest.approx(STEP / ARCSEC / math.sqrt(12.0), rel=0.06)
+    steps = (result.azimuth - math.radians(200.0)) / STEP
     np.testing.assert_allclose(steps, np.rint(steps), atol=1e-6)
     assert steps.min() >= 0.0 and steps.max() <= math.radians(37.3) * TURNTABLE_DT / STEP + 1.0
     assert pytest.approx(4.944, abs=1e-3) == STEP / ARCSEC
