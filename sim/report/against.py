@@ -30,6 +30,7 @@ _ONE = {
     "accuracy.verdict.outputs.*.max": Figure("largest error", "error"),
     "accuracy.verdict.outputs.*.rms": Figure("error, rms", "error"),
     "accuracy.verdict.saturated_updates": Figure("updates that saturated", "count"),
+    "accuracy.logs.*.dataset": Figure("log", ""),
     "accuracy.logs.*.truth.*.rms": Figure("error against truth, rms", "error"),
     "numerics.*.format": Figure("format", ""),
 }

@@ -17,7 +17,7 @@ from boresight.model.front import FRONT
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
 from boresight.model.words.terms import Refuted
-from tests.bits.compile_all import estimators
+from tests.support.estimators import ALL
 from tests.support.linked import linked_core
 from tests.support.random_program import random_inputs, random_program, random_programs
 
@@ -30,10 +30,10 @@ def prove(core: Core, image: Image | None = None) -> int:
     return validate_microcode(core.machine, image or core.image, programs, registers)
 
 
-@pytest.mark.parametrize("name", {**estimators(), **FRONT})
+@pytest.mark.parametrize("name", {**ALL, **FRONT})
 @pytest.mark.parametrize("lanes", [1, 2])
 def test_shipped_programs(name: str, lanes: int) -> None:
-    program = {**estimators(), **FRONT}[name]().compile()
+    program = {**ALL, **FRONT}[name]().compile()
     try:
         core = build_core(program, ("small", "fast")[lanes - 1], restarts=0)
     except ScheduleError:
