@@ -40,7 +40,7 @@ Verb = tuple[Callable[[list[str]], int], list[str], str, str]
 #: Verbs that write one file: entry point, arguments before the output's name, the input that it
 #: could hit, and where the work begins.
 FILES: dict[str, Verb] = {
-    "run": (main, ["run", "mekf", "log.csv", "-q", "-o"], "log.csv", "boresight.verbs.run.feed"),
+    "run": (main, ["run", "mekf", "log.csv", "-q", "-o"], "log.csv", "boresight.verbs.run.feeds"),
     "tune": (
         main,
         ["tune", "mekf", "log.csv", "-q", "-o"],

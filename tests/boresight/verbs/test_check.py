@@ -65,7 +65,7 @@ def test_whose_log_is_missing(logs: list[str], capsys: pytest.CaptureFixture[str
 
 def test_a_shared_log_must_feed_all(logs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", BOTH, logs[0], "--levels", "fixed"]) == 2
-    assert "wanted a column target" in capsys.readouterr().err
+    assert "wanted columns target [rad/s], speed" in capsys.readouterr().err
     columns = STRANGERS["kalman.py"](30)[0] | STRANGERS["pi.py:Pi"](30)[0]
     results = boresight.check(BOTH, columns, levels=("fixed",))
     assert [r.estimator for r in results] == ["kalman", "pi"]
