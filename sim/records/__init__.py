@@ -7,6 +7,7 @@ record    a table of columns by name, with units, validity and locations for mes
 units     conversion of units
 text      CSV, with faults named by line and column
 columnar  Parquet, Feather, MAT, packed CSV; fast CSV by pyarrow
+ulog      PX4's flight logs
 stream    logs of any length in pieces
 archive   ``.npz`` archives, the nine-axis form included
 feed      a record as an estimator's inputs: units, steps, true values

@@ -27,6 +27,7 @@ from boresight.sim.records.reading import opened, read_bytes
 from boresight.sim.records.record import Record
 from boresight.sim.records.stream import joined, resized, timed
 from boresight.sim.records.text import ROWS, parse_csv, pieces_of_csv, write_csv
+from boresight.sim.records.ulog import parse_ulog
 
 __all__ = [
     "FORMATS",
@@ -85,6 +86,8 @@ FORMATS = {
     ".feather": Format(parse_feather, _whole(format_feather)),
     ".mat": Format(parse_mat, _whole(format_mat)),
 }
+#: Recordings that are read alone, by the end of the file's name.
+_RECORDINGS = {".ulg": Format(parse_ulog, write_csv)}
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
@@ -126,7 +129,7 @@ def _logs_below(path: Path) -> list[Path]:
     """Return the path itself, or every log in a folder."""
     if not os.path.isdir(path):  # `Path.is_dir` raises on some Pythons
         return [path]
-    return sorted(p for p in path.rglob("*") if p.name.endswith(tuple(FORMATS)))
+    return sorted(p for p in path.rglob("*") if p.name.endswith((*FORMATS, *_RECORDINGS)))
 
 
 def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
@@ -186,4 +189,5 @@ def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Reco
 
 def _format(path: Path) -> Format:
     name = path.name.lower()
-    return next((made for suffix, made in FORMATS.items() if name.endswith(suffix)), _CSV)
+    formats = (FORMATS | _RECORDINGS).items()
+    return next((made for suffix, made in formats if name.endswith(suffix)), _CSV)

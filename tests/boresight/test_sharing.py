@@ -21,7 +21,9 @@ def test_names():
         r"twice; .*$",
     ):
         estimator_names("complementary", ",".join(NAMES))
-    with pytest.raises(InputError, match=r"^estimator: wanted file.py:Class, or one of .*, found 'kalman'; .*$"):
+    with pytest.raises(
+        InputError, match=r"^estimator: wanted file.py:Class, or one of .*, found 'kalman'; .*$"
+    ):
         estimator_names("complementary", "kalman")
 
 

@@ -1,0 +1,108 @@
+"""PX4's flight logs: topics to rows, axes, times, damage."""
+
+import struct
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.attitude.rotation import rotate
+from boresight.sim.records.files import read_record
+
+FORMATS = {
+    "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
+    "vehicle_magnetometer": (
+        "uint64_t timestamp;uint64_t timestamp_sample;float[3] magnetometer_ga;"
+    ),
+    "vehicle_attitude": "uint64_t timestamp;float[4] q;",
+}
+TURN = [0.8, 0.2, -0.4, 0.4]  # front-right-down to north-east-down
+
+
+def message(kind: str, content: bytes) -> bytes:
+    return struct.pack("<HB", len(content), ord(kind)) + content
+
+
+def flight(*names: str) -> bytes:
+    """Ten rows of 4 ms at rest, turned by TURN; a magnetometer at 1.5 and 5.5 rows."""
+    names = names or tuple(FORMATS)
+    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0)
+    out += b"".join(message("F", f"{n}:{FORMATS[n]}".encode()) for n in names)
+    for k, name in enumerate(names):
+        out += message("A", struct.pack("<BH", 0, k) + name.encode())
+    rows = {
+        "sensor_combined": [
+            struct.pack("<Q6f", 10_000 + 4000 * k, 0.1, 0.2, 0.3, 1.0, 2.0, -9.0) for k in range(10)
+        ],
+        "vehicle_magnetometer": [
+            struct.pack("<2Q3f", 90_000, 10_000 + 4000 * k + 2000, 0.2, 0.1, 0.4) for k in (1, 5)
+        ],
+        "vehicle_attitude": [
+            struct.pack("<Q4f", 12_000 + 8000 * k, *((-1) ** k * np.array(TURN))) for k in range(4)
+        ],
+    }
+    for k, name in enumerate(names):
+        out += b"".join(message("D", struct.pack("<H", k) + row) for row in rows[name])
+    return out
+
+
+def test_topics_become_a_nine_axis_record(tmp_path: Path) -> None:
+    (tmp_path / "flight.ulg").write_bytes(flight())
+    record = read_record(tmp_path / "flight.ulg")
+    columns = {name: column.values for name, column in record.columns.items()}
+    assert record.name == "flight"
+    assert columns["t"] == pytest.approx(0.004 * np.arange(10))
+    first = [columns[n][0] for n in ("gx", "gy", "gz", "ax", "ay", "az")]
+    assert first == pytest.approx([0.1, -0.2, -0.3, 1.0, -2.0, 9.0])
+    assert np.flatnonzero(~np.isnan(columns["mx"])).tolist() == [2, 6]
+    assert [columns[n][2] for n in ("mx", "my", "mz")] == pytest.approx([20.0, -10.0, -40.0])
+    known = ~np.isnan(columns["qw"])
+    assert np.flatnonzero(known).tolist() == list(range(1, 7))  # between two of them
+    q = np.stack([columns[f"q{c}"][known] for c in "wxyz"], axis=1)
+    for body in np.eye(3):
+        n, e, d = rotate(np.array(TURN), body * [1.0, -1.0, -1.0])  # the same vector in PX4's axes
+        assert rotate(q, np.tile(body, (len(q), 1))) == pytest.approx(
+            np.tile([e, n, -d], (len(q), 1)), abs=1e-6
+        )
+
+
+@pytest.mark.parametrize("name", ["sensor_combined", "vehicle_magnetometer"])
+def test_a_missing_topic_is_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a.ulg").write_bytes(flight(*(n for n in FORMATS if n != name)))
+    with pytest.raises(InputError, match=f"a.ulg: wanted the topic {name}, found .*attitude"):
+        read_record(tmp_path / "a.ulg")
+
+
+def test_damaged_files_are_one_line(tmp_path: Path, capsys) -> None:
+    path, whole, rng, refused = tmp_path / "a.ulg", flight(), np.random.default_rng(31), 0
+    for k in range(200):
+        content = bytearray(whole)
+        if k % 2:
+            content[rng.integers(len(content))] ^= 1 << rng.integers(8)
+        else:
+            del content[rng.integers(len(content)) :]
+        path.write_bytes(content)
+        try:
+            read_record(path)
+        except InputError as error:
+            refused += 1
+            assert str(error).startswith((str(path), "log 'a'")) and "\n" not in str(error)
+    assert refused > 50 and not capsys.readouterr().out
+
+
+def test_a_log_that_ends_early_has_the_rows_before(tmp_path: Path) -> None:
+    """The power fails in the middle of a message."""
+    (tmp_path / "whole.ulg").write_bytes(flight("vehicle_magnetometer", "sensor_combined"))
+    content = (tmp_path / "whole.ulg").read_bytes()
+    (tmp_path / "cut.ulg").write_bytes(content[:-50])
+    whole, cut = (read_record(tmp_path / f"{name}.ulg") for name in ("whole", "cut"))
+    assert (len(whole.columns["gx"].values), len(cut.columns["gx"].values)) == (10, 8)
+
+
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "a.ulg").write_bytes(flight())
+    monkeypatch.setitem(sys.modules, "pyulog", None)
+    with pytest.raises(ToolMissing, match=r"pip install 'boresight\[ulog\]'"):
+        read_record(tmp_path / "a.ulg")
