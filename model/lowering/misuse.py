@@ -26,8 +26,9 @@ NO_NUMBER: Refused = {
     ("__bool__",): _TRUTH,
     ("__hash__",): _KEY,
     ("__float__", "__complex__"): (
-        "float() of a traced value, by math or an array of numbers",
-        "use the functions of boresight.ops; make the array with dtype=object, or np.array([...])",
+        "float() or a function of math, of a traced value",
+        "use the functions of boresight.ops; numbers stay as they are; an array of "
+        "traced values is made by np.array([...]) or with dtype=object",
     ),
     ("__int__", "__index__", "__round__", "__trunc__", "__floor__", "__ceil__"): (
         "a traced value as a whole number",

@@ -29,8 +29,8 @@ class InsGnss(Kalman):
     inputs = (
         *vector(Input, "g", "xyz", -5.0, 5.0, "rad/s", meaning="mean body rate of the step"),
         *vector(Input, "a", "xyz", -50.0, 50.0, "m/s^2", meaning="mean specific force of it"),
-        *vector(Input, "gnss_p", "enu", -4096.0, 4096.0, "m", missing="hold"),
-        *vector(Input, "gnss_v", "enu", -64.0, 64.0, "m/s", missing="hold"),
+        *vector(Input, "gnss_p", "enu", -4096.0, 4096.0, "m", missing="hold", meaning="the fix"),
+        *vector(Input, "gnss_v", "enu", -64.0, 64.0, "m/s", missing="hold", meaning="its velocity"),
         Input("new", 0.0, 1.0, valid_of=("gnss_pe", "gnss_ve"), meaning="1: there is a fix"),
     )
     params = (

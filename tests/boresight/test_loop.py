@@ -303,7 +303,9 @@ def test_worlds_by_any_name() -> None:
     made = world_of("f.py:Plant(3)")
     assert made.name == "plant" and world_of(made) is made
     assert world_of(type(made)).name == "plant"
-    with pytest.raises(boresight.InputError, match="^world: wanted one of .*found 'moon'; "):
+    with pytest.raises(
+        boresight.InputError, match="^world: wanted file.py:Class, or one of .*found 'moon'; "
+    ):
         world_of("moon")
     with pytest.raises(boresight.InputError, match="not derived from World; "):
         world_of("f.py:Filter")

@@ -67,8 +67,11 @@ def test_an_if_on_a_traced_value_is_refused() -> None:
 @pytest.mark.parametrize(
     "reason, line",
     [
-        ("float() of a traced value, by math or an array of numbers; ", lambda x: math.sin(x.y)),
-        ("float() of a traced value, by math or an array", lambda x: np.zeros(1).fill(x.y)),
+        (
+            "float(), a function of math or an array of numbers, of a traced value; ",
+            lambda x: math.sin(x.y),
+        ),
+        ("float() or a function of math", lambda x: np.zeros(1).fill(x.y)),
         (
             "UFuncTypeError: Can...loat64') with casting rule 'same_kind'; numpy.linalg",
             lambda x: np.linalg.inv([[x.y]]),
