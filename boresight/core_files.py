@@ -97,8 +97,9 @@ def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
     registers = [part.allocation.addresses() for part in core.parts]
     operations = validate_microcode(core.machine, core.image, programs, registers)
     if texts is not None:
-        for verilog in sorted(name for name in texts if name in ("core.v", "core_sim.v")):
-            check_memories(core.machine, core.image, texts[verilog])
+        for name in ("core.v", "core_sim.v"):
+            if name in texts:
+                check_memories(core.machine, core.image, texts[name])
         firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
         for program in programs:
             validate_c(program, Body(program).name, firmware)

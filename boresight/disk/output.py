@@ -224,7 +224,7 @@ class OutputFile:
             with _refusing(path, option), deferred_signals(), _locked(folder):
                 self._look()
                 staging.commit(self._by, self._of, clears=False)
-                staging.remove()  # under the lock: nobody else looks at it
+                staging.remove()  # under the lock: no other process looks at it
 
 
 def require_distinct(**outputs: StrPath | None) -> None:

@@ -35,7 +35,7 @@ from boresight.options import (
     outcome,
 )
 from boresight.sim.answer import Answer, JsonObject
-from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
+from boresight.sim.attitude.accuracy import NO_SAMPLE, AttitudeRmse, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -85,7 +85,7 @@ class RunAttitude:
         if first.samples is None or len(counted) == len(parts) == 1:
             return first
         if not counted:
-            attitude_rmse(np.ones((1, 4)), np.full((1, 4), np.nan))  # says so
+            raise InputError(NO_SAMPLE)
         samples = [n for n, _ in counted]
         mean = np.average([np.square(x) for _, x in counted], axis=0, weights=samples)
         return replace(first, rmse_deg=AttitudeRmse(*np.sqrt(mean).tolist()), samples=sum(samples))
@@ -282,10 +282,10 @@ def run(
     with make_level(on, build) as level:
         if target is None:
             deque(written(level), maxlen=0)
-        else:
-            with target.opened() as file:
-                write_pieces(str(output), file, written(level))
-    return RunResult.joined(parts)
+            return RunResult.joined(parts)
+        with target.opened() as file:
+            write_pieces(str(output), file, written(level))
+            return RunResult.joined(parts)  # what it refuses leaves no file
 
 
 def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop) -> RunResult:

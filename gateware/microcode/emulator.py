@@ -122,7 +122,7 @@ class Emulator:
         """Current copy of the selected program's states."""
         return self.parities[self.number]
 
-    def _physical(self, address: int, parity: int) -> int:
+    def physical(self, address: int, parity: int) -> int:
         """Register address with the parity in bit c of the state region."""
         half = self.machine.bank_depth // 2
         if address % self.machine.bank_depth >= half and parity:
@@ -136,7 +136,7 @@ class Emulator:
         if window is not None and offset >= 2 * slots:
             owner = window.owner(offset % slots, slots)
         parity = self.parity if owner is None else self.parities[owner]
-        return self.registers[self._physical(address, parity)]
+        return self.registers[self.physical(address, parity)]
 
     def poke(self, address: int, word: int) -> None:
         """Host write of a parameter at its address of the bus; only between updates."""
@@ -192,7 +192,7 @@ class Emulator:
             written = self._stages(lane, field_of, input_word[0] if input_word and k == 0 else None)
             if written is not None:
                 address = k * self.machine.bank_depth + field_of["dest"]
-                writes.append((self._physical(address, self.parity), written))
+                writes.append((self.physical(address, self.parity), written))
         for address, value in writes:
             self.registers[address] = value
             record.writes.append(Write(self.cycle, address, value))

@@ -210,7 +210,7 @@ class _Update:
         return f"{self.core.programs[k].name}.{self.core.programs[k].values[n].name}"
 
     def _physical(self, address: int, parity: int) -> int:
-        return self.emulator._physical(address, parity)
+        return self.emulator.physical(address, parity)
 
     def check(self) -> None:
         """Raise Refuted unless the update computes what the program says."""

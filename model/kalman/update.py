@@ -192,7 +192,7 @@ class Update:
     def _reach(self, i: int, row: Slope, variance: Any) -> float:
         """Largest standard deviation after a prediction that is not held."""
         k, size = self.kalman, self.intervals.size
-        spread = sum(
+        spread = math.fsum(
             size(d) * (math.sqrt(k.held[j]) if i == j else k.most[j]) for j, d in row.items()
         )
         return math.sqrt(spread * spread + size(variance) + k.least_noise[i])
@@ -328,7 +328,7 @@ class Update:
                     found="an infinite one",
                     fix="bound what h divides by or takes a root of: ops.clip, ops.maximum",
                 )
-        return sum(size * self.wide[j] for j, size in sizes.items())
+        return math.fsum(size * self.wide[j] for j, size in sizes.items())
 
     def _move(self, s: Any) -> None:
         """The sum of all corrections of one state."""

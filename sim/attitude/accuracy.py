@@ -22,9 +22,19 @@ from boresight.sim.attitude.rotation import (
     quaternion_normalise,
 )
 
-__all__ = ["AttitudeError", "AttitudeRmse", "attitude_error", "attitude_rmse", "largest_turn_deg"]
+__all__ = [
+    "NO_SAMPLE",
+    "AttitudeError",
+    "AttitudeRmse",
+    "attitude_error",
+    "attitude_rmse",
+    "largest_turn_deg",
+]
 
 FloatArray = npt.NDArray[np.float64]
+
+#: What a root mean square of no sample is refused with.
+NO_SAMPLE = "no sample counts: mov and a reference attitude never come together"
 
 
 class AttitudeError(NamedTuple):
@@ -93,7 +103,7 @@ def attitude_rmse(
             raise InputError(f"mov must have the shape {counts.shape!r}, not {mov.shape!r}")
         counts &= mov
     if not counts.any():
-        raise InputError("no sample counts: mov and a reference attitude never come together")
+        raise InputError(NO_SAMPLE)
     errors = attitude_error(q_est[counts], q_ref[counts])
     return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
 

@@ -11,7 +11,6 @@ import gzip
 import io
 import zlib
 from collections.abc import Iterable, Iterator
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -22,7 +21,7 @@ import numpy.typing as npt
 
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.records.archive import heads_of, record_of_arrays
-from boresight.sim.records.record import Place, Record
+from boresight.sim.records.record import Record, shifted
 
 __all__ = [
     "fast_rows",
@@ -96,16 +95,12 @@ def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
         for batch in parquet.ParquetFile(file).iter_batches(batch_size=1 << 16):
             names, arrays = batch.schema.names, [c.to_numpy(False) for c in batch.columns]
             record = record_of_arrays(path, list(zip(names, arrays, strict=True)))
-            yield dataclasses.replace(record, place=partial(_shifted, record.place, rows))
+            yield dataclasses.replace(record, place=shifted(record.place, rows))
             rows += len(record)
     except (InputError, GeneratorExit):
         raise
     except Exception as error:
         raise _damaged(path, "a Parquet file", error) from None
-
-
-def _shifted(place: Place, start: int, row: int, column: str) -> str:
-    return place(row + start, column)
 
 
 def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
@@ -203,7 +198,7 @@ def packer_zstd(file: BinaryIO) -> Any:
 
 
 class _Open(io.RawIOBase):
-    """A file that somebody else closes."""
+    """A file that stays open when what writes into it is closed."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file

@@ -16,7 +16,7 @@ from boresight.model.errors import InputError
 from boresight.sim.records.steps import steps_of
 from boresight.sim.records.units import UnitError, linear
 
-__all__ = ["TRUTH", "Column", "Record", "index_place"]
+__all__ = ["TRUTH", "Column", "Record", "index_place", "shifted"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -52,6 +52,15 @@ def index_place(where: str) -> Place:
 
 def _by_index(where: str, row: int, column: str) -> str:
     return f"{where}, {column}[{row}]"
+
+
+def shifted(place: Place, start: int) -> Place:
+    """Return a function that names the values of rows from ``start`` on, counted from 0."""
+    return partial(_from_start, place, start)
+
+
+def _from_start(place: Place, start: int, row: int, column: str) -> str:
+    return place(row + start, column)
 
 
 @dataclass(frozen=True, eq=False)

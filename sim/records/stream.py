@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from functools import partial
 from itertools import chain
 
 import numpy as np
 
-from boresight.sim.records.record import Column, Place, Record, refuse_late
+from boresight.sim.records.record import Column, Record, refuse_late, shifted
 from boresight.sim.records.steps import MEDIAN_OF, steps_of
 from boresight.sim.records.text import ROWS
 
@@ -78,8 +77,4 @@ def _rows(record: Record, start: int, end: int) -> Record:
     if (start, end) == (0, len(record)):
         return record
     columns = {n: Column(c.values[start:end], c.unit) for n, c in record.columns.items()}
-    return Record(record.name, columns, partial(_shifted, record.place, start), record.source)
-
-
-def _shifted(place: Place, start: int, row: int, column: str) -> str:
-    return place(row + start, column)
+    return Record(record.name, columns, shifted(record.place, start), record.source)

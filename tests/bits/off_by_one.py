@@ -2,16 +2,18 @@
 
 IEEE 754 leaves the last bits of these open; C libraries, numpy's vector code and BLAS kernels
 differ in them. `disturb` moves every result of theirs by one unit in the last place, up or down, so
-that whatever rests on such bits shows.
+that whatever rests on such bits shows. `sum` of floats, plain up to Python 3.11 and compensated
+from 3.12 on, is exact here.
 """
 
 from __future__ import annotations
 
+import builtins
 import functools
 import itertools
 import math
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -48,6 +50,16 @@ def _wrapped(function: Callable[..., Any], directions: Iterator[bool]) -> Callab
     return off
 
 
+def _exact_sum(terms: Iterable[Any], /, start: Any = 0) -> Any:
+    terms = list(terms)
+    if terms and all(type(x) is float and math.isfinite(x) for x in terms):
+        return start + math.fsum(terms)
+    return _SUM(terms, start)
+
+
+_SUM = sum
+
+
 def disturb() -> None:
     """Replace the functions, for all that is imported from now on."""
     directions = itertools.cycle((True, False, False, True, True, True, False))
@@ -57,4 +69,6 @@ def disturb() -> None:
                 setattr(module, name, _wrapped(getattr(module, name), directions))
     for name in ("sin", "cos", "log", "exp", "acos"):  # imported long ago, by names of its own
         setattr(random, f"_{name}", getattr(math, name))
+    builtins.sum = _exact_sum
+    assert sum([0.1] * 10) == 1.0
     assert math.sin(1.0) != 0.8414709848078965 and np.linalg.norm([3.0, 4.0]) != 5.0
