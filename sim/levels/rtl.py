@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +36,8 @@ class Simulated(Level):
     starts. What cannot be built or run raises ToolMissing or SimulationFailed then.
     """
 
-    name, tools = "rtl", SIMULATORS
+    name = "rtl"
+    tools: ClassVar[tuple[str, ...]] = SIMULATORS
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
         self._process: CoreProcess | None = None

@@ -174,13 +174,19 @@ class RtlSimulation(ABC):
 
     def __init__(self, core: Core) -> None:
         self.core, self.word = core, core.machine.arithmetic.word
-        text, self.memories = split_memories(core.verilog(instances=False))
+        sources, self.memories = self.design(core)
         lanes = core.machine.lanes
         #: Parameters of `harness.sv`; signals of the second lane exist only if the core has one.
         self.parameters = {"WORD": self.word, "LANES": lanes}
         top = Path(__file__).with_name("harness.sv").read_text()
         define = "`define TWO_LANES\n" if lanes == 2 else ""
-        self.sources = {"core.sv": text, "harness.sv": define + top}
+        define += "" if self.memories else "`define NETLIST\n"
+        self.sources = {**sources, "harness.sv": define + top}
+
+    def design(self, core: Core) -> tuple[dict[str, str], dict[str, str]]:
+        """Return the core's Verilog, and the files with the contents of its memories, by name."""
+        text, memories = split_memories(core.verilog(instances=False))
+        return {"core.sv": text}, memories
 
     def run(
         self,

@@ -1,0 +1,41 @@
+"""The core's netlist after synthesis as a level: the cells that the part has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.levels.level import Seen
+from boresight.sim.levels.rtl import Simulated
+from boresight.sim.rtl.harness import CompiledSimulation
+from boresight.sim.rtl.netlist import NetlistSimulation
+
+__all__ = ["LEVELS", "NetlistSimulated"]
+
+
+class NetlistSimulated(Simulated):
+    """The core after synthesis for Spartan-6, in Verilator (`sim.rtl.netlist`)."""
+
+    name = "netlist"
+    tools = ("verilator",)
+
+    @classmethod
+    def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
+        """Verilator, whatever simulates the source."""
+        return cls.tools
+
+    @cached_property
+    def compiled(self) -> CompiledSimulation:
+        """Simulation in Verilator."""
+        return NetlistSimulation(self.core)
+
+    def words_of_update(self, records: npt.NDArray[np.float64]) -> Sequence[Seen]:
+        """Nothing: a netlist has no registers by name."""
+        return ()
+
+
+#: Levels of this module, for `sim.levels.registry`.
+LEVELS = (NetlistSimulated,)
