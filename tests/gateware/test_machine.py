@@ -55,7 +55,7 @@ def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:
     for machine in ALL_CONFIGS.values():
         fields = machine.fields()
         assert len({f.name for f in fields}) == len(fields)
-        assert {f.stage for f in fields} <= set(range(machine.STAGE_WRITE + 1))
+        assert {f.stage for f in fields} <= set(range(machine.stages.write + 1))
         assert all(f.width > 0 and f.meaning for f in fields)
     # A result's place is an offset in the lane's own bank: a bit less than a register's address.
     width = {f.name: f.width for f in (*SMALL.fields(), *FAST.fields())}

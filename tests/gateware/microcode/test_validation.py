@@ -60,7 +60,7 @@ def test_words_of_other_programs() -> None:
     core = linked_core()
     machine, image = core.machine, core.image
     for number, base in enumerate(image.bases):
-        at = base + machine.STAGE_WRITE + 3
+        at = base + machine.stages.write + 3
         for k, part in enumerate(core.parts):
             addresses = part.allocation.addresses()
             for address in (addresses[state] for state, _ in part.program.states if k != number):
