@@ -72,8 +72,10 @@ class Arrangement:
 
     def ordered(self, order: Sequence[int]) -> list[Slot]:
         """The slots in an order that `place` returned."""
-        idle = Slot(0, 0, self.slots[0].a, op=self.slots[0].op)
-        return [idle if k == IDLE else self.slots[k] for k in order]
+        out: list[Slot] = []
+        for k in order:  # an idle slot reads what the one before it does
+            out.append(Slot(0, 0, out[-1].a, op=out[-1].op) if k == IDLE else self.slots[k])
+        return out
 
 
 def uses_flag(op: Op, term: int) -> bool:
