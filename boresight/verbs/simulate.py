@@ -18,7 +18,7 @@ from boresight.board.simulated import BoardResult, FaultsResult
 from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
-from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.machine import machine_named
 from boresight.gateware.system.programs import system_core
 from boresight.loop import simulate_world, world_of
 from boresight.model.errors import InputError
@@ -130,7 +130,7 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
 
 def check_options(*, config: str = "small", seconds: float = 1.0, source: str = "heading") -> None:
     """Raise InputError for what no simulation can be told."""
-    check_choice("config", config, ALL_CONFIGS)
+    machine_named(config)
     check_choice("source", source, SOURCES)
     if not 0.05 <= seconds <= _LONGEST_S:
         raise InputError.at(
