@@ -279,7 +279,8 @@ def _lane(word: int, sources: int, depth: int) -> Proof:
         cover=range(depth + 2, depth + 3),
         short=word == 18 and depth in (7, 11) or sources == 1 and word == 32 and depth == 7,
         claim=f"Lane of {word}-bit words, depth {depth}, {sources} outside word(s), any operands, "
-        "fields and stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, stage by stage",
+        "fields and stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, "
+        "stage by stage",
         harness=lambda: InStages(Lane(machine=machine(word, depth), sources=sources)),
     )
 
