@@ -92,7 +92,8 @@ def read_trials(
                 fix="name each log once, or rename one",
             )
         record = _from_magnetic_north(record, declination_deg)
-        other = (path is not None and is_comparison(path)) or record.name in comparisons
+        other = record.comparison or (path is not None and is_comparison(path))
+        other |= record.name in comparisons
         trial = _trial(record, estimators, "comparison" if other else "truth", path, peers)
         if trial is None:
             left_out.append(record.name)

@@ -126,7 +126,7 @@ def constant_offset(q_est: FloatArray, q_ref: FloatArray, align: str) -> FloatAr
     free = list(ALIGNMENTS[align])
     offset = np.zeros(4)
     offset[free] = np.linalg.eigh(error[:, free].T @ error[:, free])[1][:, -1]
-    return np.copysign(1.0, offset[0]) * offset + 0.0
+    return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

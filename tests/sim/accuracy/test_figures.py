@@ -118,8 +118,10 @@ def test_a_constant_offset_is_taken_out(align: str, turn: list[float], left: flo
     wanted = np.array(turn) * (1.0 - 360.0 / size if size > 180.0 else 1.0)
     assert offset == pytest.approx([0, 0, turn[2]] if align == "heading" else wanted, abs=0.02)
     assert not turned[0].any()  # no attitude yet
-    assert aligned(q, r, counts, "none") == (q, ()) and aligned(q, r, counts & False, align)[1] == ()
-    log = fed(Attitude(), **dict(zip(Q, r.T, strict=True)), mov=counts)
+    assert (
+        aligned(q, r, counts, "none") == (q, ()) and aligned(q, r, counts & False, align)[1] == ()
+    )
+    log = fed(Attitude(), z=np.zeros(6), **dict(zip(Q, r.T, strict=True)), mov=counts)
     outputs = dict(zip(Q, q.T, strict=True)) | {"bias": np.ones(6)}
     same, size_deg = aligned_outputs(Attitude(), log, outputs, align)
     assert size_deg == offset and same["bias"] is outputs["bias"]
