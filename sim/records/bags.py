@@ -6,6 +6,7 @@ The time of a message is its header's stamp, where it has one, else that of the 
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Collection, Iterator
 from importlib import import_module
 from operator import attrgetter
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.records.reading import opened
 from boresight.sim.records.topics import Recording, Topic
 
 __all__ = ["is_bag", "read_bag"]
@@ -25,7 +27,7 @@ _LARGE, _ARRAY = 1 << 14, 64
 
 def is_bag(path: Path) -> bool:
     """Whether a folder is a bag of ROS 2."""
-    return (path / "metadata.yaml").is_file()
+    return os.path.isfile(path / "metadata.yaml")  # `Path.is_file` raises on some Pythons
 
 
 def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:
@@ -50,6 +52,9 @@ def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:
         raise ToolMissing(
             "rosbags was not found: pip install 'boresight[ros]' for bags of ROS and MCAP."
         ) from None
+    if not os.path.isdir(path):
+        with opened(path, "a log file that can be read"):
+            pass
     series: dict[str, _Series] = {}
     fault: Exception | None = None
     try:
