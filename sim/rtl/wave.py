@@ -116,15 +116,17 @@ def write_wave(
         for cycle, changes in _cycles(trace):
             now |= changes
             row, changed = view.row, view.cycle(wire)
-            if not first <= row < stop:
+            if row < first:
                 continue
             if not cycles:
                 changes, changed = now, view.values
-            cycles += 1
+            cycles += row < stop
             wires = (line for code, line in changes.items() if code in own)
             text = [*wires, *(view.change(*item) for item in changed.items())]
             at = _CYCLE * cycle
             print(f"#{at}", *text, view.change("clk", 1), sep="\n", file=file)
+            if row == stop:  # what the last cycle of the window wrote
+                break
             print(f"#{at + _CYCLE // 2}", view.change("clk", 0), sep="\n", file=file)
         return Wave(view.groups, cycles)
 
@@ -294,9 +296,7 @@ class _View:
         if kind == "integer":
             return f"b{int(value):b} {code}"
         return (
-            f"s{str(value).translate(_ESCAPED)} {code}"
-            if kind == "string"
-            else f"r{value:.16g} {code}"
+            f"s{str(value).translate(_ESCAPED)} {code}" if kind == "string" else f"r{value} {code}"
         )
 
     def cycle(self, wire: Callable[[str], int]) -> dict[str, _Shown]:
