@@ -15,12 +15,12 @@ from typing import Any
 from boresight import Input, Output, Param, ops
 from boresight.kalman import Kalman, Measurement, State
 
-__all__ = ["CAPACITY", "DT", "OPEN", "Battery", "open_voltage"]
+__all__ = ["CAPACITY", "DT", "Battery", "open_voltage"]
 
 DT = 1.0  # s
 CAPACITY = 0.85  # A h
-#: Open-circuit voltage: a0 + a1 z + a2 z^2 + a3 z^3 + b exp(-c z) [V] of a charge z in [0, 1].
-OPEN = {"a": (3.685, 0.2156, -0.1178, 0.3201), "b": -1.031, "c": 35.0}
+#: Open-circuit voltage: A_0 + A_1 z + A_2 z^2 + A_3 z^3 + B exp(-C z) [V] of a charge z.
+A_0, A_1, A_2, A_3, B, C = 3.685, 0.2156, -0.1178, 0.3201, -1.031, 35.0
 R_0, R_FAST, R_SLOW = 0.07446, 0.04669, 0.04984  # ohm
 C_FAST, C_SLOW = 703.6, 4475.0  # F
 #: Charge below which the curve's exponential grows no steeper.
@@ -29,11 +29,10 @@ _EMPTY = 0.05
 
 def open_voltage(z: Any) -> Any:
     """Open-circuit voltage [V] of a charge; its drop is a straight line below `_EMPTY`."""
-    a0, a1, a2, a3 = OPEN["a"]
-    drop = OPEN["b"] * ops.exp(-OPEN["c"] * ops.maximum(z, _EMPTY))
-    last = OPEN["b"] * ops.exp(-OPEN["c"] * _EMPTY)
-    drop = ops.where(z < _EMPTY, last + (-OPEN["c"] * last) * (z - _EMPTY), drop)
-    return a0 + z * (a1 + z * (a2 + z * a3)) + drop
+    drop = B * ops.exp(-C * ops.maximum(z, _EMPTY))
+    last = B * ops.exp(-C * _EMPTY)
+    drop = ops.where(z < _EMPTY, last + (-C * last) * (z - _EMPTY), drop)
+    return A_0 + z * (A_1 + z * (A_2 + z * A_3)) + drop
 
 
 class Battery(Kalman):
@@ -105,8 +104,7 @@ class Battery(Kalman):
         To the second order, with variance P of z: E h = h + h'' P / 2, and r has (h'' P)^2 / 2 in
         it. The current's own noise is in r, too.
         """
-        _, _, a2, a3 = OPEN["a"]
-        bent = (2.0 * a2 + 6.0 * a3 * x.z) * x.p_z_z
+        bent = (2.0 * A_2 + 6.0 * A_3 * x.z) * x.p_z_z
         expected = open_voltage(x.z) + 0.5 * bent - p.r_0 * u.i - x.v_fast - x.v_slow
         noise = p.var_v + p.r_0 * (p.r_0 * p.var_i) + 0.5 * (bent * bent)
         return [Measurement(u.v, expected, noise)]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight import InputError, World
-from boresight.systems.battery.estimator import CAPACITY, DT, OPEN
+from boresight.systems.battery.estimator import A_0, A_1, A_2, A_3, CAPACITY, DT, B, C
 
 __all__ = ["CELLS", "REST_S", "Cell", "Discharge", "open_voltage"]
 
@@ -55,7 +55,8 @@ CELLS = {
 
 def open_voltage(z: FloatArray) -> FloatArray:
     """The published open-circuit voltage [V] of a charge."""
-    return np.polyval(OPEN["a"][::-1], z) + OPEN["b"] * np.exp(-OPEN["c"] * z)
+    curve: FloatArray = A_0 + z * (A_1 + z * (A_2 + z * A_3)) + B * np.exp(-C * z)
+    return curve
 
 
 class Discharge(World):
