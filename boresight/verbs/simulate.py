@@ -106,6 +106,8 @@ def simulate(
             found=str(len(record)),
             fix="give a longer log, or fewer --seconds",
         )
+    if log is None and isinstance(name, str) and ".py" in name:
+        say(f"no world named: the complete board; for a closed loop, simulate WORLD {name}")
     inputs = (log,) if isinstance(log, str | Path) else ()
     with output_folder(
         output, "simulate", of=chosen.name, files=BOARD_FILES, inputs=inputs
