@@ -25,7 +25,7 @@ from boresight.options import Arguments, Config, EstimatorNames, Logs, Option, O
 from boresight.regression import JudgedVerb
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.compare.check import EXACT, Check
+from boresight.sim.compare.check import USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
@@ -125,7 +125,7 @@ def check(
     config: Config = "small",
     word: Word = 32,
     steps: int | None = None,
-    levels: Sequence[str] = EXACT,
+    levels: Sequence[str] = USUAL,
     simulator: str | None = None,
     params: Params = None,
     reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
@@ -229,7 +229,7 @@ def _waves(
 
 
 def replay(
-    *files: str | Path, levels: Sequence[str] = EXACT, simulator: str | None = None
+    *files: str | Path, levels: Sequence[str] = USUAL, simulator: str | None = None
 ) -> list[str]:
     """Run reproducers, which hold their machine and inputs; all are read before the first is run.
 

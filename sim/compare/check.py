@@ -25,10 +25,12 @@ from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
-__all__ = ["EXACT", "Check"]
+__all__ = ["EXACT", "USUAL", "Check"]
 
 #: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
+#: Those that are checked by default.
+USUAL = tuple(name for name in EXACT if LEVELS[name].usual)
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Check:
     build : Build
         Estimators in one core; where they are several, they take turns on the RTL.
     levels : sequence of str, optional
-        Which of `EXACT`, all by default. The integer interpreter, with which each is
+        Which of `EXACT`; `USUAL` by default. The integer interpreter, with which each is
         compared, and float64 run in any case.
     simulator : str, optional
         Verilator or Icarus; by default Verilator, and Icarus too (not all updates) where it is.
@@ -68,7 +70,7 @@ class Check:
         self,
         build: Build,
         *,
-        levels: Sequence[str] = EXACT,
+        levels: Sequence[str] = USUAL,
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:

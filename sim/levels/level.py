@@ -117,6 +117,8 @@ class Level(ABC):
     tools: ClassVar[tuple[str, ...]]
     #: Whether it computes words, which must equal those of the integer interpreter.
     exact: ClassVar[bool] = True
+    #: Whether it is checked unless others are named.
+    usual: ClassVar[bool] = True
     #: Number of runs side by side, each with its own states (`batch`); None: without that axis.
     runs: int | None = None
     #: States (n, n_states) that another level had in the records of the next run. A level may use

@@ -92,7 +92,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("compile complementary -o x --params digits.json", "found a number of 400 digits"),
         ("check mekf log.csv --levels fixed --config medium", "config: wanted one of small, fast"),
         ("check mekf log.csv --levels c --simulator vcs", "wanted one of verilator, icarus"),
-        ("check mekf log.csv --levels c,d", "levels: wanted one of fixed, c, rtl, found 'd'"),
+        ("check mekf log.csv --levels c,d", "levels: wanted one of fixed, c, rtl, netlist, found 'd'"),
         ("run mekf log.csv --param=--", "--param: expected one argument"),
         ("run mekf log.csv x\x1by", "unrecognized arguments: x\\x1by (see"),
         (
@@ -150,7 +150,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("check complementary absent.csv", "absent.csv: wanted a log file that can be read, found"),
         ("run mekf text.csv", "text.csv, line 3, column z: wanted a finite number, or nothing, fo"),
         ("run mekf short.csv", "short.csv: wanted columns gx [rad/s], gy [rad/s], "),
-        ("run mekf log.csv --on gpu", "on: wanted one of numpy, float, fixed, c, rtl, found 'gpu'"),
+        ("run mekf log.csv --on gpu", "on: wanted one of numpy, float, fixed, c, rtl, netlist, found 'gpu'"),
         ("run complementary log.csv --param kp_pitch_per_s=33", "kp_pitch_per_s: wanted 0 to 32"),
         ("run complementary log.csv --param kp=x", "--param: wanted NAME=NUMBER, found 'kp=x'"),
         ("run mekf log.csv --word 33", "word: wanted 18 to 32 bits, found 33; "),

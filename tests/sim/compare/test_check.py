@@ -199,7 +199,7 @@ def test_missing_simulator_fails(log, monkeypatch):
     ("options", "message"),
     [
         ({"levels": ("rtl", "silicon")}, r"^levels: wanted one of .*, found 'silicon'; .*$"),
-        ({"levels": ("numpy",)}, r"^levels: wanted one of fixed, c, rtl, found 'numpy'; .*$"),
+        ({"levels": ("numpy",)}, r"^levels: wanted one of fixed, c, rtl, netlist, found 'numpy'; .*$"),
         ({"simulator": "modelsim"}, r"^simulator: wanted one of .*, found 'modelsim'; .*$"),
     ],
 )

@@ -26,8 +26,8 @@ from tests.support.linked import Inner, Middle, Outer
 
 # -- levels: one update at a time and all at once, resets, and how they agree ---------------------
 
-#: Levels that need no simulator: tests/sim/levels/test_rtl.py has the other.
-QUICK = tuple(name for name in LEVELS if name != "rtl")
+#: Levels that need no simulator: tests/sim/levels/test_rtl.py and tests/sim/rtl have the others.
+QUICK = tuple(name for name in LEVELS if name not in ("rtl", "netlist"))
 
 
 RECORDS = np.array([[1.0, 0.0], [0.0, 0.25], [-2.0, -1.0], [0.5, 0.5]])
@@ -117,7 +117,7 @@ class Turning(Estimator):
         return {}, {"phase": ops.wrap_turns(u.a), "half": ops.wrap_ht(2.0 * u.a)}
 
 
-@pytest.mark.parametrize("name", [n for n in LEVELS if n != "rtl"])
+@pytest.mark.parametrize("name", QUICK)
 def test_turns_are_told_from_zero_to_one(name: str) -> None:
     level = make_level(name, Build(Turning()))
     outcome = level.run(np.array([[-0.25], [0.5], [3.75], [-4.0]])).outputs
@@ -255,41 +255,41 @@ def test_a_level_that_reads_another_update_is_seen(monkeypatch: pytest.MonkeyPat
 
 # -- levels by name: one more is one more module --------------------------------------------------
 
-FIFTH = """
+NEW = """
 from boresight.sim.levels.integer import Emitted
 
-class Netlist(Emitted):
-    name, tools = "netlist", ("nextpnr",)
+class Fabric(Emitted):
+    name, tools = "fabric", ("nextpnr",)
 
-LEVELS = (Netlist,)
+LEVELS = (Fabric,)
 """
 
 
 def test_names() -> None:
-    assert list(LEVELS) == ["numpy", "float", "fixed", "c", "rtl"]
-    assert [n for n, level in LEVELS.items() if level.exact] == ["fixed", "c", "rtl"]
+    assert list(LEVELS) == ["numpy", "float", "fixed", "c", "rtl", "netlist"]
+    assert [n for n, level in LEVELS.items() if level.exact] == ["fixed", "c", "rtl", "netlist"]
     assert all(level.tools for level in LEVELS.values())
 
 
 def test_no_such_level() -> None:
     with pytest.raises(
         InputError,
-        match=r"^level: wanted one of numpy, float, fixed, c, rtl, found 'vhdl'; choose one",
+        match=r"^level: wanted one of numpy, float, fixed, c, rtl, netlist, found 'vhdl'; choose one",
     ):
         make_level("vhdl", Build(Complementary()))
 
 
-def test_a_fifth_level_is_one_more_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_level_is_one_more_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is found, run and checked as the others."""
-    (tmp_path / "netlist.py").write_text(FIFTH)
+    (tmp_path / "fabric.py").write_text(NEW)
     here = Path(registry.__file__).parent
     monkeypatch.setattr(boresight.sim.levels, "__path__", [str(here), str(tmp_path)])
     try:
         outcome = registry.all_levels()
     finally:
-        sys.modules.pop("boresight.sim.levels.netlist", None)
-    assert list(outcome) == ["numpy", "float", "fixed", "c", "netlist", "rtl"]
-    assert level_of("c") is not outcome["netlist"]
-    level = outcome["netlist"](Build(Complementary()))
-    assert (level.name, level.tool) == ("netlist", "nextpnr")
+        sys.modules.pop("boresight.sim.levels.fabric", None)
+    assert list(outcome) == ["fabric", "numpy", "float", "fixed", "c", "rtl", "netlist"]
+    assert level_of("c") is not outcome["fabric"]
+    level = outcome["fabric"](Build(Complementary()))
+    assert (level.name, level.tool) == ("fabric", "nextpnr")
     assert level.run(np.zeros((2, len(Complementary.inputs)))).words is not None

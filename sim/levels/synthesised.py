@@ -21,6 +21,7 @@ class NetlistSimulated(Simulated):
 
     name = "netlist"
     tools = ("verilator",)
+    usual = False  # yosys takes half a minute
 
     @classmethod
     def tools_of_check(cls, simulator: str | None) -> tuple[str, ...]:
