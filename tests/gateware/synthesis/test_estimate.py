@@ -7,13 +7,19 @@ import pytest
 
 from boresight.gateware.synthesis import celltypes as ct
 from boresight.gateware.synthesis import estimate as module
-from boresight.gateware.synthesis.area import count_area
-from boresight.gateware.synthesis.celltypes import UnknownCell
-from boresight.gateware.synthesis.delays import GRADES, NET_MODELS, Delay, delay_table, fanout_key
-from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.synthesis.graph import build_graph
 from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.spartan6.area import count_area
+from boresight.gateware.synthesis.spartan6.celltypes import UnknownCell
+from boresight.gateware.synthesis.spartan6.delays import (
+    GRADES,
+    NET_MODELS,
+    Delay,
+    delay_table,
+    fanout_key,
+)
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.yosys import Synthesis
 
 # -- small Verilog designs through the real synthesiser, against areas and sums by hand -----------

@@ -102,7 +102,8 @@ def test_area_and_clock_are_called_an_estimate(one: Design) -> None:
     used = SimpleNamespace(lut=1042, ff=900, dsp=8, ramb16=17.5)
 
     def resources(fmax: float | None) -> str:
-        area: Any = SimpleNamespace(area=used, corner=lambda **_: SimpleNamespace(fmax_mhz=fmax))
+        corner = SimpleNamespace(fmax_mhz=fmax)
+        area: Any = SimpleNamespace(area=used, device=XC6SLX9, corner=lambda **_: corner)
         texts = integration_files(
             describe(build.core), recorded(build), generic=False, axi=False, area=area
         )
