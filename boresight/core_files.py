@@ -60,7 +60,6 @@ TARGET_NAMES = ("xc6slx9", "generic", *(name for name in TARGETS if name != "xc6
 SYSTEM_CLOCK_HZ = 100_000_000
 
 
-
 def has_primitives(target: str) -> bool:
     """Whether ``core.v`` for a target has primitives of it: Spartan-6."""
     return target in TARGETS and TARGETS[target].family is SPARTAN6
@@ -79,7 +78,9 @@ _PROJECT = (
 )
 
 
-def core_files(names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False) -> list[str]:
+def core_files(
+    names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False
+) -> list[str]:
     """Names of the files that `write_core` writes for these estimators, and of the report."""
     out = [*_verilog(target), "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
     for name in names:
@@ -173,7 +174,9 @@ def write_core(
         head = verilog_head(about, instances=instances, identified=identified)
         texts[file] = head + core.verilog(instances=instances, identified=identified)
     texts |= register_texts(about)
-    texts |= integration_files(about, records, generic=not has_primitives(target), axi=axi, area=area)
+    texts |= integration_files(
+        about, records, generic=not has_primitives(target), axi=axi, area=area
+    )
     for number in range(len(core.parts)):
         texts |= _program_texts(core.select(number))
     proven = prove(core, texts)

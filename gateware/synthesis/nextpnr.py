@@ -229,7 +229,7 @@ def _timing(report: Mapping[str, Any]) -> dict[str, Any]:
     if not clocks:
         return {"clock_mhz": None, "path": []}
     slowest = min(clocks, key=lambda name: (clocks[name], name))
-    path = next(
+    path: list[dict[str, Any]] = next(
         (
             p["path"]
             for p in report["critical_paths"]

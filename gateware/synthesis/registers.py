@@ -176,9 +176,11 @@ class _Netlist:
         clocks = {flip_flop.clock for flip_flop in chosen}
         enables = {self.enables(flip_flop) for flip_flop in chosen}
         at_hand = wires.get(rule.clock, ["x"])[0]
-        if len(clocks) != 1 or len(enables) != 1 or None in enables:
+        if len(clocks) != 1 or len(enables) != 1:
             return
         (clock,), (enable,) = clocks, enables
+        if enable is None:
+            return
         if at_hand not in ("x", clock) or (rule.agrees and wires[rule.agrees] != [enable]):
             return
         if not rule.agrees and any(wires.get(p, [enable]) != [enable] for p in rule.enables):

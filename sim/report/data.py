@@ -84,7 +84,7 @@ def report_data(
     warn = warnings.append
     if area is None:
         warn("resources and clock: not known, no synthesis was run")
-    else:
+    elif isinstance(area, Estimate):
         warnings += area.warnings
     observed = Observed.of(program, checks) if checks else None
     if observed is None:

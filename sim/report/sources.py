@@ -31,7 +31,10 @@ def tool_of(estimate: Estimate | Mapped) -> str:
 
 
 def sources(
-    data: Mapping[str, Any], estimate: Estimate | Mapped | Routed | None, observed: str, device: Device
+    data: Mapping[str, Any],
+    estimate: Estimate | Mapped | Routed | None,
+    observed: str,
+    device: Device,
 ) -> dict[str, str]:
     """What each part of the report rests on; `source_of` looks a number up.
 

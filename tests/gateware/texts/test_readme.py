@@ -15,6 +15,7 @@ from amaranth.lib.wiring import Component
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import Records, describe
 from boresight.gateware.engine.engine import Engine
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.texts.bench import Recorded, expected_hex, input_hex
 from boresight.gateware.texts.core import integration_files, verilog_head
 from boresight.gateware.texts.records import records_header
