@@ -160,7 +160,7 @@ def _check_room(used: Mapping[str, float], target: Target) -> None:
     fits = [
         other.name
         for other in TARGETS.values()
-        if other.family is target.family
+        if other.family.name == target.family.name
         and all(n <= other.device.capacity(key) for key, n in used.items())
     ]
     raise InputError.at(
