@@ -127,13 +127,9 @@ class ExploreResult(Answer, Sequence[Explored]):
         names = {q.name: q for q in self.known}
         error = "attitude" if "attitude" in names else "tolerance"
         shown = [name for name in (error, *_SHOWN) if name in names]
-        width = max([11, *(len(_which(row)) for row in self.rows)])
+        width = max([11, *(len(row.name) for row in self.rows)])
         yield f"{'combination':{width}s}" + "".join(f"{name:>12s}" for name in shown)
         for row in self.rows:
             cells = [row.figures.get(name) for name in shown]
             text = "".join(f"{'' if v is None else f'{v:.4g}':>12s}" for v in cells)
-            yield f"{_which(row):{width}s}{text}{'  ' * bool(row.refused)}{row.refused}".rstrip()
-
-
-def _which(row: Explored) -> str:
-    return f"{row.estimator}, {row.name.split(', ', len(row.arguments))[-1]}"
+            yield f"{row.name:{width}s}{text}{'  ' * bool(row.refused)}{row.refused}".rstrip()
