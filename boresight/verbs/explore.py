@@ -165,18 +165,20 @@ def explore(
     )
     texts = isinstance(name, str)
     with others(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
-        complete(
-            exploration,
-            measured,
-            tasks,
-            journal,
-            say=say,
-            jobs=jobs if texts else 1,
-            executor=dealer,
-            batch=1,
-            each=table.write_at_times,
-        )
-    result = table.write(str(folder / f"{of}.html"))
+        try:
+            complete(
+                exploration,
+                measured,
+                tasks,
+                journal,
+                say=say,
+                jobs=jobs if texts else 1,
+                executor=dealer,
+                batch=1,
+                each=table.write_at_times,
+            )
+        finally:
+            result = table.write(str(folder / f"{of}.html"))
     if listed is not None:
         listed.write(result.csv())
     return result

@@ -46,7 +46,7 @@ class Demand:
         return over / under if under > 0.0 and math.isfinite(over) else math.inf
 
     def __str__(self) -> str:
-        return f"{self.quantity.name}{self.sign}{self.limit:.4g}{self.quantity.unit}"
+        return f"{self.quantity.name}{self.sign}{self.limit:.4g}{_unit(self.quantity).strip()}"
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,8 @@ class Relaxed:
     row: Explored
 
     def __str__(self) -> str:
-        unit = self.demand.quantity.unit
-        return (
-            f"{self.demand} relaxed to {self.limit:.4g}{' ' * bool(unit)}{unit} alone would do: "
-            f"{self.row.name}"
-        )
+        unit = _unit(self.demand.quantity)
+        return f"{self.demand} relaxed to {self.limit:.4g}{unit} alone would do: {self.row.name}"
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ class Choice:
 
 
 def _unit(quantity: Quantity) -> str:
-    return f" {quantity.unit}" if quantity.unit else ""
+    return f" {quantity.unit}" if quantity.unit not in ("", quantity.name) else ""
 
 
 def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
@@ -166,6 +163,8 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
         quantity = quantity_of(match[1], known, "want")
         if match[4]:
             try:
+                if not quantity.unit:  # an angle would be a plain number, too
+                    raise UnitError(match[4])
                 factor, offset = linear(match[4], quantity.unit)
             except UnitError as error:
                 raise InputError.at(

@@ -39,14 +39,15 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-WORDS = ("smooth.py", "log.csv", "--words", "18,32", "--no-area")
+WORDS = ("--words", "18,32", "--no-area")
 
 
 def test_rows_choice_and_files(here, capsys) -> None:
-    line = ["explore", *WORDS, "shift=3,-1", "--jobs", "1", "--csv", "t.csv"]
+    line = ["explore", "smooth.py", "log.csv", "shift=3,-1", *WORDS, "--jobs", "1"]
+    line += ["--csv", "t.csv"]
     assert main([*line, "--want", "m<1uV", "--least", "cycles"]) == 0
     out, err = capsys.readouterr()
-    assert "choice, cycles " in out and "shift=3, 32 bits, fast" in out.splitlines()[-2]
+    assert "choice, cycles " in out and "cycles 10: shift=3, 32 bits, small" in out.splitlines()[-2]
     assert out.count("negative shift") == 4 and "8 combinations" in err
     head, *rows = (here / "t.csv").read_text().splitlines()
     assert head.startswith("estimator,word[bits],config,target,m[V],m.rms[V],") and len(rows) == 8
@@ -54,7 +55,7 @@ def test_rows_choice_and_files(here, capsys) -> None:
     assert "boresight compile" in page and '"left": 0' in page
     assert main([*line, "--want", "m<1uV, cycles<3", "--json"]) == 1
     data = json.loads(capsys.readouterr().out)
-    assert data["choice"]["row"] is None and data["choice"]["missed"] == ["cycles<3cycles"]
+    assert data["choice"]["row"] is None and data["choice"]["missed"] == ["cycles<3"]
     assert len(data["rows"]) == 8 and data["good"] is False
 
 
@@ -119,7 +120,7 @@ def test_two_workers_give_what_one_process_gives(here) -> None:
     ],
 )
 def test_bad_input_is_one_line(here, more, message, capsys) -> None:
-    assert main(["explore", "smooth.py", "log.csv", "--no-area", *more]) == 2
+    assert main(["explore", "smooth.py", "log.csv", *more, "--no-area"]) == 2
     err = capsys.readouterr().err
     assert message in err and err.count("\n") == 1
     assert not (here / "build").exists()
@@ -133,5 +134,5 @@ def test_bad_logs_and_a_foreign_table(here, capsys) -> None:
     assert "wanted a column a" in capsys.readouterr().err
     (here / "build").mkdir()
     (here / "build" / "explore-smooth.runs").write_text("mine")
-    assert main(["explore", *WORDS]) == 2
+    assert main(["explore", "smooth.py", "log.csv", *WORDS]) == 2
     assert "wanted the journal of this campaign" in capsys.readouterr().err

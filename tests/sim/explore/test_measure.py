@@ -1,7 +1,7 @@
 """Area: words of 18 bits take one multiplier block of the XC6SLX9, wider ones four."""
 
 from boresight.sim.explore.measure import Case, Exploration, Task, measured
-from tests.sim.explore.test_cases import LOG, Smooth
+from tests.support.smooth import LOG, Smooth
 
 
 def test_area_of_18_bits() -> None:
