@@ -120,7 +120,11 @@ class ExploreResult(Answer, Sequence[Explored]):
         return self.choice.lines(self.least)
 
     def __str__(self) -> str:
-        return "\n".join((*self._table(), *self._choice_lines(), f"{self.page}, {self.table}"))
+        lines = [*self._table(), *self._choice_lines(), f"{self.page}, {self.table}"]
+        if not self.good:
+            wanted = "meets the demands" if self.choice else "can be built and measured"
+            lines.append(f"FAILED: no combination {wanted}")
+        return "\n".join(lines)
 
     def _table(self) -> Iterator[str]:
         """Rows for people: the attitude's error or the largest over its tolerance, and costs."""
