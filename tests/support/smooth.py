@@ -1,5 +1,7 @@
 """A smoother with an argument, and a log of it, for tests of explorations."""
 
+from typing import Any
+
 from boresight import Estimator, Input, Output, Record, State
 
 
@@ -15,7 +17,7 @@ class Smooth(Estimator):
             raise ValueError("negative shift")
         self.gain = 2.0**-shift
 
-    def step(self, x, u, p):
+    def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         m = (1.0 - self.gain) * x.m + self.gain * u.a
         return {"m": m}, {"m": m, "cycles": u.a}
 
