@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -64,6 +65,9 @@ class Search:
         As `Estimator.compile_traced` gives them.
     claims : sequence of Claim
     seed : int
+    drawn_states : callable, optional
+        Replaces some of the states (n_states, runs) before every update, which a reset need not
+        reach then.
     """
 
     def __init__(
@@ -73,8 +77,11 @@ class Search:
         nodes: Mapping[int, Node],
         claims: Sequence[Claim],
         seed: int = 1,
+        *,
+        drawn_states: Callable[[np.random.Generator, IntArray], IntArray] | None = None,
     ) -> None:
         self.estimator, self.program, self.claims = estimator, program, claims
+        self.drawn_states = drawn_states
         self.nodes = dict(nodes)
         self.rng = np.random.default_rng(seed)
         self.machine = Interpreter(program, _RUNS)
@@ -88,7 +95,7 @@ class Search:
         self.most = np.full(len(claims), -np.inf)
         self.broken = np.zeros(len(claims), dtype=np.bool_)
         self.at = np.zeros((len(claims), 2), dtype=np.int64)
-        self.champions: dict[int, tuple[FloatArray, FloatArray, IntArray, int, int]] = {}
+        self.champions: dict[int, tuple[Any, ...]] = {}
         self.log: list[tuple[FloatArray, FloatArray, IntArray]] = []
         self.parents = np.full(_RUNS, -1, dtype=np.int64)
 
@@ -122,6 +129,8 @@ class Search:
     def _update(self) -> None:
         program, machine = self.program, self.machine
         self.inputs = self._next_inputs()
+        if self.drawn_states is not None:
+            self.states = self.drawn_states(self.rng, self.states)
         for (number, _), words in zip(program.states, self.states, strict=True):
             machine.values[number] = words
         by_name = dict(zip((p.name for p in self.estimator.params), self.params, strict=True))
@@ -148,20 +157,13 @@ class Search:
             if claim.word is not None:
                 value = self._held(twin, claim, claim.word, value)
             value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)
-            far = np.maximum(np.abs(value), 0.0)
             outside = (value < low) | (value > high)
-            run = int((np.where(outside, np.inf, far) if outside.any() else far).argmax())
-            farther = max(-self.least[k], self.most[k]) < far[run]
-            if (outside.any() and not self.broken[k]) or (farther and not self.broken[k]):
+            run = int(np.where(outside, np.inf, np.abs(value)).argmax())
+            farther = max(-self.least[k], self.most[k]) < abs(value[run])
+            if not self.broken[k] and (farther or outside.any()):
                 self.at[k] = now, run
-                states, inputs, params, parents = self.states, self.inputs, self.params, self.parents
-                self.champions[k] = (
-                    inputs[:, run].copy(),
-                    params[:, run].copy(),
-                    states[:, run].copy(),
-                    int(parents[run]),
-                    run,
-                )
+                three = (each[:, run].copy() for each in (self.inputs, self.params, self.states))
+                self.champions[k] = (*three, int(self.parents[run]))
             self.broken[k] |= bool(outside.any())
             self.least[k] = min(self.least[k], value.min())
             self.most[k] = max(self.most[k], value.max())
@@ -198,7 +200,7 @@ class Search:
         chosen = rng.permutation(_RUNS)
         follow, reset = _RUNS // _FOLLOW, _RUNS // _RESET
         for run in chosen[: follow if goals else 0]:
-            inputs, params, states, parent, _ = self.champions[goals[rng.integers(len(goals))]]
+            inputs, params, states, parent = self.champions[goals[rng.integers(len(goals))]]
             self.inputs[:, run], self.params[:, run] = inputs, params
             self.states[:, run], self.parents[run] = states[: len(self.states)], parent
             self.hold[run] = rng.uniform(0.3, 1.0)
