@@ -155,7 +155,7 @@ class Argument:
 
 #: Verbs that compile estimators, and so take profiles.
 PROFILED = (
-    *("compile", "run", "check", "report", "simulate", "demo"),
+    *("compile", "run", "check", "ranges", "report", "simulate", "demo"),
     *("accuracy", "bench", "covariance", "montecarlo", "tune"),
 )
 

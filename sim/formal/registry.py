@@ -58,7 +58,7 @@ def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
 
 
 def prove_named(name: str, solver: str | None, timeout_s: float) -> tuple[bool, str]:
-    """Whether a proof holds, and a line about it: for a process, which no harness can be sent to."""
+    """Whether a proof holds, and a line about it; by name, since a harness cannot be pickled."""
     (proof,) = (p for p in all_proofs() if p.name == name)
     try:
         result = prove(proof, tools=find_tools(solver), timeout_s=timeout_s)

@@ -80,8 +80,13 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
     program, nodes
         As `Estimator.compile_traced` gives them.
     """
+    replacing = {
+        nodes[after].number: (program.values[state].low, program.values[state].high)
+        for state, after in program.states
+        if after in nodes
+    }
     results = [*program.outputs, *(after for _, after in program.states)]
-    word_of = {node.number: number for number, node in reversed(nodes.items())}
+    word_of = {node.number: number for number, node in reversed([*nodes.items()])}
     out = [
         Claim(
             node.args[0],
@@ -92,11 +97,13 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
             word_of.get(node.number),
         )
         for node in live([nodes[n] for n in results if n in nodes])
-        if node.kind == "bounded"
+        if node.kind == "bounded" and replacing.get(node.number) != (node.low, node.high)
     ]
     clamped = {op.dest for op in program.ops if op.overflow is not Overflow.SAT}
     for state, after in program.states:
         declared, node = program.values[state], nodes.get(after)
+        if node is not None and node.kind == "bounded":  # of the same range, or a claim itself
+            node = node.args[0] if replacing[node.number] == (node.low, node.high) else node
         if node is not None and after != state and after not in clamped:
             reason = f"range of the state {declared.name}"
             out.append(

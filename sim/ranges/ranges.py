@@ -11,16 +11,17 @@ import numpy as np
 
 from boresight.model.estimator import Estimator
 from boresight.model.words.program import Overflow
-from boresight.sim.answer import Answer, Figure
+from boresight.sim.answer import Answer, Figure, JsonObject
 from boresight.sim.ranges.boxes import proof_of
 from boresight.sim.ranges.claims import Claim, claims_of
 from boresight.sim.ranges.covariances import of_covariance
-from boresight.sim.ranges.search import Reach, Search
+from boresight.sim.ranges.search import RUNS, Reach, Search
 
 __all__ = ["NEAR", "STATUSES", "ClaimResult", "RangesResult", "Witness", "examine"]
 
-#: What is known of a claim, the best first.
+#: What is known of a claim, the best first; and of the range of a state.
 STATUSES = ("proven", "theorem", "tight", "open", "refuted")
+STATE_STATUSES = ("invariant", "observed", "saturates")
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
 
@@ -32,6 +33,7 @@ class Witness:
     Attributes
     ----------
     params : dict of str to float
+        Those that are not their defaults.
     inputs : dict of str to list of float
         One number for each update from a reset on, by input.
     """
@@ -63,11 +65,11 @@ class ClaimResult:
     low, high : float
         The range.
     status : str
-        One of `STATUSES`.
+        One of `STATUSES`; of a state's range one of `STATE_STATUSES`.
     how : str
         Of what is proven: how.
-    least, most : float or None
-        What the search reached; None: it did not run.
+    least, most : float
+        What the search reached.
     share : float
         Largest magnitude reached, as a share of the range's.
     witness : Witness or None
@@ -91,8 +93,7 @@ class ClaimResult:
         text += f": {self.how}" if self.how else f": reached [{self.least:.6g}, {self.most:.6g}]"
         if self.witness is not None:
             text += f", in update {self.witness.updates} after a reset, {self.witness.last}"
-            changed = ", ".join(f"{k} = {v:.6g}" for k, v in self.witness.params.items())
-            text += f"; parameters {changed}" if changed else ""
+            text += "".join(f", --param {k}={v:.6g}" for k, v in self.witness.params.items())
         return text
 
 
@@ -105,9 +106,8 @@ class RangesResult(Answer):
     estimator : str
     word : int
     claims : tuple of ClaimResult
-        Of values; states are apart.
     states : tuple of ClaimResult
-        That next states are in their ranges: proven is an invariant, else it is what was observed.
+        That next states are in their ranges: an invariant, observed, or held by saturation.
     updates : int
         Of the search.
     saturated : dict of str to int
@@ -133,8 +133,8 @@ class RangesResult(Answer):
 
     @property
     def refuted(self) -> int:
-        """Number of refuted claims, of values and states."""
-        return sum(c.status == "refuted" for c in (*self.claims, *self.states))
+        """Number of refuted claims."""
+        return sum(c.status == "refuted" for c in self.claims)
 
     @property
     def shown(self) -> float:
@@ -142,19 +142,29 @@ class RangesResult(Answer):
         good = sum(c.status in STATUSES[:3] for c in self.claims)
         return good / len(self.claims) if self.claims else 1.0
 
-    def to_json(self) -> dict:  # type: ignore[type-arg]
+    def to_json(self) -> JsonObject:
         """Return the fields, ``good``, ``shown`` and ``refuted`` as plain data."""
         head = {"good": self.good, "shown": self.shown, "refuted": self.refuted}
         return {**head, **super().to_json()}
 
     def __str__(self) -> str:
         lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
-        for title, claims in (("claims", self.claims), ("next states", self.states)):
+        for title, claims, statuses in (
+            ("claims", self.claims, STATUSES),
+            ("ranges of states", self.states, STATE_STATUSES),
+        ):
             count = Counter(c.status for c in claims)
-            each = ", ".join(f"{count[s]} {s}" for s in STATUSES if count[s])
+            each = ", ".join(f"{count[s]} {s}" for s in statuses if count[s])
             lines.append(f"  {len(claims)} {title}: {each or 'none'}")
-        shown = [c for c in (*self.claims, *self.states) if c.status in ("open", "refuted")]
-        lines += [f"  {c}" for c in sorted(shown, key=lambda c: -STATUSES.index(c.status))]
+        for status in ("refuted", "open", *STATE_STATUSES[1:]):
+            alike: dict[tuple[str, str], list[ClaimResult]] = {}
+            for c in (*self.claims, *self.states):
+                if c.status == status:
+                    alike.setdefault((c.value, c.line), []).append(c)
+            for group in alike.values():
+                farthest = max(group, key=lambda c: c.share)
+                more = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
+                lines.append(f"  {farthest}{more}")
         if self.saturated:
             words = ", ".join(f"{name} {count:,}x" for name, count in self.saturated.items())
             lines.append(f"  saturated: {words}")
@@ -166,7 +176,7 @@ def examine(
     estimator: Estimator,
     *,
     word: int = 32,
-    updates: int = 200,
+    updates: int = 100_000,
     seed: int = 1,
     progress: Callable[[str], None] = lambda text: None,
 ) -> RangesResult:
@@ -175,8 +185,9 @@ def examine(
     Parameters
     ----------
     updates : int
-        Of each of the runs of the search.
+        Of the search, all runs together.
     """
+    steps = -(-updates // RUNS)
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
     proofs: list[str | None] = []
@@ -184,7 +195,7 @@ def examine(
         progress(f"claim {k + 1} of {len(claims)}")
         proofs.append(proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
-    search.run(updates, progress)
+    search.run(steps, progress)
     reached = search.reach()
     rest = [
         k
@@ -192,24 +203,21 @@ def examine(
         if proofs[k] is None and not reach.broken and _share(claim, reach) < NEAR
     ]
     theorems = of_covariance(
-        estimator, program, nodes, [claims[k] for k in rest], max(1, updates // 4)
+        estimator, program, nodes, [claims[k] for k in rest], max(1, steps // 4)
     )
     theorem = {rest[k]: how for k, how in theorems.items()}
-    names = [i.name for i in estimator.inputs]
     results = []
-    for k, (claim, reach, proof) in enumerate(zip(claims, reached, proofs, strict=True)):
+    for k, (claim, reach) in enumerate(zip(claims, reached, strict=True)):
+        how = "" if reach.broken else proofs[k] or theorem.get(k, "")
         share = _share(claim, reach)
-        how = proof or theorem.get(k, "")
-        if reach.broken:
+        if claim.state:
+            status = STATE_STATUSES[2 if reach.broken else 0 if how else 1]
+        elif reach.broken:
             status = "refuted"
         elif how:
-            status = "proven" if proof else "theorem"
+            status = "proven" if proofs[k] else "theorem"
         else:
             status = "tight" if share >= NEAR else "open"
-        witness = None
-        if reach.broken:
-            params, rows = search.path(reach)
-            witness = Witness(params, dict(zip(names, rows.T.tolist(), strict=True)))
         results.append(
             ClaimResult(
                 claim.reason,
@@ -217,11 +225,11 @@ def examine(
                 claim.low,
                 claim.high,
                 status,
-                "" if reach.broken else how,
+                how,
                 reach.least,
                 reach.most,
                 share,
-                witness,
+                _witness(estimator, search, reach) if reach.broken else None,
             )
         )
     clamping = {op.dest for op in program.ops if op.overflow is Overflow.SAT}
@@ -231,12 +239,21 @@ def examine(
         word=word,
         claims=tuple(r for r, c in zip(results, claims, strict=True) if not c.state),
         states=tuple(r for r, c in zip(results, claims, strict=True) if c.state),
-        updates=updates * search.machine.runs,
+        updates=steps * RUNS,
         saturated={
             program.values[n].name: int(counts[n])
             for n in np.flatnonzero(counts).tolist()
             if n in clamping
         },
+    )
+
+
+def _witness(estimator: Estimator, search: Search, reach: Reach) -> Witness:
+    params, rows = search.path(reach)
+    defaults = {p.name: p.default for p in estimator.params}
+    return Witness(
+        {name: value for name, value in params.items() if value != defaults[name]},
+        {i.name: rows[:, k].tolist() for k, i in enumerate(estimator.inputs)},
     )
 
 

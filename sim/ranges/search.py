@@ -25,13 +25,13 @@ from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.twin import Twin
 from boresight.sim.ranges.claims import Claim
 
-__all__ = ["Reach", "Search"]
+__all__ = ["RUNS", "Reach", "Search"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Runs side by side; updates from which some of them begin anew; shares of them that go on from
-#: the farthest, and that begin with a reset; a claim is a goal until it is this close to its end.
-_RUNS, _EVERY, _FOLLOW, _RESET, _CLOSE = 384, 8, 3, 24, 0.99
+#: Runs side by side; updates after which some go on from elsewhere; one in so many from the
+#: farthest, and from a reset; a claim is a goal until it is this close to its end.
+RUNS, _EVERY, _FOLLOW, _RESET, _CLOSE = 384, 8, 3, 24, 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,20 +84,20 @@ class Search:
         self.drawn_states = drawn_states
         self.nodes = dict(nodes)
         self.rng = np.random.default_rng(seed)
-        self.machine = Interpreter(program, _RUNS)
+        self.machine = Interpreter(program, RUNS)
         self.machine.params = {}  # of each run its own
         self.states = np.array([[program.values[s].initial] for s, _ in program.states])
-        self.states = np.repeat(self.states.reshape(-1, 1), _RUNS, axis=1)
+        self.states = np.repeat(self.states.reshape(-1, 1), RUNS, axis=1)
         self.params = self._drawn(estimator.params)
         self.inputs = self._drawn(estimator.inputs)
-        self.hold = np.sqrt(self.rng.uniform(size=_RUNS))
+        self.hold = np.sqrt(self.rng.uniform(size=RUNS))
         self.least = np.full(len(claims), np.inf)
         self.most = np.full(len(claims), -np.inf)
         self.broken = np.zeros(len(claims), dtype=np.bool_)
         self.at = np.zeros((len(claims), 2), dtype=np.int64)
         self.champions: dict[int, tuple[Any, ...]] = {}
         self.log: list[tuple[FloatArray, FloatArray, IntArray]] = []
-        self.parents = np.full(_RUNS, -1, dtype=np.int64)
+        self.parents = np.full(RUNS, -1, dtype=np.int64)
 
     def run(self, updates: int, progress: Callable[[str], None] = lambda text: None) -> None:
         """So many updates of each of the runs."""
@@ -105,7 +105,7 @@ class Search:
             self._update()
             if k % _EVERY == _EVERY - 1:
                 self._select()
-                progress(f"{(k + 1) * _RUNS:,} of {updates * _RUNS:,} updates")
+                progress(f"{(k + 1) * RUNS:,} of {updates * RUNS:,} updates")
 
     def reach(self) -> list[Reach]:
         """How far each claim's value came."""
@@ -122,7 +122,7 @@ class Search:
             inputs, params, parents = self.log[update]
             rows.append(inputs[:, run])
             parent = int(parents[run])
-            update, run = (-1, run) if parent < 0 else divmod(parent, _RUNS)
+            update, run = (-1, run) if parent < 0 else divmod(parent, RUNS)
         names = [p.name for p in self.estimator.params]
         return dict(zip(names, params[:, reach.run], strict=True)), np.array(rows[::-1])
 
@@ -147,13 +147,13 @@ class Search:
         with np.errstate(all="ignore"):
             self._observe(Twin(program, self.nodes, machine.values_before_commit()), now)
         self.states = np.stack([machine.values[n] for n, _ in program.states] or [words[0]])
-        self.parents = now * _RUNS + np.arange(_RUNS)
+        self.parents = now * RUNS + np.arange(RUNS)
 
     def _observe(self, twin: Twin, now: int) -> None:
         """What an update's values reached."""
         for k, claim in enumerate(self.claims):
             low, high = claim.ends
-            value = np.broadcast_to(twin.argument(claim.node), _RUNS)
+            value = np.broadcast_to(twin.argument(claim.node), RUNS)
             if claim.word is not None:
                 value = self._held(twin, claim, claim.word, value)
             value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)
@@ -197,8 +197,8 @@ class Search:
         sizes = np.array([c.size for c in self.claims])
         near = np.maximum(-self.least, self.most) / np.maximum(sizes, 1e-300)
         goals = [k for k in self.champions if near[k] < _CLOSE] or [*self.champions]
-        chosen = rng.permutation(_RUNS)
-        follow, reset = _RUNS // _FOLLOW, _RUNS // _RESET
+        chosen = rng.permutation(RUNS)
+        follow, reset = RUNS // _FOLLOW, RUNS // _RESET
         for run in chosen[: follow if goals else 0]:
             inputs, params, states, parent = self.champions[goals[rng.integers(len(goals))]]
             self.inputs[:, run], self.params[:, run] = inputs, params
@@ -216,8 +216,8 @@ class Search:
         rows = []
         for d in declared:
             usual = d.default if isinstance(d, Param) else 0.0
-            row = drawn(self.rng, d, usual, _RUNS)
+            row = drawn(self.rng, d, usual, RUNS)
             if isinstance(d, Param):
-                row = np.where(self.rng.random(_RUNS) < 0.4, usual, row)
+                row = np.where(self.rng.random(RUNS) < 0.4, usual, row)
             rows.append(row)
-        return np.array(rows).reshape(len(declared), _RUNS)
+        return np.array(rows).reshape(len(declared), RUNS)

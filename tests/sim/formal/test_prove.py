@@ -15,7 +15,6 @@ from amaranth.sim import Simulator
 from boresight.gateware.serial.uart import Receiver
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.formal import __main__ as command
-from boresight.sim.formal import registry
 from boresight.sim.formal import prove as runner
 from boresight.sim.formal import registry, tools
 from boresight.sim.formal.blocks import crc
