@@ -26,8 +26,9 @@ Ends = tuple[FloatArray, FloatArray]
 #: A polynomial: the coefficient of each product of nodes, by their sorted numbers.
 Polynomial = dict[tuple[int, ...], float]
 
-#: Steps back that are tried, most values that may vary, most boxes for each cut, most terms.
-_DEPTHS, _VARIABLES, _BOXES, _TERMS = (1, 2, 3, 4, 6, 8, 12), 8, 10_000, 60
+#: Steps back that are tried, most values that may vary, most terms; most boxes, and of one value.
+_DEPTHS, _VARIABLES, _TERMS = (1, 2, 3, 4, 6, 8, 12), 8, 60
+_BOXES, _BOXES_OF_ONE = 6_000, 100_000
 
 
 def proof_of(claim: Claim) -> str | None:
@@ -75,6 +76,7 @@ def _halved(function: _Function, cut: Sequence[Node], low: float, high: float) -
     """Boxes that prove the range; 0: too many."""
     boxes, done = np.array([[[n.low, n.high] for n in cut]]).reshape(1, len(cut), 2), 0
     size = np.maximum(boxes[0, :, 1] - boxes[0, :, 0], 1e-300)
+    allowed = (_BOXES if len(cut) > 1 else _BOXES_OF_ONE) if cut else 0
     while True:
         with np.errstate(all="ignore"):
             least, most = function(boxes)
@@ -83,7 +85,7 @@ def _halved(function: _Function, cut: Sequence[Node], low: float, high: float) -
             return done + 1
         done += 2 * len(boxes)
         middle, each = boxes.mean(axis=2), np.arange(len(boxes))
-        if done > _BOXES or not cut or (middle <= boxes[:, :, 0]).all(axis=1).any():
+        if done > allowed or (middle <= boxes[:, :, 0]).all(axis=1).any():
             return 0
         which = ((boxes[:, :, 1] - boxes[:, :, 0]) / size).argmax(axis=1)
         lower, upper = boxes.copy(), boxes.copy()
@@ -115,6 +117,8 @@ class _Function:
         }
         for at in self.order:
             args = [known[arg.number] for arg in at.args]
+            if at.kind == "sin" and (turned := at.args[0]).kind == "wrap" and turned.value == 2.0:
+                args = [known.get(turned.args[0].number, args[0])]  # the same, without the jump
             least, most = _ENDS[at.kind](at, args) if at.kind != "const" else (at.value, at.value)
             least, most = np.maximum(least, at.low), np.minimum(most, at.high)
             bound = self.bounds.get(at.number, math.inf)

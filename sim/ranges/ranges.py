@@ -21,7 +21,7 @@ __all__ = ["NEAR", "STATUSES", "ClaimResult", "RangesResult", "Witness", "examin
 
 #: What is known of a claim, the best first; and of the range of a state.
 STATUSES = ("proven", "theorem", "tight", "open", "refuted")
-STATE_STATUSES = ("invariant", "observed", "saturates")
+STATE_STATUSES = ("invariant", "observed", "left")
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
 
@@ -67,7 +67,7 @@ class ClaimResult:
     status : str
         One of `STATUSES`; of a state's range one of `STATE_STATUSES`.
     how : str
-        Of what is proven: how.
+        Of what is proven: how; of what is refuted by rounding alone, how it holds without.
     least, most : float
         What the search reached.
     share : float
@@ -90,7 +90,10 @@ class ClaimResult:
     def __str__(self) -> str:
         where = f"{self.value} ({self.line})" if self.line else self.value
         text = f"{self.status:8} [{self.low:g}, {self.high:g}] {where}"
-        text += f": {self.how}" if self.how else f": reached [{self.least:.6g}, {self.most:.6g}]"
+        if self.how:
+            text += f": {self.how}"
+        if not self.how or self.witness is not None:
+            text += f": reached [{self.least:.6g}, {self.most:.6g}]"
         if self.witness is not None:
             text += f", in update {self.witness.updates} after a reset, {self.witness.last}"
             text += "".join(f", --param {k}={v:.6g}" for k, v in self.witness.params.items())
@@ -107,7 +110,8 @@ class RangesResult(Answer):
     word : int
     claims : tuple of ClaimResult
     states : tuple of ClaimResult
-        That next states are in their ranges: an invariant, observed, or held by saturation.
+        That next states are in their ranges: an invariant, observed, or left (then the word's
+        saturation holds them).
     updates : int
         Of the search.
     saturated : dict of str to int
@@ -208,7 +212,9 @@ def examine(
     theorem = {rest[k]: how for k, how in theorems.items()}
     results = []
     for k, (claim, reach) in enumerate(zip(claims, reached, strict=True)):
-        how = "" if reach.broken else proofs[k] or theorem.get(k, "")
+        how = proofs[k] or theorem.get(k, "")
+        if reach.broken and how:
+            how = f"holds but for rounding ({how})"
         share = _share(claim, reach)
         if claim.state:
             status = STATE_STATUSES[2 if reach.broken else 0 if how else 1]

@@ -86,8 +86,8 @@ class Search:
         self.rng = np.random.default_rng(seed)
         self.machine = Interpreter(program, RUNS)
         self.machine.params = {}  # of each run its own
-        self.states = np.array([[program.values[s].initial] for s, _ in program.states])
-        self.states = np.repeat(self.states.reshape(-1, 1), RUNS, axis=1)
+        initial = [np.full(RUNS, program.values[s].initial) for s, _ in program.states]
+        self.states = np.array(initial, dtype=np.int64).reshape(len(initial), RUNS)
         self.params = self._drawn(estimator.params)
         self.inputs = self._drawn(estimator.inputs)
         self.hold = np.sqrt(self.rng.uniform(size=RUNS))
@@ -137,16 +137,17 @@ class Search:
         for number in program.of_kind(Kind.PARAM):
             words = program.format(number).quantise(by_name[program.values[number].name])
             machine.values[number] = words
-        words = [
+        record = [
             program.format(n).quantise(values)
             for n, values in zip(program.inputs, self.inputs, strict=True)
         ]
-        machine.update(np.stack(words))
+        machine.update(np.stack(record))
         now = len(self.log)
         self.log.append((self.inputs, self.params, self.parents))
         with np.errstate(all="ignore"):
             self._observe(Twin(program, self.nodes, machine.values_before_commit()), now)
-        self.states = np.stack([machine.values[n] for n, _ in program.states] or [words[0]])
+        after = [machine.values[n] for n, _ in program.states]
+        self.states = np.array(after, dtype=np.int64).reshape(len(after), RUNS)
         self.parents = now * RUNS + np.arange(RUNS)
 
     def _observe(self, twin: Twin, now: int) -> None:
@@ -202,7 +203,7 @@ class Search:
         for run in chosen[: follow if goals else 0]:
             inputs, params, states, parent = self.champions[goals[rng.integers(len(goals))]]
             self.inputs[:, run], self.params[:, run] = inputs, params
-            self.states[:, run], self.parents[run] = states[: len(self.states)], parent
+            self.states[:, run], self.parents[run] = states, parent
             self.hold[run] = rng.uniform(0.3, 1.0)
         anew = chosen[follow : follow + reset]
         initial = [self.program.values[s].initial for s, _ in self.program.states]
