@@ -149,7 +149,8 @@ class Kalman(Estimator):
         Parameters
         ----------
         x : values by name
-            States; vectors as arrays of three, attitudes as `AttitudeView`.
+            States; vectors as arrays of three, attitudes as `AttitudeView`; elements of P as
+            ``p_A_B``, without derivatives.
         u, p : values by name
             Inputs and parameters.
         """

@@ -129,8 +129,9 @@ class Textbook:
         for one in inputs:
             leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, one, strict=True)}
             x, cov = self._predicted(x, cov, leaves)
-            prior = x
+            prior = x = self._with(x, cov)
             x, cov, nis = self._corrected(x, cov, leaves)
+            x = self._with(x, cov)
             shown = prior if k.prior else x
             known = {**shown, "nis": nis, **self._shown(self._leaves(shown, leaves))}
             rows.append([float(known[o.name]) for o in k.outputs])
@@ -138,6 +139,10 @@ class Textbook:
         columns = np.array(rows).T
         outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
         return TextbookRun(outputs, np.array(covariances))
+
+    def _with(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
+        """States, and elements of P as an author's method sees them."""
+        return {**x, **{name: cov[pair] for name, pair in self.kalman.covariance_states.items()}}
 
     def _leaves(self, x: Mapping[str, Any], leaves: Mapping[Any, Any], about: Any = None) -> Any:
         about = about or x

@@ -62,7 +62,9 @@ class Update:
         self._predict()
         prior = self._outputs(self.states) if k.prior else None
         self._correct()
-        states = {**self.states, **self.memory, **self._reduced()}
+        reduced = self._reduced()
+        self.cov = {pair: reduced[name] for name, pair in k.covariance_states.items()}
+        states = {**self.states, **self.memory, **reduced}
         outputs = self._outputs(self.states) if prior is None else prior
         if "nis" in outputs:
             outputs["nis"] = self.nis  # not known before the correction
@@ -370,7 +372,8 @@ class Update:
                 seen[s.name] = AttitudeView(self.tracer, q, self.slopes, first)
         self.tracer.place = ""
         named = Values("state", {**self.before, **self.memory, **values})
-        return Values("state", {**grouped([*scalars, *k.memory], named), **seen})
+        covariance = {name: self.cov[pair] for name, pair in k.covariance_states.items()}
+        return Values("state", {**grouped([*scalars, *k.memory], named), **seen, **covariance})
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Outputs of these states."""

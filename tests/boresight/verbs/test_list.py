@@ -9,7 +9,7 @@ from boresight.cli import main
 from boresight.verbs.list import list_estimators
 from tests.support.estimators import ALL
 
-EXPERIMENTS = ["array", "ins_gnss", "ma2014", "mls", "pmsm", "radar", "satcom"]
+EXPERIMENTS = ["array", "battery", "ins_gnss", "ma2014", "mls", "pmsm", "radar", "satcom"]
 
 
 def test_names_as_json(capsys):
@@ -27,6 +27,7 @@ def test_names_as_json(capsys):
     assert sorted(names[7:]) == [
         "array_attitude",
         "array_phases",
+        "battery",
         "ins_gnss",
         "mls_attitude",
         "pmsm",

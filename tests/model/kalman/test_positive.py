@@ -10,6 +10,7 @@ from tests.support.pages import ROOT
 FILTERS = {
     f"{ROOT}/examples/kalman.py": 20_000,
     f"{ROOT}/examples/pendulum.py": 20_000,
+    "battery": 20_000,
     "ins_gnss": 6_000,
     "pmsm": 20_000,
 }
@@ -25,6 +26,5 @@ def test_hostile_inputs(name: str) -> None:
 @pytest.mark.soak
 @pytest.mark.parametrize("name", FILTERS)
 def test_ten_million_hostile_inputs(name: str) -> None:
-    updates = 10_000_000 if "ins" not in name else 2_000_000
-    trial = boresight.covariance(name, updates=updates)
+    trial = boresight.covariance(name, updates=10_000_000)
     assert trial.good and trial.negative_diagonals == 0, str(trial)

@@ -1,0 +1,73 @@
+"""The page of the experiment: targets, cases, and what one cell did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from boresight import Target
+from boresight.sim.experiments.page import Section
+from boresight.sim.experiments.page import render as page
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
+from boresight.systems.battery.estimator import DT
+from boresight.systems.battery.runs import CASES
+
+__all__ = ["render"]
+
+_INTRO = (
+    "A Kalman filter of three states has the current and the voltage of a lithium cell once a "
+    "second: its charge, and the voltages of two elements of its equivalent circuit. Two hours of "
+    "changing loads, ten minutes of rest, a charge; the filter begins at half, the cell nearly "
+    "full.",
+    "{runs} runs of the integer program, seeds {seed} to {last}; charges as shares of a full cell, "
+    "after ten minutes. Counted: the sum of the measured current alone, from the true charge on.",
+)
+_COLUMNS = {
+    **{"charge, rms": "charge_rms", "most": "charge_max", "counted, most": "counted_max"},
+    **{"within 0.02 for good after, s": "known_s_max", "NIS": "nis"},
+    "fixed less float64, most": "fixed_float_max",
+}
+_SHOWN = ("known", "offset", "cold")
+
+
+def render(drained: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs: int) -> str:
+    """HTML text: no script, nothing outside."""
+    pooled = {name: drained[name].pooled() for name in CASES}
+    rows: list[list[str | float]] = [
+        [case.meaning, *(pooled[name][key] for key in _COLUMNS.values())]
+        for name, case in CASES.items()
+    ]
+    return page(
+        "battery",
+        [text.format(runs=runs, seed=seed, last=seed + runs - 1) for text in _INTRO],
+        targets,
+        [
+            Section(title="Cases", columns=("", *_COLUMNS), rows=rows),
+            Section(
+                title="First run",
+                text="Charge, true and estimated; error, and three standard deviations.",
+                figures=[(CASES[n].meaning, _history(drained[n], n)) for n in _SHOWN],
+            ),
+        ],
+    )
+
+
+def _history(runs: Runs, name: str) -> str:
+    z, truth, sd = runs.shown["charge"][::10].T
+    hours = 10.0 * DT / 3600.0 * np.arange(len(z))
+    with settings():
+        figure, (upper, lower) = figure_and_axes(3.6, 2, sharex=True)
+        upper.plot(hours, z, color=COLOUR["roll"], label="estimated", linewidth=0.8)
+        upper.plot(hours, truth, color=COLOUR["grey"], label="true", linewidth=0.8)
+        lower.plot(hours, z - truth, color=COLOUR["pitch"], linewidth=0.8)
+        for side in (-3.0, 3.0):
+            lower.plot(hours, side * sd, color=COLOUR["grey"], linewidth=0.6)
+        most = 1.2 * float(np.abs((z - truth)[len(z) // 12 :]).max())
+        lower.set_ylim(-most, most)
+        upper.set_ylabel("charge")
+        lower.set_ylabel("error")
+        lower.set_xlabel("time, h")
+        legend(upper, 2)
+        return svg(figure, name)

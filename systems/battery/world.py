@@ -1,0 +1,138 @@
+"""Cells that are discharged, rest and are charged: the published circuit, and cells that differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight import InputError, World
+from boresight.systems.battery.estimator import A_0, A_1, A_2, A_3, CAPACITY, DT, B, C
+
+__all__ = ["CELLS", "REST_S", "Cell", "Discharge", "open_voltage"]
+
+FloatArray = npt.NDArray[np.float64]
+
+STEPS = 7200
+REST_S = (3600.0, 4200.0)  #: no current.
+CHARGE_S = 6000.0  #: charged from here on, with half of its capacity an hour.
+SUBSTEPS = 4
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell and its sensors.
+
+    What it is for; share of the published capacity and resistances, share of its time constants;
+    white noise [A], offset [A] and error of scale of the measured current, white noise of the
+    measured voltage [V]; the published curve with an error of this much [V] at half charge.
+    """
+
+    meaning: str
+    capacity: float = 1.0
+    resistance: float = 1.0
+    slower: float = 1.0
+    noise_a: float = 0.04
+    offset_a: float = 0.0
+    scale: float = 0.0
+    noise_v: float = 0.003
+    curve_v: float = 0.0
+
+
+#: By name; the filter is not tuned for any.
+CELLS = {
+    "known": Cell("the published cell"),
+    "aged": Cell("15 % less capacity, resistances 40 % higher", capacity=0.85, resistance=1.4),
+    "cold": Cell("resistances doubled, elements half as slow again", resistance=2.0, slower=1.5),
+    "offset": Cell("current sensor off by 20 mA", offset_a=0.02),
+    "scale": Cell("current sensor 2 % high", scale=0.02),
+    "noisy": Cell("three times the noise of both sensors", noise_a=0.12, noise_v=0.009),
+    "curve": Cell("open-circuit voltage off by up to 5 mV", curve_v=0.005),
+}
+
+
+def open_voltage(z: FloatArray) -> FloatArray:
+    """The published open-circuit voltage [V] of a charge."""
+    curve: FloatArray = A_0 + z * (A_1 + z * (A_2 + z * A_3)) + B * np.exp(-C * z)
+    return curve
+
+
+class Discharge(World):
+    """Two hours: loads that change every half minute or two, a rest, loads, a charge.
+
+    Parameters
+    ----------
+    cell : str
+        Of `CELLS`.
+    seeds : sequence of int
+        Of the loads, the noise, and the charge at first: 0.8 to 0.98, where the filter takes 0.5.
+    steps : int
+
+    Raises
+    ------
+    InputError
+        There is no such cell.
+    """
+
+    def __init__(
+        self, cell: str = "known", seeds: Sequence[int] = (1,), steps: int = STEPS
+    ) -> None:
+        if cell not in CELLS:
+            raise InputError.at(
+                "world discharge",
+                wanted=f"a cell, {', '.join(CELLS)}",
+                found=repr(cell),
+                fix="correct the name",
+            )
+        self.cell, self.steps = CELLS[cell], steps
+        self.seeds = tuple(seeds)
+        self.runs: int = len(self.seeds)
+
+    def draw(self, seed: int) -> None:
+        """Loads, noise, charge at first."""
+        self.seeds, self.runs = (seed,), 1
+
+    def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
+        """All records at once."""
+        draws = [np.random.default_rng([seed, 24]) for seed in self.seeds]
+        current = np.stack([self._loads(draw) for draw in draws], axis=1)
+        z = np.array([draw.uniform(0.8, 0.98) for draw in draws])
+        noise = np.stack([draw.normal(size=(self.steps, 2)) for draw in draws], axis=2)
+        cell, truth = self.cell, np.empty((4, *current.shape))
+        fast, slow = np.zeros(self.runs), np.zeros(self.runs)
+        for k, i in enumerate(current):
+            for _ in range(SUBSTEPS):
+                z, fast, slow = self._moved(z, fast, slow, i, DT / SUBSTEPS)
+            r_0 = cell.resistance * (0.1562 * np.exp(-24.37 * z) + 0.07446)
+            v = open_voltage(z) + 4.0 * cell.curve_v * z * (1.0 - z) - r_0 * i - fast - slow
+            truth[:, k] = z, fast, slow, v
+        seen = (1.0 + cell.scale) * current + cell.offset_a + cell.noise_a * noise[:, 0]
+        yield {
+            "i": seen,
+            "v": truth[3] + cell.noise_v * noise[:, 1],
+            **{"z_true": truth[0], "v_fast_true": truth[1], "v_slow_true": truth[2]},
+        }
+
+    def _moved(
+        self, z: FloatArray, fast: FloatArray, slow: FloatArray, i: FloatArray, h: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The published circuit after h seconds of a current: each element exactly."""
+        more, slower = self.cell.resistance, self.cell.slower
+        r_fast = 0.3208 * np.exp(-29.14 * z) + 0.04669
+        r_slow = 6.603 * np.exp(-155.2 * z) + 0.04984
+        tau_fast = slower * r_fast * (703.6 - 752.9 * np.exp(-13.51 * z))
+        tau_slow = slower * r_slow * (4475.0 - 6056.0 * np.exp(-27.12 * z))
+        fast = more * r_fast * i + (fast - more * r_fast * i) * np.exp(-h / tau_fast)
+        slow = more * r_slow * i + (slow - more * r_slow * i) * np.exp(-h / tau_slow)
+        return z - h / (3600.0 * CAPACITY * self.cell.capacity) * i, fast, slow
+
+    def _loads(self, draw: np.random.Generator) -> FloatArray:
+        """Currents (n,) [A], positive out of the cell; constant within a step."""
+        lengths = draw.integers(20, 120, STEPS // 20)
+        current = np.repeat(draw.normal(0.34, 0.35, len(lengths)).clip(-0.4, 1.2), lengths)
+        t, current = DT * np.arange(self.steps), current[: self.steps]
+        current[(REST_S[0] <= t) & (t < REST_S[1])] = 0.0
+        current[t >= CHARGE_S] = -0.5 * CAPACITY
+        return current
