@@ -15,9 +15,8 @@ import numpy as np
 
 from boresight.arguments import check_number
 from boresight.disk.output import OutputFile
-from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Arguments, Option, Outcome, Verb, Word
+from boresight.options import Arguments, EstimatorName, Option, Outcome, Verb, Word
 from boresight.sim.ranges.ranges import RangesResult, examine
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Column, Record
@@ -29,7 +28,7 @@ _MOST = 10**10
 
 
 def ranges(
-    name: Named,
+    name: EstimatorName,
     *,
     word: Word = 32,
     updates: int = 100_000,
