@@ -96,6 +96,8 @@ if TYPE_CHECKING:
     from boresight.verbs.run import run as run
     from boresight.verbs.simulate import simulate as simulate
     from boresight.verbs.simulate import simulate_faults as simulate_faults
+    from boresight.verbs.topics import TopicsResult as TopicsResult
+    from boresight.verbs.topics import topics as topics
 
 __version__ = "0.1.0"
 
@@ -124,6 +126,7 @@ _PLACES = {
     "verbs.check": "CheckResults check",
     "verbs.compile": "compile",
     "verbs.convert": "ConvertResult convert",
+    "verbs.topics": "TopicsResult topics",
     "verbs.demo": "DemoResult demo",
     "verbs.doctor": "DoctorResult doctor",
     "verbs.experiment": "ExperimentResult experiment",

@@ -6,7 +6,7 @@ import operator
 from collections.abc import Iterable
 from typing import Any
 
-from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.machine import machine_named
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import check_word
 
@@ -42,5 +42,5 @@ def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:
 
 def check_machine(config: str, word: int) -> None:
     """Raise InputError unless ``config`` is a configuration and ``word`` a word width."""
-    check_choice("config", config, ALL_CONFIGS)
+    machine_named(config)
     check_word(word)

@@ -13,6 +13,7 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -22,7 +23,16 @@ import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.model.resolve import profiles
-from boresight.options import PROFILE_ARGUMENTS, PROFILED, Argument, Verb, chosen_profiles
+from boresight.options import (
+    LOG_ARGUMENTS,
+    PROFILE_ARGUMENTS,
+    PROFILED,
+    READS_LOGS,
+    Argument,
+    Verb,
+    chosen_profiles,
+    chosen_rows,
+)
 from boresight.terminal import say, tell
 from boresight.verbs import VERBS
 
@@ -70,8 +80,9 @@ def verb_of(name: str) -> Verb:
 
 def arguments_of(name: str) -> list[Argument]:
     """All that a verb takes; its module is imported."""
-    besides = PROFILE_ARGUMENTS if name in PROFILED else ()
-    return [*verb_of(name).arguments.values(), *besides]
+    besides = (PROFILE_ARGUMENTS if name in PROFILED else (), LOG_ARGUMENTS)
+    more = besides if name in READS_LOGS else besides[:1]
+    return [*verb_of(name).arguments.values(), *chain.from_iterable(more)]
 
 
 def help_of(name: str) -> tuple[str, list[tuple[str, str]]]:
@@ -137,7 +148,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with interruptible():
             parsed = parse(argv)
-            with profiles(chosen_profiles(parsed)):
+            with profiles(chosen_profiles(parsed)), chosen_rows(parsed):
                 code, data, text = verb_of(parsed["verb"]).run(parsed)
             if parsed["json"]:
                 say(json.dumps(data))

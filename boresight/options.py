@@ -13,6 +13,7 @@ import inspect
 import re
 from argparse import SUPPRESS, ArgumentParser
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -39,13 +40,16 @@ __all__ = [
     "Option",
     "Outcome",
     "OutputFolder",
+    "LOG_ARGUMENTS",
     "PROFILE_ARGUMENTS",
     "PROFILED",
     "Params",
     "PythonOnly",
+    "READS_LOGS",
     "Verb",
     "Word",
     "chosen_profiles",
+    "chosen_rows",
     "outcome",
 ]
 
@@ -249,6 +253,38 @@ PROFILE_ARGUMENTS = (
         Option(),
     ),
 )
+
+
+#: Verbs that read logs.
+READS_LOGS = ("run", "check", "report", "tune", "accuracy", "fit", "convert")
+
+
+def _log_argument(flag: str, metavar: str, text: str, kind: type = str) -> Argument:
+    settings = {"metavar": metavar, "type": kind}
+    return Argument(f"log_{flag}", (f"--{flag}",), settings, text, _same, Option())
+
+
+#: What each of `READS_LOGS` takes besides.
+LOG_ARGUMENTS = (
+    _log_argument("from", "TIME", "Begin of the slice of each log, 10s, from its first row on."),
+    _log_argument("to", "TIME", "End of the slice."),
+    _log_argument("every", "N", "Every n-th row; its time step is that of n.", int),
+    _log_argument(
+        "gaps", "RULE", "Steps of over three medians, counted: refuse, bridge or restart."
+    ),
+    _log_argument("map", "FILE.toml", "Topics, fields, units, frames of a flight log or bag."),
+)
+
+
+def chosen_rows(parsed: Mapping[str, Any]) -> AbstractContextManager[None]:
+    """Where only the rows of logs that were asked for are read; raises InputError."""
+    names = ("from", "to", "every", "gaps", "map")
+    values = [parsed.get(f"log_{name}") for name in names]
+    if all(value is None for value in values):
+        return nullcontext()
+    from boresight.sim.records.selection import Selection, selected  # most command lines need none
+
+    return selected(Selection.of(*values))
 
 
 def chosen_profiles(parsed: Mapping[str, Any]) -> list[str] | None:

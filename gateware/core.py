@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.machine import ALL_CONFIGS, Machine
+from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.listing import listing
@@ -21,7 +21,6 @@ from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.gateware.schedule_cache import cached_schedule
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import InputError
 from boresight.model.words.program import Kind, Program
 
 
@@ -33,14 +32,7 @@ def machine_for(config: str, program: Program) -> Machine:
     InputError
         No such configuration.
     """
-    if config not in ALL_CONFIGS:
-        raise InputError.at(
-            "config",
-            wanted=f"one of {', '.join(ALL_CONFIGS)}",
-            found=repr(config),
-            fix="choose one of these",
-        )
-    return dataclasses.replace(ALL_CONFIGS[config], arithmetic=program.arithmetic)
+    return dataclasses.replace(machine_named(config), arithmetic=program.arithmetic)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from boresight.model.errors import InputError
 from boresight.model.words.fixed import Arithmetic
 
 
@@ -18,6 +19,37 @@ class Field:
     width: int
     stage: int
     meaning: str
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Stages of the pipeline, in cycles after that of a slot's addresses (`docs/engine.md`).
+
+    Parameters
+    ----------
+    read : int
+        The raw operands are there: masks, captures, emit.
+    condition : int
+        Sign and participation of the term, by the captured flag.
+    amount : int
+        Shift amount, by the captured count.
+    shift : int
+        The product is there and is shifted.
+    accumulate : int
+        The term is added.
+    limit : int
+        The sum is clamped or cut.
+    write : int
+        The result is written.
+    """
+
+    read: int
+    condition: int
+    amount: int
+    shift: int
+    accumulate: int
+    limit: int
+    write: int
 
 
 @dataclass(frozen=True)
@@ -36,6 +68,9 @@ class Machine:
         Maximum number of microwords of all programs of a core together.
     register_words : int, 512 or 1024
         Words of the register file, all banks together.
+    depth : int, one of `DEPTHS`
+        Cycles from the last slot of a group to the first slot that may read its result: 7 and the
+        first ``depth - 7`` of `REGISTERS`.
     """
 
     name: str
@@ -43,14 +78,12 @@ class Machine:
     arithmetic: Arithmetic = Arithmetic()
     rom_words: int = 4096
     register_words: int = field(default=512, kw_only=True)
+    depth: int = field(default=7, kw_only=True)
 
-    #: Stages of the pipeline (see docs/engine.md).
-    STAGE_READ = 1
-    STAGE_MULTIPLY = 2
-    STAGE_AMOUNT = 3
-    STAGE_SHIFT = 4
-    STAGE_ACCUMULATE = 5
-    STAGE_WRITE = 6
+    #: Registers that a deeper pipeline has, in the order in which depth adds them: behind the
+    #: memories, at the multiplier, between its sums, in the shifter, between clamp and write.
+    REGISTERS = ("memory", "factor", "sum", "shifter", "limit")
+    DEPTHS = (7, 9, 11)
     #: Words of one block of the table memory and number of blocks.
     TABLE_BLOCK = 512
     TABLE_BLOCKS = 3
@@ -64,11 +97,48 @@ class Machine:
             raise ValueError(f"rom_words must be 16 or more, not {self.rom_words!r}")
         if self.register_words not in (512, 1024):
             raise ValueError(f"register_words must be 512 or 1024, not {self.register_words!r}")
+        if self.depth not in self.DEPTHS:
+            depths = ", ".join(map(str, self.DEPTHS))
+            raise ValueError(f"depth must be one of {depths}, not {self.depth!r}")
+
+    def has(self, register: str) -> bool:
+        """Whether the pipeline has this one of `REGISTERS`."""
+        return self.REGISTERS.index(register) < self.depth - 7
+
+    @property
+    def stages(self) -> Stages:
+        """Stages of the pipeline."""
+        read = 1 + self.has("memory")
+        shift = read + 3 + self.has("factor") + self.has("sum")
+        accumulate = shift + 1 + self.has("shifter")
+        limit = accumulate + 1
+        return Stages(
+            read=read,
+            condition=read + 1,
+            amount=read + 2,
+            shift=shift,
+            accumulate=accumulate,
+            limit=limit,
+            write=limit + self.has("limit"),
+        )
 
     @property
     def latency(self) -> int:
         """Cycles from the last slot of a group to the first slot that may read its result."""
-        return self.STAGE_WRITE + 1
+        return self.depth
+
+    @property
+    def index_delay(self) -> int:
+        """Cycles from a slot that captures the segment index to the first slot that it serves."""
+        return self.stages.read
+
+    @property
+    def prefetch(self) -> int:
+        """Words by which the program counter is ahead of the word at work.
+
+        The ROM's output passes a register, with `REGISTERS`' ``memory`` two.
+        """
+        return 2 + self.has("memory")
 
     @property
     def bank_depth(self) -> int:
@@ -123,6 +193,7 @@ class Machine:
     def fields(self) -> tuple[Field, ...]:
         """Fields of the microword, least significant first; a lane's fields end in its number."""
         out: list[Field] = []
+        at = self.stages
         for k in range(self.lanes):
             out += [
                 Field(f"a_addr{k}", self.register_bits, 0, "register address of operand a"),
@@ -134,35 +205,49 @@ class Machine:
                     "bits 1:0 coefficient, bits 3:2 block",
                 ),
                 Field(f"table{k}", 1, 0, "operand b comes from the table memory"),
-                Field(f"frac_a{k}", 1, 1, "replace a by its bits below the segment index"),
-                Field(f"frac_b{k}", 1, 1, "replace b by its bits below the segment index"),
-                Field(f"cap_index{k}", 1, 1, "capture the segment index of a"),
-                Field(f"cap_flag{k}", 1, 1, "capture the sign of a"),
-                Field(f"cap_norm{k}", 1, 1, "capture the leading-sign count of a"),
-                Field(f"quarter{k}", 1, 1, "captures see a plus a quarter of the word's range"),
-                Field(f"neg{k}", 1, 2, "negate the term"),
-                Field(f"neg_flag{k}", 1, 2, "exclusive-or the negation with the flag"),
-                Field(f"when{k}", 1, 2, "the term takes part (with when_flag: when the flag is 0)"),
-                Field(f"when_flag{k}", 1, 2, "exclusive-or when with the flag"),
-                Field(f"shift{k}", 5, 3, "right shift of the product"),
+                Field(f"frac_a{k}", 1, at.read, "replace a by its bits below the segment index"),
+                Field(f"frac_b{k}", 1, at.read, "replace b by its bits below the segment index"),
+                Field(f"cap_index{k}", 1, at.read, "capture the segment index of a"),
+                Field(f"cap_flag{k}", 1, at.read, "capture the sign of a"),
+                Field(f"cap_norm{k}", 1, at.read, "capture the leading-sign count of a"),
+                Field(
+                    f"quarter{k}", 1, at.read, "captures see a plus a quarter of the word's range"
+                ),
+                Field(f"neg{k}", 1, at.condition, "negate the term"),
+                Field(f"neg_flag{k}", 1, at.condition, "exclusive-or the negation with the flag"),
+                Field(
+                    f"when{k}",
+                    1,
+                    at.condition,
+                    "the term takes part (with when_flag: when the flag is 0)",
+                ),
+                Field(f"when_flag{k}", 1, at.condition, "exclusive-or when with the flag"),
+                Field(f"shift{k}", 5, at.amount, "right shift of the product"),
                 Field(
                     f"scale{k}",
                     2,
-                    3,
+                    at.amount,
                     "0: shift, 1: shift - n, 2: shift - (n & ~1), 3: shift - (n >> 1)",
                 ),
-                Field(f"first{k}", 1, 5, "first slot of a group: start from the rounding half"),
-                Field(f"we{k}", 1, 6, "write the result"),
-                Field(f"wrap{k}", 1, 6, "result is modulo 2^W"),
-                Field(f"sticky{k}", 1, 6, "saturation raises the flag"),
-                Field(f"dest{k}", self.offset_bits, 6, "offset in the lane's bank"),
+                Field(
+                    f"first{k}",
+                    1,
+                    at.accumulate,
+                    "first slot of a group: start from the rounding half",
+                ),
+                Field(f"we{k}", 1, at.write, "write the result"),
+                Field(f"wrap{k}", 1, at.limit, "result is modulo 2^W"),
+                Field(f"sticky{k}", 1, at.write, "saturation raises the flag"),
+                Field(f"dest{k}", self.offset_bits, at.write, "offset in the lane's bank"),
             ]
         out += [
-            Field("get", 1, 6, "lane 0 writes the next input word instead of a result"),
-            Field("get_last", 1, 6, "this get is the last of the record"),
-            Field("emit", 1, 1, "raw a of lane 0 goes to the output stream"),
-            Field("emit_last", 1, 1, "this emit is the last of the record"),
-            Field("home", 1, 6, "last word: the states' parity flips, the program begins anew"),
+            Field("get", 1, at.write, "lane 0 writes the next input word instead of a result"),
+            Field("get_last", 1, at.write, "this get is the last of the record"),
+            Field("emit", 1, at.read, "raw a of lane 0 goes to the output stream"),
+            Field("emit_last", 1, at.read, "this emit is the last of the record"),
+            Field(
+                "home", 1, at.write, "last word: the states' parity flips, the program begins anew"
+            ),
         ]
         return tuple(out)
 
@@ -191,3 +276,55 @@ ALL_CONFIGS = CONFIGS | {
     f"{m.name}-1024": replace(m, name=f"{m.name}-1024", register_words=1024)
     for m in CONFIGS.values()
 }
+#: Every machine by its name: a configuration, with ``-d9`` and so on at another depth than 7.
+MACHINES = ALL_CONFIGS | {
+    f"{m.name}-d{depth}": replace(m, name=f"{m.name}-d{depth}", depth=depth)
+    for depth in Machine.DEPTHS[1:]
+    for m in ALL_CONFIGS.values()
+}
+
+
+def machine_named(config: str) -> Machine:
+    """The machine with this name, with words of the standard width.
+
+    Raises
+    ------
+    InputError
+        No such configuration or depth.
+    """
+    if config not in MACHINES:
+        depths = " or ".join(f"-d{depth}" for depth in Machine.DEPTHS[1:])
+        raise InputError.at(
+            "config",
+            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {depths} for another depth",
+            found=repr(config),
+            fix="choose one of these",
+        )
+    return MACHINES[config]
+
+
+def at_depth(config: str, depth: int | None) -> str:
+    """Name of the machine of a configuration at a depth; None: as ``config`` says.
+
+    Raises
+    ------
+    InputError
+        No such depth, or ``config`` says another.
+    """
+    if depth is None:
+        return config
+    if depth not in Machine.DEPTHS:
+        raise InputError.at(
+            "depth",
+            wanted=f"one of {', '.join(map(str, Machine.DEPTHS))}",
+            found=str(depth),
+            fix="choose one of these",
+        )
+    machine = machine_named(config)
+    if config in ALL_CONFIGS:
+        return config if depth == machine.depth else f"{config}-d{depth}"
+    if machine.depth != depth:
+        raise InputError.at(
+            "depth", wanted=f"{machine.depth}, as {config} says", found=str(depth), fix="drop one"
+        )
+    return config

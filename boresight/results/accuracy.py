@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -84,18 +85,24 @@ class AccuracyNear:
 
 @dataclass(frozen=True)
 class AccuracyTrial:
-    """One estimator on one log: its errors, and how far fixed point is from float64."""
+    """One estimator on one log: its errors, and how far fixed point is from float64.
+
+    ``offset_deg``: the constant turn that was taken out of its attitude (``align``), a rotation
+    vector about east, north and up; empty without.
+    """
 
     trial: str
     error: Figures
     vs_float: Figures
     saturated_updates: int | None
+    offset_deg: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, result: Result) -> AccuracyTrial:
         """A result as plain numbers."""
         near = {d.output: _number(_apart(d)) for d in result.near}
-        return cls(result.trial, _plain(result.errors), near, result.saturated)
+        errors = _plain(result.errors)
+        return cls(result.trial, errors, near, result.saturated, result.offset_deg)
 
 
 @dataclass(frozen=True)
@@ -178,6 +185,10 @@ class AccuracyResult(Answer):
         Values other than the defaults, by estimator.
     estimators : tuple of AccuracyRow
         Each estimator at each level.
+    align : str
+        Constant offset that was taken out of attitudes: none, heading or full.
+    declination_deg : float
+        By which references were turned to magnetic north.
     """
 
     judged: ClassVar[Mapping[str, Figure]] = {
@@ -196,6 +207,8 @@ class AccuracyResult(Answer):
     left_out: tuple[str, ...]
     parameters: Mapping[str, Mapping[str, float]]
     estimators: tuple[AccuracyRow, ...]
+    align: str = "none"
+    declination_deg: float = 0.0
 
     @classmethod
     def of(
@@ -206,6 +219,8 @@ class AccuracyResult(Answer):
         left_out: Sequence[str],
         params: Mapping[str, Mapping[str, float]],
         word: int,
+        align: str,
+        declination_deg: float,
     ) -> AccuracyResult:
         """Tables of a benchmark's results."""
         folders = {t.name: t.folder for t in trials if t.reference == "truth"}
@@ -221,6 +236,8 @@ class AccuracyResult(Answer):
             left_out=tuple(left_out),
             parameters={name: dict(values) for name, values in params.items()},
             estimators=rows,
+            align=align,
+            declination_deg=declination_deg,
         )
 
     def __str__(self) -> str:
@@ -325,8 +342,18 @@ def _table(
     ]
 
 
+def _of(row: AccuracyRow, trial: str) -> AccuracyTrial:
+    return next(t for t in row.trials if t.trial == trial)
+
+
 def _total(row: AccuracyRow, trial: str) -> float | None:
-    return next(t for t in row.trials if t.trial == trial).error.get("total")
+    return _of(row, trial).error.get("total")
+
+
+def _offset(row: AccuracyRow, trial: str) -> float | None:
+    """Length of the offset of a trial; about the vertical alone with its sign."""
+    offset = _of(row, trial).offset_deg
+    return (sum(offset) if not any(offset[:2]) else math.hypot(*offset)) if offset else None
 
 
 def _folder_total(row: AccuracyRow, folder: str) -> float | None:
@@ -383,6 +410,12 @@ def _attitudes(
             _total,
             kind,
         )
+    if data.align != "none":
+        what = {"heading": "heading, counter-clockwise", "full": "angle"}[data.align]
+        title = f"Constant offset taken out of each log, degrees ({what})"
+        lines += _table(rows, [log.trial for log in data.logs], title, _offset)
+    if data.declination_deg:
+        lines += ["", f"references turned to magnetic north, {data.declination_deg:g} deg east"]
     beyond = [
         f"{r.estimator}, {d.output}: {d.apart:.4g} {d.unit} from float64, BEYOND {d.tolerance:.3g}"
         for r in rows

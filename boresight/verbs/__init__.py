@@ -20,6 +20,7 @@ VERBS = {
     "tune": "verbs.figures.tune",
     "accuracy": "verbs.figures.accuracy",
     "convert": "verbs.convert",
+    "topics": "verbs.topics",
     "experiment": "verbs.experiment",
     "demo": "verbs.demo",
     "bench": "verbs.figures.bench",

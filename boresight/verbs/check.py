@@ -6,6 +6,7 @@ boresight check mekf log.csv --levels fixed,c --word 24  # without RTL, in narro
 boresight check complementary,mekf log.csv  # taking turns on one core
 boresight check mekf,pi.py mekf=log.csv pi=motor.csv  # each with its own log
 boresight check my_filter.py log.csv --baseline check.json  # also beside an earlier --json
+boresight check mekf log.csv --wave 1200:1210  # also the core's signals in these rows, to look at
 boresight check replay reproducer.json  # a difference that was found, again
 """
 
@@ -31,6 +32,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.records.files import log_files, read_logs, record_of
 from boresight.sim.records.record import Record
 from boresight.terminal import say
+from boresight.waves import WAVE_FOLDER, window_of, write_waves
 
 __all__ = ["CheckResults", "check"]
 
@@ -127,6 +129,8 @@ def check(
     simulator: str | None = None,
     params: Params = None,
     reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
+    wave: Annotated[str | None, Option(metavar="FIRST:STOP")] = None,
+    wave_folder: Annotated[str | Path, Option(metavar="DIR")] = WAVE_FOLDER,
     progress: Callable[[str], None] | None = None,
     each: Callable[[CheckResult], None] | None = None,
 ) -> CheckResults:
@@ -151,6 +155,11 @@ def check(
     reproducer : path, optional
         Written when a level differs; `boresight check replay FILE` runs it. The command line
         writes reproducer.json by default, or one with a number where a file of yours has that name.
+    wave : str, optional
+        Rows of the log, FIRST:STOP without the last, whose signals of the core are written as
+        waveforms, with the program's names.
+    wave_folder : path
+        Folder for them.
     each : callable, optional
         Called with every result as soon as it is there.
 
@@ -189,6 +198,8 @@ def check(
         rounds.append([_own_record(e.name, own) for e in estimators])
     if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
+    if wave is not None:
+        tell(_waves(build, rounds, steps, wave, wave_folder))
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
@@ -200,6 +211,21 @@ def check(
     if target is not None and target.written:
         tell(f"the difference, to run again: {reproducer}")
     return CheckResults(tuple(results))
+
+
+def _waves(
+    build: Build, rounds: Sequence[Sequence[Record]], steps: int | None, wave: str, folder: Any
+) -> str:
+    """Write the waveforms of the only estimator on the only log; return a line for people."""
+    if len(build.estimators) > 1 or len(rounds) > 1:
+        raise InputError.at(
+            "--wave",
+            wanted="one estimator and one log",
+            found=f"{len(build.estimators)} and {len(rounds)}",
+            fix="check them one by one",
+        )
+    record = rounds[0][0].head(steps)
+    return write_waves(build, record, window_of(wave, len(record)), folder)
 
 
 def replay(

@@ -159,6 +159,7 @@ class RunResult(Answer):
         return replace(
             first,
             truth=tuple(Difference.joined(d, rows) for d in truth),
+            warnings=tuple(dict.fromkeys(text for p in parts for text in p.warnings)),
             clamped=last.clamped,
             fault=next((p.fault for p in parts if p.fault), ""),
             rows=sum(rows),
@@ -307,7 +308,7 @@ def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop) -> RunResu
 
 
 #: Rows of a log that are in memory at once where nothing but a summary is asked for.
-_ROWS = 1 << 16
+_ROWS = 1 << 14
 
 
 def _pieces(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:

@@ -18,7 +18,7 @@ from boresight.board.simulated import BoardResult, FaultsResult
 from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
-from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.machine import machine_named
 from boresight.gateware.system.programs import system_core
 from boresight.loop import simulate_world, world_of
 from boresight.model.errors import InputError
@@ -106,6 +106,8 @@ def simulate(
             found=str(len(record)),
             fix="give a longer log, or fewer --seconds",
         )
+    if log is None and isinstance(name, str) and ".py" in name:
+        say(f"no world named: the complete board; for a closed loop, simulate WORLD {name}")
     inputs = (log,) if isinstance(log, str | Path) else ()
     with output_folder(
         output, "simulate", of=chosen.name, files=BOARD_FILES, inputs=inputs
@@ -130,7 +132,7 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
 
 def check_options(*, config: str = "small", seconds: float = 1.0, source: str = "heading") -> None:
     """Raise InputError for what no simulation can be told."""
-    check_choice("config", config, ALL_CONFIGS)
+    machine_named(config)
     check_choice("source", source, SOURCES)
     if not 0.05 <= seconds <= _LONGEST_S:
         raise InputError.at(

@@ -1,14 +1,15 @@
-"""One multiply-accumulate lane: stages 1 to 6 of the pipeline."""
+"""One multiply-accumulate lane: the pipeline from operands to result."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Mux, Signal, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.bitwise import Bitwise, choose
+from boresight.gateware.engine.delay import delayed
 from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.shifter import Shifter
@@ -42,16 +43,18 @@ class Lane(wiring.Component):
 
     ::
 
-        stage 1     A, B [W]  --mask--> multiplier, captures (flag, index, leading-sign count)
-        stage 2..3  product in the making; sign, participation and shift amount decided
-        stage 4     product [2 W] >> amount, inverted when negative, zero when not taking part -> r
-        stage 5     acc [W + G + headroom] = (first ? half : acc) + r + (1 when negated)
-        stage 6     result [W] = acc[G:] clamped or cut, or one of the words loaded from outside
+        read        A, B [W]  --mask--> multiplier, captures (flag, index, leading-sign count)
+        condition   product in the making; sign and participation decided
+        amount      shift amount
+        shift       product [2 W] >> amount, inverted when negative, zero when not taking part -> r
+        accumulate  acc [W + G + headroom] = (first ? half : acc) + r + (1 when negated)
+        limit       acc[G:] clamped or cut
+        write       result [W]: that, or one of the words loaded from outside
 
     Every microword field acts in the cycle of its stage (`gateware.machine`); the word of the ROM
-    is skewed, so fields enter here undelayed.
+    is skewed, so fields enter here undelayed; what is early for a later stage waits in registers.
 
-    **Latency** 5 cycles from ``a``, ``b`` (stage 1) to ``result`` (stage 6).
+    **Latency** `Stages.write` - `Stages.read` cycles from ``a``, ``b`` to ``result``.
 
     Parameters
     ----------
@@ -65,13 +68,13 @@ class Lane(wiring.Component):
     en : In(1)
         Clock enable of every register.
     a, b : In(W)
-        Operands of stage 1.
+        Operands.
     frac_a, ... sticky : In
         Fields of the microword (`FIELDS`).
     index : Out(7)
         Segment index in force for an address formed in this cycle.
     outside : In(1)
-        Stage 6: replace the result by an outside word.
+        At write: replace the result by an outside word.
     which : In(1)
         Number of the outside word.
     words : In(W) array
@@ -86,6 +89,7 @@ class Lane(wiring.Component):
         if sources not in (1, 2):
             raise ValueError(f"sources must be 1 or 2, not {sources!r}")
         self.machine = machine
+        self.stages = machine.stages
         self.sources = sources
         word = machine.arithmetic.word
         fields = lane_fields(machine)
@@ -107,7 +111,7 @@ class Lane(wiring.Component):
     @property
     def latency(self) -> int:
         """Cycles from operands to result."""
-        return Machine.STAGE_WRITE - Machine.STAGE_READ
+        return self.stages.write - self.stages.read
 
     def elaborate(self, platform: Any) -> Module:
         """The stages in order."""
@@ -122,7 +126,7 @@ class Lane(wiring.Component):
         return m
 
     def _captures(self, m: Module) -> Signal:
-        """Stage 1: sign flag and segment index of the raw ``a``, plus a quarter if requested."""
+        """Read: sign flag and segment index of the raw ``a``, plus a quarter if requested."""
         arith = self.machine.arithmetic
         top = self.a[arith.fraction_bits :]
         # Plus 2^(W-2): the bit below the sign flips and carries into the sign.
@@ -139,9 +143,11 @@ class Lane(wiring.Component):
         return flag
 
     def _multiply(self, m: Module) -> Signal:
-        """Stages 1 to 3: masks and product, which is there in stage 4."""
+        """From read on: masks and product, which is there at shift."""
         arith = self.machine.arithmetic
-        m.submodules.multiplier = multiplier = Multiplier(word=arith.word)
+        m.submodules.multiplier = multiplier = Multiplier(
+            word=arith.word, factors=self.machine.has("factor"), sums=self.machine.has("sum")
+        )
         m.d.comb += multiplier.en.eq(self.en)
         for port, value, masked in (
             (multiplier.a, self.a, self.frac_a),
@@ -152,20 +158,21 @@ class Lane(wiring.Component):
         return multiplier.p
 
     def _conditions(self, m: Module, flag: Signal) -> tuple[Signal, Signal]:
-        """Stage 2: invert and skip of the term, delayed to stage 4."""
-        invert = [Signal(name=f"invert{k}", reset_less=True) for k in (3, 4)]
-        skip = [Signal(name=f"skip{k}", reset_less=True) for k in (3, 4)]
+        """Condition: invert and skip of the term, delayed to the last level of the shifter."""
+        later = range(self.stages.condition + 1, self.stages.accumulate)
+        invert = [Signal(name=f"invert{k}", reset_less=True) for k in later]
+        skip = [Signal(name=f"skip{k}", reset_less=True) for k in later]
         with m.If(self.en):
             m.d.sync += [
                 invert[0].eq(self.neg ^ (self.neg_flag & flag)),
                 skip[0].eq(~(self.when ^ (self.when_flag & flag))),
-                invert[1].eq(invert[0]),
-                skip[1].eq(skip[0]),
             ]
-        return invert[1], skip[1]
+            for k in range(1, len(later)):
+                m.d.sync += [invert[k].eq(invert[k - 1]), skip[k].eq(skip[k - 1])]
+        return invert[-1], skip[-1]
 
-    def _amount(self, m: Module) -> Signal:
-        """Stage 3: shift amount, there in stage 4; not below 0."""
+    def _amount(self, m: Module) -> Value:
+        """Amount: the shift, not below 0; delayed to shift."""
         m.submodules.leading = leading = LeadingSignCount(arithmetic=self.machine.arithmetic)
         m.d.comb += [
             leading.en.eq(self.en),
@@ -186,15 +193,22 @@ class Lane(wiring.Component):
         m.d.comb += difference.eq(self.shift - less)
         with m.If(self.en):
             m.d.sync += amount.eq(Mux(difference < 0, 0, difference))
-        return amount
+        later = range(self.stages.amount + 2, self.stages.shift + 1)
+        return delayed(m, amount, en=self.en, names=[f"amount{k}" for k in later])
 
     def _shift(
-        self, m: Module, product: Signal, amount: Signal, invert: Signal, skip: Signal
+        self, m: Module, product: Signal, amount: Value, invert: Signal, skip: Signal
     ) -> tuple[Signal, Signal]:
-        """Stage 4: the term, ones' complement when negated, and its carry, there in stage 5."""
+        """Shift: the term, ones' complement when negated, and its carry, there at accumulate."""
         arith = self.machine.arithmetic
-        m.submodules.shifter = shifter = Shifter(width_in=2 * arith.word, width_out=arith.acc_width)
+        m.submodules.shifter = shifter = Shifter(
+            width_in=2 * arith.word,
+            width_out=arith.acc_width,
+            registered=self.machine.has("shifter"),
+        )
         m.d.comb += [shifter.i.eq(product), shifter.amount.eq(amount), shifter.invert.eq(invert)]
+        if shifter.registered:
+            m.d.comb += shifter.en.eq(self.en)
         term = Signal(signed(arith.acc_width), reset_less=True)
         carry = Signal(reset_less=True)
         # Masked in the table that inverts: a synchronous reset would have to wait for the enable.
@@ -206,7 +220,7 @@ class Lane(wiring.Component):
         return term, carry
 
     def _accumulate(self, m: Module, term: Signal, carry: Signal) -> Signal:
-        """Stage 5: the sum, there in stage 6."""
+        """Accumulate: the sum, there at limit."""
         arith = self.machine.arithmetic
         acc = Signal(signed(arith.acc_width), reset_less=True)
         half = 1 << (arith.guard - 1) if arith.guard else 0
@@ -221,7 +235,7 @@ class Lane(wiring.Component):
         return acc
 
     def _write(self, m: Module, acc: Signal) -> None:
-        """Stage 6: clamp, cut or load, each bit one look-up table behind three select lines."""
+        """Limit and write: clamp, cut or load, each bit one table behind three select lines."""
         arith = self.machine.arithmetic
         word = arith.word
         q = acc[arith.guard :]
@@ -231,11 +245,14 @@ class Lane(wiring.Component):
         for k, bits in enumerate(groups):
             m.submodules[f"differs{k}"] = unit = Bitwise(function=_differs, inputs=1 + len(bits))
             differs.append(unit.connect(m, negative, *bits))
-        clamp = Signal()
-        m.d.comb += [
-            clamp.eq(Cat(differs).any() & ~self.wrap),
-            self.saturated.eq(clamp & self.sticky & ~self.outside),
-        ]
+        clamp: Value = Signal()
+        m.d.comb += clamp.eq(Cat(differs).any() & ~self.wrap)
+        if self.machine.has("limit"):
+            clamp, negative, q = (
+                delayed(m, value, en=self.en, names=[name])
+                for value, name in ((clamp, "clamp7"), (negative, "negative7"), (q[:word], "q7"))
+            )
+        m.d.comb += [self.saturated.eq(clamp & self.sticky & ~self.outside)]
         # Two more lines: equal, they give the sign of acc; unequal, they select an outside word.
         line = []
         for k, decide in enumerate((_line0, _line1)):

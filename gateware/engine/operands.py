@@ -8,6 +8,7 @@ from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.engine.delay import delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 
@@ -26,8 +27,8 @@ class Operands(wiring.Component):
     The bit of a state's address that tells current from next state is XORed with ``parity`` on
     every port, in the image's window on the reading ones with that of the program it belongs to.
 
-    **Latency** 1 cycle from address to operand; a word written in one cycle can be addressed in the
-    next.
+    **Latency** `Stages.read` cycles from address to operand; a word written in one cycle can be
+    addressed in the next.
 
     Parameters
     ----------
@@ -57,6 +58,8 @@ class Operands(wiring.Component):
     def __init__(self, *, machine: Machine, image: Image) -> None:
         self.machine = machine
         self.image = image
+        #: Whether a register is behind the memories.
+        self.registered = machine.has("memory")
         lanes, word = machine.lanes, machine.arithmetic.word
         super().__init__(
             {
@@ -113,10 +116,14 @@ class Operands(wiring.Component):
             port.data.eq(self.w_data[lane]),
         ]
 
-    def _read(self, m: Module, store: memory.Memory, address: Value) -> Value:
+    def _read(self, m: Module, name: str, store: memory.Memory, address: Value) -> Value:
         port = store.read_port()
         m.d.comb += [port.en.eq(self.en), port.addr.eq(address)]
-        return port.data
+        return self._behind(m, port.data, f"{name}_out")
+
+    def _behind(self, m: Module, value: Value, name: str) -> Value:
+        """A value that comes with the output of a memory, after the register behind it, if any."""
+        return delayed(m, value, en=self.en, names=[name] if self.registered else [])
 
     def _one_lane(self, m: Module) -> None:
         registers, block = self.image.registers, self.machine.TABLE_BLOCK
@@ -132,13 +139,15 @@ class Operands(wiring.Component):
         place = Cat(field[:2], self.index[0])
         offset = self._reads(field)
         address = Mux(self.table[0], Cat(place, quarter), Cat(offset, Const(0, 11 - len(offset))))
-        a, b = self._read(m, a_store, self._reads(self.a_addr[0])), self._read(m, b_store, address)
+        a = self._read(m, "a0", a_store, self._reads(self.a_addr[0]))
+        b = self._read(m, "b0", b_store, address)
         if separate:
             rest = self._memory(m, "tables2", self.image.tables[shared:], block)
             chosen = Signal(name="tables2_select", reset_less=True)
             with m.If(self.en):
                 m.d.sync += chosen.eq(self.table[0] & field[3])
-            b = Mux(chosen, self._read(m, rest, place), b)
+            rest_word = self._read(m, "tables2", rest, place)
+            b = Mux(self._behind(m, chosen, "tables2_chosen"), rest_word, b)
         m.d.comb += [self.a[0].eq(a), self.b[0].eq(b)]
 
     def _more_lanes(self, m: Module) -> None:
@@ -155,18 +164,17 @@ class Operands(wiring.Component):
             ):
                 words = []
                 for bank in range(lanes):
+                    name = f"{side}{lane}_bank{bank}"
                     store = self._memory(
-                        m,
-                        f"{side}{lane}_bank{bank}",
-                        self.image.registers[bank * depth : (bank + 1) * depth],
-                        depth,
+                        m, name, self.image.registers[bank * depth : (bank + 1) * depth], depth
                     )
                     self._write(m, store, bank)
-                    words.append(self._read(m, store, self._reads(field[:-1])))
+                    words.append(self._read(m, name, store, self._reads(field[:-1])))
                 bank_select = Signal(name=f"{side}{lane}_select", reset_less=True)
                 with m.If(self.en):
                     m.d.sync += bank_select.eq(field[-1])
-                operand = Mux(bank_select, words[1], words[0])
+                bank_chosen = self._behind(m, bank_select, f"{side}{lane}_chosen")
+                operand = Mux(bank_chosen, words[1], words[0])
                 if side == "b":
                     # Two select bits: bank 0 or 1, tables 0 or 1.
                     table = Signal(name=f"table{lane}_select", reset_less=True)
@@ -175,13 +183,12 @@ class Operands(wiring.Component):
                         with m.If(self.table[lane]):
                             m.d.sync += bank_select.eq(field[3])
                     address = Cat(field[:2], self.index[lane], field[2])
+                    coefficient = Mux(
+                        bank_chosen,
+                        self._read(m, f"tables1_{lane}", tables[1], address[:-1]),
+                        self._read(m, f"tables0_{lane}", tables[0], address),
+                    )
                     operand = Mux(
-                        table,
-                        Mux(
-                            bank_select,
-                            self._read(m, tables[1], address[:-1]),
-                            self._read(m, tables[0], address),
-                        ),
-                        operand,
+                        self._behind(m, table, f"table{lane}_chosen"), coefficient, operand
                     )
                 m.d.comb += out.eq(operand)

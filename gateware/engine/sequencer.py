@@ -10,6 +10,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.bitwise import Bitwise, choose
+from boresight.gateware.engine.delay import delayed
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image, rom_pieces
 from boresight.gateware.microcode.layout import microword_layout
@@ -22,15 +23,16 @@ class Sequencer(wiring.Component):
 
     The program counter addresses the ROM, whose registered output goes into one more register, the
     microword at work: behind the ROM there may be a multiplexer of several memories, and what
-    decides about the clock enable must come early. In the cycles after a reset, an abandoned
-    update or a change of program, ``active`` is low until the first word.
+    decides about the clock enable must come early. A deeper machine has a register between memory
+    and multiplexer, too. So the counter is `Machine.prefetch` words ahead. In the cycles after a
+    reset, an abandoned update or a change of program, ``active`` is low until the first word.
 
     A record is framed by ``last``: too early, or missing at ``get_last``, and the update is
     abandoned, ``framing`` pulses and the program begins anew; after a missing ``last`` words are
     swallowed up to the next one.
 
-    **Latency** one microword per cycle; a fault costs three cycles besides the words swallowed,
-    a change of program four.
+    **Latency** one microword per cycle; a fault costs `Machine.prefetch` + 1 cycles besides the
+    words swallowed, a change of program one more.
 
     Parameters
     ----------
@@ -105,9 +107,10 @@ class Sequencer(wiring.Component):
         """ROM, counter, handshakes, framing."""
         m = Module()
         word, active, claim = self.word, self.active, self.claim
-        fill = Signal(3)  # first word: addressed, out of the ROM, at work
+        # First word: addressed, out of the ROM (and out of the register behind it), at work.
+        fill = Signal(self.machine.prefetch + 1)
         base = self._base(m)
-        m.d.comb += [active.eq(fill[2]), self.start.eq(~fill[0])]
+        m.d.comb += [active.eq(fill[-1]), self.start.eq(~fill[0])]
         last = self._counter(m, base)
 
         started, swallow = Signal(name="started"), Signal(name="swallow")
@@ -160,12 +163,13 @@ class Sequencer(wiring.Component):
     def _counter(self, m: Module, base: Signal) -> Value:
         """The program counter and its ROM; 1 while the last word of the program is at work."""
         home = self.active & self.word.home
-        homes = Signal(2, reset_less=True)  # the last word comes two words after ``home``
+        # The last word comes so many words after ``home``.
+        homes = Signal(self.machine.prefetch, reset_less=True)
         pc = Signal.like(base)
         with m.If(self.en):
             m.d.sync += [pc.eq(Mux(home | self.start, base, pc + 1)), homes.eq(Cat(home, homes))]
         self._rom(m, pc)
-        return homes[1]
+        return homes[-1]
 
     def _enables(self, m: Module, offered: Value, blocked: Value) -> list[Any]:
         """Write enables and the clock enable."""
@@ -182,7 +186,7 @@ class Sequencer(wiring.Component):
         ]
 
     def _rom(self, m: Module, pc: Signal) -> None:
-        """The memories, and the word at work two cycles after its address."""
+        """The memories, and the word at work `Machine.prefetch` cycles after its address."""
         contents = self.image.hardware_rom(self.machine)
         chosen: Value | None = None
         for k, words in reversed(list(enumerate(contents))):
@@ -194,7 +198,8 @@ class Sequencer(wiring.Component):
             behind = Signal(name=f"behind{k}", reset_less=True)
             with m.If(self.en):
                 m.d.sync += behind.eq(pc[(len(words) - 1).bit_length()])
-            chosen = Mux(behind, chosen, piece)
+            waits = [f"behind{k}_out"] if self.machine.has("memory") else []
+            chosen = Mux(delayed(m, behind, en=self.en, names=waits), chosen, piece)
         word = Signal(self.machine.word_bits, reset_less=True)
         assert chosen is not None
         with m.If(self.en):
@@ -205,7 +210,8 @@ class Sequencer(wiring.Component):
         """Word of a memory, or of several in parallel, at an address."""
         data, low = [], 0
         for column, width in enumerate(self.machine.rom_columns(len(words))):
-            m.submodules[name if column == 0 else f"{name}_{column}"] = rom = memory.Memory(
+            part = name if column == 0 else f"{name}_{column}"
+            m.submodules[part] = rom = memory.Memory(
                 shape=width,
                 depth=len(words),
                 init=[word >> low & (1 << width) - 1 for word in words],
@@ -213,7 +219,8 @@ class Sequencer(wiring.Component):
             )
             port = rom.read_port()
             m.d.comb += [port.addr.eq(pc), port.en.eq(self.en)]
-            data.append(port.data)
+            waits = [f"{part}_out"] if self.machine.has("memory") else []
+            data.append(delayed(m, port.data, en=self.en, names=waits))
             low += width
         return Cat(*data) if len(data) > 1 else data[0]
 

@@ -7,11 +7,12 @@ between model and core can be located to the cycle. `Emulator` computes with int
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from boresight.gateware.machine import Machine
+from boresight.gateware.machine import Machine, Stages
 from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.microcode.image import Image
 
@@ -36,27 +37,47 @@ class Record:
     cycles: int = 0
 
 
-@dataclass
-class _Lane:
-    """Pipeline registers of one lane; the number is the stage that reads them."""
+class _Delay(deque[Any]):
+    """Registers in a row: an item comes out as many cycles later as there are registers."""
 
-    a1: int = 0
-    b1: int = 0
-    a2: int = 0
-    b2: int = 0
-    product3: int = 0
-    take3: Any = False
-    negate3: Any = False
-    product4: int = 0
-    amount4: int = 0
-    take4: Any = False
-    negate4: Any = False
-    r5: Any = 0
-    acc6: int = 0
-    index: int = 0
-    flag: int = 0
-    norm2: int = 0  #: count for the slot at stage 2
-    norm3: int = 0  #: ... and at stage 3
+    def through(self, item: Any) -> Any:
+        """Put an item in; return the one that comes out in this cycle."""
+        self.append(item)
+        return self.popleft()
+
+
+class Lane:
+    """Registers of one lane. Fields of the microword act at their stages, so only data wait.
+
+    Parameters
+    ----------
+    stages : Stages
+        Stages of the pipeline.
+    word, condition, term : callable
+        First content of a register with this name, by what it holds.
+    """
+
+    def __init__(
+        self,
+        stages: Stages,
+        word: Callable[[str], Any],
+        condition: Callable[[str], Any],
+        term: Callable[[str], Any],
+    ) -> None:
+        def registers(name: str, first: int, last: int, content: Callable[[str], Any]) -> _Delay:
+            return _Delay(content(f"{name}{k}") for k in reversed(range(first + 1, last + 1)))
+
+        at = stages
+        self.operands = registers("ab", 0, at.read, lambda n: (word(n), word(f"{n} b")))
+        self.products = registers("product", at.read, at.shift, word)
+        self.conditions = registers(
+            "condition", at.condition, at.shift, lambda n: (condition(n), condition(n))
+        )
+        self.amounts = registers("amount", at.amount, at.shift, word)
+        self.terms = registers("r", at.shift, at.accumulate, term)
+        self.sums = registers("sum", at.limit, at.write, lambda n: (word(n), 0))
+        self.acc, self.index, self.flag = word("acc"), word("index"), word("flag")
+        self.counts = [word("norm1"), word("norm2")]  #: captured last, and a cycle before
 
 
 class Emulator:
@@ -105,7 +126,12 @@ class Emulator:
         self.saturated = False
         self.framing = False
         self.swallowing = False
-        self.lanes = [_Lane() for _ in range(machine.lanes)]
+        self.lanes = [self._lane(k) for k in range(machine.lanes)]
+
+    def _lane(self, number: int) -> Lane:
+        """A lane before the first update."""
+        nothing = (lambda _: 0,) * 3
+        return Lane(self.machine.stages, *nothing)
 
     def _signed(self, word: int) -> int:
         bits = self.machine.arithmetic.word
@@ -185,7 +211,7 @@ class Emulator:
         writes: list[tuple[int, int]] = []
         for k, lane in enumerate(self.lanes):
             if word["emit"] and k == 0:
-                record.outputs.append(lane.a1)
+                record.outputs.append(lane.operands[0][0])
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
             field_of = self._lane_roms[self.number][self.pc][k]
@@ -207,42 +233,43 @@ class Emulator:
             self.parities[self.number] ^= 1
         self.pc = 0 if word["home"] else self.pc + 1
 
-    def _stages(self, lane: _Lane, f: dict[str, int], input_word: int | None) -> int | None:
-        """Run all stages of one lane, the last one first; return the word written, if any."""
-        # 6 write
+    def _stages(self, lane: Lane, f: dict[str, int], input_word: int | None) -> int | None:
+        """Run all stages of one lane; return the word written, if any."""
+        # Read: the captures of this cycle see the raw A; what uses them comes a cycle later or two.
+        a, b = lane.operands.popleft()
+        conditions = (
+            self._condition(f["neg"], f["neg_flag"], lane.flag),
+            self._condition(f["when"], f["when_flag"], lane.flag),
+        )
+        amount = self._amount(f["shift"], f["scale"], lane.counts[1])
+        lane.counts[1] = lane.counts[0]
+        if f["cap_index"]:
+            lane.index = self._index(a, f["quarter"])
+        if f["cap_flag"]:
+            lane.flag = self._sign(a, f["quarter"])
+        if f["cap_norm"]:
+            lane.counts[0] = self._count(a)
+        # Multiply the masked words, shift, accumulate, limit, write.
+        factor_a = self._fraction(a) if f["frac_a"] else a
+        factor_b = self._fraction(b) if f["frac_b"] else b
+        product = lane.products.through(self._product(factor_a, factor_b))
+        negate, take = lane.conditions.through(conditions)
+        shifted = self._shifted(product, lane.amounts.through(amount), negate, take)
+        term = lane.terms.through(shifted)
+        total, wrap = lane.sums.through((lane.acc, f["wrap"]))
+        lane.acc = self._sum(None if f["first"] else lane.acc, term)
         result: int | None = None
         if input_word is not None:
             result = input_word
         elif f["we"]:
-            result = self._result(lane.acc6, wrap=bool(f["wrap"]), sticky=bool(f["sticky"]))
-        # 5 accumulate
-        lane.acc6 = self._sum(None if f["first"] else lane.acc6, lane.r5)
-        # 4 shift
-        lane.r5 = self._shifted(lane.product4, lane.amount4, lane.negate4, lane.take4)
-        # 3 shift amount
-        lane.amount4 = self._amount(f["shift"], f["scale"], lane.norm3)
-        lane.product4, lane.take4, lane.negate4 = lane.product3, lane.take3, lane.negate3
-        # 2 multiply
-        lane.product3 = self._product(lane.a2, lane.b2)
-        lane.negate3 = self._condition(f["neg"], f["neg_flag"], lane.flag)
-        lane.take3 = self._condition(f["when"], f["when_flag"], lane.flag)
-        lane.norm3 = lane.norm2
-        # 1 read: captures see the raw A, the multiplier the masked words
-        if f["cap_index"]:
-            lane.index = self._index(lane.a1, f["quarter"])
-        if f["cap_flag"]:
-            lane.flag = self._sign(lane.a1, f["quarter"])
-        if f["cap_norm"]:
-            lane.norm2 = self._count(lane.a1)
-        lane.a2 = self._fraction(lane.a1) if f["frac_a"] else lane.a1
-        lane.b2 = self._fraction(lane.b1) if f["frac_b"] else lane.b1
-        # 0 address
-        lane.a1 = self._read(f["a_addr"])
+            result = self._result(total, wrap=bool(wrap), sticky=bool(f["sticky"]))
+        # Address
         if f["table"]:
             block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
-            lane.b1 = self._coefficient(block, coefficient, lane.index)
+            other = self._coefficient(block, coefficient, lane.index)
         else:
-            lane.b1 = self._read(f["b_addr"])
+            other = self._read(f["b_addr"])
+        lane.operands.append((self._read(f["a_addr"]), other))
         return result
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:

@@ -101,8 +101,9 @@ class Image:
             raise ValueError(
                 f"rom must have at most {machine.rom_words} words, not {len(self.rom)!r}"
             )
-        if not self.lengths or min(self.lengths) < 3:
-            raise ValueError(f"lengths must be 3 or more each, not {self.lengths!r}")
+        least = machine.prefetch + 1
+        if not self.lengths or min(self.lengths) < least:
+            raise ValueError(f"lengths must be {least} or more each, not {self.lengths!r}")
         if sum(self.lengths) > len(self.rom):
             raise ValueError(
                 f"lengths must be {len(self.rom)} or less together, not {sum(self.lengths)!r}"
@@ -146,15 +147,14 @@ class Image:
         return out
 
     def hardware_rom(self, machine: Machine) -> tuple[list[int], ...]:
-        """Contents of each of `rom_pieces`, with ``home`` two words earlier.
+        """Contents of each of `rom_pieces`, with ``home`` `Machine.prefetch` words earlier.
 
-        The program counter is two words ahead of the executed word, so the last word but two must
-        return it.
+        The program counter is ahead of the executed word by so many.
         """
         home = 1 << self._positions(machine)["home"]
         rom = [value & ~home for value in self.rom]
         for base, length in zip(self.bases, self.lengths, strict=True):
-            rom[base + length - 3] |= home
+            rom[base + length - 1 - machine.prefetch] |= home
         pieces = rom_pieces(len(rom))
         rom += [0] * (sum(pieces) - len(rom))
         ends = accumulate(pieces)

@@ -28,6 +28,14 @@ def listing(rom: Sequence[int], schedule: Schedule, allocation: Allocation) -> s
     return _Listing(rom, schedule.machine, schedule.program, allocation).text()
 
 
+def actions(
+    rom: Sequence[int], schedule: Schedule, allocation: Allocation
+) -> list[tuple[str, ...]]:
+    """`listing` as columns: for each cycle what every lane issues, and what is written and sent."""
+    lines = _Listing(rom, schedule.machine, schedule.program, allocation)
+    return [(*lines.issues(cycle), lines.events(cycle)) for cycle in range(len(rom))]
+
+
 class _Listing:
     def __init__(
         self, rom: Sequence[int], machine: Machine, program: Program, allocation: Allocation
@@ -62,10 +70,7 @@ class _Listing:
 
     def text(self) -> str:
         """Text of the listing."""
-        issued = [
-            [self.issue(cycle, k) for k in range(self.machine.lanes)]
-            for cycle in range(len(self.words))
-        ]
+        issued = [self.issues(cycle) for cycle in range(len(self.words))]
         widths = [max(map(len, column)) for column in zip(*issued, strict=True)]
         head = [f"lane {k}".ljust(w) for k, w in enumerate(widths)]
         lines = [f"{'cycle':>5}  " + " | ".join([*head, "written, streams"])]
@@ -73,6 +78,10 @@ class _Listing:
             padded = [c.ljust(w) for c, w in zip(columns, widths, strict=True)]
             lines.append(f"{cycle:5}  " + " | ".join([*padded, self.events(cycle)]).rstrip())
         return "\n".join(lines) + "\n"
+
+    def issues(self, cycle: int) -> list[str]:
+        """Text of the slot of every lane."""
+        return [self.issue(cycle, k) for k in range(self.machine.lanes)]
 
     def issue(self, cycle: int, lane: int) -> str:
         """Text of a lane's slot."""

@@ -16,7 +16,7 @@ from typing import Any
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.assemble import decode
-from boresight.gateware.microcode.emulator import Emulator, Record
+from boresight.gateware.microcode.emulator import Emulator, Lane, Record
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.program import Kind, Program, Scale
 from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refuted, Terms
@@ -129,23 +129,21 @@ class _Symbolic(Emulator):
     """The emulator on terms; ``saturated`` becomes the set of words that raise the flag."""
 
     def __init__(self, machine: Machine, image: Image, terms: Terms) -> None:
-        super().__init__(machine, image)
         self.terms = terms
+        super().__init__(machine, image)
         self.clamped: set[int] = set()
         self.registers = [terms.symbol(f"left in register {k}") for k in range(len(self.registers))]
-        for number, lane in enumerate(self.lanes):
-            left = {
-                name: terms.symbol(f"left in {name} of lane {number}")
-                for name in (
-                    *("a1", "b1", "a2", "b2", "product3", "product4", "amount4", "r5", "acc6"),
-                    *("index", "flag", "norm2", "norm3"),
-                )
-            }
-            for name, symbol in left.items():
-                setattr(lane, name, symbol)
-            lane.r5 = left["r5"], NEVER, ALWAYS
-            lane.take3 = lane.take4 = False, left["flag"]
-            lane.negate3 = lane.negate4 = False, left["flag"]
+
+    def _lane(self, number: int) -> Lane:
+        def word(name: str) -> int:
+            return self.terms.symbol(f"left in {name} of lane {number}")
+
+        return Lane(
+            self.machine.stages,
+            word,
+            lambda name: (False, word(name)),
+            lambda name: (word(name), NEVER, ALWAYS),
+        )
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
         word = self.terms.result(acc, wrap=wrap)

@@ -18,6 +18,8 @@ from boresight.model.words.program import Negate, Op, Scale, When
 #: Captures that an op must make itself: index, flag, norm.
 Need = tuple[bool, bool, bool]
 
+#: Place of a slot without effect in an order.
+IDLE = -1
 _MOST = 12  # arrangements kept per op and need
 
 
@@ -31,19 +33,49 @@ class Arrangement:
     slots: tuple[Slot, ...]
     before: tuple[tuple[int, int], ...]
 
-    def place(self, ready: Sequence[int]) -> tuple[int, list[int]]:
+    def place(self, ready: Sequence[int], index_delay: int = 1) -> tuple[int, list[int]]:
         """Earliest first cycle, and the order of slots that allows it.
 
-        ``ready`` is the first cycle at which each value may be read.
+        ``ready`` is the first cycle at which each value may be read. `IDLE` in the order is a slot
+        without effect: a captured index serves slots ``index_delay`` cycles later.
         """
         release = [
             max(ready[s.a], ready[s.b]) if s.b is not None else ready[s.a] for s in self.slots
         ]
         for earlier, later in self.before:
-            if release[later] <= release[earlier]:
-                release[later] = release[earlier] + 1
+            by_index = self.slots[earlier].cap_index and self.slots[later].reads_table
+            release[later] = max(
+                release[later], release[earlier] + (index_delay if by_index else 1)
+            )
         order = sorted(range(len(release)), key=release.__getitem__)
-        return max(release[k] - i for i, k in enumerate(order)), order
+        if index_delay > 1:
+            order = self._spaced(order, index_delay)
+        return max(release[k] - i for i, k in enumerate(order) if k != IDLE), order
+
+    def _spaced(self, order: list[int], index_delay: int) -> list[int]:
+        """The order with enough slots between the capture of the index and its first use."""
+        capture = next((i for i, k in enumerate(order) if self.slots[k].cap_index), None)
+        use = next((i for i, k in enumerate(order) if self.slots[k].reads_table), None)
+        if capture is None or use is None:
+            return order
+        missing = max(0, index_delay - (use - capture))
+        awaited = {earlier for earlier, _ in self.before}
+        free = [k for k in order[:capture] if k not in awaited]
+        moved = free[max(0, len(free) - missing) :]
+        return [
+            *(k for k in order[:capture] if k not in moved),
+            *(order[capture:use]),
+            *moved,
+            *[IDLE] * (missing - len(moved)),
+            *order[use:],
+        ]
+
+    def ordered(self, order: Sequence[int]) -> list[Slot]:
+        """The slots in an order that `place` returned."""
+        out: list[Slot] = []
+        for k in order:  # an idle slot reads what the one before it does
+            out.append(Slot(0, 0, out[-1].a, op=out[-1].op) if k == IDLE else self.slots[k])
+        return out
 
 
 def uses_flag(op: Op, term: int) -> bool:

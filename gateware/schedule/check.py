@@ -14,9 +14,6 @@ from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, When
 
-#: Stages of the contract (docs/engine.md), on purpose not taken from the scheduler.
-_READ, _WRITE = 1, 6
-
 
 def check_schedule(
     program: Program, schedule: Schedule, allocation: Allocation, *, parameters_before: int = 0
@@ -206,7 +203,7 @@ def _check_group(schedule: Schedule, number: int, op: Op, slots: list[Slot]) -> 
         if s.first != (k == 0) or s.last != (k == last):
             raise _fail(schedule, s.cycle, number, "first and last must mark the ends of the group")
         if s.term is None:
-            if s.b is not None or s.swap or not (s.cap_index or s.cap_flag or s.cap_norm):
+            if s.b is not None or s.swap:
                 raise _fail(schedule, s.cycle, number, "a slot without term must only capture")
             continue
         t = op.terms[s.term]
@@ -240,6 +237,7 @@ def _check_group(schedule: Schedule, number: int, op: Op, slots: list[Slot]) -> 
 def _check_streams(schedule: Schedule) -> None:
     """Order of gets and emits, ports, length."""
     program, gets = schedule.program, schedule.gets
+    read, write = schedule.machine.stages.read, schedule.machine.stages.write
     if len(gets) != len(program.streamed):
         raise _fail(schedule, None, None, f"{len(gets)} gets for {len(program.streamed)} inputs")
     if gets and gets[0] != 0 or any(b <= a for a, b in zip(gets, gets[1:], strict=False)):
@@ -259,12 +257,12 @@ def _check_streams(schedule: Schedule) -> None:
                 f"output {s.emit} is "
                 f"{_name(schedule, program.outputs[s.emit])}, not {_name(schedule, s.a)}",
             )
-        if s.cycle + _READ in gets:
+        if s.cycle + read in gets:
             raise _fail(schedule, s.cycle, None, f"emit {s.emit} works in the cycle of a get")
     for s in schedule.slots:
-        if s.last and s.lane == 0 and s.cycle + _WRITE in gets:
+        if s.last and s.lane == 0 and s.cycle + write in gets:
             raise _fail(schedule, s.cycle, s.op, "the result is written in the cycle of a get")
-        end = s.cycle + (_WRITE if s.op is not None else _READ)
+        end = s.cycle + (write if s.op is not None else read)
         if end >= schedule.length:
             raise _fail(schedule, s.cycle, s.op, f"is not finished in {schedule.length} cycles")
     if gets and gets[-1] >= schedule.length:
@@ -305,10 +303,14 @@ class _Replay:
                 )
         self.writes: dict[int, dict[int, tuple[int, int | None]]] = defaultdict(dict)
         self.captured: list[dict[str, tuple[int, bool]]] = [{} for _ in range(lanes)]
+        #: Indices captured in each lane, by the cycle of the first slot that they serve.
+        self.indices: list[dict[int, tuple[int, bool]]] = [{} for _ in range(lanes)]
         self.lands: dict[int, int] = {}
         for s in schedule.slots:
             if s.last and s.op is not None:
-                self.write(s.cycle + _WRITE, program.ops[s.op].dest, s.lane, s.op)
+                self.write(
+                    s.cycle + schedule.machine.stages.write, program.ops[s.op].dest, s.lane, s.op
+                )
         for n, cycle in zip(program.streamed, schedule.gets, strict=True):
             self.write(cycle, n, 0, None)
 
@@ -364,10 +366,13 @@ class _Replay:
         op = self.schedule.program.ops[s.op]
         captured = self.captured[s.lane]
         term = None if s.term is None else op.terms[s.term]
+        indices = self.indices[s.lane]
+        for cycle in [c for c in indices if c <= s.cycle]:
+            captured["index"] = indices.pop(cycle)
         if term is not None and term.coefficient is not None:
             self.holds(s, "index", op.index, op.index_quarter)
         if s.cap_index:
-            captured["index"] = (s.a, s.quarter)
+            indices[s.cycle + self.schedule.machine.index_delay] = (s.a, s.quarter)
         if s.cap_flag:
             captured["flag"] = (s.a, s.quarter)
         if s.cap_norm:

@@ -104,7 +104,7 @@ class _Pass(ListState):
                 continue
             is_op = node < problem.n_ops
             for lane in reversed(lanes):  # lane 0 also serves gets and emits
-                if not is_op and (lane or t < last_get and t + 1 in self.gets):
+                if not is_op and (lane or t < last_get and t + self.read in self.gets):
                     continue
                 if is_op and not self.may_keep(node, lane):
                     continue
@@ -116,6 +116,8 @@ class _Pass(ListState):
                 else:
                     continue
                 if lane == 0 and is_op and not self.may_write(t + f[1] - 1 + self.write):
+                    continue
+                if is_op and not self.may_look_up(t, lane, need, f):
                     continue
                 key = -minus
                 if is_op:
@@ -142,9 +144,11 @@ class _Pass(ListState):
         value = self.p.program.outputs[emit - self.p.n_ops]
         for _, node in self.awake:
             if node < self.p.n_ops and node not in skip and value in self.reads[node]:
-                fit = self.fit(node, self.need(node, 0))[0]
+                need = self.need(node, 0)
+                fit = self.fit(node, need)[0]
                 if (
                     fit[0] <= t
+                    and self.may_look_up(t, 0, need, fit)
                     and self.may_keep(node, 0)
                     and self.may_write(t + fit[1] - 1 + self.write)
                 ):
@@ -191,9 +195,11 @@ class _Pass(ListState):
                 or self.p.needs[other][kind]
             ):
                 continue
-            f = self.fit(other, self.need(other, lane))[0]
+            need = self.need(other, lane)
+            f = self.fit(other, need)[0]
             if (
                 self.may_keep(other, lane)
+                and self.may_look_up(t, lane, need, f)
                 and f[0] <= t
                 and f[1] <= self.style.detour
                 and (lane or self.may_write(t + f[1] - 1 + self.write))

@@ -26,8 +26,12 @@ class Paths:
     length_bound: int
 
 
-def slots_after(op: Op, value: int) -> int:
-    """Slots of ``op`` that cannot come before ``value`` is readable, and a capture before them."""
+def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
+    """Cycles to the end of ``op``, at least, from the one in which ``value`` is readable.
+
+    They are the slots that cannot come before, a capture before them, and the ``index_delay``
+    between a capture of the segment index and its first use.
+    """
     late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
     users = [
         {k for k, t in enumerate(op.terms) if t.coefficient is not None},
@@ -39,7 +43,8 @@ def slots_after(op: Op, value: int) -> int:
         if value == captured and user:
             extra = extra or not (late - user if user is users[0] else late)
             late = late | user
-    return max(1, len(late) + extra)
+    waits = index_delay + len(users[0]) if value == op.index and users[0] else 1
+    return max(waits, len(late) + extra)
 
 
 def _shown(program: Program) -> set[int | None]:
@@ -70,7 +75,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     tail: list[int | None] = [None for _ in range(n_ops + n_out)]
     total = [latency] * n_ops + [0] * n_out
     for j in range(n_out):
-        total[n_ops + j] = 1 + machine.STAGE_READ + n_out - 1 - j
+        total[n_ops + j] = 1 + machine.stages.read + n_out - 1 - j
         if j < urgent:
             tail[n_ops + j] = urgent - 1 - j
     producer = {op.dest: k for k, op in enumerate(program.ops)}
@@ -78,7 +83,9 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     for k, op in enumerate(program.ops):
         for value in sorted(reads(op)):
             if value in producer:
-                edges[producer[value]].append((k, latency + slots_after(op, value) - 1))
+                edges[producer[value]].append(
+                    (k, latency + slots_after(op, value, machine.index_delay) - 1)
+                )
     for j, value in enumerate(program.outputs):
         if value in producer:
             edges[producer[value]].append((n_ops + j, latency))
@@ -101,7 +108,8 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     end = [0] * n_ops
     for k in order:
         op = program.ops[k]
-        end[k] = max([slots[k] - 1] + [ready.get(v, 0) + slots_after(op, v) - 1 for v in reads(op)])
+        waits = [ready.get(v, 0) + slots_after(op, v, machine.index_delay) - 1 for v in reads(op)]
+        end[k] = max([slots[k] - 1, *waits])
         ready[op.dest] = end[k] + latency
     emits = [ready.get(v, 0) for v in program.outputs]
     late = [end[k] + t for k, t in enumerate(tail[:n_ops]) if t is not None]
@@ -118,7 +126,7 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     busy += _captures_apart(program, hot)
     bound = max(bound, -(-busy // machine.lanes) - 1)
     last = max(last, -(-(sum(slots) + _captures_apart(program, order)) // machine.lanes) + 1)
-    return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.STAGE_READ + 1, last)
+    return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.stages.read + 1, last)
 
 
 def topological(program: Program) -> list[int]:

@@ -39,6 +39,11 @@ class Slot:
     last: bool = False
     emit: int | None = None
 
+    @property
+    def reads_table(self) -> bool:
+        """Whether the slot multiplies by a word of the tables."""
+        return self.term is not None and self.b is None
+
 
 @dataclass(frozen=True)
 class Schedule:
@@ -71,9 +76,8 @@ class Schedule:
     @property
     def latencies(self) -> tuple[int, ...]:
         """Cycles from the first input word to each output word, both counted."""
-        words = {
-            s.emit: s.cycle + self.machine.STAGE_READ + 1 for s in self.slots if s.emit is not None
-        }
+        read = self.machine.stages.read
+        words = {s.emit: s.cycle + read + 1 for s in self.slots if s.emit is not None}
         return tuple(words[k] for k in range(len(self.program.outputs)))
 
     @property
@@ -91,7 +95,7 @@ class Schedule:
 
     def write_cycle(self, op: int) -> int:
         """Cycle at whose end the result of an op is written."""
-        return self.ends[op].cycle + self.machine.STAGE_WRITE
+        return self.ends[op].cycle + self.machine.stages.write
 
     def to_json(self) -> str:
         """The schedule as JSON, the same text for the same schedule."""

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from heapq import heapify, heappush
 
-from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.arrange import Arrangement, Need
 from boresight.gateware.schedule.captures import KINDS, Key, give
 from boresight.gateware.schedule.problem import Attempt, ListProblem
@@ -54,7 +53,7 @@ class ListState:
         self.hold = hold
         self.priority = priority
         program, machine = problem.program, problem.machine
-        self.write = machine.STAGE_WRITE
+        self.read, self.write = machine.stages.read, machine.stages.write
         self.gets = list(range(len(program.streamed)))
         self.horizon = -1  # latest get that a placed slot relies on
         self.ready = [0] * len(program.values)
@@ -63,6 +62,8 @@ class ListState:
         self.fits: dict[tuple[int, Need], list[Fit]] = {}
         self.free = [0] * machine.lanes
         self.held: list[list[Key | None]] = [[None, None, None] for _ in self.free]
+        #: First cycle in which each lane's captured index serves.
+        self.index_from = [0] * machine.lanes
         #: Number of unplaced ops that need each key.
         self.pending: list[Counter[Key]] = [Counter() for _ in KINDS]
         for wanted in problem.keys:
@@ -97,7 +98,7 @@ class ListState:
         if fits is None:
             fits = []
             for x in self.p.arranged(node, need):
-                start, order = x.place(self.ready)
+                start, order = x.place(self.ready, self.p.machine.index_delay)
                 n = len(order)
                 if all(start + n < f[0] + f[1] or n == f[1] and start < f[0] for f in fits):
                     fits = [f for f in fits if f[1] < n]
@@ -119,6 +120,14 @@ class ListState:
             and cycle > self.horizon
         )
 
+    def may_look_up(self, t: int, lane: int, need: Need, fit: Fit) -> bool:
+        """Whether the lane's index serves a group that starts now and relies on it."""
+        if need[0] or t >= self.index_from[lane]:
+            return True
+        slots = fit[2].ordered(fit[3])
+        use = next((i for i, s in enumerate(slots) if s.reads_table), None)
+        return use is None or t + use >= self.index_from[lane]
+
     def may_keep(self, node: int, lane: int) -> bool:
         """Whether the lane's bank has room for the result of an op, if that is a state."""
         return not self.p.makes_state[node] or self.state_quota[lane] > 0
@@ -127,7 +136,7 @@ class ListState:
         """Put a group into a lane."""
         _, length, arrangement, order = fit
         problem = self.p
-        slots: Sequence[Slot] = [arrangement.slots[k] for k in order]
+        slots: Sequence[Slot] = arrangement.ordered(order)
         self.awake.remove((-self.priority[node], node))
         self.free[lane] = t + length
         for s in slots:
@@ -157,6 +166,9 @@ class ListState:
                         and not self.wanted(kind, captured[kind])
                     ),
                 )
+            for i, s in enumerate(slots):
+                if s.cap_index:
+                    self.index_from[lane] = t + i + problem.machine.index_delay
             self.watch(t, node, end)
             if lane == 0:
                 slots = self.ride(t, slots)
@@ -179,7 +191,7 @@ class ListState:
             if node == problem.nodes:
                 break
             value = problem.program.outputs[self.emitted]
-            if value not in (s.a, s.b) or t + i + problem.machine.STAGE_READ in self.gets:
+            if value not in (s.a, s.b) or t + i + self.read in self.gets:
                 continue
             if s.a != value:
                 if s.cap_index or s.cap_flag or s.cap_norm or s.b is None:
@@ -217,13 +229,12 @@ class ListState:
         """Record whether, with a node placed in cycle ``t``, the limit can still be met."""
         far, (latency, length) = self.p.far, self.limit
         tail = far.urgent[node]
-        read = Machine.STAGE_READ
         if tail is not None:
             self.urgent_slots -= far.slots[node]
             more = self.urgent_slots // len(self.free)  # minimum cycles of the rest
-            if max(end + tail, t + more) + read + 1 > latency:
+            if max(end + tail, t + more) + self.read + 1 > latency:
                 self.over = True
-            if node == self.p.n_ops + self.p.urgent - 1 and end + read + 1 < latency:
+            if node == self.p.n_ops + self.p.urgent - 1 and end + self.read + 1 < latency:
                 self.limit = (_NEVER, _NEVER)  # better already, whatever the length
         self.long = self.long or end + far.total[node] > length
         if self.long and self.emitted >= self.p.urgent and self.limit[0] != _NEVER:
@@ -247,14 +258,14 @@ class ListState:
     def result(self) -> Attempt:
         """Times of everything placed."""
         problem = self.p
-        read = problem.machine.STAGE_READ
-        length = max(self.gets[-1] + 1 if self.gets else 3, 3)
+        least = problem.machine.prefetch + 1
+        length = max(self.gets[-1] + 1 if self.gets else least, least)
         count = 0
         for node, _, start, slots in self.groups:
             count += len(slots)
             if node < problem.n_ops:
                 length = max(length, start + len(slots) + self.write)
-        words = [cycle + read + 1 for cycle in self.emits]
+        words = [cycle + self.read + 1 for cycle in self.emits]
         length = max([length, *words[-1:]])
         latency = words[problem.urgent - 1] if problem.urgent else 0
         return Attempt(

@@ -21,7 +21,7 @@ def check_memories(machine: Machine, image: Image, verilog: str) -> None:
 
     The layout is that of `docs/engine.md`: every lane has copies of every bank for both operands,
     the tables follow the registers of operand b or have memories of their own, and ``home`` stands
-    two words earlier than in the image.
+    `Machine.prefetch` words earlier than in the image.
     """
     memories: dict[str, list[int]] = {}
     for name, at, base, digits in _WORD.findall(verilog):
@@ -68,7 +68,7 @@ def _check_rom(machine: Machine, image: Image, roms: dict[str, list[int]]) -> No
     at = sum(f.width for f in machine.fields()[:-1])
     assert machine.fields()[-1].name == "home"
     ends = accumulate(image.lengths)
-    returns = {end - 3 for end in ends}
+    returns = {end - 1 - machine.prefetch for end in ends}
     wanted = [w & ~(1 << at) | (k in returns) << at for k, w in enumerate(image.rom)]
     _compare("rom", words[: len(wanted)], wanted)
     _compare("rom, behind the programs,", words[len(wanted) :], [0] * (len(words) - len(wanted)))

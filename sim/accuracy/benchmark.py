@@ -14,7 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import ANGLES, attitude_errors, errors, units_of
+from boresight.sim.accuracy.figures import (
+    ANGLES,
+    aligned,
+    aligned_outputs,
+    attitude_errors,
+    errors,
+    units_of,
+)
 from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
@@ -24,7 +31,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import Feed
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.loop import drive
+from boresight.sim.worlds.loop import Loop, drive
 
 __all__ = ["Result", "benchmark"]
 
@@ -39,7 +46,7 @@ class Result:
     `sim.accuracy.figures`, empty where the record has no truth of its outputs. ``seconds``: of its
     own run, by the clock on the wall, whatever runs beside it. ``saturated`` counts updates in
     which an operation saturated; ``near`` compares every sample of fixed point with float64; both
-    belong to fixed point.
+    belong to fixed point. ``offset_deg``: what `sim.accuracy.figures.aligned` took out.
     """
 
     estimator: str
@@ -50,6 +57,7 @@ class Result:
     seconds: float
     saturated: int | None = None
     near: tuple[Difference, ...] = ()
+    offset_deg: tuple[float, ...] = ()
 
 
 def _ours(
@@ -59,6 +67,7 @@ def _ours(
     word: int,
     with_float: bool,
     jobs: int | None,
+    align: str,
 ) -> list[Result]:
     """One of our estimators on all records, made anew for each rate that it needs to know."""
     made: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed]]]] = {}
@@ -67,7 +76,7 @@ def _ours(
         made.setdefault(tuple(member.rates_hz.values()), (member, []))[1].append((t.name, columns))
     out: list[Result] = []
     for member, those in made.values():
-        out += _at_one_rate(member, those, params, word, with_float, jobs)
+        out += _at_one_rate(member, those, params, word, with_float, jobs, align)
     return out
 
 
@@ -78,23 +87,27 @@ def _at_one_rate(
     word: int,
     with_float: bool,
     jobs: int | None,
+    align: str,
 ) -> list[Result]:
     """One of our estimators on records, by name, that one build of it takes."""
     feeds = [columns for _, columns in named]
     loops = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
     level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
     fixed, floating = [], []
+
+    def result(of: str, trial: str, columns: Feed, loop: Loop) -> Result:
+        outputs, offset = aligned_outputs(estimator, columns, loop.outputs, align)
+        error, units = errors(estimator, columns, outputs), units_of(estimator, columns)
+        return Result(estimator.name, of, trial, error, units, loop.seconds, offset_deg=offset)
+
     for (trial, columns), loop in zip(named, loops, strict=True):
         near: tuple[Difference, ...] = ()
-        units = units_of(estimator, columns)
         if level is not None:
             (real,) = drive(columns, level)
             near = tuple(differences(estimator.outputs, loop.outputs, real.outputs))
-            error = errors(estimator, columns, real.outputs)
-            floating.append(Result(estimator.name, "float", trial, error, units, real.seconds))
-        judged = errors(estimator, columns, loop.outputs), units, loop.seconds
-        saturated = loop.run.n_saturated
-        fixed.append(Result(estimator.name, "fixed", trial, *judged, saturated, near))
+            floating.append(result("float", trial, columns, real))
+        judged = result("fixed", trial, columns, loop)
+        fixed.append(replace(judged, saturated=loop.run.n_saturated, near=near))
     return fixed + floating
 
 
@@ -111,7 +124,9 @@ def _dips(trials: Sequence[Trial]) -> dict[str, float]:
     return {folder: float(np.median(values)) for folder, values in dips.items()}
 
 
-def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list[Result]:
+def _peer(
+    name: str, trials: Sequence[Trial], dips: Mapping[str, float], align: str
+) -> list[Result]:
     """One peer on some records."""
     out = []
     for trial in trials:
@@ -119,9 +134,10 @@ def _peer(name: str, trials: Sequence[Trial], dips: Mapping[str, float]) -> list
         start = time.perf_counter()
         q = run_peer(peer(name), trial.record, dips.get(trial.folder))
         seconds = time.perf_counter() - start
+        q, offset = aligned(q, log.attitude, log.counts, align)
         error = attitude_errors(q, log.attitude, log.counts)
         units = dict.fromkeys(ANGLES, "deg")
-        out.append(Result(name, "package", trial.name, error, units, seconds))
+        out.append(Result(name, "package", trial.name, error, units, seconds, offset_deg=offset))
     return out
 
 
@@ -133,6 +149,7 @@ def benchmark(
     params: Mapping[str, Mapping[str, float]] | None = None,
     word: int = 32,
     with_float: bool = True,
+    align: str = "none",
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> list[Result]:
@@ -146,6 +163,8 @@ def benchmark(
         Parameter values of our estimators, by their name.
     with_float : bool
         Also run compiled float64.
+    align : str
+        Constant offset that is taken out of every attitude first: `ALIGNMENTS`.
     jobs : int, optional
         Threads and processes; by default one for each processor.
 
@@ -166,12 +185,12 @@ def benchmark(
     bare = [replace(t, feeds={}) for t in trials]
     # Long ones first, so that no process is left with one at the end.
     tasks: list[tuple[str, Callable[..., list[Result]], tuple[object, ...]]] = [
-        (f"{name} on {t.name}", _peer, (name, [t], dips))
+        (f"{name} on {t.name}", _peer, (name, [t], dips, align))
         for name in peers
         if PEERS[name].slow
         for t in sorted(bare, key=lambda t: -len(t.record))
     ]
-    tasks += [(name, _peer, (name, bare, dips)) for name in peers if not PEERS[name].slow]
+    tasks += [(name, _peer, (name, bare, dips, align)) for name in peers if not PEERS[name].slow]
     count = len(estimators) + len(tasks)
     out: list[Result] = []
 
@@ -183,7 +202,8 @@ def benchmark(
 
     done: list[str] = []
     for e in estimators:
-        take(e.name, _ours(e, trials, (params or {}).get(e.name), word, with_float, jobs))
+        own = (params or {}).get(e.name)
+        take(e.name, _ours(e, trials, own, word, with_float, jobs, align))
     for label, results in dispatch(jobs, tasks):
         take(label, results)
     rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}

@@ -13,12 +13,25 @@ import numpy.typing as npt
 
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
+from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse, constant_offset
 from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+)
 from boresight.sim.compare.difference import differences
 from boresight.sim.records.feed import Feed
 
-__all__ = ["ANGLES", "attitude_errors", "errors", "gives_attitude", "units_of"]
+__all__ = [
+    "ANGLES",
+    "aligned",
+    "aligned_outputs",
+    "attitude_errors",
+    "errors",
+    "gives_attitude",
+    "units_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -54,8 +67,7 @@ def errors(
     metrics: dict[str, float] = {}
     units, judged = units_of(estimator, columns), _apart(estimator, columns)
     if judged and ANGLES[0] in units:
-        reference = np.stack([columns.truth[n] for n in QUATERNION], axis=1)
-        metrics = attitude_errors(attitude_of(outputs), reference, columns.counts)
+        metrics = attitude_errors(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
     names = [n for n in units if n not in metrics]
     own = [o for o in estimator.outputs if o.name in names]
     run, truth = ({n: x[n][columns.counts] for n in names} for x in (outputs, columns.truth))
@@ -68,6 +80,35 @@ def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> 
     seen = q[rows]
     seen[~seen.any(axis=1)] = np.nan
     return dict(attitude_rmse(seen, reference[rows])._asdict())
+
+
+def aligned(
+    q: FloatArray, reference: FloatArray, counts: BoolArray, align: str
+) -> tuple[FloatArray, tuple[float, ...]]:
+    """Attitudes (n, 4) without their constant offset from a reference, over samples that count.
+
+    Returns
+    -------
+    q : float64 (n, 4)
+    offset_deg : tuple of 3 float
+        The offset as a rotation vector about east, north and up [deg]; none taken out: empty.
+    """
+    rows = counts & np.isfinite(reference).all(axis=1) & np.isfinite(q).all(axis=1) & q.any(axis=1)
+    if align == "none" or not rows.any():
+        return q, ()
+    offset = constant_offset(q[rows], reference[rows], align)
+    turned = quaternion_multiply(quaternion_conjugate(offset), q)
+    return turned, tuple(np.degrees(quaternion_to_rotation_vector(offset)).tolist())
+
+
+def aligned_outputs(
+    estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray], align: str
+) -> tuple[Mapping[str, FloatArray], tuple[float, ...]]:
+    """`aligned` of a run's outputs: of those ``qw qx qy qz``, where the record has their truth."""
+    if not _apart(estimator, columns):
+        return outputs, ()
+    q, offset = aligned(attitude_of(outputs), attitude_of(columns.truth), columns.counts, align)
+    return {**outputs, **dict(zip(QUATERNION, q.T, strict=True))}, offset
 
 
 def _apart(estimator: Estimator, columns: Feed) -> tuple[str, ...]:

@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.peers import PEERS, run_peer
+from boresight.sim.attitude.rotation import quaternion_multiply
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.files import read_logs
-from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Record
+from boresight.sim.records.nine_axis import NineAxis, truth_names
+from boresight.sim.records.record import Column, Record
 
 __all__ = ["STAND_IN", "Trial", "read_trials"]
 
@@ -60,6 +62,7 @@ def read_trials(
     *,
     comparisons: Collection[str] = (),
     peers: bool = False,
+    declination_deg: float = 0.0,
 ) -> tuple[list[Trial], list[str]]:
     """Trials of logs and folders (the bundled logs by default), and names of those left out.
 
@@ -70,6 +73,8 @@ def read_trials(
     peers : bool
         Whether published filters run: then logs without reference are measured against `STAND_IN`;
         without them they are left out.
+    declination_deg : float
+        Of magnetic north, positive to the east, where references count from true north.
 
     Raises
     ------
@@ -86,7 +91,9 @@ def read_trials(
                 found=record.name,
                 fix="name each log once, or rename one",
             )
-        other = (path is not None and is_comparison(path)) or record.name in comparisons
+        record = _from_magnetic_north(record, declination_deg)
+        other = record.comparison or (path is not None and is_comparison(path))
+        other |= record.name in comparisons
         trial = _trial(record, estimators, "comparison" if other else "truth", path, peers)
         if trial is None:
             left_out.append(record.name)
@@ -101,6 +108,19 @@ def read_trials(
                 fix="write the file's name without its suffix",
             )
     return sorted(trials.values(), key=lambda t: t.name), sorted(left_out)
+
+
+def _from_magnetic_north(record: Record, declination_deg: float) -> Record:
+    """A record whose reference counts from magnetic north, of one from true north."""
+    names = truth_names(record)
+    if not declination_deg or not all(n in names for n in QUATERNION):
+        return record
+    half = np.radians(declination_deg) / 2.0
+    true = np.stack([record.values(names[n], "") for n in QUATERNION], axis=1)
+    # v_magnetic = Rz(D) v_true: magnetic north (sin D, cos D, 0) becomes (0, 1, 0).
+    q = quaternion_multiply((np.cos(half), 0.0, 0.0, np.sin(half)), true)
+    columns = {names[n]: Column(q[:, k]) for k, n in enumerate(QUATERNION)}
+    return replace(record, columns={**record.columns, **columns})
 
 
 def _trial(

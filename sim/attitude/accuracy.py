@@ -23,15 +23,20 @@ from boresight.sim.attitude.rotation import (
 )
 
 __all__ = [
+    "ALIGNMENTS",
     "NO_SAMPLE",
     "AttitudeError",
     "AttitudeRmse",
     "attitude_error",
     "attitude_rmse",
+    "constant_offset",
     "largest_turn_deg",
 ]
 
 FloatArray = npt.NDArray[np.float64]
+
+#: Components of a quaternion that a constant offset may have.
+ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
 
 #: What a root mean square of no sample is refused with.
 NO_SAMPLE = "no sample counts: mov and a reference attitude never come together"
@@ -106,6 +111,22 @@ def attitude_rmse(
         raise InputError(NO_SAMPLE)
     errors = attitude_error(q_est[counts], q_ref[counts])
     return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
+
+
+def constant_offset(q_est: FloatArray, q_ref: FloatArray, align: str) -> FloatArray:
+    """Turn (4,) in navigation axes that takes references (n, 4) nearest to estimates.
+
+    The quaternion ``o`` of norm one with the components of `ALIGNMENTS` that maximises the sum of
+    ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
+    Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
+    """
+    error = quaternion_multiply(
+        quaternion_normalise(q_est), quaternion_conjugate(quaternion_normalise(q_ref))
+    )
+    free = list(ALIGNMENTS[align])
+    offset = np.zeros(4)
+    offset[free] = np.linalg.eigh(error[:, free].T @ error[:, free])[1][:, -1]
+    return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

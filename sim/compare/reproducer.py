@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from boresight.disk.output import OutputFile
-from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.machine import MACHINES
 from boresight.model.errors import InputError
 from boresight.model.words.check import check_program
 from boresight.model.words.fixed import IntArray
@@ -94,7 +94,7 @@ def _check_record(data: dict[str, Any]) -> None:
             and all(type(word) is int and low <= word <= high for word in rows[0])
         ):
             raise ValueError(f"no record of {count} words in {key}")
-    if data.get("config") not in list(ALL_CONFIGS):
+    if data.get("config") not in list(MACHINES):
         raise ValueError(f"the config {kind_of(data.get('config'))}")
 
 

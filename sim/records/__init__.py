@@ -7,7 +7,13 @@ record    a table of columns by name, with units, validity and locations for mes
 units     conversion of units
 text      CSV, with faults named by line and column
 columnar  Parquet, Feather, MAT, packed CSV; fast CSV by pyarrow
+topics    topics of a recording, and their clocks
 ulog      PX4's flight logs
+bags      bags of ROS, MCAP
+maps      which topics and fields become which columns, in TOML
+frames    axes by their letters
+assembly  a recording's topics as one record
+selection slices, every n-th row, gaps
 stream    logs of any length in pieces
 archive   ``.npz`` archives, the nine-axis form included
 feed      a record as an estimator's inputs: units, steps, true values

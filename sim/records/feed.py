@@ -110,7 +110,7 @@ def feeds(
             record.columns["mov"].values != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
-            () if start else warnings_of(estimator, inputs, new),
+            record.notes if start else (*record.notes, *warnings_of(estimator, inputs, new)),
         )
 
 

@@ -10,6 +10,8 @@ from typing import Any, BinaryIO, NamedTuple
 
 from boresight.model.errors import InputError
 from boresight.sim.records.archive import format_npz, parse_npz
+from boresight.sim.records.assembly import Reader, record_from
+from boresight.sim.records.bags import is_bag, read_bag
 from boresight.sim.records.columnar import (
     format_feather,
     format_mat,
@@ -23,20 +25,25 @@ from boresight.sim.records.columnar import (
     unpack_zstd,
     write_parquet,
 )
+from boresight.sim.records.maps import read_map, ready_map
 from boresight.sim.records.reading import opened, read_bytes
-from boresight.sim.records.record import Record
-from boresight.sim.records.stream import joined, resized, timed
+from boresight.sim.records.record import Record, joined
+from boresight.sim.records.selection import selection
+from boresight.sim.records.stream import resized, timed
 from boresight.sim.records.text import ROWS, parse_csv, pieces_of_csv, write_csv
-from boresight.sim.records.ulog import parse_ulog
+from boresight.sim.records.ulog import read_ulog
 
 __all__ = [
     "FORMATS",
+    "RECORDINGS",
+    "blocks_of",
     "content_of",
     "log_files",
     "read_logs",
     "read_pieces",
     "read_record",
     "record_of",
+    "recording_of",
     "write_pieces",
 ]
 
@@ -86,8 +93,13 @@ FORMATS = {
     ".feather": Format(parse_feather, _whole(format_feather)),
     ".mat": Format(parse_mat, _whole(format_mat)),
 }
-#: Recordings that are read alone, by the end of the file's name.
-_RECORDINGS = {".ulg": Format(parse_ulog, write_csv)}
+#: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
+RECORDINGS: dict[str, tuple[Reader, str]] = {
+    ".ulg": (read_ulog, "px4"),
+    ".bag": (read_bag, "ros"),
+    ".db3": (read_bag, "ros"),
+    ".mcap": (read_bag, "ros"),
+}
 
 
 def read_record(path: str | os.PathLike[str]) -> Record:
@@ -100,7 +112,9 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         column (for ``.npz`` the array and the index, counted from 0).
     """
     path = Path(path)
-    return _format(path).parse(path, read_bytes(path, "a log file that can be read"))
+    if selection().whole:
+        return joined([*_blocks(path, whole=True)])
+    return joined([*_selected(path)])
 
 
 def log_files(paths: Iterable[str | Path]) -> list[Path]:
@@ -127,9 +141,11 @@ def log_files(paths: Iterable[str | Path]) -> list[Path]:
 
 def _logs_below(path: Path) -> list[Path]:
     """Return the path itself, or every log in a folder."""
-    if not os.path.isdir(path):  # `Path.is_dir` raises on some Pythons
+    if not os.path.isdir(path) or is_bag(path):  # `Path.is_dir` raises on some Pythons
         return [path]
-    return sorted(p for p in path.rglob("*") if p.name.endswith((*FORMATS, *_RECORDINGS)))
+    bags = {p.parent for p in path.rglob("metadata.yaml")}
+    files = (p for p in path.rglob("*") if p.name.endswith((*FORMATS, *RECORDINGS)))
+    return sorted(bags | {p for p in files if p.parent not in bags})
 
 
 def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:
@@ -178,16 +194,50 @@ def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Reco
     InputError
         As `read_record`; rows before a fault have been given then.
     """
+    yield from resized(_selected(Path(path)), rows)
+
+
+def blocks_of(path: str | os.PathLike[str]) -> Iterator[Record]:
+    """A log file in blocks as it is written, or the rows of it that are selected.
+
+    Raises
+    ------
+    InputError
+        As `read_pieces`.
+    """
     path = Path(path)
+    return _blocks(path) if selection().whole else _selected(path)
+
+
+def recording_of(path: Path) -> tuple[Reader, str] | None:
+    """What reads the topics of a recording, and its ready map; None for a table."""
+    if is_bag(path):
+        return read_bag, "ros"
+    name = path.name.lower()
+    return next((made for suffix, made in RECORDINGS.items() if name.endswith(suffix)), None)
+
+
+def _selected(path: Path) -> Iterator[Record]:
+    """The blocks of a file with their time steps, as far as they are selected."""
+    blocks, what = timed(_blocks(path)), selection()
+    return blocks if what.whole else what.pieces(blocks)
+
+
+def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
+    """A file as it is, in blocks or as one."""
+    if (recording := recording_of(path)) is not None:
+        read, ready = recording
+        what = selection().map
+        yield record_from(path, read, ready_map(ready) if what is None else read_map(what))
+        return
     made = _format(path)
-    if made.pieces is None:
-        yield from resized(timed([read_record(path)]), rows)
+    if whole or made.pieces is None:
+        yield made.parse(path, read_bytes(path, "a log file that can be read"))
         return
     with opened(path, "a log file that can be read") as file:
-        yield from resized(timed(made.pieces(path, file)), rows)
+        yield from made.pieces(path, file)
 
 
 def _format(path: Path) -> Format:
     name = path.name.lower()
-    formats = (FORMATS | _RECORDINGS).items()
-    return next((made for suffix, made in formats if name.endswith(suffix)), _CSV)
+    return next((made for suffix, made in FORMATS.items() if name.endswith(suffix)), _CSV)

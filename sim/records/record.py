@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from boresight.model.errors import InputError
 from boresight.sim.records.steps import steps_of
 from boresight.sim.records.units import UnitError, linear
 
-__all__ = ["TRUTH", "Column", "Record", "index_place", "shifted"]
+__all__ = ["TRUTH", "Column", "Record", "index_place", "joined", "rows_of", "shifted"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -78,6 +78,10 @@ class Record:
         Function (row, column) that names a value in messages.
     source : str
         Name of the record in messages: the file.
+    notes : tuple of str
+        What is odd about it.
+    comparison : bool
+        Its reference is another device's estimate, not truth.
 
     Raises
     ------
@@ -90,6 +94,8 @@ class Record:
     columns: Mapping[str, Column]
     place: Place = field(default=index_place("record"))
     source: str = ""
+    notes: tuple[str, ...] = ()
+    comparison: bool = False
 
     def __post_init__(self) -> None:
         lengths = {len(c.values) for c in self.columns.values()}
@@ -167,7 +173,7 @@ class Record:
         if "t" in columns and "dt" not in columns:
             columns["dt"] = Column(self.steps())
         cut = {n: Column(c.values[:steps], c.unit) for n, c in columns.items()}
-        return Record(self.name, cut, self.place, self.source)
+        return replace(self, columns=cut)
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:
@@ -200,6 +206,27 @@ class Record:
             )
         arrays = {str(n): _array(name, str(n), data[n]) for n in names}
         return cls(name, columns_of(name, arrays), index_place(name))
+
+
+def joined(blocks: list[Record]) -> Record:
+    """Blocks that follow each other, as one."""
+    first = blocks[0]
+    if len(blocks) == 1:
+        return first
+    columns = {
+        n: Column(np.concatenate([b.columns[n].values for b in blocks]), c.unit)
+        for n, c in first.columns.items()
+    }
+    notes = dict.fromkeys(text for b in blocks for text in b.notes)
+    return replace(first, columns=columns, notes=tuple(notes))
+
+
+def rows_of(record: Record, start: int, end: int) -> Record:
+    """Rows of a record, named by their places in it."""
+    if (start, end) == (0, len(record)):
+        return record
+    columns = {n: Column(c.values[start:end], c.unit) for n, c in record.columns.items()}
+    return replace(record, columns=columns, place=shifted(record.place, start))
 
 
 def refuse_late(record: Record, before: float) -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 
-from boresight.sim.records.record import Column, Record, refuse_late, shifted
+from boresight.sim.records.record import Column, Record, joined, refuse_late, rows_of
 from boresight.sim.records.steps import MEDIAN_OF, steps_of
 from boresight.sim.records.text import ROWS
 
-__all__ = ["joined", "resized", "timed"]
+__all__ = ["resized", "timed"]
 
 
 def timed(blocks: Iterable[Record]) -> Iterator[Record]:
@@ -41,19 +42,7 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
             refuse_late(block, before)
             steps = np.diff(t, prepend=before)
         before = float(t[-1])
-        yield Record(block.name, {**block.columns, "dt": Column(steps)}, block.place, block.source)
-
-
-def joined(blocks: list[Record]) -> Record:
-    """Blocks that follow each other, as one."""
-    first = blocks[0]
-    if len(blocks) == 1:
-        return first
-    columns = {
-        n: Column(np.concatenate([b.columns[n].values for b in blocks]), c.unit)
-        for n, c in first.columns.items()
-    }
-    return Record(first.name, columns, first.place, first.source)
+        yield replace(block, columns={**block.columns, "dt": Column(steps)})
 
 
 def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
@@ -66,15 +55,8 @@ def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
             continue
         whole = joined(held)
         for start in range(0, count - count % rows, rows):
-            yield _rows(whole, start, start + rows)
-        held = [_rows(whole, count - count % rows, count)] if count % rows else []
+            yield rows_of(whole, start, start + rows)
+        held = [rows_of(whole, count - count % rows, count)] if count % rows else []
         count %= rows
     if held:
         yield joined(held)
-
-
-def _rows(record: Record, start: int, end: int) -> Record:
-    if (start, end) == (0, len(record)):
-        return record
-    columns = {n: Column(c.values[start:end], c.unit) for n, c in record.columns.items()}
-    return Record(record.name, columns, shifted(record.place, start), record.source)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -156,6 +156,7 @@ def build(
     *,
     parameters: Mapping[str, int] | None = None,
     main: str = "",
+    arguments: Sequence[str] = (),
     cache: Path | None = None,
 ) -> Compiled:
     """Build a bench with Verilator, or take it from the cache.
@@ -170,6 +171,8 @@ def build(
         Parameters of ``top``.
     main : str, optional
         C++ main program that drives ``Vbench``; the module may then have any ports.
+    arguments : sequence of str
+        Further arguments of Verilator.
     cache : Path, optional
         Folder for builds; the user's cache by default.
 
@@ -182,7 +185,7 @@ def build(
     """
     main = main or _MAIN.replace("RESET_CYCLES", str(RESET_CYCLES))
     texts = dict(sources)
-    overrides = [f"-G{name}={value}" for name, value in (parameters or {}).items()]
+    overrides = [*arguments, *(f"-G{name}={value}" for name, value in (parameters or {}).items())]
     require("verilator")
     identity = repr((top, texts, overrides, main, _ARGS, version("verilator")))
 

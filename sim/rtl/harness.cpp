@@ -1,6 +1,7 @@
 // Runs records through a core; `replay_bench.py` does the same under cocotb.
 //
-// Arguments: word width, lanes. Batches come on standard input, results go to standard output, all
+// Arguments: word width, lanes; with a trace besides its file and the updates, first to stop - 1,
+// that go into it: cycle n since the start is time n. Batches come on standard input, results go to standard output, all
 // in the byte order of this computer. Between batches the core stands still, so a closed loop is a
 // batch of one record at a time.
 //
@@ -13,6 +14,9 @@
 
 #include "Vbench.h"
 #include "verilated.h"
+#if VM_TRACE
+#include "verilated_vcd_c.h"
+#endif
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -33,12 +37,7 @@ class Harness {
     Harness(Vbench &bench, int word, int lanes)
         : bench(bench), word(word), lanes(lanes), last(uint64_t(1) << word) {
         bench.rst = 1;
-        for (int k = 0; k < RESET_CYCLES; ++k) {
-            bench.clk = 0;
-            bench.eval();
-            bench.clk = 1;
-            bench.eval();
-        }
+        for (int k = 0; k < RESET_CYCLES; ++k) step();
         bench.rst = 0;
     }
 
@@ -46,7 +45,30 @@ class Harness {
 
     Words updates, words, cycles, traced;
 
+#if VM_TRACE
+    void record(const char *file, int64_t first_update, int64_t stop_update) {
+        first = first_update;
+        stop = stop_update;
+        bench.trace(&wave, 99);
+        wave.open(file);
+    }
+    ~Harness() { wave.close(); }
+#endif
+
   private:
+    // One cycle of the clock; then outputs are as they were before its edge.
+    void step() {
+#if VM_TRACE
+        if (update >= first && update < stop) {
+            bench.eval();
+            wave.dump(uint64_t(time));
+        }
+        ++time;
+#endif
+        bench.step ^= 1;
+        bench.eval();
+    }
+
     void trace(int64_t cycle) {
         for (int k = 0; k < lanes; ++k)
             if (uint64_t(bench.w_en) >> k & 1)
@@ -60,6 +82,11 @@ class Harness {
     Vbench &bench;
     const int word, lanes;
     const uint64_t last;
+    int64_t update = 0;
+#if VM_TRACE
+    VerilatedVcdC wave;
+    int64_t time = 0, first = 0, stop = 0;
+#endif
 };
 
 void Harness::run(
@@ -69,13 +96,14 @@ void Harness::run(
     const int32_t *input = in.data(), *write = writes.data();
     const int32_t *const end = write + writes.size();
     uint32_t lfsr = 0x2f6e2b1 + uint32_t(batch.stall);
-    int64_t in_record = 0, update = 0, cycle = 0, first = 0;
+    int64_t in_record = 0, cycle = 0, begin = 0;
+    update = 0;
     int in_word = 0;
     bool offer = true, counting = false, complete = false;
     const auto finish = [&](int64_t interval) {
-        const int32_t count(words.size() - first);
+        const int32_t count(words.size() - begin);
         updates.insert(updates.end(), {count, bench.saturated, int32_t(interval)});
-        first += count;
+        begin += count;
         complete = false;
         ++update;
     };
@@ -93,8 +121,7 @@ void Harness::run(
             bench.bus_addr = write[1];
             bench.bus_data = write[2] & (last - 1);
         }
-        bench.clk = 0;
-        bench.eval();
+        step();
         if (counting && update == batch.trace) trace(cycle);
         // The core asks for the first word of the next record: the last update is complete.
         const bool asks = bench.in_ready && in_word == 0 && counting && complete
@@ -112,8 +139,6 @@ void Harness::run(
             complete = (bench.out_payload & last) != 0;
         }
         if (strobe && bench.bus_ack) write += 3;
-        bench.clk = 1;
-        bench.eval();
         ++cycle;
         if (asks) counting = false;
         if (taken) {
@@ -140,8 +165,15 @@ int main(int argc, char **argv) {
     VerilatedContext context;
     context.randReset(2);
     context.randSeed(7);
+#if VM_TRACE
+    context.traceEverOn(true);
+#endif
     Vbench bench{&context};
     Harness harness{bench, std::atoi(argv[1]), std::atoi(argv[2])};
+#if VM_TRACE
+    if (argc < 6) return 2;
+    harness.record(argv[3], std::atoll(argv[4]), std::atoll(argv[5]));
+#endif
     Batch batch;
     while (read(&batch, sizeof batch)) {
         Words counts(batch.records);

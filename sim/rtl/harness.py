@@ -10,11 +10,13 @@ from __future__ import annotations
 import contextlib
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
 
 from boresight.gateware.core import Core
 from boresight.model.tools.failure import failure
+from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.compiled import RESET_CYCLES, build
 from boresight.sim.rtl.replay import Batch, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
@@ -31,6 +33,8 @@ class CompiledSimulation(RtlSimulation):
         See `RtlSimulation`.
     cache : Path, optional
         Folder for builds; the user's cache by default.
+    trace : bool
+        Whether to build for `record`, which is slower, instead of `run`.
 
     Raises
     ------
@@ -40,20 +44,34 @@ class CompiledSimulation(RtlSimulation):
         The build failed.
     """
 
-    def __init__(self, core: Core, *, cache: Path | None = None) -> None:
+    def __init__(self, core: Core, *, cache: Path | None = None, trace: bool = False) -> None:
         super().__init__(core)
-        main = Path(__file__).with_name("harness.cpp").read_text()
+        main, stepped = (
+            Path(__file__).with_name(name).read_text() for name in ("harness.cpp", "stepped.sv")
+        )
         self._program = build(
-            "harness",
-            self.sources,
+            "stepped",
+            {**self.sources, "stepped.sv": stepped},
             parameters=self.parameters,
             main=main.replace("RESET_CYCLES", str(RESET_CYCLES)),
+            arguments=["--trace-vcd", "--trace-depth", "4"] if trace else [],
             cache=cache,
         ).program
 
     def power_on(self) -> CoreProcess:
         """Start a process with the core after its reset; the caller closes it."""
         return CoreProcess(self)
+
+    @contextlib.contextmanager
+    def record(self, inputs: IntArray, first: int, stop: int) -> Iterator[Path]:
+        """Run records; every signal in updates ``first`` to ``stop`` - 1, as a VCD file.
+
+        Cycle n since the start is time n; signals are as they are before its edge.
+        """
+        with CoreProcess(self, "trace.vcd", str(first), str(stop)) as process:
+            process.replay(self.batch(inputs))
+            process.end()
+            yield Path(process.folder.name) / "trace.vcd"
 
     def _replay(self, batch: Batch) -> RtlRun:
         with self.power_on() as process:
@@ -63,7 +81,7 @@ class CompiledSimulation(RtlSimulation):
 class CoreProcess:
     """A simulated core in its own process."""
 
-    def __init__(self, simulation: CompiledSimulation) -> None:
+    def __init__(self, simulation: CompiledSimulation, *arguments: str) -> None:
         self._word = simulation.word
         self.folder = tempfile.TemporaryDirectory(prefix="boresight-rtl-")
         for file, contents in simulation.memories.items():
@@ -71,7 +89,11 @@ class CoreProcess:
         self._log = Path(self.folder.name) / "run.log"
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
-                [simulation._program, str(self._word), str(simulation.core.machine.lanes)],
+                [
+                    simulation._program,
+                    *(str(self._word), str(simulation.core.machine.lanes)),
+                    *arguments,
+                ],
                 cwd=self.folder.name,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -102,6 +124,13 @@ class CoreProcess:
             text = f"{output}\nthe process ended with exit code {code}"
             raise SimulationFailed(failure("verilator run failed", text))
         return data
+
+    def end(self) -> None:
+        """Let the process end by itself, when its files are written."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        if self.process.wait():
+            raise SimulationFailed(failure("verilator run failed", self._log.read_text()))
 
     def close(self) -> None:
         """End the process."""

@@ -94,7 +94,7 @@ def _runtime(arguments: Sequence[str]) -> Entry:
 
 def _of_library(arguments: Sequence[str]) -> list[str]:
     """Arguments that affect the compilation of Verilator's library."""
-    out = [a for a in arguments if a in ("--timing", "--main")]
+    out = [a for a in arguments if a in ("--timing", "--main", "--trace-vcd")]
     for option, value in itertools.pairwise(arguments):
         if option in ("-CFLAGS", "-MAKEFLAGS", "--output-split"):
             out += [option, value]

@@ -8,7 +8,7 @@ import pytest
 
 from boresight.gateware import core as core_module
 from boresight.gateware.core import Core, build_core, build_shared_core
-from boresight.gateware.machine import ALL_CONFIGS, CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, MACHINES
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.interpreter import Interpreter
@@ -201,7 +201,7 @@ def test_too_long_together(monkeypatch) -> None:
     programs = random_programs(4, 2)
     lengths = [build_core(p, "small", restarts=0).schedule.length for p in programs]
     machine = dataclasses.replace(CONFIGS["small"], rom_words=sum(lengths) - 1)
-    monkeypatch.setitem(ALL_CONFIGS, "small", machine)
+    monkeypatch.setitem(MACHINES, "small", machine)
     with pytest.raises(
         ScheduleError,
         match=rf"^the programs take {sum(lengths)} microwords, the "

@@ -1,8 +1,18 @@
 """The configurations, in the figures that docs/engine.md gives of them."""
 
+from dataclasses import astuple
+
 import pytest
 
-from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
+from boresight.gateware.machine import (
+    ALL_CONFIGS,
+    CONFIGS,
+    MACHINES,
+    Machine,
+    at_depth,
+    machine_named,
+)
+from boresight.model.errors import InputError
 
 SMALL, FAST = CONFIGS["small"], CONFIGS["fast"]
 
@@ -41,6 +51,29 @@ def test_who_has_more_registers() -> None:
     assert ALL_CONFIGS["small-1024"].remedy == ALL_CONFIGS["fast-1024"].remedy == ""
 
 
+def test_stages_at_every_depth() -> None:
+    """Read, condition, amount, shift, accumulate, limit, write, as docs/engine.md has them."""
+    stages = {depth: astuple(Machine("m", 1, depth=depth).stages) for depth in Machine.DEPTHS}
+    assert stages == {
+        7: (1, 2, 3, 4, 5, 6, 6),
+        9: (2, 3, 4, 6, 7, 8, 8),
+        11: (2, 3, 4, 7, 9, 10, 10),
+    }
+    for name, machine in MACHINES.items():
+        assert machine.name == name and machine_named(name) is machine
+        assert machine.latency == machine.depth == machine.stages.write + 1
+    with pytest.raises(ValueError, match="^depth must be one of 7, 9, 11, not 8$"):
+        Machine("odd", 1, depth=8)
+
+
+def test_depth_is_part_of_the_name() -> None:
+    assert at_depth("small", None) == at_depth("small", 7) == "small"
+    assert at_depth("fast-1024", 11) == at_depth("fast-1024-d11", 11) == "fast-1024-d11"
+    for config, depth in (("small", 8), ("small-d9", 11), ("small-d9", 7), ("tiny", 9)):
+        with pytest.raises(InputError, match="^(depth|config): "):
+            at_depth(config, depth)
+
+
 def test_memories_side_by_side_hold_a_microword() -> None:
     for machine in ALL_CONFIGS.values():
         for depth in (256, 1024):
@@ -55,7 +88,7 @@ def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:
     for machine in ALL_CONFIGS.values():
         fields = machine.fields()
         assert len({f.name for f in fields}) == len(fields)
-        assert {f.stage for f in fields} <= set(range(machine.STAGE_WRITE + 1))
+        assert {f.stage for f in fields} <= set(range(machine.stages.write + 1))
         assert all(f.width > 0 and f.meaning for f in fields)
     # A result's place is an offset in the lane's own bank: a bit less than a register's address.
     width = {f.name: f.width for f in (*SMALL.fields(), *FAST.fields())}

@@ -3,6 +3,7 @@
 boresight accuracy  # at a glance: our filters, VQF, carriers that never rest
 boresight accuracy my_filter.py log.csv  # each output in its unit
 boresight accuracy all folder -o build  # ours beside VQF, Madgwick, Mahony, an EKF
+boresight accuracy mekf flight.ulg --align heading  # a constant offset of the heading taken out
 boresight accuracy mekf,vqf_online folder --protocol full  # cut, biased, blinded, ...
 """
 
@@ -13,7 +14,7 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_number, check_word
+from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
 from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
@@ -26,6 +27,7 @@ from boresight.sim.accuracy.benchmark_page import render_page
 from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import STAND_IN, read_trials
+from boresight.sim.attitude.accuracy import ALIGNMENTS
 from boresight.sim.records.files import log_files
 from boresight.verbs.figures.protocol import accuracy_protocol
 
@@ -40,6 +42,8 @@ def accuracy(
     *logs: Any,
     floating: Annotated[bool, Option(("--no-float",))] = True,
     comparisons: Annotated[Collection[str], Option(("--comparison",), "LOG,...")] = (),
+    align: str = "none",
+    declination: float = 0.0,
     params: Params = None,
     word: Word = 32,
     jobs: Jobs = None,
@@ -64,6 +68,12 @@ def accuracy(
         only.
     comparisons : names of logs
         Their reference is another device's estimate: shown, but no part of the means.
+    align : str
+        Constant offset between estimate and reference that is taken out of attitudes first, and
+        printed: none, heading (about the vertical) or full.
+    declination : float
+        Of magnetic north, degrees, positive to the east: references count from true north, and
+        are turned.
     params : mapping
         Values by estimator; files as tune writes them.
     output : path, optional
@@ -84,6 +94,14 @@ def accuracy(
     named, peers = chosen(names)
     ours = [estimator_of(n) for n in named]
     check_word(word)
+    check_choice("align", align, ALIGNMENTS)
+    if not abs(declination) <= 180.0:
+        raise InputError.at(
+            "--declination",
+            wanted="-180 to 180 degrees",
+            found=f"{declination:g}",
+            fix="choose another",
+        )
     check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     if peers:
         require_peers([PEERS[name] for name in {*peers, STAND_IN}])
@@ -96,7 +114,16 @@ def accuracy(
             found="none named",
             fix="name one after the estimator; the bundled ones are of attitudes",
         )
-    trials, left_out = read_trials(logs, ours, comparisons=comparisons, peers=bool(peers))
+    if align != "none" and (other := next((e for e in ours if not gives_attitude(e)), None)):
+        raise InputError.at(
+            "--align",
+            wanted="attitudes, outputs qw qx qy qz",
+            found=f"{other.name}, which has none",
+            fix="leave --align out",
+        )
+    trials, left_out = read_trials(
+        logs, ours, comparisons=comparisons, peers=bool(peers), declination_deg=declination
+    )
     if not trials:
         raise InputError.at(
             "logs",
@@ -109,9 +136,20 @@ def accuracy(
     def work() -> AccuracyResult:
         if not logs:
             say("no log named: the bundled ones")
-        numbers: dict[str, Any] = {"params": params, "word": word, "with_float": floating}
-        results = benchmark(ours, peers, trials, **numbers, jobs=jobs, progress=progress)
-        return AccuracyResult.of(ours, trials, results, left_out, params or {}, word)
+        results = benchmark(
+            ours,
+            peers,
+            trials,
+            params=params,
+            word=word,
+            with_float=floating,
+            align=align,
+            jobs=jobs,
+            progress=progress,
+        )
+        return AccuracyResult.of(
+            ours, trials, results, left_out, params or {}, word, align, declination
+        )
 
     if output is None:
         return work()

@@ -71,7 +71,8 @@ def trials_of(estimator: Estimator, logs: Sequence[Any], protocol: str | None) -
     left_out: list[str] = []
     for record, path in read_logs(logs):
         columns = feed(estimator, record)
-        if units_of(estimator, columns) and not (path is not None and is_comparison(path)):
+        other = record.comparison or (path is not None and is_comparison(path))
+        if units_of(estimator, columns) and not other:
             feeds.append(columns)
         else:
             left_out.append(columns.record.name)

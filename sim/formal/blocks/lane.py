@@ -39,7 +39,7 @@ class _Registers:
 class InStages(Elaboratable):
     """Every register and output of a lane, stage by stage, for any operands, fields and stalls.
 
-    The product in stage 4 is that of the multiplier in the lane (`OfPartialProducts`).
+    The product at shift is that of the multiplier in the lane (`OfPartialProducts`).
 
     Parameters
     ----------
@@ -50,10 +50,11 @@ class InStages(Elaboratable):
     def __init__(self, dut: Lane) -> None:
         self.dut = dut
         self.arith = dut.machine.arithmetic
+        self.stages = dut.machine.stages
 
     def elaborate(self, platform: Any) -> Module:
-        """The stages in order; a number at the end of a name is the stage that reads it."""
-        m, dut, arith = Module(), self.dut, self.arith
+        """The stages in order; a number in a name is the stage that reads it, at depth 7."""
+        m, dut, arith, at = Module(), self.dut, self.arith, self.stages
         m.submodules.dut = (inside := Inside(dut, platform)).module
         for name in ("en", "a", "b", *FIELDS, "outside", "which"):
             port = getattr(dut, name)
@@ -63,7 +64,7 @@ class InStages(Elaboratable):
         register = _Registers(m, dut.en)
         flag, norm3 = self._captures(m, inside, register)
 
-        # Stage 1: the multiplier sees the masked words.
+        # Read: the multiplier sees the masked words.
         multiplier = inside.parts["multiplier"].component
         mask = (1 << arith.fraction_bits) - 1
         m.d.comb += [
@@ -71,42 +72,61 @@ class InStages(Elaboratable):
             Assert(multiplier.b == Mux(dut.frac_b, dut.b & mask, dut.b).as_signed()),
             Assert(multiplier.en == dut.en),
         ]
-        # Stage 2: sign and participation.
+        # Condition: sign and participation.
         negate3 = register.after(dut.neg ^ (dut.neg_flag & flag), 1, "negate3")
         skip3 = register.after(~(dut.when ^ (dut.when_flag & flag)), 1, "skip3")
-        negate4 = register.after(negate3, 1, "negate4")
-        skip4 = register.after(skip3, 1, "skip4")
-        # Stage 3: the shift, less the part of the count, not below 0.
+        waits = range(at.condition + 2, at.accumulate)
+        negate4, skip4 = negate3, skip3
+        for k in waits:
+            negate4 = register.after(negate4, 1, f"negate{k}")
+            skip4 = register.after(skip4, 1, f"skip{k}")
+            m.d.comb += [
+                Assert(inside[f"invert{k}"] == negate4),
+                Assert(inside[f"skip{k}"] == skip4),
+            ]
+        # Amount: the shift, less the part of the count, not below 0.
         part = Mux(dut.scale == 1, norm3, Mux(dut.scale == 2, norm3 & ~1, norm3 >> 1))
         less = Signal(signed(8))
         m.d.comb += less.eq(dut.shift - Mux(dut.scale == 0, 0, part))
-        amount4 = register.after(Mux(less < 0, 0, less), 5, "amount4")
-        # Stage 4: the term; negated it is the ones' complement and a carry.
+        first_amount = register.after(Mux(less < 0, 0, less), 5, "amount_first")
+        amount4 = first_amount
+        for k in range(at.amount + 2, at.shift + 1):
+            amount4 = register.after(amount4, 5, f"amount_{k}")
+            m.d.comb += Assert(inside[f"amount{k}"] == amount4)
+        # Shift: the term; negated it is the ones' complement and a carry.
         shifted = Signal(signed(2 * arith.word))
-        m.d.comb += shifted.eq(multiplier.p >> amount4)
+        product = multiplier.p
+        if at.accumulate - at.shift > 1:  # the first level, by 0, 8, 16 or 24, is a cycle before
+            product = register.after(product >> (amount4 & 24), signed(2 * arith.word), "coarse")
+            amount4 = register.after(amount4, 5, "amount_last") & 7
+            shifter = inside.parts["shifter"]
+            low = shifter["coarse_out"]
+            m.d.comb += [
+                Assert(low == product[: len(low)].as_signed()),
+                Assert(shifter["amount_out"] == amount4[:3]),
+            ]
+        m.d.comb += shifted.eq(product >> amount4)
         term = Mux(skip4, 0, Mux(negate4, ~shifted, shifted))
         r5 = register.after(term, signed(arith.acc_width), "r5")
         carry5 = register.after(~skip4 & negate4, 1, "carry5")
-        # Stage 5: the sum, modulo 2^acc_width.
+        # Accumulate: the sum, modulo 2^acc_width.
         acc6 = Signal(signed(arith.acc_width), name="acc6", reset_less=True)
         with m.If(dut.en):
             m.d.sync += acc6.eq(Mux(dut.first, 1 << (arith.guard - 1), acc6) + r5 + carry5)
         m.d.comb += [
-            Assert(inside["invert3"] == negate3),
-            Assert(inside["skip3"] == skip3),
-            Assert(inside["invert4"] == negate4),
-            Assert(inside["skip4"] == skip4),
-            Assert(inside["amount"] == amount4),
+            Assert(inside[f"invert{at.condition + 1}"] == negate3),
+            Assert(inside[f"skip{at.condition + 1}"] == skip3),
+            Assert(inside["amount"] == first_amount),
             Assert(inside["term"] == r5),
             Assert(inside["carry"] == carry5),
             Assert(inside["acc"] == acc6),
-            reached(m, amount4 == 9, "shifted"),
+            reached(m, first_amount == 9, "shifted"),
         ]
         self._write(m, acc6)
         return m
 
     def _captures(self, m: Module, inside: Inside, register: _Registers) -> tuple[Signal, Signal]:
-        """Stage 1: flag, index and count of the raw word; the count serves stage 3."""
+        """Read: flag, index and count of the raw word; the count serves the stage amount."""
         dut, arith = self.dut, self.arith
         seen = Signal(arith.word)
         m.d.comb += seen.eq(dut.a + (dut.quarter << (arith.word - 2)))
@@ -135,7 +155,7 @@ class InStages(Elaboratable):
         return flag, norm3
 
     def _write(self, m: Module, acc6: Signal) -> None:
-        """Stage 6: modulo 2^W, or clamped; or a word from outside."""
+        """Limit and write: modulo 2^W, or clamped; or a word from outside."""
         dut, arith = self.dut, self.arith
         q = Signal(signed(arith.acc_width - arith.guard))
         clamped = Signal(signed(arith.word))
@@ -169,7 +189,8 @@ class OfPartialProducts(Elaboratable):
     """The multiplier's slices get the halves of the factors, and their products are summed.
 
     With a = ah 2^17 + al and b = bh 2^17 + bl, `p` is al bl + (ah bl + al bh) 2^17 + ah bh 2^34
-    of the factors of three enabled cycles before, where each product is that of its slice.
+    of the factors of `Multiplier.latency` enabled cycles before, where each product is that of its
+    slice.
 
     Parameters
     ----------
@@ -193,25 +214,41 @@ class OfPartialProducts(Elaboratable):
         products = {}
         for name in ("ll", "hl", "lh", "hh"):
             part = inside.parts[name]
-            a, b = halves[name[0]](dut.a), halves[name[1]](dut.b)
-            m.d.comb += [
-                Assert(part.component.a == a),
-                Assert(part.component.b == b),
-                Assert(part.component.en == dut.en),
-            ]
-            if name in ("lh", "hh"):  # one cycle later, its factors waiting in the slice
-                m.d.comb += [
-                    Assert(part["a1"] == register.after(a, signed(18), f"{name}_a")),
-                    Assert(part["b1"] == register.after(b, signed(18), f"{name}_b")),
-                ]
+            m.d.comb += Assert(part.component.en == dut.en)
+            late = name in ("lh", "hh")  # one cycle later, its factors waiting in the slice
+            registers = [*["0"] * (dut.factors and late), *["1"] * (dut.factors or late)]
+            for side, word in (("a", dut.a), ("b", dut.b)):
+                value = halves[name["ab".index(side)]](word)
+                if name == "hh" and dut.sums:
+                    value = register.after(value, value.shape(), f"hh_{side}")
+                    m.d.comb += Assert(inside[f"{side}_high"] == value)
+                m.d.comb += Assert(getattr(part.component, side) == value)
+                for k in registers:
+                    value = register.after(value, signed(18), f"{name}_{side}{k}")
+                    m.d.comb += Assert(part[f"{side}{k}"] == value)
             # al bl is below 2^34: never negative.
             products[name] = part.component.m.as_unsigned() if name == "ll" else part.component.m
-        now = {name: products[name] for name in ("lh", "hh")}
-        now |= {
-            name: register.after(products[name], products[name].shape(), f"{name}2")
-            for name in ("ll", "hl")
-        }
-        last = {name: register.after(now[name], now[name].shape(), f"{name}3") for name in now}
+
+        def later(values: dict[str, Value], number: int) -> dict[str, Value]:
+            return {
+                name: register.after(value, value.shape(), f"{name}{number}")
+                for name, value in values.items()
+            }
+
+        hh = {"hh": products.pop("hh")}
+        lh = {"lh": products.pop("lh")}
+        now = later(products, 2) | lh
+        last = later(now, 3)
+        if dut.sums:  # slice hh comes a cycle later than lh
+            third, last = last, later(last | hh, 4)
+            m.d.comb += [
+                Assert(
+                    inside.parts["lh"]["p0"] == (third["ll"] >> cut) + third["hl"] + third["lh"]
+                ),
+                Assert(inside["low_next"] == third["ll"][:cut]),
+            ]
+        else:
+            last |= later(hh, 3)
         total = Signal(signed(2 * dut.word))
         m.d.comb += [
             total.eq(last["ll"] + ((last["hl"] + last["lh"]) << cut) + (last["hh"] << (2 * cut))),
@@ -224,38 +261,52 @@ class OfPartialProducts(Elaboratable):
         return m
 
 
-def machine(word: int) -> Machine:
+def machine(word: int, depth: int = 7) -> Machine:
     """A machine with words of ``word`` bits; its lane does not depend on the rest."""
-    return Machine(name="lane", lanes=1, arithmetic=Arithmetic(word))
+    return Machine(name="lane", lanes=1, arithmetic=Arithmetic(word), depth=depth)
 
 
-def _lane(word: int, sources: int) -> Proof:
+def _at(depth: int) -> str:
+    """End of a proof's name."""
+    return "" if depth == 7 else f"_d{depth}"
+
+
+def _lane(word: int, sources: int, depth: int) -> Proof:
     return Proof(
-        name=f"lane.stages_{word}_{sources}",
+        name=f"lane.stages_{word}_{sources}{_at(depth)}",
         depth=2,
         induction=1,
-        cover=range(9, 10),
-        short=word == 18 or sources == 1 and word == 32,
-        claim=f"Lane of {word}-bit words, {sources} outside word(s), any operands, fields and "
-        "stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, stage by stage",
-        harness=lambda: InStages(Lane(machine=machine(word), sources=sources)),
+        cover=range(depth + 2, depth + 3),
+        short=word == 18 and depth in (7, 11) or sources == 1 and word == 32 and depth == 7,
+        claim=f"Lane of {word}-bit words, depth {depth}, {sources} outside word(s), any operands, "
+        "fields and stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, "
+        "stage by stage",
+        harness=lambda: InStages(Lane(machine=machine(word, depth), sources=sources)),
     )
 
 
-def _product(word: int) -> Proof:
+def _product(word: int, depth: int) -> Proof:
+    lane = machine(word, depth)
+    registers = {"factors": lane.has("factor"), "sums": lane.has("sum")}
+    latency = Multiplier(word=word, **registers).latency
     return Proof(
-        name=f"lane.product_{word}",
+        name=f"lane.product_{word}{_at(depth)}",
         depth=2,
         induction=1,
-        cover=range(6, 7),
-        short=word == 32,
-        claim=f"Multiplier of {word}-bit words, any factors and stalls: its slices get the "
-        "halves of the factors, and the product is the sum of theirs, three cycles later",
-        harness=lambda: OfPartialProducts(Multiplier(word=word)),
+        cover=range(latency + 3, latency + 4),
+        short=word == 32 and depth in (7, 11),
+        claim=f"Multiplier of {word}-bit words, depth {depth}, any factors and stalls: its slices "
+        f"get the halves of the factors, and the product is the sum of theirs, {latency} cycles "
+        "later",
+        harness=lambda: OfPartialProducts(Multiplier(word=word, **registers)),
     )
 
 
 PROOFS = (
-    *(_lane(word, sources) for word, sources in ((32, 1), (32, 2), (24, 1), (18, 1))),
-    *map(_product, (32, 24)),
+    *(
+        _lane(word, sources, depth)
+        for depth in Machine.DEPTHS
+        for word, sources in ((32, 1), (32, 2), (24, 1), (18, 1))
+    ),
+    *(_product(word, depth) for depth in Machine.DEPTHS for word in (32, 24)),
 )

@@ -8,7 +8,7 @@ from typing import Any
 from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
 
 from boresight.gateware.engine.operands import Operands
-from boresight.gateware.machine import ALL_CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, MACHINES, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.links import Window
 from boresight.model.words.fixed import Arithmetic
@@ -50,7 +50,7 @@ class OneWord(Elaboratable):
         self.window = dut.image.window
 
     def elaborate(self, platform: Any) -> Module:
-        """Reads take effect in the cycle after, as the enable says; writes at once."""
+        """Reads take effect `Stages.read` enabled cycles after; writes at once."""
         m, dut, machine = Module(), self.dut, self.machine
         m.submodules.dut = (inside := Inside(dut, platform)).module
         m.d.comb += [dut.en.eq(unknown(m, 1, "en")), dut.parity.eq(unknown(m, 1, "parity"))]
@@ -70,13 +70,14 @@ class OneWord(Elaboratable):
                 m.d.sync += word.eq(dut.w_data[k])
         self._copies(m, inside, bank, offset, number, word)
         for k in range(machine.lanes):
-            self._read(m, f"a{k}", self._of_register(dut.a_addr[k], bank, offset), word, dut.a[k])
+            is_word = self._of_register(dut.a_addr[k], bank, offset)
+            self._read(m, f"a{k}", is_word, word, dut.a[k], self._raw(inside, "a", k))
             is_word = ~dut.table[k] & self._of_register(dut.b_addr[k], bank, offset)
-            self._read(m, f"b{k}", is_word, word, dut.b[k])
+            self._read(m, f"b{k}", is_word, word, dut.b[k], self._raw(inside, "b", k))
             block, coefficient = dut.b_addr[k][2:4], dut.b_addr[k][:2]
             address = machine.TABLE_BLOCK * block + 4 * dut.index[k] + coefficient
             is_table = dut.table[k] & (address == number) & (block < machine.TABLE_BLOCKS)
-            self._read(m, f"table{k}", is_table, number, dut.b[k])
+            self._read(m, f"table{k}", is_table, number, dut.b[k], self._raw(inside, "b", k))
         return m
 
     def _of_register(self, address: Value, bank: Value, offset: Value) -> Value:
@@ -128,31 +129,55 @@ class OneWord(Elaboratable):
             Assert((number < 2 * block) | (number >= 3 * block) | (second == number)),
         ]
 
-    def _read(self, m: Module, name: str, chosen: Value, word: Value, out: Value) -> None:
-        """What a port shows after an enabled cycle in which it read the word."""
-        was = Signal(name=f"{name}_chosen", reset_less=True)
-        value = Signal.like(out, name=f"{name}_value", reset_less=True)
-        with m.If(self.dut.en):
-            m.d.sync += [was.eq(chosen), value.eq(word)]
-        m.d.comb += [Assert(~was | (out == value)), reached(m, was & (value > 5), f"{name}_read")]
+    def _raw(self, inside: Inside, side: str, lane: int) -> Value:
+        """An operand at the memories, before the registers behind them."""
+
+        def word(name: str, port: int = 0) -> Value:
+            return inside.parts[name].component.read_ports[port].data
+
+        if self.machine.lanes == 1:
+            raw = word(f"{side}0")
+            separate = side == "b" and "tables2" in inside.parts
+            return Mux(inside["tables2_select"], word("tables2"), raw) if separate else raw
+        bank = inside[f"{side}{lane}_select"]
+        raw = Mux(bank, word(f"{side}{lane}_bank1"), word(f"{side}{lane}_bank0"))
+        if side == "a":
+            return raw
+        table = Mux(bank, word("tables1", lane), word("tables0", lane))
+        return Mux(inside[f"table{lane}_select"], table, raw)
+
+    def _read(
+        self, m: Module, name: str, chosen: Value, word: Value, out: Value, raw: Value
+    ) -> None:
+        """What a port shows after the enabled cycles in which it read the word."""
+        was, value = chosen, word
+        for k in range(1, self.machine.stages.read + 1):
+            before, was = was, Signal(name=f"{name}_chosen{k}", reset_less=True)
+            read, value = value, Signal.like(out, name=f"{name}_value{k}", reset_less=True)
+            with m.If(self.dut.en):
+                m.d.sync += [was.eq(before), value.eq(read)]
+            shown = out if k == self.machine.stages.read else raw
+            m.d.comb += Assert(~was | (shown == value))
+        m.d.comb += reached(m, was & (value > 5), f"{name}_read")
 
 
 def linked(config: str, owners: tuple[int, ...] | None = (0, 1)) -> dict[str, Any]:
     """Arguments of `Operands`: a machine of 18-bit words, an image with a window of ``owners``."""
-    machine = replace(ALL_CONFIGS[config], arithmetic=Arithmetic(18))
+    machine = replace(MACHINES[config], arithmetic=Arithmetic(18))
     window = None if owners is None else Window(8, owners)
     return {"machine": machine, "image": numbered(machine, window)}
 
 
 def _proof(config: str, owners: tuple[int, ...] | None) -> Proof:
-    machine = ALL_CONFIGS[config]
+    machine = MACHINES[config]
     return Proof(
         name=f"operands.{config}" + (f"_window_{len(owners)}" if owners else ""),
         depth=2,
         induction=1,
-        cover=range(4, 5),
+        cover=range(5, 6),
         short=config == "small" and owners != (0,),
         claim=f"Operand memories, {machine.lanes} lane(s), {machine.register_words} registers, "
+        f"depth {machine.depth}, "
         f"{f'a window of {len(owners)} program(s)' if owners else 'no window'}: a "
         "read gives what was last written to the register that address and parity name, or the "
         "table's word, on every port, whatever the other ports do",
@@ -161,6 +186,6 @@ def _proof(config: str, owners: tuple[int, ...] | None) -> Proof:
 
 
 PROOFS = (
-    *(_proof(config, None) for config in ("small", "fast", "small-1024", "fast-1024")),
+    *(_proof(config, None) for config in (*ALL_CONFIGS, "small-d9", "fast-d9", "small-1024-d9")),
     *(_proof(config, owners) for config in ("small", "fast") for owners in ((0,), (0, 1))),
 )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Const, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Array, Assert, Cat, Const, Elaboratable, Module, Mux, Signal
 
 from boresight.gateware.engine.sequencer import Sequencer
-from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
+from boresight.gateware.machine import CONFIGS, MACHINES, Machine
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
 from boresight.sim.formal.harness import reached, unknown
@@ -16,8 +16,6 @@ from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROGRAMS", "PROOFS", "Stepped", "tiny_image"]
 
-#: Cycles without an executed word after a reset, a fault or a change of program.
-FILL = 3
 #: Programs, word by word: the fields that are 1. The second gets its only word late.
 PROGRAMS = (
     ("get we", "we", "get", "get_last", "emit we", "", "emit"),
@@ -60,6 +58,8 @@ class Stepped(Elaboratable):
 
     def __init__(self, dut: Sequencer) -> None:
         self.dut = dut
+        #: Cycles without an executed word after a reset, a fault or a change of program.
+        self.fill = dut.machine.prefetch + 1
 
     def elaborate(self, platform: Any) -> Module:
         """``at`` is the executed word of the rules; negative values count the cycles to it."""
@@ -105,7 +105,7 @@ class Stepped(Elaboratable):
     ) -> None:
         """Outputs of a cycle, and the executed word of the next."""
         dut = self.dut
-        self.at = at = Signal(range(-FILL, 8), init=-FILL)
+        self.at = at = Signal(range(-self.fill, 8), init=-self.fill)
         self.begun = begun = Signal(name="begun")
         self.swallowing = swallowing = Signal(name="swallowing")
         self.active, self.length = Signal(name="at_work"), Signal(range(8), name="length")
@@ -126,7 +126,7 @@ class Stepped(Elaboratable):
             Assert(dut.active == self.active),
             Assert(dut.en == moves),
             Assert(dut.grant == grant),
-            Assert(dut.start == (at == -FILL)),
+            Assert(dut.start == (at == -self.fill)),
             Assert(dut.i_ready == (swallowing | (get & ~grant))),
             Assert(dut.o_valid == emit),
             Assert(dut.idle == (first & ~i_valid)),
@@ -146,7 +146,7 @@ class Stepped(Elaboratable):
                 swallowing.eq(self._of("get_last") & ~i_last),
             ]
         with m.If(fault | (grant & switch)):
-            m.d.sync += at.eq(-FILL)
+            m.d.sync += at.eq(-self.fill)
         with m.Elif(moves):
             m.d.sync += at.eq(Mux(home, 0, at + 1))
         m.d.comb += [
@@ -169,19 +169,27 @@ class Stepped(Elaboratable):
         )
 
         def ahead(words: int) -> Any:
-            position = Signal(range(-FILL, 11), name=f"ahead{words}")
+            position = Signal(range(-self.fill, 11), name=f"ahead{words}")
             m.d.comb += position.eq(at + words - Mux(at + words >= length, length, 0))
             return position
 
         out = inside.parts["rom0"].component.read_ports[0].data
+        # Behind the counter: the ROM's output, then that of the register behind it, if any.
+        outputs = [out, inside["rom0_out"]] if dut.machine.has("memory") else [out]
         m.d.comb += [
-            Assert((at >= -FILL) & (at < length) & (self.program < len(PROGRAMS))),
-            Assert(fill == Mux(at >= 0, 7, Mux(at == -1, 3, Mux(at == -2, 1, 0)))),
-            Assert((at == -FILL) | (pc == base + ahead(2)[:3])),
-            Assert((at == -FILL) | ((pc >= base) & (pc < base + length))),
-            Assert((at < -1) | (out == used[(base + ahead(1)[:3])[:4]])),
+            *(
+                Assert((at < -words) | (shown == used[(base + ahead(words)[:3])[:4]]))
+                for words, shown in enumerate(reversed(outputs), start=1)
+            ),
+            Assert((at >= -self.fill) & (at < length) & (self.program < len(PROGRAMS))),
+            Assert(fill == (1 << (self.fill + Mux(at < 0, at, 0)).as_unsigned()[:3]) - 1),
+            Assert((at == -self.fill) | (pc == base + ahead(self.fill - 1)[:3])),
+            Assert((at == -self.fill) | ((pc >= base) & (pc < base + length))),
             Assert(~self.active | (dut.word.as_value() == used[(base + at[:3])[:4]])),
-            Assert(~self.active | (homes == (at == length - 2) + 2 * (at == length - 1))),
+            Assert(
+                ~self.active
+                | (homes == Cat(at == length - len(homes) + k for k in range(len(homes))))
+            ),
             Assert(inside["started"] == self.begun),
             Assert(inside["swallow"] == self.swallowing),
             Assert(self.begun == ((at > self.first_get) & (at <= self.last_get))),
@@ -206,7 +214,7 @@ class Stepped(Elaboratable):
         self, m: Module, *, i_valid: Any, i_last: Any, o_ready: Any, **_: Any
     ) -> None:
         """Cycles in which both streams flow, since the machine last waited at its start."""
-        limit = max(map(len, PROGRAMS)) + FILL + 1
+        limit = max(map(len, PROGRAMS)) + self.fill + 1
         count = Signal(range(limit + 2))
         flows = i_valid & o_ready & ~(self.swallowing & ~i_last)
         with m.If(self.first):
@@ -218,25 +226,30 @@ class Stepped(Elaboratable):
             Assert(count <= limit),
             # For induction.
             Assert(
-                Mux(past, count + self.first_get + 1 <= self.at, count <= longest + FILL + self.at)
+                Mux(
+                    past,
+                    count + self.first_get + 1 <= self.at,
+                    count <= longest + self.fill + self.at,
+                )
             ),
         ]
 
 
 def _proof(config: str) -> Proof:
-    machine = ALL_CONFIGS[config]
+    machine = MACHINES[config]
     return Proof(
         name=f"sequencer.{config}",
         depth=30,
         induction=6,
         cover=range(29, 31),
-        short=config in CONFIGS,
+        short=config in (*CONFIGS, "small-d9"),
         claim=f"Sequencer, {machine.lanes} lane(s), microwords of {machine.word_bits} bits, two "
         "tiny programs, any streams and requests: "
         "outputs as the rules say; the counter stays in its program; grants only at the first word "
-        "of a record; back there within the longest program + 4 cycles in which the streams flow",
+        "of a record; back there within the longest program + "
+        f"{machine.prefetch + 2} cycles in which the streams flow",
         harness=lambda: Stepped(Sequencer(machine=machine, image=tiny_image(machine))),
     )
 
 
-PROOFS = tuple(_proof(config) for config in ("fast", "small", "small-1024"))
+PROOFS = tuple(_proof(config) for config in ("fast", "small", "small-1024", "small-d9", "fast-d9"))

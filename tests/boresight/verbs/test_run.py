@@ -23,6 +23,7 @@ from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import content_of, read_record
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.run")
@@ -131,6 +132,15 @@ def test_a_fault_in_a_later_piece_leaves_nothing(here: Path, monkeypatch) -> Non
         assert sorted(p.name for p in here.iterdir() if p.name.startswith(("out", ".bore"))) == []
     monkeypatch.setattr(module, "_ROWS", 100)
     assert main(["run", "complementary", "bad.csv", "--on", "c"]) == 2
+
+
+def test_gaps_of_later_pieces_are_told(here: Path, capsys) -> None:
+    """They are counted at the end, the other warnings at the begin."""
+    t = 0.01 * np.arange(40_000) + np.where(np.arange(40_000) > 39_000, 0.06, 0.0)
+    (here / "long.csv").write_bytes(content_of("long.csv", Record.of({"t": t, "z": 0.0 * t})))
+    assert main(["run", "mine.py", "long.csv", "--on", "c", "--gaps", "bridge"]) == 0
+    said = capsys.readouterr().err
+    assert "warning: gaps in the times, bridged: 1, the longest of 0.07 s" in said
 
 
 def test_parameters_steps_and_widths(here: Path) -> None:

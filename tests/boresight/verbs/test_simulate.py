@@ -8,6 +8,7 @@ import pytest
 
 import boresight
 from boresight.gateware.system.programs import system_core
+from tests.support.strangers import program
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.simulate")
@@ -50,3 +51,17 @@ def test_data_in_memory_is_read() -> None:
 def test_unknown_fault_is_refused() -> None:
     with pytest.raises(boresight.InputError, match="found 'adis.gremlins'"):
         boresight.simulate_faults("mekf", faults=["adis.gremlins"])
+
+
+@pytest.mark.parametrize(("name", "wanted"), [(program("kalman.py"), True), ("mekf", False)])
+def test_a_forgotten_world_is_told(name: str, wanted: bool, tmp_path) -> None:
+    texts: list[str] = []
+
+    def stop(text: str) -> None:
+        texts.append(text)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        boresight.simulate(name, output=tmp_path, progress=stop)
+    assert texts[0].startswith("no world named: the complete board") is wanted
+    assert (f"simulate WORLD {name}" in texts[0]) is wanted

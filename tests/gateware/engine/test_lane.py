@@ -114,11 +114,11 @@ def test_random_slots(word: int, stalls: float) -> None:
 
     async def bench(ctx):
         # Slot s is in stage k at cycle s + k.
-        for cycle in range(count + Machine.STAGE_WRITE):
+        for cycle in range(count + dut.stages.write):
             for name, f in fields.items():
                 slot = cycle - f.stage
                 ctx.set(getattr(dut, name), slots[slot][2][name] if 0 <= slot < count else 0)
-            reading = cycle - Machine.STAGE_READ
+            reading = cycle - dut.stages.read
             if 0 <= reading < count:
                 ctx.set(dut.a, slots[reading][0] & mask)
                 ctx.set(dut.b, slots[reading][1] & mask)
@@ -127,7 +127,7 @@ def test_random_slots(word: int, stalls: float) -> None:
             while rng.random() < stalls:
                 await ctx.tick()
             ctx.set(dut.en, 1)
-            done = cycle - Machine.STAGE_WRITE
+            done = cycle - dut.stages.write
             if done >= 0:
                 got = signed(ctx.get(dut.result), word), ctx.get(dut.saturated)
                 assert got == expected[done], (done, slots[done])

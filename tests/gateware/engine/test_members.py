@@ -180,7 +180,9 @@ def cases() -> dict[str, Case]:
         Case(SpiController(half_cycles=4, stall_cycles=10)),
         Case(Receiver(divisor=8)),
         Case(Transmitter(divisor=8)),
-        Case(Shifter(width_in=40, width_out=33), {"width_in": 40, "width_out": 33}),
+        Case(
+            Shifter(width_in=40, width_out=33, registered=True), {"width_in": 40, "width_out": 33}
+        ),
         Case(AttitudeSoc(system=system)),
         Case(ProcessorBus(addr_width=12), {"addr_width": 12}),
         Case(Control(divisor=8, watchdog_cycles=1024, pages=24)),

@@ -51,6 +51,14 @@ def test_other_widths(lanes: int, word: int) -> None:
         compare(random_program(seed, word=word, n_ops=30), machine)
 
 
+@pytest.mark.parametrize("lanes", [1, 2])
+@pytest.mark.parametrize("depth", Machine.DEPTHS[1:])
+def test_other_depths(lanes: int, depth: int) -> None:
+    machine = Machine(name="deep", lanes=lanes, depth=depth)
+    for seed in range(6):
+        compare(random_program(seed, n_ops=60), machine)
+
+
 @MACHINES
 def test_every_value(machine: Machine) -> None:
     """Every result that is written equals the interpreter's, in the cycle the schedule says."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
-from boresight.gateware.machine import ALL_CONFIGS
+from boresight.gateware.machine import ALL_CONFIGS, MACHINES
 from boresight.gateware.microcode.assemble import assemble, decode, encode
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.microcode.image import Image
@@ -60,7 +60,7 @@ def test_words_of_other_programs() -> None:
     core = linked_core()
     machine, image = core.machine, core.image
     for number, base in enumerate(image.bases):
-        at = base + machine.STAGE_WRITE + 3
+        at = base + machine.stages.write + 3
         for k, part in enumerate(core.parts):
             addresses = part.allocation.addresses()
             for address in (addresses[state] for state, _ in part.program.states if k != number):
@@ -175,7 +175,7 @@ def test_faults(fault: Fault, seeds: int = 40) -> None:
     for seed in range(seeds):
         rng = random.Random(f"{fault.__name__} {seed}")
         program = random_program(seed, n_ops=20, n_states=1 + seed % 4)
-        core = build_core(program, rng.choice(list(ALL_CONFIGS)), restarts=0)
+        core = build_core(program, rng.choice(list(MACHINES)), restarts=0)
         try:
             image = fault(program, core, rng)
             image.check(core.machine)

@@ -228,7 +228,7 @@ def test_results_push_inputs_back_only_where_they_may(hold: bool, terms: int) ->
     """Else one waits until it is written behind the last of them."""
     first, _ = carried([[by(X)] * terms], {0: 1.0}, Style(hold=hold), inputs=12, outputs=1)
     last_get = 11
-    assert first == [1 if hold else last_get + 1 - CONFIGS["small"].STAGE_WRITE - (terms - 1)]
+    assert first == [1 if hold else last_get + 1 - CONFIGS["small"].stages.write - (terms - 1)]
 
 
 # -- the graph that list scheduling works on, and how a pass's groups become slots ----------------
@@ -441,9 +441,9 @@ def test_the_score_is_what_the_slots_say(machine: Machine, urgent: int) -> None:
         attempt = list_pass(work, [float(-k) for k in range(work.nodes)], Style())
         assert attempt is not None
         slots = work.slots(attempt)
-        out = machine.STAGE_READ + 1
+        out = machine.stages.read + 1
         words = [s.cycle + out for k in range(4) for s in slots if s.emit == k]
-        written = [s.cycle + machine.STAGE_WRITE + 1 for s in slots if s.last]
+        written = [s.cycle + machine.stages.write + 1 for s in slots if s.last]
         length = max(3, words[-1], *written, *(g + 1 for g in attempt.gets))
         assert len(words) == 4 and words == sorted(words)
         assert attempt.score == (words[urgent - 1], length, len(slots), sum(words))

@@ -17,6 +17,7 @@ def row(name, level, totals, **more):
             "error": {"total": v, "heading": v / 2, "inclination": v / 4},
             "vs_float": {d["output"]: d["apart"] for d in more.get("vs_float", ())},
             "saturated_updates": 0,
+            "offset_deg": (0.0, 0.0, 20 * v),
         }
         for trial, v in totals.items()
     ]
@@ -44,6 +45,8 @@ def near(output, unit, error, tolerance):
 DATA = {
     "source": "by the method",
     "word": 32,
+    "align": "heading",
+    "declination_deg": 2.75,
     "left_out": ["gone"],
     "parameters": {"ours": {"k": 2.0}},
     "logs": [
@@ -71,7 +74,18 @@ def page():
 
 
 def test_figures(page):
-    for text in ("2.25", "2.35", "1.15", "1.23×10⁻⁴", ">17<", "gone", "k = 2.0", "by the method"):
+    for text in (
+        "2.25",
+        "2.35",
+        "1.15",
+        "1.23×10⁻⁴",
+        ">17<",
+        "gone",
+        "k = 2.0",
+        "by the method",
+        ">155.00<",
+        "2.75",
+    ):
         assert text in page, text
     assert "&lt;ours&gt;" in page and "<ours>" not in page
     assert page.index(">peer</td>") < page.index(">ours</td>")  # the best first

@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.sim.accuracy.figures import attitude_errors, errors, gives_attitude, units_of
+from boresight.sim.accuracy.figures import (
+    aligned,
+    aligned_outputs,
+    attitude_errors,
+    errors,
+    gives_attitude,
+    units_of,
+)
 from boresight.sim.attitude.accuracy import attitude_rmse
+from boresight.sim.attitude.rotation import quaternion_multiply, rotation_vector_to_quaternion
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
 
@@ -87,6 +95,37 @@ def test_attitudes_are_angles() -> None:
     outputs["qw"], outputs["qx"], outputs["qy"], outputs["qz"] = np.zeros((4, 4))
     assert np.isnan(errors(Attitude(), log, outputs)["total"])  # no attitude yet
     assert attitude_errors(q, r, log.counts) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(
+    ("align", "turn", "left"),
+    [("heading", [0, 0, -12.0], 0), ("full", [3.0, -2.0, 190.0], 0), ("heading", [5.0, 0, 9.0], 5)],
+)
+def test_a_constant_offset_is_taken_out(align: str, turn: list[float], left: float) -> None:
+    """Of either sign of the quaternions, over what counts, where there is an attitude."""
+    rng = np.random.default_rng(2)
+    r = rng.normal(size=(6, 4))
+    r /= np.linalg.norm(r, axis=1, keepdims=True)
+    q = quaternion_multiply(rotation_vector_to_quaternion(np.radians(turn)), r)
+    q *= rng.choice([-1.0, 1.0], (6, 1))
+    q[0], r[1], counts = 0.0, NAN, np.array([1, 1, 1, 1, 1, 0], dtype=bool)
+    q[5] = [1.0, 0.0, 0.0, 0.0]
+    turned, offset = aligned(q, r, counts, align)
+    rows = slice(2, 5)
+    error = attitude_rmse(turned[rows], r[rows])
+    assert error.total == pytest.approx(left, abs=0.02) and error.heading < 1e-6
+    size = np.linalg.norm(turn)
+    wanted = np.array(turn) * (1.0 - 360.0 / size if size > 180.0 else 1.0)
+    assert offset == pytest.approx([0, 0, turn[2]] if align == "heading" else wanted, abs=0.02)
+    assert not turned[0].any()  # no attitude yet
+    assert (
+        aligned(q, r, counts, "none") == (q, ()) and aligned(q, r, counts & False, align)[1] == ()
+    )
+    log = fed(Attitude(), z=np.zeros(6), **dict(zip(Q, r.T, strict=True)), mov=counts)
+    outputs = dict(zip(Q, q.T, strict=True)) | {"bias": np.ones(6)}
+    same, size_deg = aligned_outputs(Attitude(), log, outputs, align)
+    assert size_deg == offset and same["bias"] is outputs["bias"]
+    assert np.array_equal(same["qz"], turned[:, 3])
 
 
 def test_without_the_whole_attitude_its_components_count() -> None:

@@ -221,7 +221,7 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         # One stage each: capture, mask, condition, amount, term, sum, clamp.
         ("lane", "top[-1] ^ (self.quarter & top[-2])", "top[-1] ^ self.quarter"),
         ("lane", "high & ~masked.replicate(len(high))", "high & ~masked"),
-        ("lane", "skip[1].eq(skip[0])", "skip[1].eq(~(self.when ^ (self.when_flag & flag)))"),
+        ("lane", "skip[k].eq(skip[k - 1])", "skip[k].eq(~(self.when ^ (self.when_flag & flag)))"),
         ("lane", "less.eq(n & ~1)", "less.eq(n)"),
         ("lane", "carry.eq(invert & ~skip)", "carry.eq(invert)"),
         ("lane", "half = 1 << (arith.guard - 1)", "half = 1 << arith.guard"),

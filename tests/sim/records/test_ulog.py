@@ -1,6 +1,5 @@
 """PX4's flight logs: topics to rows, axes, times, damage."""
 
-import struct
 import sys
 from pathlib import Path
 
@@ -10,42 +9,7 @@ import pytest
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.attitude.rotation import rotate
 from boresight.sim.records.files import read_record
-
-FORMATS = {
-    "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
-    "vehicle_magnetometer": (
-        "uint64_t timestamp;uint64_t timestamp_sample;float[3] magnetometer_ga;"
-    ),
-    "vehicle_attitude": "uint64_t timestamp;float[4] q;",
-}
-TURN = [0.8, 0.2, -0.4, 0.4]  # front-right-down to north-east-down
-
-
-def message(kind: str, content: bytes) -> bytes:
-    return struct.pack("<HB", len(content), ord(kind)) + content
-
-
-def flight(*names: str) -> bytes:
-    """Ten rows of 4 ms at rest, turned by TURN; a magnetometer at 1.5 and 5.5 rows."""
-    names = names or tuple(FORMATS)
-    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0)
-    out += b"".join(message("F", f"{n}:{FORMATS[n]}".encode()) for n in names)
-    for k, name in enumerate(names):
-        out += message("A", struct.pack("<BH", 0, k) + name.encode())
-    rows = {
-        "sensor_combined": [
-            struct.pack("<Q6f", 10_000 + 4000 * k, 0.1, 0.2, 0.3, 1.0, 2.0, -9.0) for k in range(10)
-        ],
-        "vehicle_magnetometer": [
-            struct.pack("<2Q3f", 90_000, 10_000 + 4000 * k + 2000, 0.2, 0.1, 0.4) for k in (1, 5)
-        ],
-        "vehicle_attitude": [
-            struct.pack("<Q4f", 12_000 + 8000 * k, *((-1) ** k * np.array(TURN))) for k in range(4)
-        ],
-    }
-    for k, name in enumerate(names):
-        out += b"".join(message("D", struct.pack("<H", k) + row) for row in rows[name])
-    return out
+from tests.support.flights import TURN, at_rest, flight
 
 
 def test_topics_become_a_nine_axis_record(tmp_path: Path) -> None:
@@ -57,7 +21,9 @@ def test_topics_become_a_nine_axis_record(tmp_path: Path) -> None:
     first = [columns[n][0] for n in ("gx", "gy", "gz", "ax", "ay", "az")]
     assert first == pytest.approx([0.1, -0.2, -0.3, 1.0, -2.0, 9.0])
     assert np.flatnonzero(~np.isnan(columns["mx"])).tolist() == [2, 6]
-    assert [columns[n][2] for n in ("mx", "my", "mz")] == pytest.approx([20.0, -10.0, -40.0])
+    assert [record.values(n, "uT")[2] for n in ("mx", "my", "mz")] == pytest.approx(
+        [20.0, -10.0, -40.0]
+    )
     known = ~np.isnan(columns["qw"])
     assert np.flatnonzero(known).tolist() == list(range(1, 7))  # between two of them
     q = np.stack([columns[f"q{c}"][known] for c in "wxyz"], axis=1)
@@ -70,7 +36,7 @@ def test_topics_become_a_nine_axis_record(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["sensor_combined", "vehicle_magnetometer"])
 def test_a_missing_topic_is_named(tmp_path: Path, name: str) -> None:
-    (tmp_path / "a.ulg").write_bytes(flight(*(n for n in FORMATS if n != name)))
+    (tmp_path / "a.ulg").write_bytes(flight(*(n for n in at_rest() if n != name)))
     with pytest.raises(InputError, match=f"a.ulg: wanted the topic {name}, found .*attitude"):
         read_record(tmp_path / "a.ulg")
 
@@ -98,7 +64,8 @@ def test_a_log_that_ends_early_has_the_rows_before(tmp_path: Path) -> None:
     content = (tmp_path / "whole.ulg").read_bytes()
     (tmp_path / "cut.ulg").write_bytes(content[:-50])
     whole, cut = (read_record(tmp_path / f"{name}.ulg") for name in ("whole", "cut"))
-    assert (len(whole.columns["gx"].values), len(cut.columns["gx"].values)) == (10, 8)
+    assert (len(whole), len(cut)) == (10, 8)
+    assert whole.notes == () and "ends in the middle of a message" in cut.notes[0]
 
 
 def test_a_missing_package_is_named(tmp_path: Path, monkeypatch) -> None:

@@ -16,6 +16,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.accuracy.trials import read_trials
+from boresight.sim.attitude.rotation import quaternion_multiply
 from boresight.sim.records.files import record_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -115,6 +116,31 @@ def test_page(made):
     for word in ("not truth", "difference to vqf_offline", "total RMSE, deg", "mean by folder"):
         assert word in page
     assert f"{data.estimators[3].mean['total']:.2f}" in page
+
+
+@pytest.mark.parametrize("way", ["heading", "declination"])
+def test_a_declination_is_taken_out_or_told(folder, tmp_path, way):
+    """North of the reference stands 20 degrees west of the filter's."""
+    log = NineAxis.of(record_of(folder / "a" / "a.csv"))
+    half = np.radians(-10.0)
+    q = quaternion_multiply([np.cos(half), 0.0, 0.0, np.sin(half)], log.q)
+    turned = dataclasses.replace(log, q=q).record()
+    options = {"align": way} if way == "heading" else {"declination": 20.0}
+    plain, off = (
+        accuracy(CHOICE, x, jobs=1, output=tmp_path, **more)
+        for x, more in ((folder / "a", {}), (turned, options))
+    )
+    page = (tmp_path / "accuracy.html").read_text()
+    for row, other in zip(off.estimators, plain.estimators, strict=True):
+        assert row.mean["inclination"] == pytest.approx(other.mean["inclination"])
+        if way == "declination":
+            assert row.mean == pytest.approx(other.mean)
+        else:
+            assert row.mean["heading"] < other.mean["heading"] + 1e-9
+            (east, north, up) = row.trials[0].offset_deg
+            assert east == north == 0.0 and up == pytest.approx(20.0, abs=3.0)
+            assert f"{up:.2f}" in page and f"{up:.2f}" in str(off)
+    assert "20 deg east" in str(off) or way == "heading"
 
 
 def test_bundled_logs_by_default():

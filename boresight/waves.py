@@ -1,0 +1,65 @@
+"""Waveforms of a window of a log: files for viewers of a core's signals, with a program's names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from boresight.disk.output import output_folder
+from boresight.model.errors import InputError
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import words_of
+from boresight.sim.records.feed import feed
+from boresight.sim.records.record import Record
+from boresight.sim.rtl.wave import write_wave
+
+__all__ = ["WAVE_FOLDER", "window_of", "write_waves"]
+
+#: Where waveforms are, unless said otherwise.
+WAVE_FOLDER = "wave"
+
+
+def window_of(text: str, rows: int) -> range:
+    """Rows "FIRST:STOP" of a log with so many; STOP is not one of them.
+
+    Raises
+    ------
+    InputError
+        Not two numbers, no row between them, or rows that the log does not have.
+    """
+    first, _, stop = text.partition(":")
+    numbers = first.isdecimal() and stop.isdecimal()
+    if not numbers or not 0 <= int(first) < int(stop) <= rows:
+        raise InputError.at(
+            "--wave",
+            wanted=f"FIRST:STOP, rows of the log with 0 <= FIRST < STOP <= {rows}",
+            found=repr(text),
+            fix=f"write for example {max(rows - 10, 0)}:{rows}",
+        )
+    return range(int(first), int(stop))
+
+
+def write_waves(build: Build, record: Record, window: range, folder: str | Path) -> str:
+    """Write ESTIMATOR.vcd, and .gtkw and .sucl for GTKWave and Surfer; return a line for people.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or the record does not feed the estimator.
+    ToolMissing, SimulationFailed
+        As `write_wave`.
+    """
+    (estimator,), (program,), (nodes,) = build.estimators, build.programs, build.nodes
+    name, lines = estimator.name, {number: node.line for number, node in nodes.items()}
+    files = [f"{name}.{suffix}" for suffix in ("vcd", "gtkw", "sucl")]
+    vcd = files[0]
+    words = words_of(program, feed(estimator, record).inputs[: window.stop])
+    with output_folder(folder, "check", of=name, files=files, option="--wave-folder") as out:
+        with (out / vcd).open("w", encoding="ascii", errors="backslashreplace") as file:
+            wave = write_wave(build.core, lines, words, window.start, window.stop, file)
+        for suffix, write in (("gtkw", wave.gtkwave), ("sucl", wave.surfer)):
+            with (out / f"{name}.{suffix}").open("w", encoding="utf-8") as file:
+                write(file, vcd)
+    return (
+        f"rows {window.start} to {window.stop - 1}, {wave.cycles} cycles of {name}: "
+        f"gtkwave {Path(folder, files[1])}, or surfer --command-file {Path(folder, files[2])}"
+    )

@@ -1,0 +1,231 @@
+"""What is read of a log file: a slice of time, every n-th row, what a gap means, the map of topics.
+
+`selected` sets it for whatever reads log files inside of it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from boresight.model.errors import InputError
+from boresight.sim.records.record import Column, Record, joined, rows_of
+from boresight.sim.records.steps import MEDIAN_OF, RESTART_S
+from boresight.sim.records.topics import GAP_STEPS
+from boresight.sim.records.units import UnitError, linear
+
+__all__ = ["GAPS", "Selection", "selected", "selection"]
+
+#: What a gap means: an error, one long step, a restart of an attitude filter.
+GAPS = ("refuse", "bridge", "restart")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is read of a log file.
+
+    Attributes
+    ----------
+    start_s, end_s : float
+        Times from the first row on: from (with it), to (without it).
+    every : int
+        Of so many rows the last is read; its time step is that of all of them, and a sample that
+        only one of the others has stands in it.
+    gaps : str
+        One of `GAPS`, or empty: bridged, and not counted.
+    map : path or None
+        Map of topics, instead of the ready ones.
+    """
+
+    start_s: float = 0.0
+    end_s: float = math.inf
+    every: int = 1
+    gaps: str = ""
+    map: Path | None = None
+
+    @classmethod
+    def of(
+        cls,
+        start: str | float | None = None,
+        end: str | float | None = None,
+        every: int | None = None,
+        gaps: str | None = None,
+        map: str | Path | None = None,
+    ) -> Selection:
+        """The selection of texts such as "10s"; raises InputError."""
+        start_s, end_s = _seconds("--from", start, 0.0), _seconds("--to", end, math.inf)
+        if not 0.0 <= start_s < end_s:
+            raise InputError.at(
+                "--to" if end is not None else "--from",
+                wanted=f"a time above --from, {start_s:g} s" if start_s >= 0.0 else "0 s or more",
+                found=f"{end_s:g} s" if start_s >= 0.0 else f"{start_s:g} s",
+                fix="choose another",
+            )
+        if every is not None and every < 1:
+            raise InputError.at(
+                "--every", wanted="1 or more", found=str(every), fix="choose another"
+            )
+        if gaps is not None and gaps not in GAPS:
+            raise InputError.at(
+                "--gaps",
+                wanted=f"one of {', '.join(GAPS)}",
+                found=repr(gaps),
+                fix="choose one of these",
+            )
+        return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
+
+    @property
+    def whole(self) -> bool:
+        """All rows are read as they are."""
+        return replace(self, map=None) == Selection()
+
+    def pieces(self, blocks: Iterable[Record]) -> Iterator[Record]:
+        """The selected rows of blocks that have their time steps and follow each other.
+
+        Raises
+        ------
+        InputError
+            A gap that is refused; no row; a log without times.
+        """
+        blocks = _marked(blocks, self.gaps) if self.gaps else blocks
+        first: float | None = None
+        rest = skipped = None
+        count = 0
+        for block in blocks:
+            if "t" not in block.columns:
+                raise InputError.at(
+                    block.where,
+                    wanted="a column t, of which a slice is taken",
+                    found="none",
+                    fix="add the times, or read the whole log",
+                )
+            t = block.values("t", "s")
+            first = float(t[0]) if first is None else first
+            low, high = np.searchsorted(t, (first + self.start_s, first + self.end_s)).tolist()
+            if low < high:
+                part = rows_of(block, low, high)
+                if self.every > 1:
+                    part = part if rest is None else joined([rest, part])
+                    taken, rest = _thinned(part, self.every)
+                    if taken is not None:
+                        count += len(taken)
+                        yield taken
+                else:
+                    count += len(part)
+                    yield part
+            skipped = block
+            if high < len(t):
+                break
+        if not count and skipped is not None:
+            raise InputError.at(
+                skipped.where,
+                wanted=f"rows from {self.start_s:g} s to {self.end_s:g} s of the log",
+                found=f"none{f' of every {self.every}' if self.every > 1 else ''}",
+                fix="choose another slice",
+            )
+
+
+def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
+    """Every n-th row with the time step of all before it, and the rows that are left."""
+    whole = len(record) - len(record) % every
+    rest = rows_of(record, whole, len(record)) if whole < len(record) else None
+    if not whole:
+        return None, rest
+    last = np.arange(every - 1, whole, every)
+    columns = {}
+    for name, column in record.columns.items():
+        values = column.values[:whole].reshape(-1, every)
+        if name == "dt":
+            dt = values.sum(axis=1)
+            thin = np.where((values < 0.0).any(axis=1), values.min(axis=1), dt)
+        else:
+            thin = values[:, -1].copy()
+            for k in range(every - 2, -1, -1):  # the latest sample of a slower sensor
+                thin = np.where(np.isnan(thin), values[:, k], thin)
+        columns[name] = Column(thin, column.unit)
+    place = record.place
+    return replace(
+        record, columns=columns, place=lambda row, name: place(int(last[row]), name)
+    ), rest
+
+
+def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
+    """Blocks with their gaps treated; the last says how many there were."""
+    limit = before = None
+    count, longest, held = 0, 0.0, None
+    for block in blocks:
+        if held is not None:
+            yield held
+        t = block.values("t", "s") if "t" in block.columns else np.cumsum(block.steps())
+        if limit is None:
+            limit = GAP_STEPS * float(np.median(np.diff(t)[:MEDIAN_OF])) if len(t) > 1 else math.inf
+        steps = np.diff(t, prepend=t[0] if before is None else before)
+        before = float(t[-1])
+        gaps = steps > limit
+        if gaps.any():
+            row = int(np.argmax(gaps))
+            if rule == "refuse":
+                raise InputError.at(
+                    block.place(row, "t"),
+                    wanted=f"steps of at most {limit:.6g} s, three medians",
+                    found=f"a gap of {steps[row]:.6g} s",
+                    fix="--gaps bridge makes it one step, --gaps restart restarts the filter",
+                )
+            count, longest = count + int(gaps.sum()), max(longest, float(steps.max()))
+            if rule == "restart":
+                dt = np.where(gaps, RESTART_S, block.steps())
+                block = replace(block, columns={**block.columns, "dt": Column(dt)})
+        held = block
+    if held is not None:
+        if count:
+            done = "bridged" if rule == "bridge" else "where the filter restarts"
+            note = f"gaps in the times, {done}: {count}, the longest of {longest:.3g} s"
+            held = replace(held, notes=(*held.notes, note))
+        yield held
+
+
+_TIME = re.compile(r"([-+0-9.eE]+)\s*([A-Za-z]*)")
+
+
+def _seconds(where: str, value: str | float | None, default: float) -> float:
+    """A time such as 10s, 500ms, 2min; a plain number is in seconds."""
+    if value is None:
+        return default
+    match = _TIME.fullmatch(str(value).strip())
+    try:
+        if match is not None:
+            number = float(match[1])
+            factor, _ = linear(match[2], "s") if match[2] else (1.0, 0.0)
+            if math.isfinite(number):
+                return number * factor
+    except (ValueError, UnitError):
+        pass
+    raise InputError.at(
+        where, wanted="a time such as 10s or 2min", found=repr(value), fix="correct it"
+    )
+
+
+_ALL = Selection()
+_now: ContextVar[Selection | None] = ContextVar("selection", default=None)
+
+
+@contextmanager
+def selected(what: Selection) -> Iterator[None]:
+    """Read this of log files."""
+    token = _now.set(what)
+    try:
+        yield
+    finally:
+        _now.reset(token)
+
+
+def selection() -> Selection:
+    """What `selected` was given last."""
+    return _now.get() or _ALL

@@ -1,0 +1,183 @@
+"""Bags of ROS 1 and 2 and MCAP: the numbers of a flight log; what is refused; damage."""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Writer
+from rosbags.typesys import Stores, get_typestore
+
+from boresight.cli import main
+from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.records.files import log_files, read_record
+from boresight.sim.records.record import Record
+from boresight.sim.records.selection import Selection, selected
+from tests.support.flights import AS_PX4, at_rest, flight, in_motion, write_bag
+
+KINDS = ("a.bag", "a.mcap", "a.db3", "bag")
+MOTION = in_motion(400)
+_ROWS = MOTION["sensor_combined"]
+#: A step back, a time twice, a gap.
+ODD = {**MOTION, "sensor_combined": [*_ROWS[:100], _ROWS[50], *_ROWS[99:300], *_ROWS[340:]]}
+
+
+def mapped(path: Path, text: str = AS_PX4) -> Record:
+    (path.parent / "map.toml").write_text(text)
+    with selected(Selection.of(map=path.parent / "map.toml")):
+        return read_record(path)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_bag_is_the_flight_log_of_the_same_numbers(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a.ulg").write_bytes(flight(messages=MOTION))
+    log = read_record(tmp_path / "a.ulg")
+    same = mapped(write_bag(tmp_path / name, MOTION, as_px4=True))
+    assert [*same.columns] == [*log.columns] and not same.notes and len(log) == 400
+    for column in log.columns:
+        unit = log.columns[column].unit or ""
+        a, b = (record.values(column, unit) for record in (log, same))
+        assert np.array_equal(a, b, equal_nan=True), column
+        assert np.isfinite(a).sum() >= 79
+
+
+def test_ros_has_axes_and_units_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "a.ulg").write_bytes(flight(messages=MOTION))
+    log, bag = read_record(tmp_path / "a.ulg"), read_record(write_bag(tmp_path / "bag", MOTION))
+    for column in log.columns:
+        unit = {"m": "uT", "g": "rad/s", "a": "m/s^2"}.get(column[0], "")
+        a, b = (record.values(column, unit) for record in (log, bag))
+        if column[0] == "q":
+            sign = np.sign(log.columns["qw"].values * bag.columns["qw"].values)
+            b = b * sign
+        np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-7, equal_nan=True)
+    assert log_files([tmp_path]) == [tmp_path / "a.ulg", tmp_path / "bag"]
+    assert log_files([tmp_path / "bag"]) == [tmp_path / "bag"]
+
+
+def test_verbs_print_the_same_figures(tmp_path: Path, capsys) -> None:
+    (tmp_path / "map.toml").write_text(AS_PX4)
+    (tmp_path / "ulog").mkdir()
+    (tmp_path / "ulog" / "a.ulg").write_bytes(flight(messages=MOTION))
+    texts = []
+    for path in (tmp_path / "ulog" / "a.ulg", write_bag(tmp_path / "a.mcap", MOTION, as_px4=True)):
+        more = [] if path.suffix == ".ulg" else ["--map", str(tmp_path / "map.toml")]
+        assert main(["accuracy", "complementary", str(path), "--no-float", *more]) == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1] and "1 trial with truth" in texts[0]
+
+
+def test_topics_are_listed(tmp_path: Path, capsys) -> None:
+    (tmp_path / "a.ulg").write_bytes(flight(messages=MOTION))
+    assert main(["topics", str(tmp_path / "a.ulg")]) == 0
+    rows = {line.split()[0]: line.split()[1:] for line in capsys.readouterr().out.splitlines()}
+    assert rows["sensor_combined"] == ["400", "250", "0", "0.000", "1.596", "0", "0.004", "0", "0"]
+    assert rows["timestamp,"] == ["timestamp_sample,", "magnetometer_ga[0..2]", "gauss", "(FRD)"]
+    assert main(["topics", str(write_bag(tmp_path / "b.mcap", ODD))]) == 0
+    out = capsys.readouterr().out
+    line = next(line for line in out.splitlines() if line.startswith("/imu"))
+    assert line.split()[1:] == ["362", "250", "0", "0.000", "1.596", "1", "0.164", "1", "1"]
+    assert "sensor_msgs/msg/Imu: " in out and "angular_velocity.x rad/s (FLU)" in out
+    assert main(["topics", "log.csv"]) == 2 and ".ulg" in capsys.readouterr().err
+
+
+def test_odd_times_are_counted(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "a.mcap", ODD)
+    record = read_record(path)
+    assert len(record) == 360 and sorted(record.notes) == [
+        "/imu: gaps in the times: 1, the longest of 0.164 s",
+        "/imu: samples earlier than one before, left out: 1",
+        "/imu: samples with the time of one before, left out: 1",
+        "/mag: samples passed by a later one of the same row: 7",
+    ]
+    with selected(Selection.of(gaps="restart")):
+        record = read_record(path)
+    assert np.flatnonzero(record.columns["dt"].values < 0).tolist() == [300]
+    assert "gaps in the times, where the filter restarts: 1, the longest of 0.164 s" in record.notes
+    refused = pytest.raises(InputError, match=r"t\[300\]: wanted steps .* a gap of 0\.164 s")
+    with selected(Selection.of(gaps="refuse")), refused:
+        read_record(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("/imu", "/imv"), "wanted the topic /imv, found /imu"),
+        (('"angular_velocity"', '"angular_velocty"'), "angular_velocty, found .*angular_velocity"),
+        (('unit = "gauss"\n', ""), "source 3: wanted a unit, since the file tells none"),
+        (('unit = "gauss"', 'unit = "gaus"'), "wanted a unit that converts to uT, found gaus"),
+        (('frame = "FRD"\n', ""), "source 1: wanted a frame"),
+        (('frame = "FRD"', 'frame = "FRU"'), "three letters .* found 'FRU'"),
+        (("extends", "extend"), "tables .*source.*found extend"),
+        (("fields", "field"), "source 1: wanted keys .*found field"),
+        (("[[source]]", "[source"), "wanted a map in TOML"),
+    ],
+)
+def test_a_wrong_map_is_one_line(tmp_path: Path, change, message: str, capsys) -> None:
+    path = write_bag(tmp_path / "a.mcap", MOTION, as_px4=True)
+    (tmp_path / "map.toml").write_text(AS_PX4.replace(*change))
+    args = ["run", "complementary", str(path), "--map", str(tmp_path / "map.toml")]
+    assert main([*args, "-o", str(tmp_path / "out.csv")]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1 and not (tmp_path / "out.csv").exists()
+    assert re.search(message, lines[0]), lines
+
+
+def test_two_topics_of_a_type_need_a_name(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "bag", MOTION)
+    store = get_typestore(Stores.LATEST)
+    with AnyReader([path]) as bag, Writer(tmp_path / "two", version=9) as twice:
+        for name in ("/imu", "/imu_raw"):
+            c = twice.add_connection(name, "sensor_msgs/msg/Imu", typestore=store)
+            for _, stamp, raw in bag.messages([x for x in bag.connections if x.topic == "/imu"]):
+                twice.write(c, stamp, raw)
+    with pytest.raises(
+        InputError, match="wanted one topic of sensor_msgs/msg/Imu for gx, found /imu, /imu_raw"
+    ):
+        read_record(tmp_path / "two")
+    assert len(mapped(tmp_path / "two", AS_PX4.split('[[source]]\ncolumns = ["mx')[0])) == 400
+
+
+@pytest.mark.parametrize("name", ["a.bag", "a.mcap", "a.db3"])
+def test_damaged_bags_are_one_line(tmp_path: Path, name: str) -> None:
+    path = write_bag(tmp_path / name, {"sensor_combined": at_rest()["sensor_combined"]})
+    whole, rng, refused = path.read_bytes(), np.random.default_rng(31), 0
+    for k in range(100):
+        content = bytearray(whole)
+        if k % 2:
+            content[rng.integers(len(content))] ^= 1 << rng.integers(8)
+        else:
+            del content[rng.integers(len(content)) :]
+        path.write_bytes(content)
+        try:
+            record = read_record(path)
+            assert len(record) == 10 or record.notes or k % 2
+        except InputError as error:
+            refused += 1
+            assert str(error).startswith((str(path), "log 'a'", "record 'a'")), error
+            assert "\n" not in str(error)
+    assert refused > 25
+
+
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(ToolMissing, match=r"pip install 'boresight\[ros\]'"):
+        read_record(tmp_path / "a.mcap")
+
+
+@pytest.mark.parametrize(
+    "change", ["update topics set name=7, type=7", "update messages set timestamp='x'"]
+)
+def test_other_types_in_a_database_are_one_line(tmp_path: Path, change: str) -> None:
+    """SQLite holds any type in any column."""
+    path = write_bag(tmp_path / "a.db3", {"sensor_combined": at_rest()["sensor_combined"]})
+    with sqlite3.connect(path) as connection:
+        connection.execute(change)
+    connection.close()
+    with pytest.raises(InputError, match=r"a\.db3: wanted a"):
+        read_record(path)
