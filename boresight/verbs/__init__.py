@@ -16,6 +16,7 @@ VERBS = {
     "run": "verbs.run",
     "check": "verbs.check",
     "report": "verbs.report",
+    "explore": "verbs.explore",
     "tune": "verbs.figures.tune",
     "accuracy": "verbs.figures.accuracy",
     "convert": "verbs.convert",
