@@ -13,6 +13,7 @@ Every command of the command line is a function here::
     boresight.accuracy("mekf", "folder", output="build")
     boresight.accuracy_protocol("short", "mekf,vqf_online", "folder", output="build")
     boresight.tune("complementary", "folder", output="params.json")
+    boresight.explore("mekf", "log.csv", words=(18, 24, 32), output="build")
     boresight.experiment("ma2014", output="build")
     boresight.covariance("mekf")
     boresight.montecarlo("plant.py:Plant", "filter.py", runs=500, output="build")
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from boresight.regression import baseline as baseline
     from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
+    from boresight.results.explore import ExploreResult as ExploreResult
     from boresight.results.fit import FitResult as FitResult
     from boresight.results.protocol import ProtocolResult as ProtocolResult
     from boresight.results.tune import TuneResult as TuneResult
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
     from boresight.verbs.doctor import doctor as doctor
     from boresight.verbs.experiment import ExperimentResult as ExperimentResult
     from boresight.verbs.experiment import experiment as experiment
+    from boresight.verbs.explore import explore as explore
     from boresight.verbs.figures.accuracy import accuracy as accuracy
     from boresight.verbs.figures.bench import BenchResult as BenchResult
     from boresight.verbs.figures.bench import bench as bench
@@ -112,6 +115,7 @@ _PLACES = {
     "regression": "baseline",
     "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
+    "results.explore": "ExploreResult",
     "results.fit": "FitResult",
     "results.protocol": "ProtocolResult",
     "results.tune": "TuneResult",
@@ -136,6 +140,7 @@ _PLACES = {
     "verbs.figures.montecarlo": "MonteCarloResult montecarlo",
     "verbs.figures.protocol": "accuracy_protocol",
     "verbs.figures.tune": "tune",
+    "verbs.explore": "explore",
     "verbs.fit": "fit",
     "verbs.list": "Catalogue list_estimators",
     "verbs.monitor": "MonitorResult monitor",

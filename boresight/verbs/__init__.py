@@ -17,6 +17,7 @@ VERBS = {
     "check": "verbs.check",
     "ranges": "verbs.ranges",
     "report": "verbs.report",
+    "explore": "verbs.explore",
     "tune": "verbs.figures.tune",
     "accuracy": "verbs.figures.accuracy",
     "convert": "verbs.convert",
