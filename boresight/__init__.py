@@ -8,6 +8,7 @@ Every command of the command line is a function here::
     boresight.compile("complementary", config="fast", output="build")
     boresight.run("complementary", "log.csv", on="fixed")
     boresight.check("complementary", "log.csv")
+    boresight.ranges("complementary")
     boresight.report("complementary", "log.csv", output="build")
     boresight.accuracy("mekf", "folder", output="build")
     boresight.accuracy_protocol("short", "mekf,vqf_online", "folder", output="build")
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from boresight.sim.experiments.experiment import Experiment as Experiment
     from boresight.sim.experiments.experiment import Result as Result
     from boresight.sim.experiments.experiment import Target as Target
+    from boresight.sim.ranges.ranges import RangesResult as RangesResult
     from boresight.sim.records.files import record_of as record_of
     from boresight.sim.records.record import Record as Record
     from boresight.sim.worlds.world import World as World
@@ -90,6 +92,7 @@ if TYPE_CHECKING:
     from boresight.verbs.monitor import monitor as monitor
     from boresight.verbs.new import NewResult as NewResult
     from boresight.verbs.new import new as new
+    from boresight.verbs.ranges import ranges as ranges
     from boresight.verbs.report import ReportResult as ReportResult
     from boresight.verbs.report import report as report
     from boresight.verbs.run import RunResult as RunResult
@@ -120,6 +123,7 @@ _PLACES = {
     "sim.baseline": "Baseline",
     "sim.compare.results": "CheckResult",
     "sim.experiments.experiment": "Experiment Result Target",
+    "sim.ranges.ranges": "RangesResult",
     "sim.records.files": "record_of",
     "sim.records.record": "Record",
     "sim.worlds.world": "World",
@@ -141,6 +145,7 @@ _PLACES = {
     "verbs.list": "Catalogue list_estimators",
     "verbs.monitor": "MonitorResult monitor",
     "verbs.new": "NewResult new",
+    "verbs.ranges": "ranges",
     "verbs.report": "ReportResult report",
     "verbs.run": "RunResult run",
     "verbs.simulate": "simulate simulate_faults",
