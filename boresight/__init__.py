@@ -8,10 +8,12 @@ Every command of the command line is a function here::
     boresight.compile("complementary", config="fast", output="build")
     boresight.run("complementary", "log.csv", on="fixed")
     boresight.check("complementary", "log.csv")
+    boresight.ranges("complementary")
     boresight.report("complementary", "log.csv", output="build")
     boresight.accuracy("mekf", "folder", output="build")
     boresight.accuracy_protocol("short", "mekf,vqf_online", "folder", output="build")
     boresight.tune("complementary", "folder", output="params.json")
+    boresight.explore("mekf", "log.csv", words=(18, 24, 32), output="build")
     boresight.experiment("ma2014", output="build")
     boresight.covariance("mekf")
     boresight.montecarlo("plant.py:Plant", "filter.py", runs=500, output="build")
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from boresight.regression import baseline as baseline
     from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
+    from boresight.results.explore import ExploreResult as ExploreResult
     from boresight.results.fit import FitResult as FitResult
     from boresight.results.protocol import ProtocolResult as ProtocolResult
     from boresight.results.tune import TuneResult as TuneResult
@@ -58,6 +61,7 @@ if TYPE_CHECKING:
     from boresight.sim.experiments.experiment import Experiment as Experiment
     from boresight.sim.experiments.experiment import Result as Result
     from boresight.sim.experiments.experiment import Target as Target
+    from boresight.sim.ranges.ranges import RangesResult as RangesResult
     from boresight.sim.records.files import record_of as record_of
     from boresight.sim.records.record import Record as Record
     from boresight.sim.worlds.world import World as World
@@ -72,6 +76,7 @@ if TYPE_CHECKING:
     from boresight.verbs.doctor import doctor as doctor
     from boresight.verbs.experiment import ExperimentResult as ExperimentResult
     from boresight.verbs.experiment import experiment as experiment
+    from boresight.verbs.explore import explore as explore
     from boresight.verbs.figures.accuracy import accuracy as accuracy
     from boresight.verbs.figures.bench import BenchResult as BenchResult
     from boresight.verbs.figures.bench import bench as bench
@@ -87,6 +92,7 @@ if TYPE_CHECKING:
     from boresight.verbs.monitor import monitor as monitor
     from boresight.verbs.new import NewResult as NewResult
     from boresight.verbs.new import new as new
+    from boresight.verbs.ranges import ranges as ranges
     from boresight.verbs.report import ReportResult as ReportResult
     from boresight.verbs.report import report as report
     from boresight.verbs.run import RunResult as RunResult
@@ -109,6 +115,7 @@ _PLACES = {
     "regression": "baseline",
     "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
+    "results.explore": "ExploreResult",
     "results.fit": "FitResult",
     "results.protocol": "ProtocolResult",
     "results.tune": "TuneResult",
@@ -116,6 +123,7 @@ _PLACES = {
     "sim.baseline": "Baseline",
     "sim.compare.results": "CheckResult",
     "sim.experiments.experiment": "Experiment Result Target",
+    "sim.ranges.ranges": "RangesResult",
     "sim.records.files": "record_of",
     "sim.records.record": "Record",
     "sim.worlds.world": "World",
@@ -132,10 +140,12 @@ _PLACES = {
     "verbs.figures.montecarlo": "MonteCarloResult montecarlo",
     "verbs.figures.protocol": "accuracy_protocol",
     "verbs.figures.tune": "tune",
+    "verbs.explore": "explore",
     "verbs.fit": "fit",
     "verbs.list": "Catalogue list_estimators",
     "verbs.monitor": "MonitorResult monitor",
     "verbs.new": "NewResult new",
+    "verbs.ranges": "ranges",
     "verbs.report": "ReportResult report",
     "verbs.run": "RunResult run",
     "verbs.simulate": "simulate simulate_faults",

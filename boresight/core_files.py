@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,13 @@ from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
 from boresight.gateware.microcode.validation import validate_microcode
+from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.estimate import Estimate, estimate
+from boresight.gateware.synthesis.family import Target
+from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
+from boresight.gateware.synthesis.spartan6.family import SPARTAN6
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.texts.bench import Recorded
 from boresight.gateware.texts.core import (
@@ -33,37 +39,50 @@ from boresight.results.compile import Proven
 from boresight.sim.levels.build import Build
 
 __all__ = [
-    "TARGETS",
+    "TARGET_NAMES",
     "core_files",
     "estimate_core",
+    "has_primitives",
+    "map_core",
     "project_files",
     "prove",
+    "route_core",
     "together",
     "write_core",
     "write_system",
     "write_text",
 ]
 
-#: Targets of ``core.v``: the FPGA with its primitives, or any.
-TARGETS = ("xc6slx9", "generic")
+#: What ``core.v`` can be for; the first by default.
+TARGET_NAMES = ("xc6slx9", "generic", *(name for name in TARGETS if name != "xc6slx9"))
 
 #: Clock of complete systems, Hz.
 SYSTEM_CLOCK_HZ = 100_000_000
 
-#: With primitives or not, with the build identifier or not: `Core.verilog`.
-_VERILOG = {
-    "xc6slx9": {"core.v": (True, True), "core_sim.v": (False, False)},
-    "generic": {"core.v": (False, True)},
-}
+
+def has_primitives(target: str) -> bool:
+    """Whether ``core.v`` for a target has primitives of it: Spartan-6."""
+    return target in TARGETS and TARGETS[target].family is SPARTAN6
+
+
+def _verilog(target: str) -> dict[str, tuple[bool, bool]]:
+    """Verilog of a core: with primitives or not, with the build identifier or not."""
+    if has_primitives(target):
+        return {"core.v": (True, True), "core_sim.v": (False, False)}
+    return {"core.v": (False, True)}
+
+
 _PROJECT = (
     *("README.txt", "build.bat", "build.sh", "build_top.bat", "build_top.sh"),
     *("top.prj", "top.ucf", "top.v", "top.xst"),
 )
 
 
-def core_files(names: Sequence[str], *, target: str = TARGETS[0], axi: bool = False) -> list[str]:
+def core_files(
+    names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False
+) -> list[str]:
     """Names of the files that `write_core` writes for these estimators, and of the report."""
-    out = [*_VERILOG[target], "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
+    out = [*_verilog(target), "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
     for name in names:
         of = f"-{name}" if len(names) > 1 else ""
         out += [f"microcode{of}.lst", f"program{of}.json", f"schedule{of}.json"]
@@ -120,8 +139,8 @@ def write_core(
     build: Build,
     records: Sequence[Recorded],
     *,
-    area: Estimate | None = None,
-    target: str = TARGETS[0],
+    area: Estimate | Mapped | Routed | None = None,
+    target: str = TARGET_NAMES[0],
     axi: bool = False,
 ) -> Proven:
     """Write Verilog, microcode, programs, schedules, C, register map, texts and bench of a core.
@@ -136,10 +155,10 @@ def write_core(
         The core and its estimators.
     records : sequence of Recorded
         Records of every program for the bench (`sim.levels.vectors.recorded`).
-    area : Estimate, optional
+    area : Estimate, Mapped or Routed, optional
         Area and clock, for the README.
     target : str
-        One of `TARGETS`.
+        One of `TARGET_NAMES`.
     axi : bool
         Whether to write the core with an AXI interface, too.
 
@@ -151,11 +170,13 @@ def write_core(
     core = build.core
     about = describe(core, {e.name: e.summary for e in build.estimators})
     texts = {"registers.json": about.to_json()}
-    for file, (instances, identified) in _VERILOG[target].items():
+    for file, (instances, identified) in _verilog(target).items():
         head = verilog_head(about, instances=instances, identified=identified)
         texts[file] = head + core.verilog(instances=instances, identified=identified)
     texts |= register_texts(about)
-    texts |= integration_files(about, records, generic=target == "generic", axi=axi, area=area)
+    texts |= integration_files(
+        about, records, generic=not has_primitives(target), axi=axi, area=area
+    )
     for number in range(len(core.parts)):
         texts |= _program_texts(core.select(number))
     proven = prove(core, texts)
@@ -181,9 +202,35 @@ def _program_texts(core: Core) -> dict[str, str]:
     }
 
 
-def estimate_core(core: Core) -> Estimate:
+def estimate_core(core: Core, device: Device = XC6SLX9) -> Estimate:
     """Area and clock estimate of a core (yosys and our timing analysis)."""
-    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
+    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root, device=device)
+
+
+def map_core(core: Core, target: Target) -> Mapped:
+    """What a core takes on a target."""
+    text = core.verilog(instances=False, identified=True)
+    return netlist_for(text, "core", target, cache_dir=Cache().root)
+
+
+def route_core(
+    core: Core,
+    target: Target,
+    *,
+    seeds: int = 1,
+    clock_mhz: float | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Routed:
+    """A core placed and routed on a target (`gateware.synthesis.routed.implement`)."""
+    return implement(
+        core.verilog(instances=False, identified=True),
+        "core",
+        target,
+        seeds=seeds,
+        clock_mhz=clock_mhz,
+        cache_dir=Cache().root,
+        progress=progress,
+    )
 
 
 def together(core: Core, reports: Sequence[dict[str, Any]]) -> dict[str, Any]:

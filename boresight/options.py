@@ -98,7 +98,8 @@ Logs: TypeAlias = Annotated[
 Config: TypeAlias = Annotated[
     str,
     Option(
-        help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers)."
+        help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers); "
+        "behind it -d9 or -d11 for a deeper pipeline."
     ),
 ]
 Word: TypeAlias = Annotated[int, Option(help="Word width, 18 to 32 bits.")]
@@ -159,7 +160,7 @@ class Argument:
 
 #: Verbs that compile estimators, and so take profiles.
 PROFILED = (
-    *("compile", "run", "check", "report", "simulate", "demo"),
+    *("compile", "run", "check", "ranges", "report", "explore", "simulate", "demo"),
     *("accuracy", "bench", "covariance", "montecarlo", "tune"),
 )
 
@@ -219,7 +220,7 @@ def _argument(p: inspect.Parameter, kinds: set[Any], option: Option, text: str) 
         convert = _split
     elif numbers := kinds & {int, float}:
         (settings["type"],) = numbers
-    default = ",".join(p.default) if isinstance(p.default, tuple) else p.default
+    default = ",".join(map(str, p.default)) if isinstance(p.default, tuple) else p.default
     unsaid = isinstance(default, bool) or default in (p.empty, None, "")
     if not unsaid and "default" not in text:
         text = f"{text.removesuffix('.')}; default {default}."

@@ -57,6 +57,21 @@ class _AllOutputs:
         return len((owner if instance is None else instance).outputs)
 
 
+@dataclass(frozen=True)
+class SecondForm:
+    """What an estimator's equations gave in another form.
+
+    Attributes
+    ----------
+    outputs : mapping of str to (n,)
+    remarks : sequence of str
+        What the run shows of the model, a line each: `check` prints them as warnings.
+    """
+
+    outputs: Mapping[str, FloatArray]
+    remarks: Sequence[str] = ()
+
+
 class Estimator:
     """Base class of every estimator.
 
@@ -145,17 +160,13 @@ class Estimator:
 
     def textbook(
         self, inputs: FloatArray, params: Mapping[str, float] | None = None
-    ) -> Mapping[str, FloatArray] | None:
-        """Outputs of the same equations in another form, in float64; None without such a form.
+    ) -> SecondForm | None:
+        """The same equations in another form, in float64; None without such a form.
 
         Parameters
         ----------
         inputs : (n, n_inputs)
             In their units, from a reset on.
-
-        Returns
-        -------
-        mapping of str to (n,)
         """
         return None
 

@@ -21,7 +21,7 @@ from boresight.model.lowering.trace import Condition, Trace
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
-__all__ = ["check_recorded", "evaluate", "sample"]
+__all__ = ["check_recorded", "drawn", "evaluate", "sample"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Values of inputs, parameters and states, by kind and name, each (rows,).
@@ -235,20 +235,20 @@ def sample(
     else:
         rows = min(len(inputs), _ROWS)
     draw = np.random.default_rng(rows)
-    leaves = {("state", s.name): _drawn(draw, s, s.initial, rows) for s in estimator.states}
+    leaves = {("state", s.name): drawn(draw, s, s.initial, rows) for s in estimator.states}
     for k, i in enumerate(estimator.inputs):
         if inputs is None:
-            leaves["input", i.name] = _drawn(draw, i, 0.0, rows)
+            leaves["input", i.name] = drawn(draw, i, 0.0, rows)
         else:
             leaves["input", i.name] = inputs[np.arange(rows) * len(inputs) // rows, k]
     chosen = None if params is None else estimator.param_values(params)
     for p in estimator.params:
-        drawn = _drawn(draw, p, p.default, rows)
-        leaves["param", p.name] = drawn if chosen is None else np.full(rows, chosen[p.name])
+        anywhere = drawn(draw, p, p.default, rows)
+        leaves["param", p.name] = anywhere if chosen is None else np.full(rows, chosen[p.name])
     return leaves
 
 
-def _drawn(
+def drawn(
     draw: np.random.Generator, of: Input | Param | State, usual: float, rows: int
 ) -> FloatArray:
     """Values in a declared range: anywhere, its ends, the usual one, and near zero."""

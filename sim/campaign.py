@@ -6,8 +6,12 @@ The result of a run does not depend on where it is computed: each has its own se
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+import math
+import sqlite3
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,18 +21,22 @@ from boresight.sim.processes import dispatch, processes
 __all__ = ["BATCH", "Journal", "complete"]
 
 BATCH = 5  #: runs that are dispatched together.
+#: Seconds that a process waits for another one that writes into the same journal.
+_PATIENCE_S = 60.0
 _C = TypeVar("_C")
 
 
 def complete(
     campaign: _C,
     work: Callable[[_C, Sequence[Any]], list[dict[str, Any]]],
-    cases: dict[int, Any],
+    cases: Mapping[Any, Any],
     journal: Journal,
     *,
     say: Callable[[str], None],
     jobs: int | None = 1,
     executor: Executor | None = None,
+    batch: int = BATCH,
+    each: Callable[[], None] | None = None,
 ) -> list[dict[str, Any]]:
     """Run every case that the journal does not hold; the rows of all, in their order.
 
@@ -37,86 +45,133 @@ def complete(
     campaign : object
         First argument of ``work``.
     work : callable
-        Maps some of the cases to their rows, plain data with the case's number as ``seed``.
-    cases : dict of int to object
-        By number.
+        Maps some of the cases to their rows, plain data with the case's key under `Journal.key`.
+    cases : mapping
+        By key, in the order in which they are dispatched.
     say : callable
-        Called with a line after each batch.
+        Called with a line after each batch: done, refused (rows with ``refused``), time left.
     jobs, executor
         See `dispatch`.
+    batch : int
+        Runs that are dispatched together.
+    each : callable, optional
+        Called after each batch, when its rows are in the journal.
     """
     left = [case for number, case in cases.items() if number not in journal.done]
     if len(left) < len(cases):
         say(f"{len(cases) - len(left)} of {len(cases)} runs are done already")
-    size = BATCH if executor is not None or processes(jobs) > 1 else 1
+    size = batch if executor is not None or processes(jobs) > 1 else 1
     batches = [left[k : k + size] for k in range(0, len(left), size)]
-    tasks = [(k, work, (campaign, batch)) for k, batch in enumerate(batches)]
+    tasks = [(k, work, (campaign, part)) for k, part in enumerate(batches)]
+    start, before = time.monotonic(), len(cases) - len(left)
     for _, rows in dispatch(jobs, tasks, executor):
         journal.add(rows)
-        say(f"{sum(number in journal.done for number in cases)} of {len(cases)} runs")
+        done = [journal.done[number] for number in cases if number in journal.done]
+        refused = sum(bool(row.get("refused")) for row in done)
+        seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - before)
+        say(
+            f"{len(done)} of {len(cases)} runs"
+            + (f", {refused} refused" if refused else "")
+            + (f", about {_duration(seconds)} left" if len(done) < len(cases) else "")
+        )
+        if each is not None:
+            each()
     return [journal.done[number] for number in cases]
 
 
-class Journal:
-    """Rows of the runs that are done, in a file and in memory: one line each.
+def _duration(seconds: float) -> str:
+    """Text of a time that is about right."""
+    return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
 
-    The first line of the file says which campaign it belongs to; a file that begins otherwise is
-    not touched.
+
+class Journal:
+    """Rows of the runs that are done, in memory and in an SQLite file of its own.
+
+    A row is in the file as a whole or not at all, whenever a process is killed, and several
+    processes may add rows at once. A file of another campaign is not touched.
 
     Parameters
     ----------
     path : path
     identity : mapping
-        What the rows depend on.
+        What all rows depend on.
+    key : str
+        Name of a row's key in the row.
 
     Attributes
     ----------
-    done : dict of int to dict
-        Rows by ``seed``.
+    done : dict
+        Rows by key.
 
     Raises
     ------
     InputError
-        The file is that of another campaign, or no journal, or cannot be written.
+        The file is that of another campaign, or no journal, or cannot be read.
     """
 
-    def __init__(self, path: Path, identity: dict[str, Any]) -> None:
-        self.path, self.done = path, dict[int, dict[str, Any]]()
-        head = json.dumps({"boresight montecarlo": identity}, sort_keys=True)
+    def __init__(self, path: Path, identity: dict[str, Any], *, key: str = "seed") -> None:
+        self.path, self.key, self.done = path, key, dict[Any, dict[str, Any]]()
+        self._identity = json.dumps(identity, sort_keys=True)
+        if path.exists():
+            with self._base() as base:
+                names = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
+                if not names:  # its process was killed before its first row
+                    return
+                if not {"campaign", "runs"} <= names or [
+                    *base.execute("SELECT identity FROM campaign")
+                ] != [(self._identity,)]:
+                    raise self._foreign()
+                for number, row in base.execute("SELECT key, row FROM runs"):
+                    self.done[number] = json.loads(row)
+
+    def add(self, rows: Iterable[dict[str, Any]]) -> None:
+        """Add rows; they are on disk when this returns.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written, as on a full disk, or another campaign has made it since.
+        """
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        added = list(rows)
+        with self._base() as base:
+            base.execute("BEGIN IMMEDIATE")
+            base.execute("CREATE TABLE IF NOT EXISTS campaign (identity TEXT UNIQUE)")
+            base.execute("CREATE TABLE IF NOT EXISTS runs (key PRIMARY KEY, row TEXT)")
+            base.execute("INSERT OR IGNORE INTO campaign VALUES (?)", (self._identity,))
+            if base.execute("SELECT count(*) FROM campaign").fetchone() != (1,):
+                raise self._foreign()
+            base.executemany(
+                "INSERT OR REPLACE INTO runs VALUES (?, ?)",
+                [(row[self.key], json.dumps(row, sort_keys=True)) for row in added],
+            )
+            base.execute("COMMIT")
+        self.done |= {row[self.key]: row for row in added}
+
+    @contextmanager
+    def _base(self) -> Iterator[sqlite3.Connection]:
+        """The file, open for the block; what is not committed is rolled back."""
         try:
-            text = path.read_text(encoding="utf-8") if path.exists() else ""
-            # A process that was killed leaves half a line.
-            whole = text[: text.rfind("\n") + 1]
-            lines = whole.splitlines()
-            if text and (not lines or lines[0] != head):
-                raise InputError.at(
-                    str(path),
-                    wanted="the journal of this campaign",
-                    found="that of another one, or of sources that have changed, or another file",
-                    fix="choose another folder with -o, or remove it",
-                )
-            for line in lines[1:]:
-                row = json.loads(line)
-                self.done[row["seed"]] = row
-            self._head = "" if whole else head + "\n"  # written with the first row
-            if whole != text:
-                path.write_text(whole, encoding="utf-8")
-        except (OSError, ValueError) as error:
+            with closing(
+                sqlite3.connect(self.path, timeout=_PATIENCE_S, isolation_level=None)
+            ) as base:
+                yield base
+        except (sqlite3.Error, OSError, ValueError) as error:
             if isinstance(error, InputError):
                 raise
+            if getattr(error, "sqlite_errorname", "") == "SQLITE_NOTADB":
+                raise self._foreign() from None
             raise InputError.at(
-                str(path),
+                str(self.path),
                 wanted="a journal that can be read and written",
                 found=str(error).splitlines()[0],
                 fix="choose another folder with -o, or remove it",
             ) from None
 
-    def add(self, rows: Iterable[dict[str, Any]]) -> None:
-        """Append rows; they are on disk when this returns."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(self._head)
-            self._head = ""
-            for row in rows:
-                file.write(json.dumps(row, sort_keys=True) + "\n")
-                self.done[row["seed"]] = row
+    def _foreign(self) -> InputError:
+        return InputError.at(
+            str(self.path),
+            wanted="the journal of this campaign",
+            found="that of another one, or of sources that have changed, or another file",
+            fix="choose another folder with -o, or remove it",
+        )

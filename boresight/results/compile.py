@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.report.against import JUDGED
 
-__all__ = ["CompileResult", "CompiledProgram", "CoreFigures", "Proven"]
+__all__ = ["CompileResult", "CompiledProgram", "CoreFigures", "Proven", "TargetFigures"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,39 @@ class CoreFigures:
 
 
 @dataclass(frozen=True)
+class TargetFigures:
+    """What a core takes on a target of an open flow, and its clock after routing.
+
+    Attributes
+    ----------
+    target : str
+    used : mapping of str to float
+        Cells by resource: lut, ff, dsp, and the block RAM.
+    clock_mhz : float or None
+        Of the worst seed; None: not routed.
+    seeds : mapping of int to float
+        Clock of each seed, MHz.
+    text : str
+        All of it, with the tools.
+    """
+
+    target: str
+    used: Mapping[str, float]
+    clock_mhz: float | None
+    seeds: Mapping[int, float | None]
+    text: str
+
+    @classmethod
+    def of(cls, made: Mapped | Routed) -> TargetFigures:
+        """Those of a design."""
+        mapped = made.mapped if isinstance(made, Routed) else made
+        runs = made.runs if isinstance(made, Routed) else ()
+        clock = made.clock_mhz if isinstance(made, Routed) else None
+        seeds = {run.seed: run.clock_mhz for run in runs}
+        return cls(mapped.target.name, mapped.used, clock, seeds, str(made))
+
+
+@dataclass(frozen=True)
 class CompiledProgram:
     """One estimator in a core: when its outputs come.
 
@@ -110,12 +145,14 @@ class CompileResult(Answer):
         The estimators, by their numbers in the core.
     proven : Proven
         What was proven of the core before its files were written.
-    core : CoreFigures or None
-        Area and clock of the core, with ``synth``.
+    core : CoreFigures, TargetFigures or None
+        Area and clock of the core, with ``synth`` or ``route``.
     system : CoreFigures or None
         Those of the complete system, if there is one.
     rate_hz : float or None
         Records a second that are planned.
+    clock_mhz : float or None
+        Clock that is asked for.
     report : mapping
         Contents of report.json, and of `to_json`; with several estimators, what concerns them all
         and under ``programs`` the report of each.
@@ -129,24 +166,41 @@ class CompileResult(Answer):
     digest: str
     programs: tuple[CompiledProgram, ...]
     proven: Proven
-    core: CoreFigures | None
+    core: CoreFigures | TargetFigures | None
     system: CoreFigures | None
     report: JsonObject = field(repr=False)
     rate_hz: float | None = None
+    clock_mhz: float | None = None
 
     @property
     def good(self) -> bool:
-        """The core is done with every record before the next one comes."""
-        return all(self._busy(p) <= 1.0 for p in self.programs)
+        """The core is done with every record in time, and reaches the clock asked for."""
+        return not self._slow and all(self._busy(p) <= 1.0 for p in self.programs)
+
+    @property
+    def _routed_mhz(self) -> float | None:
+        return self.core.clock_mhz if isinstance(self.core, TargetFigures) else None
+
+    @property
+    def _slow(self) -> bool:
+        """The clock that is asked for is not reached."""
+        return (self._routed_mhz or math.inf) < (self.clock_mhz or 0.0)
+
+    @property
+    def _clock_hz(self) -> float:
+        """Clock for which times are told: asked for, or as routed, or 100 MHz."""
+        mhz = self.clock_mhz or self._routed_mhz
+        return _CLOCK_HZ if mhz is None else 1e6 * mhz
 
     def _busy(self, program: CompiledProgram) -> float:
         """Share of the time that a program needs at the planned rate."""
-        return (self.rate_hz or 0.0) * program.interval_cycles / _CLOCK_HZ
+        return (self.rate_hz or 0.0) * program.interval_cycles / self._clock_hz
 
     def _interval(self, program: CompiledProgram) -> str:
         """The interval, and what it means."""
-        most = _CLOCK_HZ / program.interval_cycles
-        text = f"interval {program.interval_cycles}, at 100 MHz up to {most:,.0f} updates/s"
+        most = self._clock_hz / program.interval_cycles
+        mhz = f"{self._clock_hz / 1e6:g} MHz"
+        text = f"interval {program.interval_cycles}, at {mhz} up to {most:,.0f} updates/s"
         if self.rate_hz is None:
             return text
         busy = f"{100.0 * self._busy(program):.2g} % at {self.rate_hz:g} Hz"
@@ -180,7 +234,10 @@ class CompileResult(Answer):
         ]
         lines.append(f"proven: {self.proven}")
         for name, design in (("core", self.core), ("complete system", self.system)):
-            if design is not None:
+            if isinstance(design, TargetFigures):
+                missed = f"; BELOW {self.clock_mhz:g} MHz" if self._slow else ""
+                lines.append(f"{name}: {design.text}{missed}")
+            elif design is not None:
                 clock = design.clock_mhz_estimate
                 lines.append(
                     f"{name}: {design.lut} LUT, {design.ff} FF, {design.dsp} DSP48A1, "

@@ -5,6 +5,7 @@ boresight compile complementary mekf -o build  # two in one core; a register say
 boresight compile mekf --config fast --board mimas --synth -o build  # ISE project, estimates
 boresight compile mekf my_filter.py --config small-1024 -o build  # with twice the registers
 boresight compile my_filter.py --target generic --axi -o build  # for any part; behind AXI
+boresight compile my_filter.py --target ecp5-25k --route --seeds 5 -o build  # placed and routed
 boresight compile "vqf(rate_hz=200, mag='none')" -o build  # one that takes arguments
 boresight compile complementary --urgent 3 -o build  # the first three outputs soonest
 """
@@ -14,16 +15,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from boresight.arguments import check_choice, check_machine, check_number
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
-    TARGETS,
+    TARGET_NAMES,
     core_files,
     estimate_core,
+    has_primitives,
+    map_core,
     project_files,
     prove,
+    route_core,
     together,
     write_core,
     write_system,
@@ -36,6 +41,9 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.synthesis.estimate import Estimate, estimate
+from boresight.gateware.synthesis.nextpnr import find_router
+from boresight.gateware.synthesis.routed import Mapped, Routed
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.system.plan import SYSTEM_WORDS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
@@ -43,7 +51,13 @@ from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Config, EstimatorNames, OutputFolder, Params, Word
 from boresight.regression import JudgedVerb
-from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures, Proven
+from boresight.results.compile import (
+    CompiledProgram,
+    CompileResult,
+    CoreFigures,
+    Proven,
+    TargetFigures,
+)
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
 from boresight.sim.compare.soundness import check_sound
@@ -70,8 +84,11 @@ def compile(
     urgent: int | None = None,
     top: str = "sensors",
     with_cpu: bool = False,
-    target: str = TARGETS[0],
+    target: str = TARGET_NAMES[0],
     axi: bool = False,
+    route: bool = False,
+    seeds: int = 1,
+    clock: float | None = None,
     rate: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> CompileResult:
@@ -93,12 +110,19 @@ def compile(
         output (`gateware.system`), or records, the core alone, fed by the host.
     synth : bool
         Also synthesise (yosys): area and clock estimate of the core, and of the complete system if
-        there is one (``system`` in the report).
+        there is one (``system`` in the report). Area alone where the target is no Spartan-6.
     with_cpu : bool
         With a soft core beside it, its firmware in block RAM; needs a board, sensors and the
         RISC-V compiler.
     target : str
-        What ``core.v`` is for: xc6slx9, with primitives of that part, or generic, without any.
+        What ``core.v`` is for: xc6slx9 (or another Spartan-6), with its primitives, or without any
+        generic, ecp5-25k, ice40-up5k, ... (docs/targets.md).
+    route : bool
+        Also place and route the core on the target (nextpnr), between flip-flops: area and clock.
+    seeds : int
+        Placements that are tried, with seeds 1, 2, ...; the slowest counts.
+    clock : float, optional
+        Clock in MHz: fails where the routed core, at its slowest seed, does not reach it.
     axi : bool
         Also the core behind AXI4-Stream and AXI4-Lite, ``core_axi.v``.
     params : mapping
@@ -133,16 +157,24 @@ def compile(
     chosen = params_of_each(names, params)
     build = Build(*estimators, config=config, word=word, params=chosen, urgent=urgent)
     _check_project(board, top, word, with_cpu=with_cpu, target=target)
+    _check_route(target, route=route, seeds=seeds, clock=clock)
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
-        area = None
-        if synth:
+        area: Estimate | Mapped | Routed | None = None
+        part = TARGETS.get(target, TARGETS[TARGET_NAMES[0]])
+        if route:
+            say(f"synthesis (yosys), then {part.title}")
+            area = route_core(core, part, seeds=seeds, clock_mhz=clock, progress=say)
+        elif synth and has_primitives(part.name):
             say("synthesis (yosys) and clock estimate")
-            area = estimate_core(core)
+            area = estimate_core(core, part.device)
+        elif synth:
+            say(f"synthesis (yosys) for {part.title}")
+            area = map_core(core, part)
         say(f"{', '.join(own)} for {config}: Verilog")
         proven = write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
         system = None
@@ -153,21 +185,27 @@ def compile(
                 write_ise_project(records_design(core), board, place)
             else:
                 system = _write_sensors(place, board, build, with_cpu=with_cpu)
-        data = together(core, [report_data(core.select(k), area=area) for k in range(len(own))])
+        data = together(
+            core,
+            [
+                report_data(core.select(k), area=area, device=part.device, grade=part.grade)
+                for k in range(len(own))
+            ],
+        )
         whole = None
         if synth and system is not None:
             say("synthesis of the complete system")
             whole = CoreFigures.of(estimate(system, "system", cache_dir=Cache().root))
             data["system"] = plain(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return _result(Path(output), build, proven, area, whole, data, rate)
+    return replace(_result(Path(output), build, proven, area, whole, data, rate), clock_mhz=clock)
 
 
 def _result(
     output: Path,
     build: Build,
     proven: Proven,
-    area: Estimate | None,
+    area: Estimate | Mapped | Routed | None,
     whole: CoreFigures | None,
     data: JsonObject,
     rate: float | None,
@@ -188,11 +226,43 @@ def _result(
             for part in core.parts
         ),
         proven=proven,
-        core=None if area is None else CoreFigures.of(area),
+        core=_figures(area),
         system=whole,
         report=data,
         rate_hz=rate,
     )
+
+
+def _figures(area: Estimate | Mapped | Routed | None) -> CoreFigures | TargetFigures | None:
+    """Area and clock, as the result has them."""
+    if isinstance(area, Mapped | Routed):
+        return TargetFigures.of(area)
+    return None if area is None else CoreFigures.of(area)
+
+
+def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -> None:
+    """Raise InputError, or ToolMissing, unless a core can be routed on a target."""
+    check_number("seeds", seeds, 1, 1000)
+    if clock is not None:
+        check_number("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
+    router = TARGETS[target].family.router if target in TARGETS else None
+    if route and router is None:
+        routed = [name for name, other in TARGETS.items() if other.family.router]
+        raise InputError.at(
+            "route",
+            wanted="a target that an open tool routes",
+            found=f"--target {target}",
+            fix=f"choose {', '.join(routed)}, or --synth for an estimate",
+        )
+    if not route and (clock is not None or seeds > 1):
+        raise InputError.at(
+            "clock" if clock is not None else "seeds",
+            wanted="a core that is routed",
+            found="no --route",
+            fix="add --route and a target such as ecp5-25k",
+        )
+    if router is not None and route:
+        find_router(router)
 
 
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, target: str) -> None:
@@ -200,11 +270,11 @@ def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, ta
     if board is not None:
         check_choice("board", board, BOARDS)
     check_choice("top", top, TOPS)
-    check_choice("target", target, TARGETS)
-    if board is not None and target != TARGETS[0]:
+    check_choice("target", target, TARGET_NAMES)
+    if board is not None and target != TARGET_NAMES[0]:
         raise InputError.at(
             "target",
-            wanted=f"{TARGETS[0]} with a board, which has that part",
+            wanted=f"{TARGET_NAMES[0]} with a board, which has that part",
             found=target,
             fix="leave out --board or --target",
         )

@@ -25,8 +25,8 @@ from boresight.core_files import (
 )
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.system.programs import system_core
 from boresight.model.estimators import FILTERS
 from boresight.model.resolve import estimator_of as find_estimator

@@ -1,20 +1,24 @@
-"""Area and timing estimates for the XC6SLX9 without the vendor's tools.
+"""What a core takes of a part, and its clock: routed with open tools, or estimated.
 
-========== ====================================================================
-module     contents
-========== ====================================================================
-device     the part: how many of each primitive, packages, grades
-delays     cell and net delays of grades -2 and -3, with sources and guesses
-yosys      Verilog to a Spartan-6 netlist
-netlist    that netlist, as cells and nets
-celltypes  the known primitives, by kind
-area       primitive counts and percentages
-arcs       timing arcs of a cell; those of slices, memories and DSP: *_arcs
-routing    the net between two pins
-graph      the timing graph
-timing     longest paths and highest clock
-estimate   area and timing in one call
-========== ====================================================================
+============ ==================================================================
+module       contents
+============ ==================================================================
+targets      every target: a part of a family at a speed grade
+family       what a family says: synthesis, cells, registers, router, parts
+device       a part: how many of each resource
+spartan6/    the families, a folder each (``docs/targets.md``)
+ecp5/, ice40/
+yosys        Verilog to the netlist of a family
+registers    flip-flops move into multipliers and memories
+harness      flip-flops in place of pins
+nextpnr      placed, routed, timed
+routed       all of these in one call
+netlist      a netlist for the estimate, as cells and nets
+arcs         timing arcs of a cell
+graph        the timing graph
+timing       longest paths and highest clock
+estimate     area and timing on Spartan-6 in one call
+============ ==================================================================
 
-Timing figures are an estimate, not ISE; sign-off needs ``trce``.
+Timing figures of `estimate` are an estimate, not ISE; sign-off needs ``trce``.
 """

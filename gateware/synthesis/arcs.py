@@ -3,7 +3,7 @@
 A cell's outputs are grouped into *nodes*: all output bits of a node become valid together. An
 :class:`Arc` runs from an input pin through the cell to a node, a :class:`Launch` starts a path at
 a register inside the cell, a :class:`Setup` ends one, and an :class:`Inside` check lies wholly
-in the cell. Each holds names of :mod:`gateware.synthesis.delays`; several names add up.
+in the cell. Each holds names of :mod:`gateware.synthesis.spartan6.delays`; several names add up.
 """
 
 from dataclasses import dataclass, field

@@ -4,11 +4,12 @@ import os
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from boresight.gateware.synthesis.area import Area, count_area
-from boresight.gateware.synthesis.delays import GRADES, NET_MODELS
-from boresight.gateware.synthesis.device import XC6SLX9, Device
+from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.graph import build_graph
 from boresight.gateware.synthesis.netlist import Netlist
+from boresight.gateware.synthesis.spartan6.area import Area, count_area
+from boresight.gateware.synthesis.spartan6.delays import GRADES, NET_MODELS
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.timing import NOTE, Timing, analyse
 from boresight.gateware.synthesis.yosys import synthesise
 

@@ -7,12 +7,12 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from boresight.gateware.synthesis.arcs import CellTiming, Keys
-from boresight.gateware.synthesis.celltypes import BLOCK_RAMS, LUTS, SPECIALS, UnknownCell
-from boresight.gateware.synthesis.dsp_arcs import dsp_timing
-from boresight.gateware.synthesis.memory_arcs import block_ram_timing, special_timing
 from boresight.gateware.synthesis.netlist import Cell, Netlist, NetlistError, Pin
-from boresight.gateware.synthesis.routing import Hop, route
-from boresight.gateware.synthesis.slice_arcs import slice_timing
+from boresight.gateware.synthesis.spartan6.celltypes import BLOCK_RAMS, LUTS, SPECIALS, UnknownCell
+from boresight.gateware.synthesis.spartan6.dsp_arcs import dsp_timing
+from boresight.gateware.synthesis.spartan6.memory_arcs import block_ram_timing, special_timing
+from boresight.gateware.synthesis.spartan6.routing import Hop, route
+from boresight.gateware.synthesis.spartan6.slice_arcs import slice_timing
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from boresight.gateware.synthesis.delays import Delay, DelayTable, delay_table
 from boresight.gateware.synthesis.graph import Edge, Endpoint, Graph, Start, build_graph
 from boresight.gateware.synthesis.netlist import Netlist, Pin
+from boresight.gateware.synthesis.spartan6.delays import Delay, DelayTable, delay_table
 
 #: Note in every report of these figures.
 NOTE = "estimate, not ISE; sign-off needs trce"

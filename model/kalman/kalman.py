@@ -12,7 +12,7 @@ import numpy.typing as npt
 from boresight.model import declarations
 from boresight.model.declarations import Output
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
 from boresight.model.kalman.update import Update
@@ -214,11 +214,10 @@ class Kalman(Estimator):
             known = self.__dict__["_recorded"] = self.trace()
         return known
 
-    def textbook(
-        self, inputs: FloatArray, params: Mapping[str, float] | None = None
-    ) -> Mapping[str, FloatArray]:
+    def textbook(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> SecondForm:
         """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
-        return Textbook(self).run(inputs, params).outputs
+        run = Textbook(self).run(inputs, params)
+        return SecondForm(run.outputs, run.remarks)
 
     def error_covariance(
         self, states: Mapping[str, FloatArray], params: Mapping[str, float]

@@ -7,7 +7,7 @@ and the meaning of an attitude's error, nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals
 from boresight.model.kalman.update import checked_measurements, moved, noise_of
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.places import placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
 
@@ -29,6 +30,10 @@ __all__ = ["Textbook", "TextbookRun"]
 FloatArray = npt.NDArray[np.float64]
 #: Step of a difference, as a share of the largest standard deviation.
 _STEP = 2.0**-10
+#: Information, as a share of what the largest standard deviation stands for, that counts as none.
+_UNSEEN = 1e-6
+#: Largest element of the product of F.
+_GROWN = 1e6
 #: f'(x) h = sum weight_k f(x + k h), to the fourth order.
 _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
 
@@ -43,10 +48,14 @@ class TextbookRun:
         As the estimator's.
     covariances : (n, errors, errors)
         P after each update.
+    remarks : list of str
+        States that no measurement shows; measurements that are never there, or never within their
+        gate.
     """
 
     outputs: dict[str, FloatArray]
     covariances: FloatArray
+    remarks: list[str]
 
 
 class _Function:
@@ -89,6 +98,9 @@ class Textbook:
         self._noise = _Function(kalman, self._variances)
         self._seen = _Function(kalman, self._measured)
         self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
+        #: Of each measurement: updates in which it was valid, and in which it was taken.
+        self._valid = np.zeros((2, len(self.measurements)), dtype=int)
+        self._sight = _Sight(np.array(kalman.most))
 
     # -- what the author wrote, as functions ----------------------------------------------------
 
@@ -122,6 +134,8 @@ class Textbook:
             In their units.
         """
         k = self.kalman
+        self._valid[:] = 0
+        self._sight = _Sight(np.array(k.most))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
         fixed = {("param", name): v for name, v in k.param_values(params).items()}
@@ -138,7 +152,29 @@ class Textbook:
             covariances.append(cov)
         columns = np.array(rows).T
         outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
-        return TextbookRun(outputs, np.array(covariances))
+        return TextbookRun(outputs, np.array(covariances), self._remarks(len(inputs)))
+
+    def _remarks(self, updates: int) -> list[str]:
+        """What a run shows of the model, one line each, with the author's place."""
+        k, texts = self.kalman, []
+        for m, valid, taken in zip(self.measurements, *self._valid, strict=True):
+            what = placed(m.line, "measurement")
+            if not valid:
+                texts.append(f"{what}: not valid in any of {updates} updates")
+            elif not taken:
+                texts.append(
+                    f"{what}: wanted innovations within the gate of {m.gate:g} standard "
+                    f"deviations, found none in {valid} updates; raise r, sd or the gate"
+                )
+        for direction in self._sight.unseen():
+            at = np.flatnonzero(np.abs(direction) > 0.05)
+            parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at)
+            what = f"{parts}, in shares of sd_max," if len(at) > 1 else k.errors[at[0]]
+            texts.append(
+                f"{placed(k.places[at[0]], 'state')}: no measurement of {updates} updates shows "
+                f"{what.strip('+')}; measure it, let it move what is measured, or leave it out"
+            )
+        return texts
 
     def _with(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
         """States, and elements of P as an author's method sees them."""
@@ -175,6 +211,7 @@ class Textbook:
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
         q += np.diag(k.least_noise)
+        self._sight.move(f)
         held = np.diag(cov) > np.array(k.held)
         f[held] = np.eye(len(f))[held]
         q[held] = q[:, held] = 0.0
@@ -197,12 +234,15 @@ class Textbook:
         for n, m in enumerate(self.measurements):
             if now[f"valid {n}"] < 0.5:
                 continue
+            self._valid[0, n] += 1
             known = np.linalg.solve(s[np.ix_(taken, taken)], s[taken, n])
             variance, rest = s[n, n] - known @ s[taken, n], nu[n] - known @ nu[taken]
             if m.gate is None or rest * rest <= m.gate**2 * variance:
                 taken.append(n)
+        self._valid[1, taken] += 1
         h, r, nu = h[taken], r[taken], nu[taken]
         s = s[np.ix_(taken, taken)]
+        self._sight.see(h, r)
         gain = np.linalg.solve(s, h @ cov).T
         change, left = gain @ nu, np.eye(len(cov)) - gain @ h
         after = _moved_by(k, x, change)
@@ -233,6 +273,44 @@ class Textbook:
         if name.startswith("excess "):
             return self.measurements[int(name.removeprefix("excess "))].wrap
         return any(s.name == name and s.unit == "ht" for s in self.kalman.states)
+
+
+class _Sight:
+    """What measurements tell of the state at the start: sum of (H Phi)^T R^-1 H Phi, scaled.
+
+    An error of one is the largest standard deviation; information 1 leaves half of its variance.
+    """
+
+    def __init__(self, most: FloatArray) -> None:
+        self._most = most
+        self._phi, self._told = np.eye(len(most)), np.zeros((len(most), len(most)))
+
+    def move(self, f: FloatArray) -> None:
+        """The state moves by F."""
+        self._phi = (f * self._most / self._most[:, None]) @ self._phi
+        size = np.abs(self._phi).max()  # of a growing state only the direction counts
+        self._phi /= max(size / _GROWN, 1.0)
+
+    def see(self, h: FloatArray, r: FloatArray) -> None:
+        """It is measured."""
+        row = (h * self._most) @ self._phi / np.sqrt(r)[:, None]
+        self._told += row.T @ row
+
+    def unseen(self) -> Sequence[FloatArray]:
+        """Directions of less than `_UNSEEN` information: states themselves first."""
+        values, vectors = np.linalg.eigh(self._told)
+        least = max(_UNSEEN, 1e-13 * values[-1])
+        alone = [i for i, told in enumerate(np.diag(self._told)) if told < least]
+        out = [*np.eye(len(values))[alone]]
+        rest = np.delete(np.arange(len(values)), alone)
+        if len(rest):
+            values, vectors = np.linalg.eigh(self._told[np.ix_(rest, rest)])
+            for value, vector in zip(values, vectors.T, strict=True):
+                if value < least:
+                    whole = np.zeros(len(self._most))
+                    whole[rest] = vector * np.sign(vector[np.abs(vector).argmax()])
+                    out.append(whole)
+        return out
 
 
 def _moved_by(kalman: Filter, x: Mapping[str, Any], change: FloatArray) -> dict[str, Any]:

@@ -141,9 +141,12 @@ class Check:
             if Interpreted.name in self.levels or wanted.fault:
                 levels.insert(0, compare(judges[k], wanted, wanted, seconds))
             accuracy = judge(self.build, k, rows.inputs, wanted, reference, rows.clamped)
-            book = beside_textbook(self.build, k, rows.inputs, reference)
+            book, remarks = beside_textbook(self.build, k, rows.inputs, reference)
+            for text in remarks:
+                self.progress(f"warning: {text}")
+            given = dataclasses.replace(rows, warnings=(*rows.warnings, *remarks))
             results.append(
-                CheckResult(self.build, k, rows, tuple(levels), accuracy, wanted, reference, book)
+                CheckResult(self.build, k, given, tuple(levels), accuracy, wanted, reference, book)
             )
         return results
 

@@ -19,14 +19,14 @@ _MOST = 2000
 
 def beside_textbook(
     build: Build, number: int, records: npt.NDArray[np.float64], floating: Run
-) -> tuple[Difference, ...]:
-    """Differences of float64 from `Estimator.textbook`; none where there is no such form."""
+) -> tuple[tuple[Difference, ...], tuple[str, ...]]:
+    """Differences of float64 from `Estimator.textbook`, and its remarks; none without it."""
     estimator, some = build.estimators[number], records[:_MOST]
     book = estimator.textbook(some, build.params[number])
     if book is None:
-        return ()
+        return (), ()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}
-    return tuple(differences(estimator.outputs, outputs, book))
+    return tuple(differences(estimator.outputs, outputs, book.outputs)), tuple(book.remarks)
 
 
 def textbook_line(errors: Sequence[Difference]) -> str:

@@ -1,14 +1,19 @@
-"""``python -m boresight.sim.formal [NAME...] [--short]``: run the proofs and print a table."""
+"""``python -m boresight.sim.formal [NAME...] [--short]``: run the proofs and print a table.
+
+They run in one process for each processor; lines are in the order of completion.
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
 
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.formal.prove import TIMEOUT_S, ProofError, prove
-from boresight.sim.formal.registry import find_proofs
+from boresight.sim.formal.prove import TIMEOUT_S
+from boresight.sim.formal.registry import find_proofs, prove_named
 from boresight.sim.formal.tools import SOLVERS, find_tools
+from boresight.sim.processes import dispatch
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -32,6 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
         metavar="SECONDS",
         help="longest run of one step (default %(default)g)",
     )
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="processes; by default one for each processor"
+    )
     options = parser.parse_args(arguments)
     try:
         proofs = find_proofs(options.names, short=options.short)
@@ -44,20 +52,12 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     width = max(len(proof.name) for proof in proofs)
-    good, seconds = 0, 0.0
-    for number, proof in enumerate(proofs, 1):
-        print(f"[{number:2}/{len(proofs)}] {proof.name:{width}} ", end="", flush=True)
-        try:
-            result = prove(proof, tools=tools, timeout_s=options.timeout)
-        except ProofError as error:
-            print(f"NO ANSWER: {error}")
-            continue
-        good += result.proven
-        seconds += result.seconds
-        if result.proven:
-            print(f"proven  {result.method:24} {result.covers:2} covers {result.seconds:7.1f} s")
-        else:
-            print(f"FAILED after {result.seconds:.1f} s\n{result.report()}")
+    good, began = 0, time.monotonic()
+    tasks = [(p.name, prove_named, (p.name, options.solver, options.timeout)) for p in proofs]
+    for number, (name, (proven, line)) in enumerate(dispatch(options.jobs, tasks), 1):
+        print(f"[{number:2}/{len(proofs)}] {name:{width}} {line}", flush=True)
+        good += proven
+    seconds = time.monotonic() - began
     print(f"{good} of {len(proofs)} proven in {seconds:.1f} s with {tools.solver}")
     return 0 if good == len(proofs) else 1
 

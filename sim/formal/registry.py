@@ -7,9 +7,10 @@ import pkgutil
 
 from boresight.model.errors import InputError
 from boresight.sim.formal import blocks
-from boresight.sim.formal.prove import Proof
+from boresight.sim.formal.prove import Proof, ProofError, prove
+from boresight.sim.formal.tools import find_tools
 
-__all__ = ["all_proofs", "find_proofs"]
+__all__ = ["all_proofs", "find_proofs", "prove_named"]
 
 
 def all_proofs() -> tuple[Proof, ...]:
@@ -54,3 +55,16 @@ def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
             )
     chosen = [p for p in proofs if not names or any(p in named(name) for name in names)]
     return tuple(p for p in chosen if p.short or not short)
+
+
+def prove_named(name: str, solver: str | None, timeout_s: float) -> tuple[bool, str]:
+    """Whether a proof holds, and a line about it; by name, since a harness cannot be pickled."""
+    (proof,) = (p for p in all_proofs() if p.name == name)
+    try:
+        result = prove(proof, tools=find_tools(solver), timeout_s=timeout_s)
+    except ProofError as error:
+        return False, f"NO ANSWER: {error}"
+    if not result.proven:
+        return False, f"FAILED after {result.seconds:.1f} s\n{result.report()}"
+    line = f"proven  {result.method:24} {result.covers:2} covers {result.seconds:7.1f} s"
+    return True, line

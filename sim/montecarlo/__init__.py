@@ -4,7 +4,6 @@
 module   what it holds
 ======== ==========================================================================================
 campaign which draws, and what one of them gives
-cluster  a Dask cluster that runs the draws
 figures  NEES, NIS, spread against the bound, with confidence bands
 ======== ==========================================================================================
 """

@@ -64,7 +64,7 @@ def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:
                 c for c in bag.connections if wanted is None or {c.topic, c.msgtype} & {*wanted}
             ]
             for c in chosen:
-                series.setdefault(c.topic, _Series(c.topic, c.msgtype))
+                series.setdefault(c.topic, _Series(str(c.topic), str(c.msgtype)))
             for c, stamp, raw in bag.messages(chosen) if chosen else ():
                 large = len(raw) > _LARGE
                 series[c.topic].take(stamp, None if large else bag.deserialize(raw, c.msgtype))
@@ -87,19 +87,20 @@ class _Series:
 
     def __init__(self, name: str, kind: str) -> None:
         self.name, self.kind = name, kind
-        self.stamps: list[int] = []
+        self.stamps: list[np.int64] = []
         self._leaves: list[tuple[str, int]] | None = None
         self._rows: list[tuple[Any, ...]] = []
 
     def take(self, stamp: int, message: Any) -> None:
         """Take a message; None of a large one, of which the time is enough."""
+        at = np.int64(stamp)  # refuses what damage may make of it
         if message is not None:
             if self._leaves is None:
                 self._leaves = [*_leaves(message)]
                 # Of one path attrgetter gives no tuple.
                 self._get = attrgetter(*(p for p, _ in self._leaves), "__class__", "__class__")
             self._rows.append(self._get(message))
-        self.stamps.append(stamp)
+        self.stamps.append(at)
 
     def topic(self) -> Topic:
         """Fields as arrays; those of changing size are left out."""

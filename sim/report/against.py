@@ -25,6 +25,7 @@ _ONE = {
     "resources.dsp": Figure("DSP", "area"),
     "resources.blkmem": Figure("RAM", "area"),
     "timing.fmax_mhz.*.p75": Figure("clock, slow nets", "clock", "MHz", falls=True),
+    "timing.fmax_mhz.*.routed": Figure("clock, routed", "clock", "MHz", falls=True),
     "firmware.ram_bytes": Figure("C, memory", "area", "bytes"),
     "firmware.table_bytes": Figure("C, tables", "area", "bytes"),
     "accuracy.verdict.outputs.*.max": Figure("largest error", "error"),

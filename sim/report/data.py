@@ -15,8 +15,10 @@ import numpy as np
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.device import XC6SLX9, Device
+from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.routed import Mapped, Routed
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.results import CheckResult
@@ -30,7 +32,7 @@ from boresight.sim.report.timing import timing_section
 
 __all__ = ["measure_c", "report_data"]
 
-_AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp", "blkmem": "ramb16"}
+_AREA = {"lut": "lut", "reg": "ff", "dsp": "dsp"}
 
 Warn = Callable[[str], None]
 
@@ -38,7 +40,7 @@ Warn = Callable[[str], None]
 def report_data(
     core: Core,
     *checks: CheckResult,
-    area: Estimate | None = None,
+    area: Estimate | Mapped | Routed | None = None,
     comparison: bool = False,
     clock_mhz: float = 100.0,
     grade: int = 2,
@@ -82,7 +84,7 @@ def report_data(
     warn = warnings.append
     if area is None:
         warn("resources and clock: not known, no synthesis was run")
-    else:
+    elif isinstance(area, Estimate):
         warnings += area.warnings
     observed = Observed.of(program, checks) if checks else None
     if observed is None:
@@ -188,17 +190,21 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
     ]
 
 
-def _resources(estimate: Estimate | None, device: Device) -> dict[str, Any]:
-    used: Mapping[str, float] = estimate.area.used() if estimate is not None else {}
-    counts = {key: used.get(name) for key, name in _AREA.items()}
+def _resources(made: Estimate | Mapped | Routed | None, device: Device) -> dict[str, Any]:
+    estimate = made.mapped if isinstance(made, Routed) else made
+    used: Mapping[str, float] = {}
+    if estimate is not None:
+        used = estimate.used if isinstance(estimate, Mapped) else estimate.area.used()
+    names = {**_AREA, "blkmem": device.memory}
+    counts = {key: used.get(name) for key, name in names.items()}
     return {
         **counts,
         "percent": {
-            key: device.percent(_AREA[key], n) if n is not None else None
+            key: device.percent(names[key], n) if n is not None else None
             for key, n in counts.items()
         },
-        "available": {key: device.capacity(name) for key, name in _AREA.items()},
-        "more": {key: n for key, n in used.items() if key not in _AREA.values()},
+        "available": {key: device.capacity(name) for key, name in names.items()},
+        "more": {key: n for key, n in used.items() if key not in names.values()},
         "source": f"estimate: cells of the netlist by {tool_of(estimate)}, before packing"
         if estimate is not None
         else None,

@@ -7,6 +7,7 @@ from typing import Any
 
 from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.timing import NOTE
 from boresight.sim.report.timing import PAPER
 
@@ -23,14 +24,17 @@ def source_of(data: Mapping[str, Any], path: str) -> str | None:
     return None
 
 
-def tool_of(estimate: Estimate) -> str:
+def tool_of(estimate: Estimate | Mapped) -> str:
     """Name and version of the synthesis tool, without how it was built."""
     name, _, build = estimate.version.partition(" (")
     return f"{name} ({build.split(',')[0].rstrip(')')})" if build else name
 
 
 def sources(
-    data: Mapping[str, Any], estimate: Estimate | None, observed: str, device: Device
+    data: Mapping[str, Any],
+    estimate: Estimate | Mapped | Routed | None,
+    observed: str,
+    device: Device,
 ) -> dict[str, str]:
     """What each part of the report rests on; `source_of` looks a number up.
 
@@ -65,7 +69,14 @@ def sources(
         "verification": f"{counted}; each level against the integer interpreter",
         "firmware": "counted in the emitted C; memory as its structures declare it",
     }
-    if estimate is not None:
+    if isinstance(estimate, Mapped | Routed):
+        mapped = estimate.mapped if isinstance(estimate, Routed) else estimate
+        texts["resources"] = f"cells of the netlist by {tool_of(mapped)}: {mapped.command}"
+    if isinstance(estimate, Routed):
+        made = f"{estimate.source}: {estimate.command}"
+        texts |= dict.fromkeys(("timing.fmax_mhz", "timing.critical_path"), made)
+        texts["timing.update_us_at_fmax"] = f"latency over fmax_mhz: {estimate.source}"
+    if isinstance(estimate, Estimate):
         made = f"estimate, {tool_of(estimate)}: {estimate.command}"
         texts |= {
             "resources": made,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.timing import NOTE
 from boresight.sim.attitude.ma2014 import BESIDE, CLOCK_MHZ, TIME_US
 from boresight.sim.compare.results import LevelResult
@@ -24,7 +27,7 @@ _NETS = {"median": "median", "p75": "upper-quartile"}
 
 def timing_section(
     core: Core,
-    estimate: Estimate | None,
+    estimate: Estimate | Mapped | Routed | None,
     levels: Sequence[LevelResult],
     clock_mhz: float,
     grade: int,
@@ -67,20 +70,23 @@ def timing_section(
         **_clock(estimate, s.latency, clock_mhz, grade, warn),
         "source": "cycles: the schedule, re-proven by its checker"
         + (", and counted in simulation" if least is not None else "")
-        + (f"; clock: static timing, {NOTE}" if estimate is not None else ""),
+        + (f"; clock: static timing, {NOTE}" if isinstance(estimate, Estimate) else "")
+        + (f"; clock: {estimate.source}" if isinstance(estimate, Routed) else ""),
     }
 
 
 def _clock(
-    estimate: Estimate | None,
+    estimate: Estimate | Mapped | Routed | None,
     latency: int,
     clock_mhz: float,
     grade: int,
     warn: Callable[[str], None],
 ) -> dict[str, Any]:
     """Clocks by grade and nets, the time to the urgent outputs at each, the longest path."""
-    if estimate is None:
+    if estimate is None or isinstance(estimate, Mapped):
         return {"fmax_mhz": None, "update_us_at_fmax": None, "critical_path": None}
+    if isinstance(estimate, Routed):
+        return _routed(estimate, latency)
     fmax: dict[str, dict[str, float | None]] = {}
     at_fmax: dict[str, dict[str, float | None]] = {}
     for t in sorted(estimate.timing, key=lambda t: t.grade):
@@ -94,6 +100,30 @@ def _clock(
             )
     path = _path(estimate, grade)
     return {"fmax_mhz": fmax, "update_us_at_fmax": at_fmax, "critical_path": path}
+
+
+def _routed(routed: Routed, latency: int) -> dict[str, Any]:
+    """The clock after routing, the time to the urgent outputs at it, the path that limits it."""
+    grade, clock, steps = routed.mapped.target.grade, routed.clock_mhz, routed.worst.path
+    if clock is None:
+        return {"fmax_mhz": None, "update_us_at_fmax": None, "critical_path": None}
+    net = math.fsum(s.ns for s in steps if s.kind == "routing")
+    delay = math.fsum(s.ns for s in steps)
+    return {
+        "fmax_mhz": {f"-{grade}": {"routed": clock}},
+        "update_us_at_fmax": {f"-{grade}": {"routed": round(latency / clock, 3)}},
+        "seeds": {str(run.seed): run.clock_mhz for run in routed.runs},
+        "critical_path": {
+            "grade": grade,
+            "nets": "routed",
+            "delay_ns": round(delay, 3),
+            "logic_ns": round(delay - net, 3),
+            "net_ns": round(net, 3),
+            "start": steps[0].start,
+            "end": steps[-1].end,
+            "points": [asdict(step) for step in steps],
+        },
+    }
 
 
 def _path(estimate: Estimate, grade: int) -> dict[str, Any] | None:

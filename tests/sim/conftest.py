@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from boresight.gateware.core import Core, build_core
-from boresight.gateware.synthesis.area import Area
-from boresight.gateware.synthesis.delays import Delay
-from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.spartan6.area import Area
+from boresight.gateware.synthesis.spartan6.delays import Delay
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.timing import PathPoint, Timing, TimingPath
 from boresight.model.estimators.complementary import Complementary
 from boresight.sim.compare.check import Check

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
@@ -15,7 +14,6 @@ from typing import Annotated, Any, TypeAlias
 from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
 from boresight.disk.output import OutputFile
 from boresight.loop import NamedWorld, world_of
-from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
 from boresight.options import (
     EstimatorName,
@@ -29,8 +27,8 @@ from boresight.options import (
 )
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.campaign import Journal, complete
+from boresight.sim.cluster import others
 from boresight.sim.montecarlo.campaign import Campaign, draws, made
-from boresight.sim.montecarlo.cluster import cluster
 from boresight.sim.montecarlo.figures import figures, text
 
 __all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "montecarlo"]
@@ -230,7 +228,8 @@ def montecarlo(
     seeds = {number: number for number in range(seed, seed + runs)}
     own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
-    with _others(campaign, scheduler, executor) as dealer:
+    wanted = "world and estimator"
+    with others(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
         rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
     judged = figures(rows, plant.bound(), filter.nis_freedom)
     outcome = MonteCarloResult(
@@ -245,22 +244,6 @@ def montecarlo(
     data = {key: value for key, value in outcome.to_json().items() if key != "file"}
     result.write(json.dumps(data, allow_nan=False) + "\n")
     return outcome
-
-
-def _others(
-    campaign: Campaign, scheduler: str | None, executor: Any
-) -> AbstractContextManager[Any]:
-    """Who runs the draws, if not this machine's processes."""
-    if executor is None and scheduler is not None:
-        if not campaign.texts:
-            raise InputError.at(
-                "scheduler",
-                wanted="world and estimator by name or file, which its workers can read",
-                found="objects",
-                fix="give texts, or leave the scheduler out",
-            )
-        return cluster(scheduler)
-    return nullcontext(executor)
 
 
 VERB = Verb(montecarlo)

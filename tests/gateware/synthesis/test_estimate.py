@@ -5,15 +5,21 @@ from itertools import combinations
 
 import pytest
 
-from boresight.gateware.synthesis import celltypes as ct
 from boresight.gateware.synthesis import estimate as module
-from boresight.gateware.synthesis.area import count_area
-from boresight.gateware.synthesis.celltypes import UnknownCell
-from boresight.gateware.synthesis.delays import GRADES, NET_MODELS, Delay, delay_table, fanout_key
-from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.synthesis.graph import build_graph
 from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.spartan6 import celltypes as ct
+from boresight.gateware.synthesis.spartan6.area import count_area
+from boresight.gateware.synthesis.spartan6.celltypes import UnknownCell
+from boresight.gateware.synthesis.spartan6.delays import (
+    GRADES,
+    NET_MODELS,
+    Delay,
+    delay_table,
+    fanout_key,
+)
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.yosys import Synthesis
 
 # -- small Verilog designs through the real synthesiser, against areas and sums by hand -----------
@@ -352,14 +358,6 @@ def test_device_percent():
 def test_unknown_resource():
     with pytest.raises(ValueError, match=r"^resource must be one of bufg, .*, not 'luts'$"):
         XC6SLX9.capacity("luts")
-
-
-def test_ise_part():
-    assert XC6SLX9.ise_part(package="tqg144", grade=2) == "xc6slx9-2-tqg144"
-    with pytest.raises(ValueError, match=r"^package must be one of cpg196, .*, not 'bga1'$"):
-        XC6SLX9.ise_part(package="bga1", grade=2)
-    with pytest.raises(ValueError, match=r"^grade must be one of 2, 3, not 4$"):
-        XC6SLX9.ise_part(package="tqg144", grade=4)
 
 
 # -- delay tables: every record has a source, guesses are marked, order is physical ---------------

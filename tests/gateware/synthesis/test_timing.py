@@ -5,7 +5,9 @@ from itertools import product
 import pytest
 
 from boresight.gateware.synthesis.arcs import CellTiming
-from boresight.gateware.synthesis.celltypes import (
+from boresight.gateware.synthesis.graph import build_graph, cell_timing
+from boresight.gateware.synthesis.netlist import Cell, NetlistError, Pin
+from boresight.gateware.synthesis.spartan6.celltypes import (
     BLOCK_RAMS,
     FLIP_FLOPS,
     LUTRAMS,
@@ -13,11 +15,9 @@ from boresight.gateware.synthesis.celltypes import (
     SHIFT_REGISTERS,
     UnknownCell,
 )
-from boresight.gateware.synthesis.delays import Delay, delay_table
-from boresight.gateware.synthesis.dsp_arcs import dsp_timing
-from boresight.gateware.synthesis.graph import build_graph, cell_timing
-from boresight.gateware.synthesis.netlist import Cell, NetlistError, Pin
-from boresight.gateware.synthesis.routing import Hop, route
+from boresight.gateware.synthesis.spartan6.delays import Delay, delay_table
+from boresight.gateware.synthesis.spartan6.dsp_arcs import dsp_timing
+from boresight.gateware.synthesis.spartan6.routing import Hop, route
 from boresight.gateware.synthesis.timing import NOTE, analyse
 
 # -- longest paths as they are reported -----------------------------------------------------------

@@ -15,6 +15,7 @@ from amaranth.lib.wiring import Component
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import Records, describe
 from boresight.gateware.engine.engine import Engine
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.texts.bench import Recorded, expected_hex, input_hex
 from boresight.gateware.texts.core import integration_files, verilog_head
 from boresight.gateware.texts.records import records_header
@@ -102,7 +103,8 @@ def test_area_and_clock_are_called_an_estimate(one: Design) -> None:
     used = SimpleNamespace(lut=1042, ff=900, dsp=8, ramb16=17.5)
 
     def resources(fmax: float | None) -> str:
-        area: Any = SimpleNamespace(area=used, corner=lambda **_: SimpleNamespace(fmax_mhz=fmax))
+        corner = SimpleNamespace(fmax_mhz=fmax)
+        area: Any = SimpleNamespace(area=used, device=XC6SLX9, corner=lambda **_: corner)
         texts = integration_files(
             describe(build.core), recorded(build), generic=False, axi=False, area=area
         )

@@ -473,7 +473,7 @@ def test_a_proof_that_does_not(end, line: str, monkeypatch, capsys) -> None:
             proof=proof, proven=False, method="", seconds=1.5, failed="the assertion", trace=None
         )
 
-    monkeypatch.setattr(command, "prove", prove)
+    monkeypatch.setattr(registry, "prove", prove)
     assert command.main(["crc.frames"]) == 1
     out = capsys.readouterr().out
     assert line in out and "0 of 1 proven in " in out

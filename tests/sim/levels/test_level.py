@@ -189,7 +189,8 @@ def test_bad_machines_are_refused() -> None:
     with pytest.raises(InputError, match=r"^word: wanted 18 to 32 bits, found 17; .*$"):
         Build(estimator("complementary"), word=17).programs  # noqa: B018
     with pytest.raises(
-        InputError, match=r"^config: wanted one of small, fast, small-1024, fast-1024, found 'huge'"
+        InputError,
+        match=r"^config: wanted one of small, fast, small-1024, fast-1024, .*found 'huge'",
     ):
         Build(estimator("complementary"), config="huge").core  # noqa: B018
 
@@ -273,8 +274,7 @@ def test_names() -> None:
 
 def test_no_such_level() -> None:
     with pytest.raises(
-        InputError,
-        match=r"^level: wanted one of numpy, float, fixed, c, rtl, netlist, found 'vhdl'; choose one",
+        InputError, match=r"^level: wanted one of numpy, .* netlist, found 'vhdl'; choose one"
     ):
         make_level("vhdl", Build(Complementary()))
 

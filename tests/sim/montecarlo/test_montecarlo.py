@@ -12,8 +12,8 @@ import boresight
 from boresight import Estimator, Input, Output, World
 from boresight.cli import main
 from boresight.model.errors import ToolMissing
+from boresight.sim.cluster import cluster
 from boresight.sim.montecarlo.campaign import MOST_MARKS, Campaign, draws
-from boresight.sim.montecarlo.cluster import cluster
 from boresight.sim.montecarlo.figures import chi2, figures, text
 from tests.support.drift import Constant, Mean
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 import sys
 from pathlib import Path
 
@@ -167,3 +168,16 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     with pytest.raises(ToolMissing, match=r"pip install 'boresight\[ros\]'"):
         read_record(tmp_path / "a.mcap")
+
+
+@pytest.mark.parametrize(
+    "change", ["update topics set name=7, type=7", "update messages set timestamp='x'"]
+)
+def test_other_types_in_a_database_are_one_line(tmp_path: Path, change: str) -> None:
+    """SQLite holds any type in any column."""
+    path = write_bag(tmp_path / "a.db3", {"sensor_combined": at_rest()["sensor_combined"]})
+    with sqlite3.connect(path) as connection:
+        connection.execute(change)
+    connection.close()
+    with pytest.raises(InputError, match=r"a\.db3: wanted a"):
+        read_record(path)

@@ -13,8 +13,8 @@ import pytest
 
 from boresight.firmware.build import WordRanges
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.device import XC6SLX9
 from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.interpreter import Interpreter

@@ -3,14 +3,14 @@
 import re
 
 from boresight.gateware.synthesis.arcs import Arc, CellTiming, Launch, Setup
-from boresight.gateware.synthesis.celltypes import (
+from boresight.gateware.synthesis.netlist import Cell, NetlistError
+from boresight.gateware.synthesis.spartan6.celltypes import (
     FLIP_FLOPS,
     LATCHES,
     LUTRAMS,
     LUTS,
     SHIFT_REGISTERS,
 )
-from boresight.gateware.synthesis.netlist import Cell, NetlistError
 
 
 def slice_timing(cell: Cell) -> CellTiming | None:

@@ -5,9 +5,9 @@ clock to Q .525, LUT .259, net of one load .553, of two .855, D setup .114, unce
 
 import pytest
 
-from boresight.gateware.synthesis.delays import Delay, delay_table
 from boresight.gateware.synthesis.graph import build_graph
 from boresight.gateware.synthesis.netlist import NetlistError
+from boresight.gateware.synthesis.spartan6.delays import Delay, delay_table
 from boresight.gateware.synthesis.timing import analyse
 
 FAST = Delay(0.0, "out of the way")

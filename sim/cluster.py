@@ -1,15 +1,16 @@
-"""A Dask cluster that runs the draws."""
+"""A Dask cluster that runs a campaign."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
+from typing import Any
 
 from boresight.model.errors import InputError, ToolMissing
 
-__all__ = ["cluster"]
+__all__ = ["cluster", "others"]
 
 
 @contextmanager
@@ -41,3 +42,34 @@ def cluster(address: str) -> Iterator[Executor]:
         ) from None
     with client:
         yield client.get_executor()
+
+
+def others(
+    address: str | None, executor: Executor | None, *, texts: bool, wanted: str
+) -> AbstractContextManager[Any]:
+    """The executor that runs a campaign, if not this machine's processes: None then.
+
+    Parameters
+    ----------
+    address : str or None
+        Of a scheduler, where there is no executor.
+    texts : bool
+        Whether the campaign can be made by another process.
+    wanted : str
+        What that needs, for the message.
+
+    Raises
+    ------
+    InputError
+        A scheduler for what its workers cannot make.
+    """
+    if executor is not None or address is None:
+        return nullcontext(executor)
+    if not texts:
+        raise InputError.at(
+            "scheduler",
+            wanted=f"{wanted} by name or file, which its workers can read",
+            found="objects",
+            fix="give texts, or leave the scheduler out",
+        )
+    return cluster(address)

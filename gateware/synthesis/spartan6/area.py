@@ -8,7 +8,9 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from boresight.gateware.synthesis.celltypes import (
+from boresight.gateware.synthesis.device import Device
+from boresight.gateware.synthesis.netlist import Netlist
+from boresight.gateware.synthesis.spartan6.celltypes import (
     BLOCK_RAMS,
     FLIP_FLOPS,
     LATCHES,
@@ -18,8 +20,7 @@ from boresight.gateware.synthesis.celltypes import (
     SPECIALS,
     UnknownCell,
 )
-from boresight.gateware.synthesis.device import XC6SLX9, Device
-from boresight.gateware.synthesis.netlist import Netlist
+from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,9 +8,9 @@ one.
 from dataclasses import dataclass
 
 from boresight.gateware.synthesis.arcs import Keys
-from boresight.gateware.synthesis.celltypes import FLIP_FLOPS, LUTS
-from boresight.gateware.synthesis.delays import fanout_key
 from boresight.gateware.synthesis.netlist import Netlist, Pin
+from boresight.gateware.synthesis.spartan6.celltypes import FLIP_FLOPS, LUTS
+from boresight.gateware.synthesis.spartan6.delays import fanout_key
 
 _MUXES = frozenset({"MUXF7", "MUXF8"})
 #: Dedicated wires of the DSP column: output port -> input port of the next slice.

@@ -1,0 +1,1 @@
+"""Lattice ECP5, placed and routed by nextpnr."""

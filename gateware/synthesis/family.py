@@ -1,0 +1,82 @@
+"""What a family of FPGAs is to this toolkit: its synthesis, cells, registers, router and parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from boresight.gateware.synthesis.device import Device
+
+__all__ = ["Family", "Router", "Target"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Router:
+    """A place-and-route program, one of nextpnr's.
+
+    Attributes
+    ----------
+    program : str
+        Its name, ``nextpnr-ecp5``; its package on PyPI is ``yowasp-`` and this name.
+    extra : str
+        Extra of this package that installs it.
+    grade : str
+        Option that has the speed grade; empty: the part's options have it.
+    options : tuple of str
+        Further options.
+    """
+
+    program: str
+    extra: str
+    grade: str = ""
+    options: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Family:
+    """A family of FPGAs (``docs/targets.md`` says how to add one).
+
+    Attributes
+    ----------
+    name, title : str
+        Short name; name in texts.
+    synthesis : str
+        Command of yosys that maps to its cells, without ``-top``.
+    cells : mapping
+        Type of a cell -> what it takes of the part's resources, by their keys.
+    flip_flop : tuple
+        Type, parameters, clock, input and output of a flip-flop without enable.
+    devices : tuple of Device
+        Its parts, small first.
+    router : Router, optional
+        None: area alone, or a clock that is estimated.
+    absorb : callable
+        Moves flip-flops into registers of multipliers and memories: ``absorb(netlist, top)``.
+    """
+
+    name: str
+    title: str
+    synthesis: str
+    cells: Mapping[str, Mapping[str, float]]
+    devices: tuple[Device, ...]
+    flip_flop: tuple[str, Mapping[str, str], str, str, str] = ("", {}, "", "", "")
+    router: Router | None = None
+    absorb: Callable[[dict[str, Any], str], int] = field(default=lambda netlist, top: 0)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A part at a speed grade."""
+
+    name: str
+    family: Family
+    device: Device
+    grade: int
+
+    @property
+    def title(self) -> str:
+        """Part and speed grade, for texts."""
+        router = self.family.router
+        graded = router is None or router.grade
+        return f"{self.device.name}, speed {self.grade}" if graded else self.device.name

@@ -1,0 +1,253 @@
+"""Run nextpnr on a netlist of yosys: placed, routed, timed.
+
+Either form will do: the program on the PATH, or its YoWASP package from PyPI, which an extra of
+this package brings. Every run has a temporary folder of its own.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from boresight.disk.cache import Cache
+from boresight.gateware.synthesis.family import Router, Target
+from boresight.gateware.synthesis.yosys import Tool
+from boresight.model.errors import InputError, ToolMissing
+from boresight.model.tools.failure import failure
+from boresight.model.tools.folders import yosys_environment
+
+__all__ = ["RouteError", "Step", "Run", "find_program", "place_and_route"]
+
+#: Part of the cache key; raise it when the stored form changes.
+_CACHE_FORMAT: Final = 1
+
+
+class RouteError(InputError):
+    """A design that a part has no room or no ways for; the tool's own words, and its log."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """A step of a path: a cell or a net, as the tool names both.
+
+    Attributes
+    ----------
+    kind : str
+        ``clk-to-q``, ``logic``, ``routing`` or ``setup``.
+    ns : float
+    start, end : str
+        Cell and port.
+    """
+
+    kind: str
+    ns: float
+    start: str
+    end: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """One run.
+
+    Attributes
+    ----------
+    seed : int
+    clock_mhz : float or None
+        Highest clock from register to register, the least one of several clocks; None without any.
+    path : tuple of Step
+        The path that limits it.
+    files : mapping
+        Files that the tool was asked to write, by name.
+    """
+
+    seed: int
+    clock_mhz: float | None
+    path: tuple[Step, ...]
+    files: Mapping[str, str]
+
+
+@lru_cache(maxsize=8)
+def find_program(program: str, package: str, extra: str) -> Tool:
+    """A program, native or of a YoWASP package.
+
+    Raises
+    ------
+    ToolMissing
+        It is not installed; the message has the line that installs it.
+    """
+    module = package.replace("-", "_")
+    native = shutil.which(program)
+    if native is not None:
+        argv: tuple[str, ...] = (native,)
+    elif importlib.util.find_spec(module) is not None:
+        function = f"{module}.run_{program.replace('-', '_')}"
+        run = f"import sys, {module}; sys.exit({function}(sys.argv[1:]))"
+        argv = (sys.executable, "-c", run)
+    else:
+        raise ToolMissing(
+            f"{program} is not installed: run 'pip install boresight[{extra}]' in this Python "
+            f"environment, or 'pip install {package}'"
+        )
+    answer = subprocess.run(
+        [*argv, "--version"],
+        env={**os.environ, **yosys_environment()},
+        capture_output=True,
+        text=True,
+    )
+    words = (answer.stdout + answer.stderr).replace(")", " ").split()
+    version = next((w for w in words if w.startswith("nextpnr-") and w[8:9].isdigit()), "")
+    return Tool(name=program, argv=argv, version=f"{program} {version.removeprefix('nextpnr-')}")
+
+
+def find_router(router: Router) -> Tool:
+    """The program of a family."""
+    return find_program(router.program, f"yowasp-{router.program}", router.extra)
+
+
+def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
+    """What the router of a target is started with, without files."""
+    router = target.family.router
+    assert router is not None
+    grade = (router.grade, str(target.grade)) if router.grade else ()
+    wanted = ("--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
+    return (*target.device.options, *grade, *router.options, *wanted)
+
+
+def place_and_route(
+    netlist: Mapping[str, Any],
+    target: Target,
+    *,
+    seed: int,
+    clock_mhz: float,
+    constraints: Mapping[str, tuple[str, str]] | None = None,
+    writes: Mapping[str, str] | None = None,
+    cache_dir: str | os.PathLike[str] | None = None,
+) -> Run:
+    """Place and route a netlist with one seed.
+
+    Parameters
+    ----------
+    netlist : mapping
+        As yosys writes it, of the target's family.
+    seed : int
+        Of the placer.
+    clock_mhz : float
+        Clock that the tool works towards.
+    constraints : mapping
+        Option -> name and text of a file that it names: pins.
+    writes : mapping
+        Option -> name of a text file that the tool writes there.
+    cache_dir : path, optional
+        Build cache that keeps results; None keeps nothing.
+
+    Raises
+    ------
+    ToolMissing
+        The router is not installed.
+    RouteError
+        It failed.
+    """
+    assert target.family.router is not None
+    tool = find_router(target.family.router)
+    options = command(target, seed=seed, clock_mhz=clock_mhz)
+    given, wanted = dict(constraints or {}), dict(writes or {})
+
+    def made() -> dict[str, Any]:
+        return _run(tool, netlist, target, options, given, wanted)
+
+    if cache_dir is None:
+        result = made()
+    else:
+        identity = json.dumps(
+            [_CACHE_FORMAT, tool.version, options, sorted(given.items()), sorted(wanted.items())]
+        ) + json.dumps(netlist, sort_keys=True)
+
+        def store(folder: Path) -> None:
+            (folder / "run.json").write_text(json.dumps(made()), encoding="utf-8")
+
+        entry = Cache(Path(cache_dir)).get(f"route-{target.name}", identity, store)
+        result = json.loads((entry.path / "run.json").read_text(encoding="utf-8"))
+    path = tuple(Step(**step) for step in result["path"])
+    return Run(seed=seed, clock_mhz=result["clock_mhz"], path=path, files=result["files"])
+
+
+def _run(
+    tool: Tool,
+    netlist: Mapping[str, Any],
+    target: Target,
+    options: tuple[str, ...],
+    constraints: Mapping[str, tuple[str, str]],
+    writes: Mapping[str, str],
+) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory(prefix="route-") as name:
+        folder = Path(name)
+        (folder / "netlist.json").write_text(json.dumps(netlist), encoding="utf-8")
+        files: list[str] = []
+        for option, (file, text) in constraints.items():
+            (folder / file).write_text(text, encoding="utf-8")
+            files += [option, file]
+        for option, file in writes.items():
+            files += [option, file]
+        run = subprocess.run(
+            [
+                *tool.argv,
+                "-q",
+                "--json",
+                "netlist.json",
+                "--report",
+                "report.json",
+                *options,
+                *files,
+            ],
+            cwd=folder,
+            env={**os.environ, **yosys_environment()},
+            capture_output=True,
+            text=True,
+        )
+        report = folder / "report.json"
+        if run.returncode != 0 or not report.exists():
+            what = f"{tool.name} cannot place and route the design on {target.name}"
+            raise RouteError(failure(what, run.stdout + run.stderr))
+        data = json.loads(report.read_text(encoding="utf-8"))
+        written = {file: (folder / file).read_text(encoding="latin-1") for file in writes.values()}
+    return {**_timing(data), "files": written}
+
+
+def _timing(report: Mapping[str, Any]) -> dict[str, Any]:
+    """The slowest clock of a report, and the path that limits it."""
+    clocks = {name: float(clock["achieved"]) for name, clock in report["fmax"].items()}
+    if not clocks:
+        return {"clock_mhz": None, "path": []}
+    slowest = min(clocks, key=lambda name: (clocks[name], name))
+    path: list[dict[str, Any]] = next(
+        (
+            p["path"]
+            for p in report["critical_paths"]
+            if p["from"] == p["to"] == f"posedge {slowest}"
+        ),
+        [],
+    )
+    return {
+        "clock_mhz": clocks[slowest],
+        "path": [
+            {
+                "kind": step["type"],
+                "ns": round(step["delay"], 3),
+                **{
+                    mine: f"{step[theirs]['cell']}.{step[theirs]['port']}"
+                    for mine, theirs in (("start", "from"), ("end", "to"))
+                },
+            }
+            for step in path
+        ],
+    }

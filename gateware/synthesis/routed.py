@@ -1,0 +1,220 @@
+"""A design on a family with an open router: what it takes, and the clock after routing."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from boresight.gateware.synthesis.device import Device
+from boresight.gateware.synthesis.family import Target
+from boresight.gateware.synthesis.harness import enclosed
+from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.yosys import SynthesisError, synthesise
+from boresight.model.errors import InputError
+
+__all__ = ["Mapped", "Routed", "implement", "netlist_for"]
+
+#: Clock that the router works towards if none is asked for: beyond what a core reaches, MHz.
+_CLOCK_MHZ: Final = 200.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mapped:
+    """A netlist on a target, before placement.
+
+    Attributes
+    ----------
+    target : Target
+    netlist : dict
+        As yosys writes it, flip-flops in the registers of multipliers and memories.
+    used : mapping
+        What it takes, by the keys of the target's resources.
+    inside : int
+        Flip-flops that are registers of multipliers and memories.
+    version, command : str
+        Of yosys.
+    """
+
+    target: Target
+    netlist: dict[str, Any]
+    used: Mapping[str, float]
+    inside: int
+    version: str
+    command: str
+
+    @property
+    def device(self) -> Device:
+        """The part."""
+        return self.target.device
+
+    @property
+    def amounts(self) -> str:
+        """What it takes, in words."""
+        resources = self.device.resources
+        return ", ".join(f"{n:,g} {resources[key].unit}" for key, n in self.used.items())
+
+    def __str__(self) -> str:
+        return f"{self.amounts} (cells of the netlist for {self.target.name}, not placed)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Routed:
+    """A design placed and routed with several seeds.
+
+    Attributes
+    ----------
+    mapped : Mapped
+    runs : tuple of Run
+        One for each seed.
+    version, command : str
+        Of the router.
+    """
+
+    mapped: Mapped
+    runs: tuple[Run, ...]
+    version: str
+    command: str
+
+    @property
+    def device(self) -> Device:
+        """The part."""
+        return self.mapped.target.device
+
+    @property
+    def worst(self) -> Run:
+        """The run with the slowest clock."""
+        return min(self.runs, key=lambda run: run.clock_mhz or float("inf"))
+
+    @property
+    def clock_mhz(self) -> float | None:
+        """Clock of the worst seed, rounded down to 0.1 MHz; None: nothing limits it."""
+        clock = self.worst.clock_mhz
+        return None if clock is None else int(10.0 * clock) / 10
+
+    @property
+    def seeds(self) -> str:
+        """The seeds, for texts."""
+        numbers = [run.seed for run in self.runs]
+        return f"seed {numbers[0]}" if len(numbers) == 1 else f"seeds {numbers[0]} to {numbers[-1]}"
+
+    @property
+    def source(self) -> str:
+        """What the clock is."""
+        title = self.mapped.target.title
+        return f"routed on {title}, {self.version}, worst of {self.seeds}"
+
+    def __str__(self) -> str:
+        return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
+
+
+def netlist_for(
+    verilog: str | Mapping[str, str],
+    top: str,
+    target: Target,
+    *,
+    cache_dir: str | os.PathLike[str] | None = None,
+) -> Mapped:
+    """Synthesise for a target, and use the registers of its multipliers and memories.
+
+    Raises
+    ------
+    ToolMissing, SynthesisError
+        Yosys is not installed, or rejected the design.
+    InputError
+        The part is too small.
+    """
+    family = target.family
+    made = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
+    netlist = made.netlist
+    inside = family.absorb(netlist, top)
+    used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
+    types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
+    for kind, number in types.items():
+        if kind.startswith("$"):
+            continue
+        if kind not in family.cells:
+            raise SynthesisError(f"cell type must be one of {family.title}, not {kind!r}")
+        for key, each in family.cells[kind].items():
+            used[key] += each * number
+    _check_room(used, target)
+    return Mapped(
+        target=target,
+        netlist=netlist,
+        used=used,
+        inside=inside,
+        version=made.version,
+        command=made.command,
+    )
+
+
+def _check_room(used: Mapping[str, float], target: Target) -> None:
+    """Raise InputError if a part has too little of something."""
+    device = target.device
+    over = [key for key, n in used.items() if n > device.capacity(key)]
+    if not over:
+        return
+    fits = [
+        other.name
+        for other in TARGETS.values()
+        if other.family.name == target.family.name
+        and all(n <= other.device.capacity(key) for key, n in used.items())
+    ]
+    raise InputError.at(
+        f"target {target.name}",
+        wanted=", ".join(f"{device.capacity(k):,} {device.resources[k].unit}" for k in over),
+        found=", ".join(f"{used[k]:,g} ({used[k] - device.capacity(k):,g} too many)" for k in over),
+        fix=f"choose {fits[0]}" if fits else "compile less into the core, or choose another family",
+    )
+
+
+def implement(
+    verilog: str | Mapping[str, str],
+    top: str,
+    target: Target,
+    *,
+    seeds: int = 1,
+    clock_mhz: float | None = None,
+    cache_dir: str | os.PathLike[str] | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Routed:
+    """Synthesise, place and route a design between flip-flops (`harness`), with seeds 1, 2, ...
+
+    Parameters
+    ----------
+    verilog : str or mapping
+        The design.
+    top : str
+        Its module; clock ``clk``.
+    target : Target
+        A part whose family has a router.
+    seeds : int
+        How many seeds.
+    clock_mhz : float, optional
+        Clock that the router works towards.
+
+    Raises
+    ------
+    ToolMissing
+        Yosys or the router is not installed.
+    SynthesisError, RouteError
+        A tool rejected the design.
+    InputError
+        The part is too small.
+    """
+    assert target.family.router is not None
+    tool = find_router(target.family.router)
+    mapped = netlist_for(verilog, top, target, cache_dir=cache_dir)
+    inner = enclosed(mapped.netlist, top, target.family)
+    wanted = clock_mhz or _CLOCK_MHZ
+    runs = []
+    for seed in range(1, seeds + 1):
+        progress(f"{tool.version}, seed {seed}")
+        runs.append(
+            place_and_route(inner, target, seed=seed, clock_mhz=wanted, cache_dir=cache_dir)
+        )
+    shown = " ".join((tool.name, *command(target, seed=1, clock_mhz=wanted)))
+    return Routed(mapped=mapped, runs=tuple(runs), version=tool.version, command=shown)

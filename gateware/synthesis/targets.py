@@ -1,0 +1,30 @@
+"""Every target: a part of a family at a speed grade, by its name."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from boresight.gateware.synthesis.ecp5.family import ECP5
+from boresight.gateware.synthesis.family import Family, Target
+from boresight.gateware.synthesis.ice40.family import ICE40
+from boresight.gateware.synthesis.spartan6.family import SPARTAN6
+
+__all__ = ["FAMILIES", "TARGETS"]
+
+#: Families with parts of their own.
+FAMILIES: Final[tuple[Family, ...]] = (SPARTAN6, ECP5, ICE40)
+
+
+def _targets() -> dict[str, Target]:
+    """The part's name is its slowest grade; where one is routed, others have it behind the name."""
+    out = {}
+    for family in FAMILIES:
+        for device in family.devices:
+            for k, grade in enumerate(device.grades if family.router else device.grades[:1]):
+                name = f"{device.name}-{grade}" if k else device.name
+                out[name] = Target(name, family, device, grade)
+    return out
+
+
+#: Targets by name.
+TARGETS: Final[dict[str, Target]] = _targets()

@@ -1,0 +1,175 @@
+"""The combinations of an exploration, and the work that each needs, by key.
+
+A key is a digest of what decides a result: program, machine, target, tool, records, sources. So
+combinations share what is the same for them: errors do not depend on the machine.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import itertools
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from boresight.gateware.core import machine_for
+from boresight.gateware.synthesis.yosys import find_tool
+from boresight.model.errors import InputError
+from boresight.model.resolve import Named, split_names
+from boresight.sim.explore import measure
+from boresight.sim.explore.measure import Case, Exploration, Task
+from boresight.sim.identity import identity
+from boresight.sim.records.record import Record
+
+__all__ = ["FORMAT", "Planned", "arguments_of", "cases_of", "planned"]
+
+#: Raised when rows of the journal change.
+FORMAT = 1
+
+_ARGUMENT = re.compile(r"[A-Za-z_]\w*=")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A combination and its work.
+
+    Attributes
+    ----------
+    case : Case
+    keys : mapping of str to str
+        Of the work, by kind; empty where there is no program.
+    refused : str
+        Why there is no program.
+    """
+
+    case: Case
+    keys: Mapping[str, str]
+    refused: str = ""
+
+
+def arguments_of(texts: Sequence[Any]) -> tuple[list[Any], dict[str, list[Any]]]:
+    """Divide logs and texts ``NAME=VALUE,VALUE`` with arguments of the constructor.
+
+    Returns
+    -------
+    logs : list
+    arguments : dict of str to list
+        Values by name.
+
+    Raises
+    ------
+    InputError
+        A name twice, or a value that is no literal of Python.
+    """
+    logs: list[Any] = []
+    arguments: dict[str, list[Any]] = {}
+    for text in texts:
+        if not isinstance(text, str) or not _ARGUMENT.match(text):
+            logs.append(text)
+            continue
+        name, _, values = text.partition("=")
+        if name in arguments:
+            raise InputError.at(
+                text, wanted="each argument once", found=f"{name} twice", fix="join them"
+            )
+        arguments[name] = [_literal(text, value) for value in split_names(values)]
+    return logs, arguments
+
+
+def _literal(text: str, value: str) -> Any:
+    try:
+        return ast.literal_eval(value.strip())
+    except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+        if value.strip().isidentifier():
+            return value.strip()
+        raise InputError.at(
+            text,
+            wanted="values of the constructor's argument, with commas",
+            found=repr(value),
+            fix="write for example taps=4,8,16",
+        ) from None
+
+
+def cases_of(
+    name: Named,
+    arguments: Mapping[str, Sequence[Any]],
+    *,
+    words: Sequence[int],
+    configs: Sequence[str],
+    targets: Sequence[str],
+) -> list[Case]:
+    """Every combination, once."""
+    values = itertools.product(*arguments.values())
+    chosen = [tuple(zip(arguments, map(repr, v), strict=True)) for v in values]
+    product = itertools.product(chosen, targets, configs, words)
+    return [
+        *dict.fromkeys(Case(name, a, word, config, target) for a, target, config, word in product)
+    ]
+
+
+def planned(
+    exploration: Exploration, cases: Sequence[Case], records: Sequence[Record], *, area: bool
+) -> tuple[list[Planned], dict[str, Task]]:
+    """The work of every combination.
+
+    Returns
+    -------
+    planned : list of Planned
+    tasks : dict of str to Task
+        By key, the quick ones first.
+
+    Raises
+    ------
+    ToolMissing
+        There is no yosys, and areas are wanted.
+    """
+    tool = find_tool().version if area else ""
+    logs = _digest(*map(_digest_of_record, records))
+    out: list[Planned] = []
+    tasks: dict[str, dict[str, Task]] = {kind: {} for kind in measure.KINDS}
+    sources = ""
+    known: dict[tuple[Any, int], tuple[Any, str]] = {}
+    for case in cases:
+        try:
+            at = case.arguments, case.word
+            if at not in known:
+                build = case.build(exploration.params)
+                program = build.programs[0]
+                sources = sources or identity(build.estimators[0], measure)
+                known[at] = program, _digest(FORMAT, sources, program.digest)
+            program, program_key = known[at]
+            machine = repr(machine_for(case.config, program))
+        except InputError as error:
+            out.append(Planned(case, {}, str(error).splitlines()[0]))
+            continue
+        run = [case.arguments, exploration.params, exploration.steps, logs]
+        decides = {
+            "errors": [program_key, run],
+            "cycles": [program_key, machine],
+            "area": [program_key, machine, case.target, tool],
+        }
+        keys = {kind: _digest(kind, decides[kind]) for kind in _kinds(area=area)}
+        out.append(Planned(case, keys))
+        for kind, key in keys.items():
+            tasks[kind].setdefault(key, Task(key, kind, case))
+    return out, {key: task for own in tasks.values() for key, task in own.items()}
+
+
+def _kinds(*, area: bool) -> Iterator[str]:
+    yield from (kind for kind in measure.KINDS if area or kind != "area")
+
+
+def _digest(*parts: Any) -> str:
+    return hashlib.sha256(json.dumps(parts, default=repr).encode()).hexdigest()
+
+
+def _digest_of_record(record: Record) -> str:
+    """Of names, units and values."""
+    digest = hashlib.sha256()
+    for name, column in record.columns.items():
+        digest.update(repr((name, column.unit, len(column.values))).encode())
+        digest.update(column.values.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,219 @@
+"""Demands on figures as text, which combination to take, and what comes nearest."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from boresight.model.errors import InputError, closest
+from boresight.sim.explore.figures import Explored, Quantity
+from boresight.sim.records.units import UnitError, linear
+
+__all__ = ["Choice", "Demand", "Relaxed", "chosen", "demands_of"]
+
+_DEMAND = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+.\deE]+)\s*(.*?)\s*")
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A limit for a figure, in the figure's unit.
+
+    Attributes
+    ----------
+    quantity : Quantity
+    sign : str
+        One of ``< <= > >=``.
+    limit : float
+    """
+
+    quantity: Quantity
+    sign: str
+    limit: float
+
+    def meets(self, value: float) -> bool:
+        """Whether a figure is within it."""
+        if "=" in self.sign and value == self.limit:
+            return True
+        return value < self.limit if "<" in self.sign else value > self.limit
+
+    def excess(self, value: float) -> float:
+        """By which factor a figure misses the limit: 1 within it, else more."""
+        if self.meets(value):
+            return 1.0
+        over, under = (value, self.limit) if "<" in self.sign else (self.limit, value)
+        return over / under if under > 0.0 and math.isfinite(over) else math.inf
+
+    def __str__(self) -> str:
+        return f"{self.quantity.name}{self.sign}{self.limit:.4g}{_unit(self.quantity).strip()}"
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """What one demand alone would have to give.
+
+    Attributes
+    ----------
+    demand : Demand
+    limit : float
+        What it would have to be.
+    row : Explored
+        That would meet all then.
+    """
+
+    demand: Demand
+    limit: float
+    row: Explored
+
+    def __str__(self) -> str:
+        unit = _unit(self.demand.quantity)
+        return f"{self.demand} relaxed to {self.limit:.4g}{unit} alone would do: {self.row.name}"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which combination to take.
+
+    Attributes
+    ----------
+    row : Explored or None
+        The least of those that meet every demand.
+    nearest : Explored or None
+        Where none does, the one that misses its worst limit by the smallest factor.
+    missed : tuple of Demand
+        What that one misses.
+    relaxed : tuple of Relaxed
+        Each demand that would be enough to relax, and by how much.
+    """
+
+    row: Explored | None = None
+    nearest: Explored | None = None
+    missed: tuple[Demand, ...] = ()
+    relaxed: tuple[Relaxed, ...] = ()
+
+    def lines(self, least: Quantity) -> list[str]:
+        """Text for people."""
+        if self.row is not None:
+            figure = self.row.figures[least.name]
+            return [f"choice, {least.name} {figure:.4g}{_unit(least)}: {self.row.name}"]
+        if self.nearest is None:
+            return ["nothing meets the demands: no combination has every figure"]
+        parts = [
+            f"{d.quantity.name} is {self.nearest.figures[d.quantity.name]:.4g}{_unit(d.quantity)}, "
+            f"wanted {d.sign} {d.limit:.4g}"
+            for d in self.missed
+        ]
+        return [
+            f"nothing meets the demands; nearest: {self.nearest.name}: {'; '.join(parts)}",
+            *map(str, self.relaxed),
+        ]
+
+
+def _unit(quantity: Quantity) -> str:
+    return f" {quantity.unit}" if quantity.unit not in ("", quantity.name) else ""
+
+
+def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
+    """A figure by name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    for quantity in known:
+        if quantity.name == name:
+            return quantity
+    names = closest(name, [q.name for q in known])
+    raise InputError.at(
+        where, wanted=f"one of {', '.join(names)}, ...", found=repr(name), fix="choose one of them"
+    )
+
+
+def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
+    """Demands from a text as ``attitude<0.01deg, dsp<=1, us<5``.
+
+    Parameters
+    ----------
+    text : str
+        With commas; a unit may be left out, and is converted to that of the figure.
+    known : sequence of Quantity
+        The figures that there are.
+
+    Raises
+    ------
+    InputError
+        A demand that is none, a figure or a unit that does not exist.
+    """
+    demands = []
+    for part in filter(None, map(str.strip, text.split(","))):
+        match = _DEMAND.fullmatch(part)
+        try:
+            limit = float(match[3]) if match else math.nan
+        except ValueError:
+            limit = math.nan
+        if match is None or not math.isfinite(limit):
+            raise InputError.at(
+                "want",
+                wanted="demands as attitude<0.01deg, dsp<=1",
+                found=repr(part),
+                fix="write NAME, one of < <= > >=, and a number",
+            )
+        quantity = quantity_of(match[1], known, "want")
+        if match[4]:
+            try:
+                if not quantity.unit:  # an angle would be a plain number, too
+                    raise UnitError(match[4])
+                factor, offset = linear(match[4], quantity.unit)
+            except UnitError as error:
+                raise InputError.at(
+                    f"want, {part}",
+                    wanted=f"a unit of {quantity.name}, {quantity.unit or 'a plain number'}",
+                    found=str(error),
+                    fix="leave the unit out",
+                ) from None
+            limit = factor * limit + offset
+        demands.append(Demand(quantity, match[2], limit))
+    return demands
+
+
+def chosen(rows: Iterable[Explored], demands: Sequence[Demand], least: Quantity) -> Choice:
+    """Choose among the rows that are not refused and have every figure.
+
+    Parameters
+    ----------
+    rows : iterable of Explored
+    demands : sequence of Demand
+    least : Quantity
+        What counts among those that meet all demands: the least of it, or the most of a figure of
+        which more is better.
+    """
+    names = {least.name, *(d.quantity.name for d in demands)}
+    whole = [row for row in rows if not row.refused and names <= row.figures.keys()]
+
+    def cost(row: Explored) -> tuple[float, ...]:
+        value = row.figures[least.name]
+        return (-value if least.more else value, row.figures.get("cycles", 0.0), row.word)
+
+    def missed(row: Explored) -> list[Demand]:
+        return [d for d in demands if not d.meets(row.figures[d.quantity.name])]
+
+    good = [row for row in whole if not missed(row) and row.fits is not False]
+    if good:
+        return Choice(row=min(good, key=cost))
+    if not whole:
+        return Choice()
+
+    def miss(row: Explored) -> tuple[float, ...]:
+        factors = [d.excess(row.figures[d.quantity.name]) for d in demands]
+        return (row.fits is False, max(factors, default=1.0), *cost(row))
+
+    nearest = min(whole, key=miss)
+    relaxed = []
+    for demand in demands:
+        alone = [row for row in whole if missed(row) == [demand] and row.fits is not False]
+        if alone:
+            row = min(alone, key=lambda row: demand.excess(row.figures[demand.quantity.name]))
+            relaxed.append(Relaxed(demand, row.figures[demand.quantity.name], row))
+    return Choice(None, nearest, tuple(missed(nearest)), tuple(relaxed))

@@ -1,0 +1,265 @@
+"""The table of an exploration: a row for each combination, its figures by name."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from boresight.model.declarations import EXACT_UNITS
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import Named
+from boresight.sim.accuracy.figures import gives_attitude
+from boresight.sim.compare.difference import ATTITUDE
+from boresight.sim.explore.cases import Planned
+from boresight.sim.explore.measure import ATTITUDES, Exploration
+
+__all__ = ["FIGURES", "ErrorFigures", "Explored", "Quantity", "explored", "quantities"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A figure of a row: what it is for people, its unit, whether more of it is better."""
+
+    name: str
+    title: str
+    unit: str = ""
+    more: bool = False
+
+
+#: Figures of any estimator; those of its outputs come before them.
+FIGURES = (
+    Quantity("tolerance", "largest error from float64, over the tolerance"),
+    Quantity("saturated", "updates that saturated"),
+    Quantity("cycles", "sample in to last urgent output", "cycles"),
+    Quantity("us", "sample in to last urgent output, at the chosen clock", "us"),
+    Quantity("interval", "next sample after", "cycles"),
+    Quantity("rate", "samples a second, at the chosen clock", "Hz", more=True),
+    Quantity("lut", "LUT"),
+    Quantity("ff", "flip-flops"),
+    Quantity("dsp", "multiplier blocks"),
+    Quantity("ram", "block RAM of 18 Kbit"),
+    Quantity("clock", "clock, estimate", "MHz", more=True),
+    Quantity("multiplications", "multiplications an update"),
+    Quantity("accesses", "words read and written an update"),
+    Quantity("word", "word width", "bits"),
+)
+_NAMES = {quantity.name for quantity in FIGURES}
+#: Ends of the names of figures from truth, largest and root mean square.
+_TRUTH = (".truth", ".truth_rms")
+#: Names in rows that differ from those of figures.
+_RENAMED = {"ram": "ramb16"}
+
+
+@dataclass(frozen=True)
+class ErrorFigures:
+    """Errors of an output, in its unit; None where one is no number.
+
+    Attributes
+    ----------
+    unit : str
+    largest, rms : float or None
+    tolerance : float or None
+        What its author accepts of the largest; None: it is not judged.
+    """
+
+    unit: str
+    largest: float | None
+    rms: float | None
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Explored:
+    """A row: one combination. What is not known, or not yet, is None.
+
+    Attributes
+    ----------
+    estimator : str
+        With the arguments of its constructor.
+    arguments : mapping of str to str
+        These, as Python writes them.
+    word : int
+        Bits.
+    config, target : str
+    refused : str
+        Why it cannot be built, or a part of it not be measured; else empty.
+    errors : mapping of str to ErrorFigures
+        Of each output, and the angle between attitudes: fixed point from float64.
+    truth : mapping of str to ErrorFigures
+        Fixed point from truth, where a log has one.
+    good : bool or None
+        Every output within its tolerance, and nothing saturated.
+    saturated : int or None
+        Updates.
+    cycles, interval : int or None
+        Sample in to the last urgent output; to the next sample.
+    latencies : mapping of str to int
+        Sample in to each output, cycles.
+    us, rate : float or None
+        ``cycles`` in microseconds and samples a second, at the chosen clock.
+    multiplications, accesses : int or None
+        An update: multiplications, words read from and written to the register file.
+    lut, ff, dsp : int or None
+    ram : float or None
+        Block RAM of 18 Kbit; halves are RAMB8.
+    clock : float or None
+        Estimate, MHz.
+    fits : bool or None
+        Whether the target has as much of everything.
+    commands : tuple of str
+        Command lines that make and check it.
+    """
+
+    estimator: str
+    arguments: Mapping[str, str]
+    word: int
+    config: str
+    target: str
+    refused: str = ""
+    errors: Mapping[str, ErrorFigures] = field(default_factory=dict)
+    truth: Mapping[str, ErrorFigures] = field(default_factory=dict)
+    good: bool | None = None
+    saturated: int | None = None
+    cycles: int | None = None
+    interval: int | None = None
+    latencies: Mapping[str, int] = field(default_factory=dict)
+    us: float | None = None
+    rate: float | None = None
+    multiplications: int | None = None
+    accesses: int | None = None
+    lut: int | None = None
+    ff: int | None = None
+    dsp: int | None = None
+    ram: float | None = None
+    clock: float | None = None
+    fits: bool | None = None
+    commands: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """What distinguishes it from the others."""
+        own = [f"{key}={value}" for key, value in self.arguments.items()]
+        return ", ".join([*own, f"{self.word} bits", self.config, self.target])
+
+    @property
+    def tolerance(self) -> float | None:
+        """Largest error over its tolerance, of the outputs that are judged."""
+        shares = [
+            float("inf") if e.largest is None else e.largest / e.tolerance
+            for e in self.errors.values()
+            if e.tolerance
+        ]
+        return max(shares, default=None)
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """Its figures by name, those that are known; infinity where an error is no number."""
+        out: dict[str, float] = {}
+        for names, errors in ((("", ".rms"), self.errors), (_TRUTH, self.truth)):
+            for output, e in errors.items():
+                for end, value in zip(names, (e.largest, e.rms), strict=True):
+                    out[f"{_own(output)}{end}"] = float("inf") if value is None else value
+        values = ((q.name, getattr(self, q.name)) for q in FIGURES)
+        return out | {name: value for name, value in values if value is not None}
+
+
+def _own(output: str) -> str:
+    """Name of an output's figures: another one than those of all estimators."""
+    return f"output.{output}" if output in _NAMES else output
+
+
+def quantities(estimator: Estimator) -> list[Quantity]:
+    """What rows can have figures of: errors of the outputs, then `FIGURES`."""
+    units = {o.name: "" if o.unit in EXACT_UNITS else o.unit for o in estimator.outputs}
+    angles = ATTITUDES.values() if gives_attitude(estimator) else ()
+    near = units | ({ATTITUDE: "deg"} if angles else {})
+    true = units | dict.fromkeys(angles, "deg")
+    out = [
+        Quantity(f"{_own(name)}{end}", f"{name}: {what} error from {of}", unit)
+        for of, named, ends in (("float64", near, ("", ".rms")), ("truth", true, _TRUTH))
+        for name, unit in named.items()
+        for end, what in zip(ends, ("largest", "rms of the"), strict=True)
+    ]
+    return [*out, *FIGURES]
+
+
+def explored(
+    plan: Planned,
+    rows: Mapping[str, Mapping[str, Any]],
+    exploration: Exploration,
+    *,
+    clock_mhz: float,
+) -> Explored:
+    """The row of a combination from what is measured of it so far.
+
+    Parameters
+    ----------
+    plan : Planned
+    rows : mapping
+        Of the journal, by key.
+    exploration : Exploration
+        For the command lines.
+    clock_mhz : float
+        For times.
+    """
+    case = plan.case
+    own = [rows.get(key, {}) for key in plan.keys.values()]
+    data: dict[str, Any] = {name: value for row in own for name, value in row.items()}
+    refused = plan.refused or next((row["refused"] for row in own if row.get("refused")), "")
+    errors = {name: _error(e) for name, e in data.get("errors", {}).items()}
+    good = None
+    if errors:
+        good = all(e["good"] for e in data["errors"].values()) and not data["saturated"]
+    cycles, interval = data.get("cycles"), data.get("interval")
+    numbers = ("saturated", "multiplications", "accesses", "lut", "ff", "dsp", "ram", "clock")
+    return Explored(
+        estimator=_text(case.estimator, case.arguments),
+        arguments=dict(case.arguments),
+        word=case.word,
+        config=case.config,
+        target=case.target,
+        refused=refused,
+        errors=errors,
+        truth={name: _error(e) for name, e in data.get("truth", {}).items()},
+        good=good,
+        cycles=cycles,
+        interval=interval,
+        latencies=data.get("latencies", {}),
+        us=None if cycles is None else cycles / clock_mhz,
+        rate=None if interval is None else 1e6 * clock_mhz / interval,
+        fits=data.get("fits"),
+        commands=_commands(plan, exploration),
+        **{name: data.get(_RENAMED.get(name, name)) for name in numbers},
+    )
+
+
+def _error(data: Mapping[str, Any]) -> ErrorFigures:
+    return ErrorFigures(data["unit"], data["largest"], data["rms"], data.get("tolerance"))
+
+
+def _text(estimator: Named, arguments: Sequence[tuple[str, str]]) -> str:
+    """The estimator and its arguments, for people."""
+    if isinstance(estimator, str):
+        name = estimator
+    else:
+        name = estimator.__name__ if isinstance(estimator, type) else estimator.name
+    own = ", ".join(f"{key}={value}" for key, value in arguments)
+    return f"{name}({own})" if own else name
+
+
+def _commands(plan: Planned, exploration: Exploration) -> tuple[str, ...]:
+    case = plan.case
+    if plan.refused or not isinstance(case.named, str):
+        return ()
+    machine = f"--word {case.word} --config {case.config}"
+    machine += "".join(f" --param {name}={value!r}" for name, value in exploration.params)
+    logs = " ".join(shlex.quote(log) for log in exploration.logs if isinstance(log, str))
+    name = shlex.quote(case.named)
+    steps = f" --steps {exploration.steps}" if exploration.steps else ""
+    return (
+        f"boresight compile {name} {machine} --synth -o build",
+        *([f"boresight check {name} {logs} {machine}{steps}"] if logs else []),
+        *([f"boresight report {name} {logs} {machine} -o build"] if logs else []),
+    )

@@ -1,0 +1,259 @@
+"""The work of an exploration: errors, cycles and area of one combination, as plain data.
+
+Errors are those of `sim.compare` and `sim.accuracy`, of the emitted C, whose words are those of the
+core (`boresight check`); cycles are those of the schedule; area and clock those of
+`gateware.synthesis`.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from boresight.disk.cache import Cache
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.gateware.synthesis.estimate import estimate
+from boresight.gateware.synthesis.yosys import SynthesisError
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import Named, estimator_of
+from boresight.model.tools.failure import ToolFailed
+from boresight.sim.accuracy.figures import ANGLES, errors, units_of
+from boresight.sim.compare.difference import ATTITUDE, Difference, differences
+from boresight.sim.compare.soundness import check_sound
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.level import Run
+from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.files import record_of
+from boresight.sim.records.record import Record
+
+__all__ = ["ATTITUDES", "KINDS", "TARGETS", "Case", "Exploration", "Task", "measured"]
+
+Params = tuple[tuple[str, float], ...]
+
+#: Names here of the angles between attitudes, which outputs may have too.
+ATTITUDES = {ANGLES[0]: ATTITUDE} | {name: f"{ATTITUDE}_{name}" for name in ANGLES[1:]}
+
+#: Parts for which area and clock are known.
+TARGETS = ("xc6slx9",)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A combination.
+
+    Attributes
+    ----------
+    estimator : str, class or Estimator
+    arguments : tuple of (name, value)
+        Of its constructor; values as Python writes them.
+    word : int
+    config, target : str
+    """
+
+    estimator: Named
+    arguments: tuple[tuple[str, str], ...]
+    word: int
+    config: str
+    target: str
+
+    @property
+    def named(self) -> Named:
+        """The estimator with the arguments of its constructor.
+
+        Raises
+        ------
+        InputError
+            The constructor does not take them, or there is none.
+        """
+        name, text = self.estimator, ", ".join(f"{key}={value}" for key, value in self.arguments)
+        if not text:
+            return name
+        if isinstance(name, type):
+            try:
+                return name(**{key: ast.literal_eval(value) for key, value in self.arguments})
+            except InputError:
+                raise
+            except Exception as error:
+                found = f"{type(error).__name__}: {error}".splitlines()[0]
+                where = f"{name.__name__}({text})"
+                raise InputError.at(
+                    where,
+                    wanted="a constructor that returns",
+                    found=found,
+                    fix="correct the arguments",
+                ) from error
+        if not isinstance(name, str):
+            raise InputError.at(
+                "estimator",
+                wanted="a name or a class with arguments of the constructor",
+                found="an object",
+                fix="give its class, or leave the arguments out",
+            )
+        if name.endswith(")"):
+            return f"{name[:-1]}{'' if name.endswith('()') else ', '}{text})"
+        if name.endswith(".py"):
+            name = f"{name}:{type(estimator_of(name)).__name__}"
+        return f"{name}({text})"
+
+    def build(self, params: Params) -> Build:
+        """What is measured; raises `InputError` as `named` and `Build` do."""
+        return Build(
+            estimator_of(self.named), config=self.config, word=self.word, params=[dict(params)]
+        )
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """What all combinations share: logs, parameter values, most samples of a log."""
+
+    logs: tuple[str | Record, ...]
+    params: Params = ()
+    steps: int | None = None
+
+
+@dataclass(frozen=True)
+class Task:
+    """One piece of work: its key, one of `KINDS`, a combination that needs it."""
+
+    key: str
+    kind: str
+    case: Case
+
+
+def measured(exploration: Exploration, tasks: Sequence[Task]) -> list[dict[str, Any]]:
+    """Rows of some tasks: figures, or under ``refused`` why there are none.
+
+    A row with ``again`` is due to a tool, and worth another try.
+    """
+    return [{"key": task.key, **_row(exploration, task)} for task in tasks]
+
+
+def _row(exploration: Exploration, task: Task) -> dict[str, Any]:
+    try:
+        return KINDS[task.kind](exploration, task.case)
+    except (InputError, ScheduleError) as error:
+        return {"refused": str(error).splitlines()[0]}
+    except (SynthesisError, ToolFailed) as error:
+        return {"refused": str(error).splitlines()[0], "again": True}
+
+
+@lru_cache(maxsize=2)
+def _records(logs: tuple[str | Record, ...]) -> list[Record]:
+    return [record_of(log) for log in logs]
+
+
+def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
+    """Largest and root mean square errors from float64 and from truth, saturated updates."""
+    build = case.build(exploration.params)
+    estimator = build.estimators[0]
+    feeds = [feed(estimator, r.head(exploration.steps)) for r in _records(exploration.logs)]
+    for rows in feeds:
+        check_sound(build, [rows.inputs])
+    fixed, floating = Emitted(build), CompiledFloat(build)
+    runs = [fixed.run_anew(rows.inputs) for rows in feeds]
+    near = [
+        differences(estimator.outputs, run.outputs, floating.run_anew(rows.inputs).outputs)
+        for run, rows in zip(runs, feeds, strict=True)
+    ]
+    lengths = [len(rows) for rows in feeds]
+    return {
+        "updates": sum(lengths),
+        "saturated": sum(run.n_saturated for run in runs),
+        "clamped": sum(sum(rows.clamped.values()) for rows in feeds),
+        "errors": {
+            parts[0].output: _error(parts, lengths) for parts in map(list, zip(*near, strict=True))
+        },
+        "truth": _truth(estimator, feeds, runs),
+    }
+
+
+def _error(parts: Sequence[Difference], lengths: Sequence[int]) -> dict[str, Any]:
+    """An output's error over all logs."""
+    d = Difference.joined(parts, lengths)
+    return {
+        "unit": d.unit,
+        "largest": _number(d.largest),
+        "rms": _number(d.rms),
+        "tolerance": d.tolerance,
+        "good": all(part.good for part in parts),
+    }
+
+
+def _truth(estimator: Estimator, feeds: Sequence[Feed], runs: Sequence[Run]) -> dict[str, Any]:
+    """Errors from truth: mean of the root mean squares over the logs that have one, the largest.
+
+    Of an attitude, the angles of `boresight accuracy`, under the names of `ATTITUDES`.
+    """
+    rms: dict[str, list[float]] = {}
+    largest: dict[str, list[float]] = {}
+    units: dict[str, str] = {}
+    for rows, run in zip(feeds, runs, strict=True):
+        own = units_of(estimator, rows)
+        angles = ATTITUDES if ANGLES[0] in own else {}
+        for name, value in errors(estimator, rows, run.outputs).items():
+            rms.setdefault(angles.get(name, name), []).append(value)
+            units[angles.get(name, name)] = own[name]
+        truth = {name: values[rows.counts] for name, values in rows.truth.items()}
+        outputs = {name: run.outputs[name][rows.counts] for name in truth}
+        for d in differences(estimator.outputs, outputs, truth, judged=False):
+            if d.output in rms:
+                largest.setdefault(d.output, []).append(d.largest)
+    return {
+        name: {
+            "unit": units[name],
+            "rms": _number(math.fsum(values) / len(values)),
+            "largest": _number(float(np.max(largest[name]))) if name in largest else None,
+        }
+        for name, values in rms.items()
+    }
+
+
+def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:
+    """Cycles to each output and of an update, and what is done in it."""
+    core = case.build(exploration.params).core
+    plan = core.schedule
+    terms = [slot for slot in plan.slots if slot.term is not None]
+    return {
+        "cycles": plan.latency,
+        "interval": plan.interval,
+        "latencies": dict(zip(core.program.output_names, plan.latencies, strict=True)),
+        "microwords": len(core.image.rom),
+        "multiplications": len(terms),
+        "accesses": sum(1 + (slot.b is not None) for slot in plan.slots)
+        + len(plan.ends)
+        + len(plan.gets),
+    }
+
+
+def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
+    """Area of the core, and an estimate of its clock on speed grade -2, MHz, median nets."""
+    core = case.build(exploration.params).core
+    design = estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
+    used = design.area.used()
+    clock = design.corner().fmax_mhz
+    return {
+        **{name: used[name] for name in ("lut", "ff", "dsp", "ramb16")},
+        "clock": None if clock is None else round(clock, 1),
+        "fits": not design.area.overfull(design.device),
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+#: What is measured, the quick ones first.
+KINDS: Mapping[str, Callable[[Exploration, Case], dict[str, Any]]] = {
+    "errors": _errors,
+    "cycles": _cycles,
+    "area": _area,
+}

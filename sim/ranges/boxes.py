@@ -1,0 +1,308 @@
+"""Proof of a range by intervals on boxes that are halved where they do not decide.
+
+A value is a function of the values that it is computed from, some steps back, each anywhere in the
+interval that is known of it. Where the interval of the function over the whole box is too wide,
+since the same value occurs twice or a selection is undecided, both halves of the box are tried.
+Products with an inverse root use a relation that no interval holds: where S - k c^2 is a sum of
+what cannot be negative, |c| / sqrt(S) <= 1 / sqrt(k).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.lowering.graph import LEAVES, Node
+from boresight.sim.ranges.claims import Claim
+
+__all__ = ["proof_of"]
+
+FloatArray = npt.NDArray[np.float64]
+#: Ends (boxes,) of a value.
+Ends = tuple[FloatArray, FloatArray]
+#: A polynomial: the coefficient of each product of nodes, by their sorted numbers.
+Polynomial = dict[tuple[int, ...], float]
+
+#: Steps back that are tried, most values that may vary, most terms; most boxes, and of one value.
+_DEPTHS, _VARIABLES, _TERMS = (1, 2, 3, 4, 6, 8, 12), 8, 60
+_BOXES, _BOXES_OF_ONE = 6_000, 100_000
+
+
+def proof_of(claim: Claim) -> str | None:
+    """How a claim is proven: "interval", or "N boxes of M values"; None: it is not."""
+    low, high = claim.ends
+    if low <= claim.node.low and claim.node.high <= high:
+        return "interval"
+    before = frozenset[int]()
+    for depth in _DEPTHS:
+        cut = list(_cut(claim.node, depth))
+        numbers = frozenset(n.number for n in cut)
+        if numbers == before:
+            break
+        before = numbers
+        if len(cut) > _VARIABLES or not all(math.isfinite(n.high - n.low) for n in cut):
+            continue
+        boxes = _halved(_Function(claim.node, cut), cut, low, high)
+        if boxes:
+            return f"{boxes} boxes of {len(cut)} values"
+    return None
+
+
+def _cut(node: Node, depth: int) -> Iterator[Node]:
+    """Values that a node is computed from, ``depth`` steps back, constants left out."""
+    level: dict[int, int] = {node.number: depth}
+    nodes = {node.number: node}
+    order = [node.number]
+    while order:  # the latest node first: all that read it are done
+        number = max(order)
+        order.remove(number)
+        at, left = nodes[number], level[number]
+        if at.kind == "const":
+            continue
+        if at.kind in LEAVES or (left <= 0 and number != node.number):
+            yield at
+            continue
+        for arg in at.args:
+            if arg.number not in level:
+                order.append(arg.number)
+            nodes[arg.number] = arg
+            level[arg.number] = max(level.get(arg.number, 0), left - 1)
+
+
+def _halved(function: _Function, cut: Sequence[Node], low: float, high: float) -> int:
+    """Boxes that prove the range; 0: too many."""
+    boxes, done = np.array([[[n.low, n.high] for n in cut]]).reshape(1, len(cut), 2), 0
+    size = np.maximum(boxes[0, :, 1] - boxes[0, :, 0], 1e-300)
+    allowed = (_BOXES if len(cut) > 1 else _BOXES_OF_ONE) if cut else 0
+    while True:
+        with np.errstate(all="ignore"):
+            least, most = function(boxes)
+        boxes = boxes[~((low <= least) & (most <= high))]
+        if not len(boxes):
+            return done + 1
+        done += 2 * len(boxes)
+        middle, each = boxes.mean(axis=2), np.arange(len(boxes))
+        if done > allowed or (middle <= boxes[:, :, 0]).all(axis=1).any():
+            return 0
+        which = ((boxes[:, :, 1] - boxes[:, :, 0]) / size).argmax(axis=1)
+        lower, upper = boxes.copy(), boxes.copy()
+        lower[each, which, 1] = upper[each, which, 0] = middle[each, which]
+        boxes = np.concatenate([lower, upper])
+
+
+class _Function:
+    """A node as a function of the nodes of a cut, on intervals."""
+
+    def __init__(self, node: Node, cut: Sequence[Node]) -> None:
+        self.node, self.cut = node, {n.number: k for k, n in enumerate(cut)}
+        self.order: list[Node] = []
+        seen = set(self.cut)
+        stack = [(node, False)] if node.number not in seen else []
+        while stack:
+            at, entered = stack.pop()
+            if entered:
+                self.order.append(at)
+            elif at.number not in seen:
+                seen.add(at.number)
+                stack += [(at, True), *((arg, False) for arg in at.args)]
+        self.bounds = {n.number: self._relation(n) for n in self.order if n.kind == "mul"}
+
+    def __call__(self, boxes: FloatArray) -> Ends:
+        """Ends of the value on boxes (boxes, cut, 2)."""
+        known: dict[int, Ends] = {
+            number: (boxes[:, k, 0], boxes[:, k, 1]) for number, k in self.cut.items()
+        }
+        for at in self.order:
+            args = [known[arg.number] for arg in at.args]
+            if at.kind == "sin" and (turned := at.args[0]).kind == "wrap" and turned.value == 2.0:
+                args = [known.get(turned.args[0].number, args[0])]  # the same, without the jump
+            least, most = _ENDS[at.kind](at, args) if at.kind != "const" else (at.value, at.value)
+            least, most = np.maximum(least, at.low), np.minimum(most, at.high)
+            bound = self.bounds.get(at.number, math.inf)
+            least, most = np.maximum(least, -bound), np.minimum(most, bound)
+            shape = (len(boxes),)
+            known[at.number] = np.broadcast_to(least, shape), np.broadcast_to(most, shape)
+        return known[self.node.number]
+
+    def _relation(self, at: Node) -> float:
+        """Largest |c| / sqrt(S) of a product that is one, by the relation above."""
+        for c, root in (at.args, at.args[::-1]):
+            if root.kind != "rsqrt":
+                continue
+            total = _polynomial(root.args[0])
+            sides = list(_signed_cases(c))
+            if total is None or any(side is None for side, _ in sides):
+                continue
+            best = [
+                max((k for k in (1.0, 2.0, 4.0) if _no_less(total, side, k, less)), default=0.0)
+                for side, less in sides
+            ]
+            if min(best):
+                return 1.0 / math.sqrt(min(best))
+        return math.inf
+
+
+def _signed_cases(c: Node) -> Iterator[tuple[Polynomial | None, Polynomial | None]]:
+    """Squares that c^2 may be, each with a polynomial that is at most 0 then."""
+    if c.kind in ("abs", "flip"):
+        yield from _signed_cases(c.args[-1])
+    elif c.kind == "select":
+        decides = _polynomial(c.args[0])
+        for chosen, sign in ((c.args[1], 1.0), (c.args[2], -1.0)):
+            less = None if decides is None else {m: sign * k for m, k in decides.items()}
+            yield _squared(chosen), less
+    else:
+        yield _squared(c), None
+
+
+def _squared(c: Node) -> Polynomial | None:
+    factor = _polynomial(c)
+    return None if factor is None else _times(factor, factor)
+
+
+def _no_less(
+    total: Polynomial, square: Polynomial | None, k: float, less: Polynomial | None
+) -> bool:
+    """Whether total - k square, or that plus ``less``, is a sum of what cannot be negative."""
+    assert square is not None
+    for extra in (None, less):
+        rest = dict(total)
+        for part, factor in ((square, -k), (extra or {}, 1.0)):
+            for m, value in part.items():
+                rest[m] = rest.get(m, 0.0) + factor * value
+        if all(v >= -1e-12 and (_even(m) or not v > 1e-12) for m, v in rest.items()):
+            return True
+    return False
+
+
+def _even(monomial: tuple[int, ...]) -> bool:
+    return all(monomial.count(n) % 2 == 0 for n in monomial)
+
+
+def _polynomial(node: Node, left: int = 6) -> Polynomial | None:
+    """A node as a polynomial of others; None: of too many terms."""
+    if node.kind == "const":
+        return {(): node.value}
+    if node.kind == "bounded" and left:
+        return _polynomial(node.args[0], left)
+    if node.kind in ("sum", "mul") and left:
+        parts = [_polynomial(arg, left - 1) for arg in node.args]
+        if any(part is None for part in parts):
+            return None
+        known = [part for part in parts if part is not None]
+        if node.kind == "mul":
+            return _times(*known)
+        out: Polynomial = {}
+        for part, sign in zip(known, node.signs, strict=True):
+            for m, value in part.items():
+                out[m] = out.get(m, 0.0) + sign * value
+        return out if len(out) <= _TERMS else None
+    return {(node.number,): 1.0}
+
+
+def _times(a: Polynomial, b: Polynomial) -> Polynomial | None:
+    if len(a) * len(b) > _TERMS**2:
+        return None
+    out: Polynomial = {}
+    for m, x in a.items():
+        for n, y in b.items():
+            key = tuple(sorted((*m, *n)))
+            out[key] = out.get(key, 0.0) + x * y
+    return out
+
+
+# -- each kind of node on intervals ---------------------------------------------------------------
+
+
+def _sum(node: Node, args: list[Ends]) -> Ends:
+    least = sum(a[0] if s > 0 else -a[1] for a, s in zip(args, node.signs, strict=True))
+    most = sum(a[1] if s > 0 else -a[0] for a, s in zip(args, node.signs, strict=True))
+    return np.asarray(least), np.asarray(most)
+
+
+def _mul(node: Node, args: list[Ends]) -> Ends:
+    (a, b), (c, d) = args
+    if node.args[0] is node.args[1]:
+        return _even_ends(a * a, b * b, (a <= 0.0) & (b >= 0.0))
+    corners = [np.where((x == 0.0) | (y == 0.0), 0.0, x * y) for x in (a, b) for y in (c, d)]
+    if node.args[1].kind == "rsqrt" and node.args[1].args[0] is node.args[0]:
+        return np.sqrt(np.maximum(a, 0.0)), np.sqrt(np.maximum(b, 0.0))
+    return np.minimum.reduce(corners), np.maximum.reduce(corners)
+
+
+def _even_ends(x: FloatArray, y: FloatArray, through: npt.NDArray[np.bool_]) -> Ends:
+    """Ends of an even function whose values at the ends are x and y, and 0 at 0."""
+    return np.where(through, 0.0, np.minimum(x, y)), np.maximum(x, y)
+
+
+def _select(node: Node, args: list[Ends]) -> Ends:
+    (c, d), yes, no = args
+    least = np.where(d < 0.0, yes[0], np.where(c >= 0.0, no[0], np.minimum(yes[0], no[0])))
+    return least, np.where(d < 0.0, yes[1], np.where(c >= 0.0, no[1], np.maximum(yes[1], no[1])))
+
+
+def _flip(node: Node, args: list[Ends]) -> Ends:
+    condition, (a, b) = args
+    return _select(node, [condition, (-b, -a), (a, b)])
+
+
+def _abs(node: Node, args: list[Ends]) -> Ends:
+    a, b = args[0]
+    return _even_ends(np.abs(a), np.abs(b), (a <= 0.0) & (b >= 0.0))
+
+
+def _wrap(node: Node, args: list[Ends]) -> Ends:
+    a, b = args[0]
+    turn = np.floor(a / node.value + 0.5)
+    whole = turn == np.floor(b / node.value + 0.5)
+    half = 0.5 * node.value
+    return (
+        np.where(whole, a - turn * node.value, -half),
+        np.where(whole, b - turn * node.value, half),
+    )
+
+
+def _sin(node: Node, args: list[Ends]) -> Ends:
+    a, b = (end + 0.5 * node.quarter for end in args[0])
+    x, y = np.sin(np.pi * a), np.sin(np.pi * b)
+    top = np.floor((b - 0.5) / 2.0) > np.floor((a - 0.5) / 2.0)
+    bottom = np.floor((b + 0.5) / 2.0) > np.floor((a + 0.5) / 2.0)
+    return np.where(bottom, -1.0, np.minimum(x, y)), np.where(top, 1.0, np.maximum(x, y))
+
+
+def _asin(node: Node, args: list[Ends]) -> Ends:
+    a, b = (np.arcsin(np.clip(end, 0.0, 1.0)) / np.pi for end in args[0])
+    return a, b
+
+
+def _rsqrt(node: Node, args: list[Ends]) -> Ends:
+    a, b = args[0]
+    return 1.0 / np.sqrt(np.maximum(b, 0.0)), 1.0 / np.sqrt(np.maximum(a, 0.0))
+
+
+def _reciprocal(node: Node, args: list[Ends]) -> Ends:
+    a, b = args[0]
+    return 1.0 / b, 1.0 / a
+
+
+_ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {
+    "sum": _sum,
+    "mul": _mul,
+    "select": _select,
+    "flip": _flip,
+    "complement": _flip,
+    "abs": _abs,
+    "wrap": _wrap,
+    "bounded": lambda node, args: args[0],
+    "saturated": lambda node, args: (
+        np.clip(args[0][0], -node.value, node.value),
+        np.clip(args[0][1], -node.value, node.value),
+    ),
+    "sin": _sin,
+    "asin": _asin,
+    "rsqrt": _rsqrt,
+    "reciprocal": _reciprocal,
+}

@@ -1,0 +1,123 @@
+"""Claims that hold since a matrix of states is a covariance.
+
+|P_ij| <= sd_i sd_j (Cauchy-Schwarz) is no property of one state, and no interval holds it. It is
+checked instead: states that are covariances, of any rank and size within their ranges, replace
+those that runs reached; then every claim must hold in the next update, and the next matrix must be
+a covariance again, but for rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.graph import Node
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.program import Program
+from boresight.sim.accuracy.covariance import Covariance, covariance_of
+from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.search import Search
+
+__all__ = ["THEOREM", "of_covariance"]
+
+FloatArray = npt.NDArray[np.float64]
+
+THEOREM = "Cauchy-Schwarz"
+#: Binades that variances span below their largest; errors of an element that rounding explains.
+_BINADES, _ROUNDING = 16.0, 4.0
+
+
+def of_covariance(
+    estimator: Estimator,
+    program: Program,
+    nodes: Mapping[int, Node],
+    claims: Sequence[Claim],
+    updates: int,
+) -> dict[int, str]:
+    """Which claims depend on a covariance among the states and hold on drawn ones, and how.
+
+    Empty without a covariance, or where the next matrix is none.
+    """
+    try:
+        covariance = covariance_of(estimator)
+    except InputError:
+        return {}
+    states = {program.states[k][0] for _, _, k in covariance.elements}
+    depend = _dependent(program, nodes, claims, states)
+    out: dict[int, str] = {}
+    for whole in (False, True):
+        left = [k for k in depend if k not in out]
+        draw = _Drawn(covariance, program, whole=whole)
+        search = Search(
+            estimator, program, nodes, [claims[k] for k in left], drawn_states=draw.states
+        )
+        kept = True
+        for _ in range(updates if left else 0):
+            search.run(1)
+            kept = kept and draw.is_covariance(search.states)
+        limits = "variances that add up to one range" if whole else "variances in their ranges"
+        if kept:
+            how = f"{THEOREM}, {limits}"
+            out |= {k: how for k, r in zip(left, search.reach(), strict=True) if not r.broken}
+    return out
+
+
+def _dependent(
+    program: Program, nodes: Mapping[int, Node], claims: Sequence[Claim], states: set[int]
+) -> list[int]:
+    """Claims whose values depend on some of the states."""
+    leaves = {nodes[n].number for n in states}
+    return [
+        k for k, claim in enumerate(claims) if leaves & {node.number for node in live([claim.node])}
+    ]
+
+
+class _Drawn:
+    """Random covariances in place of those that runs have.
+
+    Parameters
+    ----------
+    whole : bool
+        Shares of the largest variances add up to one at most.
+    """
+
+    def __init__(self, covariance: Covariance, program: Program, *, whole: bool) -> None:
+        self.whole = whole
+        self.elements = covariance.elements
+        self.formats = [program.format(program.states[k][0]) for _, _, k in self.elements]
+        self.axes = len(covariance.axes)
+        high = {i: program.values[program.states[k][0]].high for i, j, k in self.elements if i == j}
+        self.most = np.array([high[i] for i in range(self.axes)])[:, None]
+
+    def states(self, rng: np.random.Generator, states: IntArray) -> IntArray:
+        """State words (n_states, runs) with other covariances."""
+        n, runs = self.axes, states.shape[1]
+        share = 2.0 ** -(_BINADES * rng.random((n, runs)) * rng.integers(0, 2, (n, runs)))
+        if self.whole:
+            share /= np.maximum(share.sum(axis=0), 1.0)
+        # Rows of unit length: a correlation matrix of their rank, or of a smaller one.
+        rows = rng.normal(size=(n, n, runs))
+        rows *= np.arange(n)[None, :, None] < rng.integers(1, n + 1, runs)
+        rows *= 4.0 ** -(4.0 * rng.random((n, n, runs)) * rng.integers(0, 2, runs))
+        rows /= np.maximum(np.sqrt((rows * rows).sum(axis=1, keepdims=True)), 1e-30)
+        rows *= np.sqrt(share * self.most)[:, None, :]
+        out = states.copy()
+        for (i, j, k), form in zip(self.elements, self.formats, strict=True):
+            out[k] = form.quantise((rows[i] * rows[j]).sum(axis=0))
+        return out
+
+    def is_covariance(self, states: IntArray) -> bool:
+        """Whether all matrices among state words (n_states, runs) are, but for rounding."""
+        p = np.zeros((states.shape[1], self.axes, self.axes))
+        lsb = np.zeros((self.axes, self.axes))
+        for (i, j, k), form in zip(self.elements, self.formats, strict=True):
+            p[:, i, j] = p[:, j, i] = form.real(states[k])
+            lsb[i, j] = lsb[j, i] = form.lsb
+        each = np.arange(self.axes)
+        p[:, each, each] += _ROUNDING * self.axes * lsb.sum(axis=1)
+        sd = np.sqrt(np.maximum(p[:, each, each], 1e-300))
+        return bool((np.linalg.eigvalsh(p / (sd[:, :, None] * sd[:, None, :])) > -1e-9).all())

@@ -1,0 +1,267 @@
+"""Every claim of an estimator about its ranges, with what is known of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from boresight.model.estimator import Estimator
+from boresight.model.words.program import Overflow
+from boresight.sim.answer import Answer, Figure, JsonObject
+from boresight.sim.ranges.boxes import proof_of
+from boresight.sim.ranges.claims import Claim, claims_of
+from boresight.sim.ranges.covariances import of_covariance
+from boresight.sim.ranges.search import RUNS, Reach, Search
+
+__all__ = ["NEAR", "STATUSES", "ClaimResult", "RangesResult", "Witness", "examine"]
+
+#: What is known of a claim, the best first; and of the range of a state.
+STATUSES = ("proven", "theorem", "tight", "open", "refuted")
+STATE_STATUSES = ("invariant", "observed", "left")
+#: Share of a range's size from which on a witness shows it to be tight.
+NEAR = 0.9
+
+
+@dataclass(frozen=True)
+class Witness:
+    """Legal parameters and inputs that take a value where it came.
+
+    Attributes
+    ----------
+    params : dict of str to float
+        Those that are not their defaults.
+    inputs : dict of str to list of float
+        One number for each update from a reset on, by input.
+    """
+
+    params: dict[str, float]
+    inputs: dict[str, list[float]] = field(repr=False)
+
+    @property
+    def updates(self) -> int:
+        """Updates from the reset on."""
+        return len(next(iter(self.inputs.values())))
+
+    @property
+    def last(self) -> str:
+        """The last update's inputs."""
+        return ", ".join(f"{name} = {values[-1]:.6g}" for name, values in self.inputs.items())
+
+
+@dataclass(frozen=True)
+class ClaimResult:
+    """A claim and what is known of it.
+
+    Attributes
+    ----------
+    value : str
+        The reason that its author gives, or which state it is.
+    line : str
+        Where it is stated.
+    low, high : float
+        The range.
+    status : str
+        One of `STATUSES`; of a state's range one of `STATE_STATUSES`.
+    how : str
+        Of what is proven: how; of what is refuted by rounding alone, how it holds without.
+    least, most : float
+        What the search reached.
+    share : float
+        Largest magnitude reached, as a share of the range's.
+    witness : Witness or None
+        Of a refuted claim.
+    """
+
+    value: str
+    line: str
+    low: float
+    high: float
+    status: str
+    how: str
+    least: float
+    most: float
+    share: float
+    witness: Witness | None = None
+
+    def __str__(self) -> str:
+        where = f"{self.value} ({self.line})" if self.line else self.value
+        text = f"{self.status:8} [{self.low:g}, {self.high:g}] {where}"
+        if self.how:
+            text += f": {self.how}"
+        if not self.how or self.witness is not None:
+            text += f": reached [{self.least:.6g}, {self.most:.6g}]"
+        if self.witness is not None:
+            text += f", in update {self.witness.updates} after a reset, {self.witness.last}"
+            text += "".join(f", --param {k}={v:.6g}" for k, v in self.witness.params.items())
+        return text
+
+
+@dataclass(frozen=True, eq=False)
+class RangesResult(Answer):
+    """What `boresight.ranges` gives.
+
+    Attributes
+    ----------
+    estimator : str
+    word : int
+    claims : tuple of ClaimResult
+    states : tuple of ClaimResult
+        That next states are in their ranges: an invariant, observed, or left (then the word's
+        saturation holds them).
+    updates : int
+        Of the search.
+    saturated : dict of str to int
+        Words that saturated in the search, with how often.
+    """
+
+    judged: ClassVar[Mapping[str, Figure]] = {
+        "shown": Figure("claims proven or tight, share", "count", falls=True),
+        "refuted": Figure("claims refuted", "count"),
+    }
+
+    estimator: str
+    word: int
+    claims: tuple[ClaimResult, ...]
+    states: tuple[ClaimResult, ...]
+    updates: int
+    saturated: dict[str, int]
+
+    @property
+    def good(self) -> bool:
+        """Nothing is refuted."""
+        return not self.refuted
+
+    @property
+    def refuted(self) -> int:
+        """Number of refuted claims."""
+        return sum(c.status == "refuted" for c in self.claims)
+
+    @property
+    def shown(self) -> float:
+        """Share of the claims about values that are proven, by theorem, or tight."""
+        good = sum(c.status in STATUSES[:3] for c in self.claims)
+        return good / len(self.claims) if self.claims else 1.0
+
+    def to_json(self) -> JsonObject:
+        """Return the fields, ``good``, ``shown`` and ``refuted`` as plain data."""
+        head = {"good": self.good, "shown": self.shown, "refuted": self.refuted}
+        return {**head, **super().to_json()}
+
+    def __str__(self) -> str:
+        lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
+        for title, claims, statuses in (
+            ("claims", self.claims, STATUSES),
+            ("ranges of states", self.states, STATE_STATUSES),
+        ):
+            count = Counter(c.status for c in claims)
+            each = ", ".join(f"{count[s]} {s}" for s in statuses if count[s])
+            lines.append(f"  {len(claims)} {title}: {each or 'none'}")
+        for status in ("refuted", "open", *STATE_STATUSES[1:]):
+            alike: dict[tuple[str, str], list[ClaimResult]] = {}
+            for c in (*self.claims, *self.states):
+                if c.status == status:
+                    alike.setdefault((c.value, c.line), []).append(c)
+            for group in alike.values():
+                farthest = max(group, key=lambda c: c.share)
+                more = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
+                lines.append(f"  {farthest}{more}")
+        if self.saturated:
+            words = ", ".join(f"{name} {count:,}x" for name, count in self.saturated.items())
+            lines.append(f"  saturated: {words}")
+        lines.append("good" if self.good else f"BAD: {self.refuted} refuted")
+        return "\n".join(lines)
+
+
+def examine(
+    estimator: Estimator,
+    *,
+    word: int = 32,
+    updates: int = 100_000,
+    seed: int = 1,
+    progress: Callable[[str], None] = lambda text: None,
+) -> RangesResult:
+    """Prove, or search.
+
+    Parameters
+    ----------
+    updates : int
+        Of the search, all runs together.
+    """
+    steps = -(-updates // RUNS)
+    program, nodes = estimator.compile_traced(word=word)
+    claims = claims_of(program, nodes)
+    proofs: list[str | None] = []
+    for k, claim in enumerate(claims):
+        progress(f"claim {k + 1} of {len(claims)}")
+        proofs.append(proof_of(claim))
+    search = Search(estimator, program, nodes, claims, seed)
+    search.run(steps, progress)
+    reached = search.reach()
+    rest = [
+        k
+        for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
+        if proofs[k] is None and not reach.broken and _share(claim, reach) < NEAR
+    ]
+    theorems = of_covariance(
+        estimator, program, nodes, [claims[k] for k in rest], max(1, steps // 4)
+    )
+    theorem = {rest[k]: how for k, how in theorems.items()}
+    results = []
+    for k, (claim, reach) in enumerate(zip(claims, reached, strict=True)):
+        how = proofs[k] or theorem.get(k, "")
+        if reach.broken and how:
+            how = f"holds but for rounding ({how})"
+        share = _share(claim, reach)
+        if claim.state:
+            status = STATE_STATUSES[2 if reach.broken else 0 if how else 1]
+        elif reach.broken:
+            status = "refuted"
+        elif how:
+            status = "proven" if proofs[k] else "theorem"
+        else:
+            status = "tight" if share >= NEAR else "open"
+        results.append(
+            ClaimResult(
+                claim.reason,
+                claim.line,
+                claim.low,
+                claim.high,
+                status,
+                how,
+                reach.least,
+                reach.most,
+                share,
+                _witness(estimator, search, reach) if reach.broken else None,
+            )
+        )
+    clamping = {op.dest for op in program.ops if op.overflow is Overflow.SAT}
+    counts = search.machine.saturations
+    return RangesResult(
+        estimator=estimator.name,
+        word=word,
+        claims=tuple(r for r, c in zip(results, claims, strict=True) if not c.state),
+        states=tuple(r for r, c in zip(results, claims, strict=True) if c.state),
+        updates=steps * RUNS,
+        saturated={
+            program.values[n].name: int(counts[n])
+            for n in np.flatnonzero(counts).tolist()
+            if n in clamping
+        },
+    )
+
+
+def _witness(estimator: Estimator, search: Search, reach: Reach) -> Witness:
+    params, rows = search.path(reach)
+    defaults = {p.name: p.default for p in estimator.params}
+    return Witness(
+        {name: value for name, value in params.items() if value != defaults[name]},
+        {i.name: rows[:, k].tolist() for k, i in enumerate(estimator.inputs)},
+    )
+
+
+def _share(claim: Claim, reach: Reach) -> float:
+    return max(-reach.least, reach.most) / claim.size if claim.size else 1.0

