@@ -44,10 +44,7 @@ def test_words_outside_18_to_32_bits(word) -> None:
 def test_machines() -> None:
     for config, word in (("small", 18), ("fast", 32)):
         check_machine(config, word)
-    with pytest.raises(
-        InputError,
-        match="^config: wanted one of small, fast, small-1024, fast-1024, .*found 'huge'",
-    ):
+    with pytest.raises(InputError, match="^config: wanted one of small, fast, .*found 'huge'"):
         check_machine("huge", 17)
     with pytest.raises(InputError, match="^word: wanted 18 to 32 bits"):
         check_machine("small", 17)
