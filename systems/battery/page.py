@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from boresight import Target
-from boresight.sim.experiments.page import Section
-from boresight.sim.experiments.page import render as page
+from boresight.sim.experiments.page import render_cases
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.systems.battery.estimator import DT
@@ -34,23 +33,17 @@ _SHOWN = ("known", "offset", "cold")
 
 def render(drained: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs: int) -> str:
     """HTML text: no script, nothing outside."""
-    pooled = {name: drained[name].pooled() for name in CASES}
-    rows: list[list[str | float]] = [
-        [case.meaning, *(pooled[name][key] for key in _COLUMNS.values())]
-        for name, case in CASES.items()
-    ]
-    return page(
+    return render_cases(
         "battery",
-        [text.format(runs=runs, seed=seed, last=seed + runs - 1) for text in _INTRO],
+        _INTRO,
         targets,
-        [
-            Section(title="Cases", columns=("", *_COLUMNS), rows=rows),
-            Section(
-                title="First run",
-                text="Charge, true and estimated; error, and three standard deviations.",
-                figures=[(CASES[n].meaning, _history(drained[n], n)) for n in _SHOWN],
-            ),
-        ],
+        drained,
+        seed=seed,
+        runs=runs,
+        meanings={name: case.meaning for name, case in CASES.items()},
+        columns=_COLUMNS,
+        text="Charge, true and estimated; error, and three standard deviations.",
+        plots={name: _history(drained[name], name) for name in _SHOWN},
     )
 
 

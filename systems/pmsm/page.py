@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from boresight import Target
-from boresight.sim.experiments.page import Section
-from boresight.sim.experiments.page import render as page
+from boresight.sim.experiments.page import render_cases
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.systems.pmsm.estimator import DT
@@ -34,23 +33,17 @@ _SHOWN = ("known", "warm", "dead_time")
 
 def render(driven: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs: int) -> str:
     """HTML text: no script, nothing outside."""
-    pooled = {name: driven[name].pooled() for name in MACHINES}
-    rows: list[list[str | float]] = [
-        [case.meaning, *(pooled[name][key] for key in _COLUMNS.values())]
-        for name, case in MACHINES.items()
-    ]
-    return page(
+    return render_cases(
         "pmsm",
-        [text.format(runs=runs, seed=seed, last=seed + runs - 1) for text in _INTRO],
+        _INTRO,
         targets,
-        [
-            Section(title="Cases", columns=("", *_COLUMNS), rows=rows),
-            Section(
-                title="First run",
-                text="Speed, true and estimated, and error of the angle.",
-                figures=[(MACHINES[n].meaning, _history(driven[n], n)) for n in _SHOWN],
-            ),
-        ],
+        driven,
+        seed=seed,
+        runs=runs,
+        meanings={name: case.meaning for name, case in MACHINES.items()},
+        columns=_COLUMNS,
+        text="Speed, true and estimated, and error of the angle.",
+        plots={name: _history(driven[name], name) for name in _SHOWN},
     )
 
 
