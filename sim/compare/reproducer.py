@@ -109,7 +109,7 @@ class _Saved(Build):
 def replay_reproducer(
     path: Path, *, levels: Sequence[str] | None = None, simulator: str = "verilator"
 ) -> list[str]:
-    """Run a reproducer on these levels, by default on every exact one.
+    """Run a reproducer on these levels, by default on every exact one that is usual.
 
     Returns
     -------
@@ -123,7 +123,11 @@ def replay_reproducer(
     wanted = np.array(data["outputs"], dtype=np.int64)
     record = np.stack([program.format(n).real(inputs[:, k]) for k, n in enumerate(program.inputs)])
     lines = []
-    chosen = [name for name, level in LEVELS.items() if level.exact] if levels is None else levels
+    chosen = (
+        [name for name, level in LEVELS.items() if level.exact and level.usual]
+        if levels is None
+        else levels
+    )
     for kind in (LEVELS[name] for name in chosen):
         tool = simulator if simulator in kind.tools else None
         try:

@@ -355,6 +355,6 @@ def _source(place: str) -> str:
     """A place, "file.py, line 41", with the text of the line where its file is loaded."""
     name, _, number = place.partition(", line ")
     files = {getattr(module, "__file__", None) or "" for module in list(sys.modules.values())}
-    mine = [file for file in files if Path(file).name == name]
-    text = linecache.getline(mine[0], int(number)).strip() if len(mine) == 1 and number else ""
-    return f"{place}: {text}" if text else place
+    mine = [file for file in files if number and Path(file).name == name]
+    texts = {linecache.getline(file, int(number)).strip() for file in mine} - {""}
+    return f"{place}: {texts.pop()}" if len(texts) == 1 else place  # files of one name may differ
