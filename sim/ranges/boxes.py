@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.sim.ranges.claims import Claim
 
-__all__ = ["proof_of"]
+__all__ = ["Proof", "proof_of"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
@@ -31,11 +32,27 @@ _DEPTHS, _VARIABLES, _TERMS = (1, 2, 3, 4, 6, 8, 12), 8, 60
 _BOXES, _BOXES_OF_ONE = 6_000, 100_000
 
 
-def proof_of(claim: Claim) -> str | None:
-    """How a claim is proven: "interval", or "N boxes of M values"; None: it is not."""
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Of a claim.
+
+    Attributes
+    ----------
+    how : str
+        "interval", or "N boxes of M values".
+    base : tuple of Node
+        The nodes whose intervals in the compiled step it uses.
+    """
+
+    how: str
+    base: tuple[Node, ...]
+
+
+def proof_of(claim: Claim) -> Proof | None:
+    """Prove a claim, if intervals on boxes decide it."""
     low, high = claim.ends
     if low <= claim.node.low and claim.node.high <= high:
-        return "interval"
+        return Proof("interval", (claim.node,))
     before = frozenset[int]()
     for depth in _DEPTHS:
         cut = list(_cut(claim.node, depth))
@@ -45,9 +62,10 @@ def proof_of(claim: Claim) -> str | None:
         before = numbers
         if len(cut) > _VARIABLES or not all(math.isfinite(n.high - n.low) for n in cut):
             continue
-        boxes = _halved(_Function(claim.node, cut), cut, low, high)
+        function = _Function(claim.node, cut)
+        boxes = _halved(function, cut, low, high)
         if boxes:
-            return f"{boxes} boxes of {len(cut)} values"
+            return Proof(f"{boxes} boxes of {len(cut)} values", (*cut, *function.order))
     return None
 
 
