@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -53,13 +54,13 @@ def proof_of(claim: Claim) -> Proof | None:
     low, high = claim.ends
     if low <= claim.node.low and claim.node.high <= high:
         return Proof("interval", (claim.node,))
-    before = frozenset[int]()
-    for depth in _DEPTHS:
-        cut = list(_cut(claim.node, depth))
+    tried = {frozenset[int]()}
+    for depth, steps in product(_DEPTHS, (max, min)):
+        cut = list(_cut(claim.node, depth, steps))
         numbers = frozenset(n.number for n in cut)
-        if numbers == before:
-            break
-        before = numbers
+        if numbers in tried:
+            continue
+        tried.add(numbers)
         if len(cut) > _VARIABLES or not all(math.isfinite(n.high - n.low) for n in cut):
             continue
         function = _Function(claim.node, cut)
@@ -69,8 +70,12 @@ def proof_of(claim: Claim) -> Proof | None:
     return None
 
 
-def _cut(node: Node, depth: int) -> Iterator[Node]:
-    """Values that a node is computed from, ``depth`` steps back, constants left out."""
+def _cut(node: Node, depth: int, steps: Callable[[int, int], int]) -> Iterator[Node]:
+    """Values that a node is computed from, ``depth`` steps back, constants left out.
+
+    Where paths of different lengths lead to a value, ``steps`` chooses from the steps that are left
+    on each: with `min`, both sides of ``x < a ? a : x`` end at x, however x is computed.
+    """
     level: dict[int, int] = {node.number: depth}
     nodes = {node.number: node}
     order = [node.number]
@@ -87,7 +92,7 @@ def _cut(node: Node, depth: int) -> Iterator[Node]:
             if arg.number not in level:
                 order.append(arg.number)
             nodes[arg.number] = arg
-            level[arg.number] = max(level.get(arg.number, 0), left - 1)
+            level[arg.number] = steps(level.get(arg.number, left - 1), left - 1)
 
 
 def _halved(function: _Function, cut: Sequence[Node], low: float, high: float) -> int:
