@@ -1,4 +1,4 @@
-"""Ranges that an estimator states: proven, or how far a search came to their ends.
+"""Ranges that an estimator states: proven, checked, or how far a search came to their ends.
 
 boresight ranges my_filter.py  # all claims of ops.bounded, and the states' ranges
 boresight ranges mekf --updates 1000000  # a longer search
@@ -36,7 +36,7 @@ def ranges(
     witness: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> RangesResult:
-    """Prove or refute what an estimator says of its ranges.
+    """Prove, check or refute the ranges that an estimator states.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def ranges(
     seed : int
         Of the search.
     witness : path, optional
-        Log of the inputs that break the first range, from a reset on; not written if none breaks.
+        Log of the inputs that break the first refuted claim, from a reset on; else not written.
 
     Returns
     -------
@@ -65,7 +65,8 @@ def ranges(
         target = OutputFile(witness, "ranges", of=estimator.name, option="--witness")
     tell = progress or (lambda text: None)
     result = examine(estimator, word=word, updates=updates, seed=seed, progress=tell)
-    broken = next((c.witness for c in result.claims if c.witness is not None), None)
+    refuted = [c for c in (*result.claims, *result.states) if c.status == "refuted"]
+    broken = refuted[0].witness if refuted else None
     if witness is not None and target is not None and broken is not None:
         columns = {
             i.name: Column(np.array(broken.inputs[i.name]), i.unit or None)

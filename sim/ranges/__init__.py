@@ -1,1 +1,1 @@
-"""Ranges that an estimator states: proven, or how far a search came to their ends."""
+"""Ranges that an estimator states: proven, checked, or how far a search came to their ends."""

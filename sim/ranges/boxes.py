@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +20,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.sim.ranges.claims import Claim
 
-__all__ = ["proof_of"]
+__all__ = ["Proof", "proof_of"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
@@ -31,28 +33,49 @@ _DEPTHS, _VARIABLES, _TERMS = (1, 2, 3, 4, 6, 8, 12), 8, 60
 _BOXES, _BOXES_OF_ONE = 6_000, 100_000
 
 
-def proof_of(claim: Claim) -> str | None:
-    """How a claim is proven: "interval", or "N boxes of M values"; None: it is not."""
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Of a claim.
+
+    Attributes
+    ----------
+    how : str
+        "interval", or "N boxes of M values".
+    base : tuple of Node
+        The nodes whose intervals in the compiled step it uses.
+    """
+
+    how: str
+    base: tuple[Node, ...]
+
+
+def proof_of(claim: Claim) -> Proof | None:
+    """Prove a claim, if intervals on boxes decide it."""
     low, high = claim.ends
     if low <= claim.node.low and claim.node.high <= high:
-        return "interval"
-    before = frozenset[int]()
-    for depth in _DEPTHS:
-        cut = list(_cut(claim.node, depth))
+        return Proof("interval", (claim.node,))
+    tried = {frozenset[int]()}
+    for depth, steps in product(_DEPTHS, (max, min)):
+        cut = list(_cut(claim.node, depth, steps))
         numbers = frozenset(n.number for n in cut)
-        if numbers == before:
-            break
-        before = numbers
+        if numbers in tried:
+            continue
+        tried.add(numbers)
         if len(cut) > _VARIABLES or not all(math.isfinite(n.high - n.low) for n in cut):
             continue
-        boxes = _halved(_Function(claim.node, cut), cut, low, high)
+        function = _Function(claim.node, cut)
+        boxes = _halved(function, cut, low, high)
         if boxes:
-            return f"{boxes} boxes of {len(cut)} values"
+            return Proof(f"{boxes} boxes of {len(cut)} values", (*cut, *function.order))
     return None
 
 
-def _cut(node: Node, depth: int) -> Iterator[Node]:
-    """Values that a node is computed from, ``depth`` steps back, constants left out."""
+def _cut(node: Node, depth: int, steps: Callable[[int, int], int]) -> Iterator[Node]:
+    """Values that a node is computed from, ``depth`` steps back, constants left out.
+
+    Where paths of different lengths lead to a value, ``steps`` chooses from the steps that are left
+    on each: with `min`, both sides of ``x < a ? a : x`` end at x, however x is computed.
+    """
     level: dict[int, int] = {node.number: depth}
     nodes = {node.number: node}
     order = [node.number]
@@ -69,7 +92,7 @@ def _cut(node: Node, depth: int) -> Iterator[Node]:
             if arg.number not in level:
                 order.append(arg.number)
             nodes[arg.number] = arg
-            level[arg.number] = max(level.get(arg.number, 0), left - 1)
+            level[arg.number] = steps(level.get(arg.number, left - 1), left - 1)
 
 
 def _halved(function: _Function, cut: Sequence[Node], low: float, high: float) -> int:

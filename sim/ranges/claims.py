@@ -8,13 +8,13 @@ the declared range of its state.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Overflow, Program
 
-__all__ = ["TOLERANCE", "Claim", "claims_of", "live"]
+__all__ = ["TOLERANCE", "Claim", "assumptions", "claims_of", "live"]
 
 #: Share of its size by which a value may pass the end of its range: what rounding explains.
 TOLERANCE = 1e-6
@@ -36,8 +36,10 @@ class Claim:
         Where it is stated.
     word : int or None
         Value number of the word that holds it; None: it is part of another operation.
-    state : bool
-        Whether it is that of a next state.
+    state : str
+        Name of the state whose next value it is; empty: of none.
+    bounded : bool
+        Whether `ops.bounded` makes the claim; else the declaration of a state does.
     """
 
     node: Node
@@ -46,7 +48,8 @@ class Claim:
     reason: str
     line: str
     word: int | None
-    state: bool = False
+    state: str = ""
+    bounded: bool = True
 
     @property
     def size(self) -> float:
@@ -60,12 +63,15 @@ class Claim:
         return self.low - slack, self.high + slack
 
 
-def live(roots: Sequence[Node]) -> Iterator[Node]:
-    """Nodes that the roots need, each after its arguments."""
+def live(
+    roots: Sequence[Node], ends: Callable[[Node], bool] = lambda node: False
+) -> Iterator[Node]:
+    """Nodes that the roots need, each after its arguments; those of ``ends`` without theirs."""
     seen = {node.number: node for node in roots}
     stack = list(seen.values())
     while stack:
-        for arg in stack.pop().args:
+        node = stack.pop()
+        for arg in () if ends(node) else node.args:
             if arg.number not in seen:
                 seen[arg.number] = arg
                 stack.append(arg)
@@ -102,11 +108,49 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
     clamped = {op.dest for op in program.ops if op.overflow is not Overflow.SAT}
     for state, after in program.states:
         declared, node = program.values[state], nodes.get(after)
-        if node is not None and node.kind == "bounded":  # of the same range, or a claim itself
-            node = node.args[0] if replacing[node.number] == (node.low, node.high) else node
         if node is not None and after != state and after not in clamped:
+            bounded = node.kind == "bounded" and replacing[node.number] == (node.low, node.high)
+            node = node.args[0] if bounded else node  # of another range it is a claim itself
             reason = f"range of the state {declared.name}"
-            out.append(
-                Claim(node, declared.low, declared.high, reason, node.line, after, state=True)
-            )
+            ends = declared.low, declared.high
+            out.append(Claim(node, *ends, reason, node.line, after, declared.name, bounded))
     return out
+
+
+def assumptions(
+    claims: Sequence[Claim], bases: Sequence[Sequence[Node] | None], broken: Sequence[bool]
+) -> list[list[int]]:
+    """Which claims the proof of each claim assumes without a proof; indices.
+
+    An interval follows from those of its arguments down to a value with a claim, where the claim
+    takes its place. A proven claim hands on what its own proof assumes.
+
+    Parameters
+    ----------
+    claims
+        As `claims_of` gives them.
+    bases
+        Nodes whose intervals each proof uses; None: the claim has no proof.
+    broken
+        Whether inputs break the claim, in spite of a proof in real numbers. The intervals of
+        states are assumed, too, where that of their next values is broken.
+    """
+    index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
+    of_state = {c.state: k for k, c in enumerate(claims) if c.state and broken[k]}
+    known: dict[int, set[int]] = {}
+
+    def stated(node: Node) -> int | None:
+        if node.kind == "state":
+            return of_state.get(node.name or "")
+        ends = (node.args[0].number, node.low, node.high) if node.kind == "bounded" else None
+        return None if ends is None else index.get(ends)
+
+    def assumed(k: int) -> set[int]:
+        if k not in known:
+            nodes = live(bases[k] or (), lambda node: stated(node) is not None)
+            below = {j for node in nodes if (j := stated(node)) is not None}
+            proven = {j for j in below if bases[j] is not None and not broken[j]}
+            known[k] = (below - proven).union(*(assumed(j) for j in proven))
+        return known[k]
+
+    return [sorted(assumed(k)) for k in range(len(claims))]

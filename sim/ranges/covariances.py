@@ -1,9 +1,9 @@
-"""Claims that hold since a matrix of states is a covariance.
+"""A check of claims that depend on a matrix of states being a covariance; it proves nothing.
 
-|P_ij| <= sd_i sd_j (Cauchy-Schwarz) is no property of one state, and no interval holds it. It is
-checked instead: states that are covariances, of any rank and size within their ranges, replace
-those that runs reached; then every claim must hold in the next update, and the next matrix must be
-a covariance again, but for rounding.
+|P_ij| <= sd_i sd_j (Cauchy-Schwarz) is no property of one state, and no interval holds it.
+Therefore random covariances, of any rank and size within the ranges of the states, replace those
+that runs reached; a claim passes if it holds in the next update of all of them, and the next matrix
+is a covariance again, but for rounding.
 """
 
 from __future__ import annotations
@@ -22,23 +22,22 @@ from boresight.sim.accuracy.covariance import Covariance, covariance_of
 from boresight.sim.ranges.claims import Claim, live
 from boresight.sim.ranges.search import Search
 
-__all__ = ["THEOREM", "of_covariance"]
+__all__ = ["check_on_covariances"]
 
 FloatArray = npt.NDArray[np.float64]
 
-THEOREM = "Cauchy-Schwarz"
 #: Binades that variances span below their largest; errors of an element that rounding explains.
 _BINADES, _ROUNDING = 16.0, 4.0
 
 
-def of_covariance(
+def check_on_covariances(
     estimator: Estimator,
     program: Program,
     nodes: Mapping[int, Node],
     claims: Sequence[Claim],
     updates: int,
 ) -> dict[int, str]:
-    """Which claims depend on a covariance among the states and hold on drawn ones, and how.
+    """Which claims depend on a covariance among the states and hold on random ones: on which.
 
     Empty without a covariance, or where the next matrix is none.
     """
@@ -61,7 +60,7 @@ def of_covariance(
             kept = kept and draw.is_covariance(search.states)
         limits = "variances that add up to one range" if whole else "variances in their ranges"
         if kept:
-            how = f"{THEOREM}, {limits}"
+            how = f"random covariances, {limits}"
             out |= {k: how for k, r in zip(left, search.reach(), strict=True) if not r.broken}
     return out
 

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from boresight.model.estimator import Estimator
-from boresight.model.words.program import Overflow
-from boresight.sim.answer import Answer, Figure, JsonObject
-from boresight.sim.ranges.boxes import proof_of
-from boresight.sim.ranges.claims import Claim, claims_of
-from boresight.sim.ranges.covariances import of_covariance
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Overflow, Program
+from boresight.sim.answer import Answer, Figure, JsonObject, plain
+from boresight.sim.ranges.boxes import Proof, proof_of
+from boresight.sim.ranges.claims import Claim, assumptions, claims_of
+from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.search import RUNS, Reach, Search
 
-__all__ = ["NEAR", "STATUSES", "ClaimResult", "RangesResult", "Witness", "examine"]
+__all__ = [
+    "NEAR",
+    "STATE_STATUSES",
+    "STATUSES",
+    "ClaimResult",
+    "RangesResult",
+    "Witness",
+    "examine",
+]
 
 #: What is known of a claim, the best first; and of the range of a state.
-STATUSES = ("proven", "theorem", "tight", "open", "refuted")
-STATE_STATUSES = ("invariant", "observed", "left")
+STATUSES = ("proven", "conditional", "checked", "tight", "open", "refuted")
+STATE_STATUSES = ("invariant", "conditional", "checked", "observed", "left", "refuted")
+#: How the text counts a status, where its name says too little.
+_TITLES = {"conditional": "proven if other claims hold", "checked": "checked on covariances"}
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
 
@@ -67,11 +77,14 @@ class ClaimResult:
     status : str
         One of `STATUSES`; of a state's range one of `STATE_STATUSES`.
     how : str
-        Of what is proven: how; of what is refuted by rounding alone, how it holds without.
+        How it is proven or checked; what is refuted may have a proof as well, which leaves out
+        rounding and assumes ``conditions``.
     least, most : float
         What the search reached.
     share : float
         Largest magnitude reached, as a share of the range's.
+    conditions : tuple of str
+        Unproven claims that its proof assumes.
     witness : Witness or None
         Of a refuted claim.
     """
@@ -85,13 +98,16 @@ class ClaimResult:
     least: float
     most: float
     share: float
+    conditions: tuple[str, ...] = ()
     witness: Witness | None = None
 
     def __str__(self) -> str:
         where = f"{self.value} ({self.line})" if self.line else self.value
-        text = f"{self.status:8} [{self.low:g}, {self.high:g}] {where}"
+        text = f"{self.status:11} [{self.low:g}, {self.high:g}] {where}"
         if self.how:
             text += f": {self.how}"
+        if self.conditions:
+            text += f", if {'; '.join(self.conditions)}"
         if not self.how or self.witness is not None:
             text += f": reached [{self.least:.6g}, {self.most:.6g}]"
         if self.witness is not None:
@@ -110,8 +126,7 @@ class RangesResult(Answer):
     word : int
     claims : tuple of ClaimResult
     states : tuple of ClaimResult
-        That next states are in their ranges: an invariant, observed, or left (then the word's
-        saturation holds them).
+        That next states are in their ranges, each with one of `STATE_STATUSES`.
     updates : int
         Of the search.
     saturated : dict of str to int
@@ -119,7 +134,7 @@ class RangesResult(Answer):
     """
 
     judged: ClassVar[Mapping[str, Figure]] = {
-        "shown": Figure("claims proven or tight, share", "count", falls=True),
+        "proven": Figure("claims proven, share", "count", falls=True),
         "refuted": Figure("claims refuted", "count"),
     }
 
@@ -137,30 +152,34 @@ class RangesResult(Answer):
 
     @property
     def refuted(self) -> int:
-        """Number of refuted claims."""
-        return sum(c.status == "refuted" for c in self.claims)
+        """Number of refuted claims, those about next states included."""
+        return sum(c.status == "refuted" for c in (*self.claims, *self.states))
 
     @property
-    def shown(self) -> float:
-        """Share of the claims about values that are proven, by theorem, or tight."""
-        good = sum(c.status in STATUSES[:3] for c in self.claims)
+    def proven(self) -> float:
+        """Share of the claims about values that are proven, whatever other claims hold."""
+        good = sum(c.status == "proven" for c in self.claims)
         return good / len(self.claims) if self.claims else 1.0
 
+    @property
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Number of ``claims`` and of ``states`` by status, the best first; none left out."""
+        return {
+            "claims": {s: sum(c.status == s for c in self.claims) for s in STATUSES},
+            "states": {s: sum(c.status == s for c in self.states) for s in STATE_STATUSES},
+        }
+
     def to_json(self) -> JsonObject:
-        """Return the fields, ``good``, ``shown`` and ``refuted`` as plain data."""
-        head = {"good": self.good, "shown": self.shown, "refuted": self.refuted}
-        return {**head, **super().to_json()}
+        """Return the fields, ``good``, ``proven``, ``refuted`` and ``counts`` as plain data."""
+        head = {"good": self.good, "proven": self.proven, "refuted": self.refuted}
+        return {**head, "counts": plain(self.counts), **super().to_json()}
 
     def __str__(self) -> str:
         lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
-        for title, claims, statuses in (
-            ("claims", self.claims, STATUSES),
-            ("ranges of states", self.states, STATE_STATUSES),
-        ):
-            count = Counter(c.status for c in claims)
-            each = ", ".join(f"{count[s]} {s}" for s in statuses if count[s])
-            lines.append(f"  {len(claims)} {title}: {each or 'none'}")
-        for status in ("refuted", "open", *STATE_STATUSES[1:]):
+        for title, counts in zip(("claims", "ranges of states"), self.counts.values(), strict=True):
+            each = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
+            lines.append(f"  {sum(counts.values())} {title}: {each or 'none'}")
+        for status in ("refuted", "open", "conditional", "observed", "left"):
             alike: dict[tuple[str, str], list[ClaimResult]] = {}
             for c in (*self.claims, *self.states):
                 if c.status == status:
@@ -194,7 +213,7 @@ def examine(
     steps = -(-updates // RUNS)
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
-    proofs: list[str | None] = []
+    proofs: list[Proof | None] = []
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
         proofs.append(proof_of(claim))
@@ -206,22 +225,27 @@ def examine(
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
         if proofs[k] is None and not reach.broken and _share(claim, reach) < NEAR
     ]
-    theorems = of_covariance(
+    passed = check_on_covariances(
         estimator, program, nodes, [claims[k] for k in rest], max(1, steps // 4)
     )
-    theorem = {rest[k]: how for k, how in theorems.items()}
+    checked = {rest[k]: how for k, how in passed.items()}
+    conditions = _conditions(program, claims, proofs, reached)
     results = []
-    for k, (claim, reach) in enumerate(zip(claims, reached, strict=True)):
-        how = proofs[k] or theorem.get(k, "")
-        if reach.broken and how:
-            how = f"holds but for rounding ({how})"
+    for k, (claim, reach, proof) in enumerate(zip(claims, reached, proofs, strict=True)):
+        how = proof.how if proof else checked.get(k, "")
         share = _share(claim, reach)
-        if claim.state:
-            status = STATE_STATUSES[2 if reach.broken else 0 if how else 1]
-        elif reach.broken:
-            status = "refuted"
+        if reach.broken:
+            status = "refuted" if claim.bounded else "left"
+            holds = "would hold" if conditions[k] else "holds but for rounding"
+            how = f"{holds} ({how})" if how else ""
+        elif proof and conditions[k]:
+            status = "conditional"
+        elif proof:
+            status = "invariant" if claim.state else "proven"
         elif how:
-            status = "proven" if proofs[k] else "theorem"
+            status = "checked"
+        elif claim.state:
+            status = "observed"
         else:
             status = "tight" if share >= NEAR else "open"
         results.append(
@@ -235,6 +259,7 @@ def examine(
                 reach.least,
                 reach.most,
                 share,
+                conditions[k],
                 _witness(estimator, search, reach) if reach.broken else None,
             )
         )
@@ -252,6 +277,31 @@ def examine(
             if n in clamping
         },
     )
+
+
+def _conditions(
+    program: Program,
+    claims: Sequence[Claim],
+    proofs: Sequence[Proof | None],
+    reached: Sequence[Reach],
+) -> list[tuple[str, ...]]:
+    """The claims that each proof assumes without a proof, by reason and line."""
+    forms = {program.values[state].name: program.format(state) for state, _ in program.states}
+    broken = [
+        reach.broken and not (claim.state and _holds(forms[claim.state], claim.ends))
+        for claim, reach in zip(claims, reached, strict=True)
+    ]
+    bases = [None if proof is None else proof.base for proof in proofs]
+    texts = [f"{c.reason} ({c.line})" if c.line else c.reason for c in claims]
+    return [
+        tuple(dict.fromkeys(texts[j] for j in indices))
+        for indices in assumptions(claims, bases, broken)
+    ]
+
+
+def _holds(form: Format, ends: tuple[float, float]) -> bool:
+    """Whether saturation holds a format's words in a range."""
+    return ends[0] <= form.min and form.max <= ends[1]
 
 
 def _witness(estimator: Estimator, search: Search, reach: Reach) -> Witness:
