@@ -8,8 +8,10 @@ closed loop one batch for each update. Verilator is two-valued; unknown start va
 from __future__ import annotations
 
 import contextlib
+import shutil
 import subprocess
 import tempfile
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
@@ -71,7 +73,7 @@ class CompiledSimulation(RtlSimulation):
         with CoreProcess(self, "trace.vcd", str(first), str(stop)) as process:
             process.replay(self.batch(inputs))
             process.end()
-            yield Path(process.folder.name) / "trace.vcd"
+            yield process.folder / "trace.vcd"
 
     def _replay(self, batch: Batch) -> RtlRun:
         with self.power_on() as process:
@@ -83,10 +85,11 @@ class CoreProcess:
 
     def __init__(self, simulation: CompiledSimulation, *arguments: str) -> None:
         self._word = simulation.word
-        self.folder = tempfile.TemporaryDirectory(prefix="boresight-rtl-")
+        self.folder = Path(tempfile.mkdtemp(prefix="boresight-rtl-"))
+        self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         for file, contents in simulation.memories.items():
-            (Path(self.folder.name) / file).write_text(contents)
-        self._log = Path(self.folder.name) / "run.log"
+            (self.folder / file).write_text(contents)
+        self._log = self.folder / "run.log"
         with self._log.open("wb") as log:
             self.process = subprocess.Popen(
                 [
@@ -94,7 +97,7 @@ class CoreProcess:
                     *(str(self._word), str(simulation.core.machine.lanes)),
                     *arguments,
                 ],
-                cwd=self.folder.name,
+                cwd=self.folder,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
@@ -140,7 +143,7 @@ class CoreProcess:
         with contextlib.suppress(OSError):  # input that it has not read
             self.process.stdin.close()
         self.process.stdout.close()
-        self.folder.cleanup()
+        self._remove()
 
     def __enter__(self) -> Self:
         """Itself."""

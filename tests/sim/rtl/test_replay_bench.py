@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -147,7 +146,7 @@ def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreP
     message = "^verilator run failed: the process ended with exit code -9"
     with pytest.raises(SimulationFailed, match=message):
         process.replay(batch)
-    folder = Path(process.folder.name)
+    folder = process.folder
     assert folder.is_dir()
     process.close()
     assert not folder.exists()

@@ -1,6 +1,7 @@
 """Waveforms: the values in a window are the interpreter's, with names, microwords and lines."""
 
 import inspect
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,6 +114,9 @@ def test_values_are_the_interpreters(seen: Seen) -> None:
 
 
 def test_microword_value_and_line_at_work(seen: Seen) -> None:
+    # The text of a line is left out where loaded files share a name.
+    loaded = {getattr(m, "__file__", None) or "" for m in list(sys.modules.values())}
+    alone = len([file for file in loaded if file.endswith("/complementary.py")]) == 1
     schedule = seen.build.core.schedule
     source, first = inspect.getsourcelines(complementary)
     lines = 0
@@ -135,7 +139,8 @@ def test_microword_value_and_line_at_work(seen: Seen) -> None:
                 number = int(node.line.rpartition(" ")[2])
                 text = source[number - max(first, 1)].strip().replace(" ", r"\x20")
                 wanted = f"{node.line}: ".replace(" ", r"\x20") + text
-                assert at_work["line"].replace(" ", r"\x20") == wanted
+                line, place = (t.replace(" ", r"\x20") for t in (at_work["line"], node.line))
+                assert line == wanted or (line == place and not alone)
                 lines += 1
     assert lines > 50
 
