@@ -35,7 +35,7 @@ from boresight.core_files import (
     write_text,
 )
 from boresight.disk.cache import Cache
-from boresight.disk.output import output_folder
+from boresight.disk.output import foreign_entries, output_folder
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
@@ -162,6 +162,8 @@ def compile(
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
+    if foreign := foreign_entries(output):
+        say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
         area: Estimate | Mapped | Routed | None = None

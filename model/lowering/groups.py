@@ -155,12 +155,14 @@ class Groups:
         names = [v.name.removesuffix("_aligned") for v in variable]
         if p.scale is not Scale.NONE and form.norm is not None:
             variable.append(self.values[form.norm])
-            names.append(f"root or reciprocal of {variable[-1].name}")
+            names.append("its root")
         names += [f"2^{p.exponent}"] if p.exponent else []
         frac = Format.for_range(arith.word, target.low, target.high).frac
         capacity = math.ldexp(1.0, arith.acc_width - 1 - arith.guard - frac)
         excess = math.ceil(math.log2(reached / capacity)) if math.isfinite(reached) else 0
-        ranges = " and ".join(f"{v.name} [{v.low:g}, {v.high:g}]" for v in variable)
+        ranges = " and ".join(
+            f"{v.name.removesuffix('_aligned')} [{v.low:g}, {v.high:g}]" for v in variable
+        )
         return InputError.at(
             places.placed(target.line, f"{self.name}, value {target.name}"),
             wanted=f"terms up to {capacity:.3g} in a value of [{target.low:g}, {target.high:g}]",
