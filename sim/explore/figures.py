@@ -41,7 +41,7 @@ FIGURES = (
     Quantity("dsp", "multiplier blocks"),
     Quantity("ram", "block RAM, in the blocks of the part"),
     Quantity("clock", "clock: routed, or of a Spartan-6 an estimate", "MHz", more=True),
-    Quantity("own_us", "sample in to last urgent output, at that clock", "us"),
+    Quantity("own_us", "sample in to last urgent output, at its own clock", "us"),
     Quantity("multiplications", "multiplications an update"),
     Quantity("accesses", "words read and written an update"),
     Quantity("word", "word width", "bits"),
