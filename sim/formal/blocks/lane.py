@@ -288,7 +288,11 @@ def _lane(word: int, sources: int, depth: int) -> Proof:
         depth=2,
         induction=1,
         cover=range(depth + 2, depth + 3),
-        short=word == 18 and depth in (7, Machine.DEPTHS[-1]) or sources == 1 and word == 32 and depth == 7,
+        short=word == 18
+        and depth in (7, Machine.DEPTHS[-1])
+        or sources == 1
+        and word == 32
+        and depth == 7,
         claim=f"Lane of {word}-bit words, depth {depth}, {sources} outside word(s), any operands, "
         "fields and stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, "
         "stage by stage",
