@@ -296,7 +296,8 @@ def machine_named(config: str) -> Machine:
         *few, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
         raise InputError.at(
             "config",
-            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(few)} or {last} for another depth",
+            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(few)} or {last} "
+            "for another depth",
             found=repr(config),
             fix="choose one of these",
         )
