@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
@@ -227,8 +227,8 @@ class Judge:
         }
         left = [(program.states[k][0], *self._left[k]) for k in sorted(self._left)]
         texts = tuple(
-            f"state {program.values[n].name} is {reached:.6g} in step {step}, BEYOND its declared "
-            f"range [{program.values[n].low:g}, {program.values[n].high:g}]: widen it"
+            f"state {declared_name(program, nodes, n)} is {reached:.6g} in step {step}, BEYOND its "
+            f"declared range [{program.values[n].low:g}, {program.values[n].high:g}]: widen it"
             for n, step, reached in left
             if n not in named
         )
@@ -271,7 +271,7 @@ class _Traversed:
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
     state = becomes(program, nodes, value)
     if state is not None:
-        return f"state {program.values[state].name}"
+        return f"state {declared_name(program, nodes, state)}"
     line = nodes[value].line if value in nodes else ""
     return program.values[value].name + (f", {line}" if line else "")
 
@@ -313,7 +313,8 @@ def _rounding(
 def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
     """A value, or the state that it becomes, with its line."""
     state, line = becomes(program, nodes, value), nodes[value].line
-    name = program.values[value].name if state is None else f"state {program.values[state].name}"
+    name = declared_name(program, nodes, value if state is None else state)
+    name = name if state is None else f"state {name}"
     return f"{name} ({line})" if line else name
 
 
@@ -342,10 +343,11 @@ def _coarse(program: Program, nodes: dict[int, Node], seen: _Traversed, rounding
     k = min(computed or [0], key=lambda k: int(changes[k]))
     state, after = program.states[k]
     value, line = program.values[state], nodes[after].line if after in nodes else ""
+    name = declared_name(program, nodes, state)
     used = max(int(seen.ranges.high[state]), -int(seen.ranges.low[state]), 1)
     unused = program.arithmetic.word - 1 - used.bit_length()
     return (
-        f"{rounding}; state {value.name}{f' ({line})' if line else ''} changes by no more than "
+        f"{rounding}; state {name}{f' ({line})' if line else ''} changes by no more than "
         f"{int(changes[k])} of its least significant bits in an update and leaves {unused} bits of "
         f"its range [{value.low:g}, {value.high:g}] unused: "
         + ("narrow that range, " if unused > 1 else "")
