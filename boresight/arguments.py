@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from boresight.gateware.machine import machine_named
+from boresight.gateware.synthesis.nextpnr import find_router
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import check_word
 
-__all__ = ["JOBS_MOST", "check_choice", "check_machine", "check_number", "check_word"]
+__all__ = [
+    "JOBS_MOST",
+    "check_choice",
+    "check_machine",
+    "check_number",
+    "check_routable",
+    "check_word",
+]
 
 #: Largest number of threads or processes.
 JOBS_MOST = 1024
@@ -38,6 +47,22 @@ def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:
         raise InputError.at(
             where, wanted=f"one of {', '.join(names)}", found=repr(value), fix="choose one of these"
         )
+
+
+def check_routable(targets: Sequence[str], alternative: str) -> None:
+    """Raise InputError unless an open tool routes one of ``targets``, ToolMissing without it."""
+    routers = [TARGETS[name].family.router for name in targets if name in TARGETS]
+    if not any(routers):
+        routed = [name for name, other in TARGETS.items() if other.family.router]
+        raise InputError.at(
+            "route",
+            wanted="a target that an open tool routes",
+            found=f"--target {','.join(targets)}",
+            fix=f"choose {', '.join(routed)}, or {alternative} for an estimate",
+        )
+    for router in routers:
+        if router is not None:
+            find_router(router)
 
 
 def check_machine(config: str, word: int) -> None:

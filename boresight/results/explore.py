@@ -11,6 +11,7 @@ from typing import Any, overload
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.explore.demands import Choice
 from boresight.sim.explore.figures import Explored, Quantity
+from boresight.sim.records.columnar import parquet_of
 
 __all__ = ["ExploreResult"]
 
@@ -79,6 +80,10 @@ class ExploreResult(Answer, Sequence[Explored]):
         writer.writerow(name + units.get(name, "") for name in columns)
         writer.writerows(zip(*columns.values(), strict=True))
         return file.getvalue()
+
+    def parquet(self) -> bytes:
+        """The table as Parquet; raises ToolMissing without pyarrow."""
+        return parquet_of(self.columns)
 
     def to_json(self) -> JsonObject:
         """Plain data: rows with their figures, the choice, the files."""

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_number, check_routable
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
@@ -35,13 +35,12 @@ from boresight.core_files import (
     write_text,
 )
 from boresight.disk.cache import Cache
-from boresight.disk.output import output_folder
+from boresight.disk.output import foreign_entries, output_folder
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.synthesis.estimate import Estimate, estimate
-from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.system.plan import SYSTEM_WORDS
@@ -162,6 +161,8 @@ def compile(
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
+    if foreign := foreign_entries(output):
+        say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
         area: Estimate | Mapped | Routed | None = None
@@ -245,15 +246,8 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
     check_number("seeds", seeds, 1, 1000)
     if clock is not None:
         check_number("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
-    router = TARGETS[target].family.router if target in TARGETS else None
-    if route and router is None:
-        routed = [name for name, other in TARGETS.items() if other.family.router]
-        raise InputError.at(
-            "route",
-            wanted="a target that an open tool routes",
-            found=f"--target {target}",
-            fix=f"choose {', '.join(routed)}, or --synth for an estimate",
-        )
+    if route:
+        check_routable([target], "--synth")
     if not route and (clock is not None or seeds > 1):
         raise InputError.at(
             "clock" if clock is not None else "seeds",
@@ -261,8 +255,6 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
             found="no --route",
             fix="add --route and a target such as ecp5-25k",
         )
-    if router is not None and route:
-        find_router(router)
 
 
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, target: str) -> None:

@@ -4,6 +4,7 @@ boresight explore mekf log.csv -o build  # six widths, one lane and two: a page 
 boresight explore my_filter.py log.csv --words 18,20,24 --no-area  # errors and cycles alone
 boresight explore my_filter.py log.csv taps=4,8,16  # an argument of the constructor
 boresight explore mekf log.csv --want "attitude<0.01deg, dsp<=1, us<5" --least lut  # choose
+boresight explore mekf log.csv --target xc6slx9,ecp5-25k --route  # also placed and routed
 """
 
 from __future__ import annotations
@@ -15,8 +16,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_choice, check_machine, check_number, check_word
+from boresight.arguments import (
+    JOBS_MOST,
+    check_choice,
+    check_machine,
+    check_number,
+    check_routable,
+    check_word,
+)
 from boresight.disk.output import OutputFile, require_distinct
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
@@ -36,8 +45,9 @@ from boresight.sim.cluster import others
 from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
 from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of
 from boresight.sim.explore.figures import Quantity, explored, quantities
-from boresight.sim.explore.measure import TARGETS, Case, Exploration, Task, measured
+from boresight.sim.explore.measure import Case, Exploration, Task, measured
 from boresight.sim.explore.page import page_data, render_page
+from boresight.sim.records.columnar import parquet_of
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_logs
 
@@ -52,14 +62,17 @@ def explore(
     *logs: Logs,
     words: Annotated[Sequence[int], Option(metavar="BITS,...")] = (18, 20, 22, 24, 28, 32),
     configs: Annotated[Sequence[str], Option(("--config",), "NAME,...")] = ("small", "fast"),
-    targets: Annotated[Sequence[str], Option(("--target",), "NAME,...")] = TARGETS,
+    targets: Annotated[Sequence[str], Option(("--target",), "NAME,...")] = ("xc6slx9",),
     area: bool = True,
+    route: bool = False,
+    seeds: int = 1,
     want: str = "",
     least: str = "",
     clock: float = 100.0,
     steps: int | None = None,
     params: Params = None,
     csv: Annotated[str | Path | None, Option(metavar="FILE")] = None,
+    parquet: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     jobs: Jobs = None,
     scheduler: Annotated[str | None, Option(metavar="ADDRESS")] = None,
     executor: Annotated[Any, PythonOnly] = None,
@@ -86,7 +99,11 @@ def explore(
     targets : sequence of str
         Parts for area and clock.
     area : bool
-        Without area and clock, by far the longest.
+        Without area and estimated clock, by far the longest.
+    route : bool
+        Also place and route on targets for which there is an open tool: minutes for each.
+    seeds : int
+        How often with --route; the slowest counts.
     want : str
         Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
         page: an output's name is its largest error from float64.
@@ -99,8 +116,8 @@ def explore(
         Leading samples of each log.
     params : mapping, optional
         Values other than the defaults.
-    csv : path, optional
-        Also the table as CSV.
+    csv, parquet : path, optional
+        Also the table, as CSV or Parquet.
     jobs : int, optional
         Processes; by default one for each processor. An estimator that is no text runs in this
         process.
@@ -122,14 +139,21 @@ def explore(
         Unknown names, bad logs, a demand on a figure that does not exist, a table that belongs to
         another version.
     ToolMissing
-        There is no yosys, and ``area`` is wanted; no C compiler.
+        There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no C compiler; no
+        pyarrow, and ``parquet`` is wanted.
     """
     say = progress or (lambda text: None)
-    _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs)
+    _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs, seeds=seeds)
     for config in configs:
         check_machine(config, 32)
     for target in targets:
         check_choice("target", target, TARGETS)
+    if route:
+        check_routable(targets, "leave --route out")
+    elif seeds != 1:
+        raise InputError.at(
+            "seeds", wanted="cores that are routed", found="no --route", fix="add --route"
+        )
     inputs, arguments = arguments_of(logs)
     widths = [*map(int, words)]
     cases = cases_of(name, arguments, words=widths, configs=configs, targets=targets)
@@ -146,11 +170,18 @@ def explore(
             feed(estimator, record)
     files = [path for _, path in read if path is not None]
     folder, of = Path(output), f"explore-{estimator.name}"
-    require_distinct(csv=csv, output=folder / f"{of}.html")
+    require_distinct(csv=csv, parquet=parquet, output=folder / f"{of}.html")
     page = OutputFile(folder / f"{of}.html", "explore", of=of, inputs=files)
-    listed = None
-    if csv is not None:
-        listed = OutputFile(csv, "explore", of=of, inputs=files, option="--csv")
+    tables = [
+        (OutputFile(path, "explore", of=of, inputs=files, option=option), content)
+        for path, option, content in (
+            (csv, "--csv", ExploreResult.csv),
+            (parquet, "--parquet", ExploreResult.parquet),
+        )
+        if path is not None
+    ]
+    if parquet is not None:
+        parquet_of({})
     journal = Journal(folder / f"{of}.runs", {"boresight explore": FORMAT}, key="key")
     journal.done = {key: row for key, row in journal.done.items() if not row.get("again")}
     say(f"{estimator.name}: {len(cases)} combinations")
@@ -158,8 +189,10 @@ def explore(
         tuple(record if path is None else str(path.absolute()) for record, path in read),
         tuple(sorted((params or {}).items())),
         steps,
+        seeds,
     )
-    plans, tasks = planned(exploration, cases, [record for record, _ in read], area=area)
+    records = [record for record, _ in read]
+    plans, tasks = planned(exploration, cases, records, area=area, route=route)
     table = _Table(
         estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
     )
@@ -179,8 +212,8 @@ def explore(
             )
         finally:
             result = table.write(str(folder / f"{of}.html"))
-    if listed is not None:
-        listed.write(result.csv())
+    for file, content in tables:
+        file.write(content(result))
     return result
 
 
@@ -236,7 +269,7 @@ def _first(cases: Sequence[Case]) -> Estimator:
 
 
 def _check_numbers(
-    *, words: Sequence[Any], clock: float, steps: int | None, jobs: int | None
+    *, words: Sequence[Any], clock: float, steps: int | None, jobs: int | None, seeds: int
 ) -> None:
     for word in words:
         if not str(word).strip().isdigit():
@@ -250,6 +283,7 @@ def _check_numbers(
         )
     check_number("steps", 1 if steps is None else steps, 1)
     check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_number("seeds", seeds, 1)
 
 
 VERB = Verb(explore)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from boresight.model.lowering.expand import ASIN_LIMIT
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.twin import Twin, twins
@@ -124,7 +124,7 @@ def _named(
     node, state = twin.nodes[value], twin.declared(value)
     name = twin.program.values[value].name
     if state != value:
-        name = f"state {twin.program.values[state].name}"
+        name = f"state {declared_name(twin.program, twin.nodes, state)}"
     elif not node.name:
         kind = {"mul": "a product", "sum": "a sum", "select": "a selection"}
         name = f"{name}, {kind.get(node.kind, node.kind)}"

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
@@ -137,7 +137,7 @@ def judge(
         return Accuracy(errors, 0, {}, (), clamped, "")
     inputs = words_of(program, records)
     states = CModel(program).trajectory(inputs)[2] if run.states is None else run.states
-    left = _beyond_declared(program, states)
+    left = _beyond_declared(program, nodes, states)
     saturated = run.n_saturated
     if not saturated and not left and all(d.good for d in errors):
         return Accuracy(errors, 0, {}, (), clamped, "")
@@ -162,7 +162,9 @@ def judge(
     return Accuracy(errors, saturated, names, texts, clamped, culprit)
 
 
-def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:
+def _beyond_declared(
+    program: Program, nodes: dict[int, Node], states: IntArray
+) -> list[tuple[int, int, str]]:
     """States that left their declared ranges: first step, the state, text."""
     out = []
     for k, (state, _) in enumerate(program.states):
@@ -170,7 +172,8 @@ def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int,
         wrong = outside(reals, value)
         if wrong.any():
             step = int(np.argmax(wrong))
-            said = f"state {value.name} is {reals[step]:.6g} in step {step}, BEYOND its declared "
+            name = declared_name(program, nodes, state)
+            said = f"state {name} is {reals[step]:.6g} in step {step}, BEYOND its declared "
             out.append((step, state, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
     return out
 
@@ -178,7 +181,7 @@ def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int,
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
     state = becomes(program, nodes, value)
     if state is not None:
-        return f"state {program.values[state].name}"
+        return f"state {declared_name(program, nodes, state)}"
     line = nodes[value].line if value in nodes else ""
     return program.values[value].name + (f", {line}" if line else "")
 
@@ -225,7 +228,8 @@ def _rounding(
 def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
     """A value, or the state that it becomes, with its line."""
     state, line = becomes(program, nodes, value), nodes[value].line
-    name = program.values[value].name if state is None else f"state {program.values[state].name}"
+    name = declared_name(program, nodes, value if state is None else state)
+    name = name if state is None else f"state {name}"
     return f"{name} ({line})" if line else name
 
 
@@ -256,10 +260,11 @@ def _coarse(
     k = min(computed or [0], key=lambda k: int(changes[k]))
     state, after = program.states[k]
     value, line = program.values[state], nodes[after].line if after in nodes else ""
+    name = declared_name(program, nodes, state)
     used = max(int(seen.high[state]), -int(seen.low[state]), 1)
     unused = program.arithmetic.word - 1 - used.bit_length()
     return (
-        f"{rounding}; state {value.name}{f' ({line})' if line else ''} changes by no more than "
+        f"{rounding}; state {name}{f' ({line})' if line else ''} changes by no more than "
         f"{int(changes[k])} of its least significant bits in an update and leaves {unused} bits of "
         f"its range [{value.low:g}, {value.high:g}] unused: "
         + ("narrow that range, " if unused > 1 else "")

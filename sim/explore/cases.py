@@ -11,11 +11,13 @@ import hashlib
 import itertools
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from boresight.gateware.core import machine_for
+from boresight.gateware.synthesis.nextpnr import find_router
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, split_names
@@ -27,7 +29,7 @@ from boresight.sim.records.record import Record
 __all__ = ["FORMAT", "Planned", "arguments_of", "cases_of", "planned"]
 
 #: Raised when rows of the journal change.
-FORMAT = 1
+FORMAT = 2
 
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*=")
 
@@ -111,7 +113,12 @@ def cases_of(
 
 
 def planned(
-    exploration: Exploration, cases: Sequence[Case], records: Sequence[Record], *, area: bool
+    exploration: Exploration,
+    cases: Sequence[Case],
+    records: Sequence[Record],
+    *,
+    area: bool,
+    route: bool = False,
 ) -> tuple[list[Planned], dict[str, Task]]:
     """The work of every combination.
 
@@ -124,9 +131,15 @@ def planned(
     Raises
     ------
     ToolMissing
-        There is no yosys, and areas are wanted.
+        There is no yosys, or no router, and areas, or routed clocks, are wanted.
     """
-    tool = find_tool().version if area else ""
+    tool = find_tool().version if area or route else ""
+    families = {case.target: TARGETS[case.target].family for case in cases} if route else {}
+    routers = {
+        name: find_router(family.router).version
+        for name, family in families.items()
+        if family.router is not None
+    }
     logs = _digest(*map(_digest_of_record, records))
     out: list[Planned] = []
     tasks: dict[str, dict[str, Task]] = {kind: {} for kind in measure.KINDS}
@@ -146,20 +159,20 @@ def planned(
             out.append(Planned(case, {}, str(error).splitlines()[0]))
             continue
         run = [case.arguments, exploration.params, exploration.steps, logs]
-        decides = {
+        decides: dict[str, list[Any]] = {
             "errors": [program_key, run],
             "cycles": [program_key, machine],
             "area": [program_key, machine, case.target, tool],
         }
-        keys = {kind: _digest(kind, decides[kind]) for kind in _kinds(area=area)}
+        if case.target in routers:
+            decides["routed"] = [*decides["area"], routers[case.target], exploration.seeds]
+        if not area:
+            del decides["area"]
+        keys = {kind: _digest(kind, what) for kind, what in decides.items()}
         out.append(Planned(case, keys))
         for kind, key in keys.items():
             tasks[kind].setdefault(key, Task(key, kind, case))
     return out, {key: task for own in tasks.values() for key, task in own.items()}
-
-
-def _kinds(*, area: bool) -> Iterator[str]:
-    yield from (kind for kind in measure.KINDS if area or kind != "area")
 
 
 def _digest(*parts: Any) -> str:

@@ -39,8 +39,9 @@ FIGURES = (
     Quantity("lut", "LUT"),
     Quantity("ff", "flip-flops"),
     Quantity("dsp", "multiplier blocks"),
-    Quantity("ram", "block RAM of 18 Kbit"),
-    Quantity("clock", "clock, estimate", "MHz", more=True),
+    Quantity("ram", "block RAM, in the blocks of the part"),
+    Quantity("clock", "clock: routed, or of a Spartan-6 an estimate", "MHz", more=True),
+    Quantity("own_us", "sample in to last urgent output, at its own clock", "us"),
     Quantity("multiplications", "multiplications an update"),
     Quantity("accesses", "words read and written an update"),
     Quantity("word", "word width", "bits"),
@@ -48,8 +49,6 @@ FIGURES = (
 _NAMES = {quantity.name for quantity in FIGURES}
 #: Ends of the names of figures from truth, largest and root mean square.
 _TRUTH = (".truth", ".truth_rms")
-#: Names in rows that differ from those of figures.
-_RENAMED = {"ram": "ramb16"}
 
 
 @dataclass(frozen=True)
@@ -103,9 +102,11 @@ class Explored:
         An update: multiplications, words read from and written to the register file.
     lut, ff, dsp : int or None
     ram : float or None
-        Block RAM of 18 Kbit; halves are RAMB8.
+        Block RAM in the blocks of the part; halves are RAMB8 of a Spartan-6.
     clock : float or None
-        Estimate, MHz.
+        MHz.
+    clock_is : str
+        ``estimate`` or ``routed``.
     fits : bool or None
         Whether the target has as much of everything.
     commands : tuple of str
@@ -134,6 +135,7 @@ class Explored:
     dsp: int | None = None
     ram: float | None = None
     clock: float | None = None
+    clock_is: str = ""
     fits: bool | None = None
     commands: tuple[str, ...] = ()
 
@@ -142,6 +144,11 @@ class Explored:
         """What distinguishes it from the others."""
         own = [f"{key}={value}" for key, value in self.arguments.items()]
         return ", ".join([*own, f"{self.word} bits", self.config, self.target])
+
+    @property
+    def own_us(self) -> float | None:
+        """``cycles`` in microseconds at the clock of the core on its target."""
+        return None if self.cycles is None or not self.clock else self.cycles / self.clock
 
     @property
     def tolerance(self) -> float | None:
@@ -231,7 +238,8 @@ def explored(
         rate=None if interval is None else 1e6 * clock_mhz / interval,
         fits=data.get("fits"),
         commands=_commands(plan, exploration),
-        **{name: data.get(_RENAMED.get(name, name)) for name in numbers},
+        clock_is=data.get("clock_is", ""),
+        **{name: data.get(name) for name in numbers},
     )
 
 
@@ -254,12 +262,13 @@ def _commands(plan: Planned, exploration: Exploration) -> tuple[str, ...]:
     if plan.refused or not isinstance(case.named, str):
         return ()
     machine = f"--word {case.word} --config {case.config}"
+    how = f"--route --seeds {exploration.seeds}" if "routed" in plan.keys else "--synth"
     machine += "".join(f" --param {name}={value!r}" for name, value in exploration.params)
     logs = " ".join(shlex.quote(log) for log in exploration.logs if isinstance(log, str))
     name = shlex.quote(case.named)
     steps = f" --steps {exploration.steps}" if exploration.steps else ""
     return (
-        f"boresight compile {name} {machine} --synth -o build",
+        f"boresight compile {name} {machine} --target {case.target} {how} -o build",
         *([f"boresight check {name} {logs} {machine}{steps}"] if logs else []),
         *([f"boresight report {name} {logs} {machine} -o build"] if logs else []),
     )

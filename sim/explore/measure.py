@@ -2,7 +2,7 @@
 
 Errors are those of `sim.compare` and `sim.accuracy`, of the emitted C, whose words are those of the
 core (`boresight check`); cycles are those of the schedule; area and clock those of
-`gateware.synthesis`.
+`gateware.synthesis`: an estimate for Spartan-6, routed where an open tool routes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,12 @@ from typing import Any
 import numpy as np
 
 from boresight.disk.cache import Cache
+from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.estimate import estimate
+from boresight.gateware.synthesis.routed import implement, netlist_for
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -35,15 +39,12 @@ from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
 
-__all__ = ["ATTITUDES", "KINDS", "TARGETS", "Case", "Exploration", "Task", "measured"]
+__all__ = ["ATTITUDES", "KINDS", "Case", "Exploration", "Task", "measured"]
 
 Params = tuple[tuple[str, float], ...]
 
 #: Names here of the angles between attitudes, which outputs may have too.
 ATTITUDES = {ANGLES[0]: ATTITUDE} | {name: f"{ATTITUDE}_{name}" for name in ANGLES[1:]}
-
-#: Parts for which area and clock are known.
-TARGETS = ("xc6slx9",)
 
 
 @dataclass(frozen=True)
@@ -113,11 +114,12 @@ class Case:
 
 @dataclass(frozen=True)
 class Exploration:
-    """What all combinations share: logs, parameter values, most samples of a log."""
+    """What all combinations share: logs, parameter values, most samples of each, router's seeds."""
 
     logs: tuple[str | Record, ...]
     params: Params = ()
     steps: int | None = None
+    seeds: int = 1
 
 
 @dataclass(frozen=True)
@@ -235,16 +237,39 @@ def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:
 
 
 def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
-    """Area of the core, and an estimate of its clock on speed grade -2, MHz, median nets."""
-    core = case.build(exploration.params).core
-    design = estimate(core.verilog(instances=True), "core", cache_dir=Cache().root)
-    used = design.area.used()
+    """Area of the core; of a Spartan-6 also its clock, estimated for grade -2 and median nets."""
+    core, target = case.build(exploration.params).core, TARGETS[case.target]
+    device = target.device
+    if target.family.router is not None:
+        used = netlist_for(_generic(core), "core", target, cache_dir=Cache().root).used
+        return {**_used(used, device), "fits": True}
+    text = core.verilog(instances=True)
+    design = estimate(text, "core", cache_dir=Cache().root, device=device)
     clock = design.corner().fmax_mhz
     return {
-        **{name: used[name] for name in ("lut", "ff", "dsp", "ramb16")},
+        **_used(design.area.used(), device),
         "clock": None if clock is None else round(clock, 1),
-        "fits": not design.area.overfull(design.device),
+        "clock_is": "estimate",
+        "fits": not design.area.overfull(device),
     }
+
+
+def _generic(core: Core) -> str:
+    """Its Verilog for families without primitives of their own."""
+    return core.verilog(instances=False, identified=True)
+
+
+def _used(used: Mapping[str, float], device: Device) -> dict[str, Any]:
+    return {"lut": used["lut"], "ff": used["ff"], "dsp": used["dsp"], "ram": used[device.memory]}
+
+
+def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
+    """Clock of the placed and routed core at its slowest seed, MHz."""
+    core, target = case.build(exploration.params).core, TARGETS[case.target]
+    design = implement(
+        _generic(core), "core", target, seeds=exploration.seeds, cache_dir=Cache().root
+    )
+    return {"clock": design.clock_mhz, "clock_is": "routed"}
 
 
 def _number(value: float) -> float | None:
@@ -256,4 +281,5 @@ KINDS: Mapping[str, Callable[[Exploration, Case], dict[str, Any]]] = {
     "errors": _errors,
     "cycles": _cycles,
     "area": _area,
+    "routed": _routed,
 }

@@ -10,7 +10,7 @@ import dataclasses
 import gzip
 import io
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -33,6 +33,7 @@ __all__ = [
     "pieces_of_parquet",
     "parse_feather",
     "parse_mat",
+    "parquet_of",
     "parse_parquet",
     "unpack_gzip",
     "unpack_zstd",
@@ -112,6 +113,19 @@ def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
         writer.write_table(block)
     if writer is not None:
         writer.close()
+
+
+def parquet_of(columns: Mapping[str, Sequence[Any]]) -> bytes:
+    """Columns of any kind as a Parquet file.
+
+    Raises
+    ------
+    ToolMissing
+        pyarrow is not installed.
+    """
+    buffer = io.BytesIO()
+    _arrow("parquet", "Parquet").write_table(_arrow("", "Parquet").table(dict(columns)), buffer)
+    return buffer.getvalue()
 
 
 def format_feather(record: Record) -> bytes:

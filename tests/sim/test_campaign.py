@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+from contextlib import closing
 
 import pytest
 
@@ -75,7 +76,7 @@ def test_of_another(tmp_path, kind) -> None:
     elif kind == "other":
         Journal(path, {"a": 2}).add([{"seed": 1}])
     else:
-        with sqlite3.connect(path) as base:
+        with closing(sqlite3.connect(path)) as base, base:
             base.execute("CREATE TABLE campaign (a)")
     before, late = path.read_bytes(), Journal(tmp_path / "none", {"a": 1})
     with pytest.raises(InputError, match="wanted the journal of this campaign"):
@@ -93,7 +94,7 @@ def test_cannot_be_read_or_written(tmp_path) -> None:
     path = tmp_path / "j"
     journal = Journal(path, {"a": 1})
     journal.add([{"seed": 1}])
-    with sqlite3.connect(path) as base:
+    with closing(sqlite3.connect(path)) as base, base:
         base.execute("INSERT INTO runs VALUES (2, 'broken')")
     with pytest.raises(InputError, match="wanted a journal that can be read and written"):
         Journal(path, {"a": 1})

@@ -121,8 +121,10 @@ ECP5: Final = Family(
     name="ecp5",
     title="Lattice ECP5",
     # The scheduler never reads a register in the cycle in which it is written, so the memories need
-    # no logic for the old word.
-    synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ecp5",
+    # no logic for the old word. A reset that waits for the enable would be the enable, late as it
+    # is, and one more table on the way to LSR: such resets become logic in front of the data.
+    synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ecp5 -run :map_ffs; "
+    "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:",
     cells=MappingProxyType(
         {
             "LUT4": {"lut": 1},

@@ -44,13 +44,18 @@ WORDS = ("--words", "18,32", "--no-area")
 
 def test_rows_choice_and_files(here, capsys) -> None:
     line = ["explore", "smooth.py", "log.csv", "shift=3,-1", *WORDS, "--jobs", "1"]
-    line += ["--csv", "t.csv"]
+    line += ["--csv", "t.csv", "--parquet", "t.parquet"]
     assert main([*line, "--want", "m<1uV", "--least", "cycles"]) == 0
     out, err = capsys.readouterr()
     assert "choice, cycles " in out and "cycles 10: shift=3, 32 bits, small" in out.splitlines()[-2]
     assert out.count("negative shift") == 4 and "8 combinations" in err
     head, *rows = (here / "t.csv").read_text().splitlines()
     assert head.startswith("estimator,word[bits],config,target,m[V],m.rms[V],") and len(rows) == 8
+    from pyarrow import parquet
+
+    table = parquet.read_table(here / "t.parquet")
+    assert table.column_names == [cell.partition("[")[0] for cell in head.split(",")]
+    assert table["word"].to_pylist() == 2 * [18, 32, 18, 32]
     page = (here / "build" / "explore-smooth.html").read_text()
     assert "boresight compile" in page and '"left": 0' in page
     assert main([*line, "--want", "m<1uV, cycles<3", "--json"]) == 1
@@ -113,7 +118,9 @@ def test_two_workers_give_what_one_process_gives(here) -> None:
         (["--words", "18,x"], "words: wanted whole numbers"),
         (["--words", "40"], "word"),
         (["--config", "large"], "config: wanted one of small"),
-        (["--target", "xc7"], "target: wanted one of xc6slx9"),
+        (["--target", "xc7"], "target: wanted one of xc6slx4"),
+        (["--route"], "route: wanted a target that an open tool routes, found --target xc6slx9"),
+        (["--seeds", "2"], "seeds: wanted cores that are routed"),
         (["--clock", "0"], "clock: wanted 1 to 10,000"),
         (["--csv", "build/explore-smooth.html"], "wanted a file of its own"),
         (["shift=-1"], "negative shift"),

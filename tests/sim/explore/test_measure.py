@@ -1,5 +1,9 @@
-"""Area: words of 18 bits take one multiplier block of the XC6SLX9, wider ones four."""
+"""Area and clock: words of 18 bits take one multiplier block; estimated, or routed."""
 
+from types import SimpleNamespace
+
+from boresight.sim.explore.cases import Planned, planned
+from boresight.sim.explore.figures import explored
 from boresight.sim.explore.measure import Case, Exploration, Task, measured
 from tests.support.smooth import LOG, Smooth
 
@@ -22,3 +26,39 @@ def test_a_tool_that_fails_is_worth_another_try(monkeypatch) -> None:
     case = Case(Smooth, (), 18, "small", "xc6slx9")
     (row,) = measured(Exploration((LOG,)), [Task("k", "area", case)])
     assert row == {"key": "k", "refused": "no memory", "again": True}
+
+
+def test_area_and_routed_clock_of_an_ecp5(monkeypatch) -> None:
+    case = Case(Smooth, (), 18, "small", "ecp5-25k")
+    (area,) = measured(Exploration((LOG,)), [Task("k", "area", case)])
+    assert area["dsp"] == 1 and area["ram"] >= 2 and "clock" not in area
+
+    seen = []
+
+    def implement(verilog, top, target, *, seeds, cache_dir):
+        seen.append((top, target.name, seeds, "MULT18X18D" in verilog))
+        return SimpleNamespace(clock_mhz=50.0)
+
+    monkeypatch.setattr("boresight.sim.explore.measure.implement", implement)
+    (routed,) = measured(Exploration((LOG,), seeds=3), [Task("r", "routed", case)])
+    assert seen == [("core", "ecp5-25k", 3, False)]
+    rows = {"k": area, "r": routed, "c": {"cycles": 10, "interval": 12}}
+    plan = Planned(case, {"cycles": "c", "area": "k", "routed": "r"})
+    row = explored(plan, rows, Exploration((LOG,), seeds=3), clock_mhz=100.0)
+    assert (row.clock, row.clock_is, row.us, row.own_us) == (50.0, "routed", 0.1, 0.2)
+    assert row.figures["own_us"] == 0.2
+
+
+def test_routers_serve_targets_that_have_one(monkeypatch) -> None:
+    monkeypatch.setattr(
+        "boresight.sim.explore.cases.find_router", lambda router: SimpleNamespace(version="r 1")
+    )
+    cases = [Case(Smooth, (), 18, "small", target) for target in ("xc6slx9", "ecp5-25k")]
+    before = None
+    for seeds in (1, 2):
+        plans, tasks = planned(
+            Exploration((LOG,), seeds=seeds), cases, [LOG], area=False, route=True
+        )
+        assert [task.kind for task in tasks.values()] == ["errors", "cycles", "routed"]
+        assert "routed" not in plans[0].keys and plans[1].keys["routed"] != before
+        before = plans[1].keys["routed"]
