@@ -25,7 +25,7 @@ from boresight.options import Arguments, Config, EstimatorNames, Logs, Option, O
 from boresight.regression import JudgedVerb
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.compare.check import KEPT, USUAL, Check
+from boresight.sim.compare.check import KEPT, ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
@@ -208,7 +208,7 @@ def check(
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        checked = checking.run(*records, reproducer=target, whole=False, rows=rows or KEPT)
+        checked = checking.run(*records, reproducer=target, whole=False, rows=rows or ROWS)
         results += checked
         if each is not None:
             for result in checked:

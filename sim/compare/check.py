@@ -32,7 +32,7 @@ from boresight.sim.records.log import Log
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
-__all__ = ["EXACT", "KEPT", "USUAL", "Check"]
+__all__ = ["EXACT", "KEPT", "ROWS", "USUAL", "Check"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -44,6 +44,8 @@ USUAL = tuple(name for name in EXACT if LEVELS[name].usual)
 
 #: Rows of a log that are read at a time, and of a long one those that are kept.
 KEPT = 1 << 16
+#: Rows that run on a level at a time.
+ROWS = 1 << 15
 
 
 class _Attempt:
@@ -173,7 +175,7 @@ class Check:
         *logs: Log | Record,
         reproducer: OutputFile | None = None,
         whole: bool = True,
-        rows: int = KEPT,
+        rows: int = ROWS,
     ) -> list[CheckResult]:
         """Run everything, a piece of the logs after the other on every level.
 

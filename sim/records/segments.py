@@ -24,7 +24,7 @@ def interpret(
     inputs: IntArray,
     *,
     states: IntArray | None = None,
-    segments: int = 256,
+    segments: int = 4096,
     machine: Interpreter | None = None,
 ) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray, int | None]:
     """Run the interpreter over ``inputs`` (steps, n_inputs).
