@@ -105,11 +105,21 @@ def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
 
 
 def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
-    """Write blocks that follow each other: a column for each, compressed by zstd."""
+    """Write blocks that follow each other: a column for each, compressed by zstd.
+
+    Bytes of like weight stand together (BYTE_STREAM_SPLIT): measured values repeat too seldom for
+    a dictionary, which takes four times as long and twice the space.
+    """
     parquet, writer = _arrow("parquet", "Parquet"), None
     for block in map(_table, blocks):
         if writer is None:
-            writer = parquet.ParquetWriter(file, block.schema, compression="zstd")
+            writer = parquet.ParquetWriter(
+                file,
+                block.schema,
+                compression="zstd",
+                use_dictionary=False,
+                use_byte_stream_split=True,
+            )
         writer.write_table(block)
     if writer is not None:
         writer.close()

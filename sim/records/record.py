@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -165,6 +166,13 @@ class Record:
             return self.values("dt", "s")
         return steps_of(self.where, self.values("t", "s"))
 
+    def derived(self, columns: Mapping[str, Column], place: Place | None = None) -> Record:
+        """The record with columns of its own samples, which have been checked."""
+        made = copy(self)
+        object.__setattr__(made, "columns", columns)
+        object.__setattr__(made, "place", place or self.place)
+        return made
+
     def head(self, steps: int | None) -> Record:
         """Return the leading samples, with their time steps; all of them for None."""
         if steps is None or steps >= len(self):
@@ -173,7 +181,7 @@ class Record:
         if "t" in columns and "dt" not in columns:
             columns["dt"] = Column(self.steps())
         cut = {n: Column(c.values[:steps], c.unit) for n, c in columns.items()}
-        return replace(self, columns=cut)
+        return self.derived(cut)
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:
@@ -226,7 +234,7 @@ def rows_of(record: Record, start: int, end: int) -> Record:
     if (start, end) == (0, len(record)):
         return record
     columns = {n: Column(c.values[start:end], c.unit) for n, c in record.columns.items()}
-    return replace(record, columns=columns, place=shifted(record.place, start))
+    return record.derived(columns, shifted(record.place, start))
 
 
 def refuse_late(record: Record, before: float) -> None:

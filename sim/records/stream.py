@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -42,7 +41,7 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
             refuse_late(block, before)
             steps = np.diff(t, prepend=before)
         before = float(t[-1])
-        yield replace(block, columns={**block.columns, "dt": Column(steps)})
+        yield block.derived({**block.columns, "dt": Column(steps)})
 
 
 def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
