@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
@@ -109,6 +109,15 @@ class Core:
         at_hand = dataclasses.replace(self, number=number)
         object.__setattr__(at_hand, "_texts", self._texts)
         return at_hand
+
+    def registers_with(self, states: Iterable[int]) -> list[int]:
+        """The image's registers in which the program's states begin with these words."""
+        where, mask = self.allocation.addresses(), (1 << self.machine.arithmetic.word) - 1
+        registers = list(self.image.registers)
+        for pair, word in zip(self.schedule.program.states, states, strict=True):
+            for copy in pair:  # one for either parity
+                registers[where[copy]] = int(word) & mask
+        return registers
 
     def verilog(self, *, instances: bool, identified: bool | None = None) -> str:
         """Verilog of module ``core``: with vendor primitives, or with their behaviour.

@@ -130,6 +130,7 @@ def check(
     simulator: str | None = None,
     params: Params = None,
     reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
+    rtl_rows: int | None = None,
     wave: Annotated[str | None, Option(metavar="FIRST:STOP")] = None,
     wave_folder: Annotated[str | Path, Option(metavar="DIR")] = WAVE_FOLDER,
     progress: Callable[[str], None] | None = None,
@@ -157,6 +158,9 @@ def check(
     reproducer : path, optional
         Written when a level differs; `boresight check replay FILE` runs it. The command line
         writes reproducer.json by default, or one with a number where a file of yours has that name.
+    rtl_rows : int, optional
+        Rows of each log that run in RTL, as 16 slices spread over it, each from the states of the
+        integer model; by default all of them, from a reset on.
     wave : str, optional
         Rows of the log, FIRST:STOP without the last, whose signals of the core are written as
         waveforms, with the program's names.
@@ -182,6 +186,8 @@ def check(
     estimators = [find_estimator(n) for n in names]
     if steps is not None:
         check_number("steps", steps, 1)
+    if rtl_rows is not None:
+        check_number("rtl_rows", rtl_rows, 1)
     check_machine(config, word)
     build = Build(*estimators, config=config, word=word, params=params_of_each(names, params))
     messages: list[str] = []
@@ -208,7 +214,9 @@ def check(
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        checked = checking.run(*records, reproducer=target, whole=False, rows=rows or ROWS)
+        checked = checking.run(
+            *records, reproducer=target, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
+        )
         results += checked
         if each is not None:
             for result in checked:

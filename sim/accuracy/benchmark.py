@@ -10,6 +10,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
+from queue import SimpleQueue
 
 import numpy as np
 
@@ -25,13 +27,15 @@ from boresight.sim.accuracy.figures import (
 from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
-from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.attitude.accuracy import pieces
+from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.level import Level
 from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import Feed
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.loop import Loop, drive
+from boresight.sim.worlds.loop import drive
 
 __all__ = ["Result", "benchmark"]
 
@@ -91,24 +95,51 @@ def _at_one_rate(
 ) -> list[Result]:
     """One of our estimators on records, by name, that one build of it takes."""
     feeds = [columns for _, columns in named]
-    loops = Scorer(estimator, feeds, word=word, jobs=jobs).runs(params)
-    level = CompiledFloat(Build(estimator, params=[params])) if with_float else None
-    fixed, floating = [], []
+    scorer, build = (
+        Scorer(estimator, feeds, word=word, jobs=jobs),
+        Build(estimator, params=[params]),
+    )
+    levels: SimpleQueue[CompiledFloat] = SimpleQueue()
+    for _ in range(scorer.jobs if with_float else 0):
+        levels.put(CompiledFloat(build))
 
-    def result(of: str, trial: str, columns: Feed, loop: Loop) -> Result:
-        outputs, offset = aligned_outputs(estimator, columns, loop.outputs, align)
-        error, units = errors(estimator, columns, outputs), units_of(estimator, columns)
-        return Result(estimator.name, of, trial, error, units, loop.seconds, offset_deg=offset)
+    def judged(index: int, level: Level) -> list[Result]:
+        if not with_float:
+            return _on_log(estimator, *named[index], [level], align)
+        floating = levels.get()
+        try:
+            return _on_log(estimator, *named[index], [level, floating], align)
+        finally:
+            levels.put(floating)
 
-    for (trial, columns), loop in zip(named, loops, strict=True):
-        near: tuple[Difference, ...] = ()
-        if level is not None:
-            (real,) = drive(columns, level)
-            near = tuple(differences(estimator.outputs, loop.outputs, real.outputs))
-            floating.append(result("float", trial, columns, real))
-        judged = result("fixed", trial, columns, loop)
-        fixed.append(replace(judged, saturated=loop.run.n_saturated, near=near))
-    return fixed + floating
+    return list(chain.from_iterable(zip(*scorer.each(judged, params), strict=True)))
+
+
+def _on_log(
+    estimator: Estimator, trial: str, columns: Feed, levels: Sequence[Level], align: str
+) -> list[Result]:
+    """Fixed point, and float64, on a log in pieces: of outputs those with a truth are held."""
+    held = [{n: np.empty(len(columns)) for n in columns.truth} for _ in levels]
+    near = Differences(estimator.outputs, [o.name for o in estimator.outputs])
+    seconds, saturated = [0.0 for _ in levels], 0
+    for some in pieces(len(columns)):
+        loops = []
+        for k, level in enumerate(levels):
+            (loop,) = drive(columns.rows(some.start, some.stop), level, anew=not some.start)
+            loops.append(loop)
+            seconds[k] += loop.seconds
+            for name, values in held[k].items():
+                values[some] = loop.outputs[name]
+        saturated += loops[0].run.n_saturated
+        if len(loops) > 1:
+            near.add(loops[0].outputs, loops[1].outputs)
+    out = []
+    for of, outputs, took in zip(("fixed", "float"), held, seconds, strict=False):
+        turned, offset = aligned_outputs(estimator, columns, outputs, align)
+        error, units = errors(estimator, columns, turned), units_of(estimator, columns)
+        out.append(Result(estimator.name, of, trial, error, units, took, offset_deg=offset))
+    apart = tuple(near.result()) if len(levels) > 1 else ()
+    return [replace(out[0], saturated=saturated, near=apart), *out[1:]]
 
 
 def _dips(trials: Sequence[Trial]) -> dict[str, float]:

@@ -12,15 +12,22 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
+from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse, constant_offset
+from boresight.sim.attitude.accuracy import (
+    NO_SAMPLE,
+    AttitudeRmse,
+    attitude_error,
+    constant_offset,
+    pieces,
+)
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
 )
-from boresight.sim.compare.difference import differences
+from boresight.sim.compare.difference import Differences, Spread
 from boresight.sim.records.feed import Feed
 
 __all__ = [
@@ -67,19 +74,49 @@ def errors(
     metrics: dict[str, float] = {}
     units, judged = units_of(estimator, columns), _apart(estimator, columns)
     if judged and ANGLES[0] in units:
-        metrics = attitude_errors(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
+        angles = _Angles()
+        for some in pieces(len(columns.counts)):
+            q, reference = (
+                attitude_of({n: x[n][some] for n in QUATERNION}) for x in (outputs, columns.truth)
+            )
+            angles.add(q, reference, columns.counts[some])
+        metrics = angles.result()
     names = [n for n in units if n not in metrics]
-    own = [o for o in estimator.outputs if o.name in names]
-    run, truth = ({n: x[n][columns.counts] for n in names} for x in (outputs, columns.truth))
-    return metrics | {d.output: d.rms for d in differences(own, run, truth, judged=False)}
+    made = Differences(estimator.outputs, names, judged=False)
+    for some in pieces(len(columns.counts)):
+        rows = columns.counts[some]
+        made.add(*({n: x[n][some][rows] for n in names} for x in (outputs, columns.truth)))
+    return metrics | {d.output: d.rms for d in made.result()}
 
 
 def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
     """The figures of attitudes (n, 4)."""
-    rows = counts & np.isfinite(reference).all(axis=1)
-    seen = q[rows]
-    seen[~seen.any(axis=1)] = np.nan
-    return dict(attitude_rmse(seen, reference[rows])._asdict())
+    angles = _Angles()
+    for some in pieces(len(q)):
+        angles.add(q[some], reference[some], counts[some])
+    return angles.result()
+
+
+class _Angles:
+    """Figures of attitudes, piece by piece."""
+
+    def __init__(self) -> None:
+        self._spreads = {name: Spread() for name in ANGLES}
+
+    def add(self, q: FloatArray, reference: FloatArray, counts: BoolArray) -> None:
+        """The next rows, (n, 4)."""
+        rows = counts & np.isfinite(reference).all(axis=1)
+        seen = q[rows]
+        seen[~seen.any(axis=1)] = np.nan
+        angles = attitude_error(seen, reference[rows])
+        for spread, error in zip(self._spreads.values(), angles, strict=True):
+            spread.add(error, np.ones(len(error), dtype=np.bool_), 0)
+
+    def result(self) -> dict[str, float]:
+        """The figures; raises InputError of no row."""
+        if not self._spreads[ANGLES[0]].samples:
+            raise InputError(NO_SAMPLE)
+        return {name: spread.rms for name, spread in self._spreads.items()}
 
 
 def aligned(
@@ -105,7 +142,7 @@ def aligned_outputs(
     estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray], align: str
 ) -> tuple[Mapping[str, FloatArray], tuple[float, ...]]:
     """`aligned` of a run's outputs: of those ``qw qx qy qz``, where the record has their truth."""
-    if not _apart(estimator, columns):
+    if align == "none" or not _apart(estimator, columns):
         return outputs, ()
     q, offset = aligned(attitude_of(outputs), attitude_of(columns.truth), columns.counts, align)
     return {**outputs, **dict(zip(QUATERNION, q.T, strict=True))}, offset

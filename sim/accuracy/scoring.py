@@ -19,7 +19,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.processes import processes
 from boresight.sim.records.feed import Feed
-from boresight.sim.worlds.loop import Loop, drive
+from boresight.sim.worlds.loop import drive
 
 __all__ = ["Scorer"]
 
@@ -61,17 +61,16 @@ class Scorer:
         self,
         which: Sequence[int],
         params: Mapping[str, float] | None,
-        work: Callable[[int, Loop], _T],
+        work: Callable[[int, Emitted], _T],
     ) -> list[_T]:
-        """``work`` on the run of every record in ``which``, in that order."""
+        """``work`` on every record in ``which``, with a level for it, in that order."""
         self.estimator.param_values(params)
 
         def item(index: int) -> _T:
             level = self._levels.get()
             try:
                 level.set_params(params)
-                (loop,) = drive(self.feeds[index], level)
-                return work(index, loop)
+                return work(index, level)
             finally:
                 self._levels.put(level)
 
@@ -80,9 +79,11 @@ class Scorer:
         with ThreadPoolExecutor(self.jobs) as pool:
             return list(pool.map(item, which))
 
-    def runs(self, params: Mapping[str, float] | None = None) -> list[Loop]:
-        """Run every record with these parameters (defaults for those not named)."""
-        return self._each(range(len(self.feeds)), params, lambda _, loop: loop)
+    def each(
+        self, work: Callable[[int, Emitted], _T], params: Mapping[str, float] | None = None
+    ) -> list[_T]:
+        """``work`` on every record, with a level that has these parameters, others by default."""
+        return self._each(range(len(self.feeds)), params, work)
 
     def scores(
         self, params: Mapping[str, float] | None = None, which: Sequence[int] | None = None
@@ -95,7 +96,7 @@ class Scorer:
             Unknown or illegal parameter; a record without truth.
         """
 
-        def score(index: int, loop: Loop) -> dict[str, float]:
+        def score(index: int, level: Emitted) -> dict[str, float]:
             columns = self.feeds[index]
             if not units_of(self.estimator, columns):
                 raise InputError.at(
@@ -104,6 +105,7 @@ class Scorer:
                     found="none",
                     fix="leave this log out",
                 )
+            (loop,) = drive(columns, level)
             metrics = errors(self.estimator, columns, loop.outputs)
             if self.told is None:
                 return metrics

@@ -10,6 +10,7 @@ Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ __all__ = [
     "attitude_rmse",
     "constant_offset",
     "largest_turn_deg",
+    "pieces",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -120,13 +122,22 @@ def constant_offset(q_est: FloatArray, q_ref: FloatArray, align: str) -> FloatAr
     ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
     Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
     """
-    error = quaternion_multiply(
-        quaternion_normalise(q_est), quaternion_conjugate(quaternion_normalise(q_ref))
-    )
-    free = list(ALIGNMENTS[align])
+    free, products = list(ALIGNMENTS[align]), list[FloatArray]()
+    for some in pieces(len(q_est)):
+        error = quaternion_multiply(
+            quaternion_normalise(q_est[some]),
+            quaternion_conjugate(quaternion_normalise(q_ref[some])),
+        )
+        products.append(error[:, free].T @ error[:, free])
     offset = np.zeros(4)
-    offset[free] = np.linalg.eigh(error[:, free].T @ error[:, free])[1][:, -1]
+    offset[free] = np.linalg.eigh(np.sum(products, axis=0))[1][:, -1]
     return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
+
+
+def pieces(rows: int) -> Iterator[slice]:
+    """Rows of a long run, 65,536 at a time."""
+    for start in range(0, rows, 1 << 16):
+        yield slice(start, min(start + (1 << 16), rows))
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

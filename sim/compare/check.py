@@ -44,6 +44,8 @@ USUAL = tuple(name for name in EXACT if LEVELS[name].usual)
 
 #: Rows of a log that are read at a time, and of a long one those that are kept.
 KEPT = 1 << 16
+#: Slices of a log that runs in part.
+SLICES = 16
 #: Rows that run on a level at a time.
 ROWS = 1 << 15
 
@@ -61,6 +63,11 @@ class _Attempt:
         self.exchange: Exchange | None = None
         self._leading: list[Run] = []
         self._done = 0
+        #: Rows on which it runs, from states that are handed in; none: on all, from a reset on.
+        self.slices: list[range] = []
+        self.said = ""
+        #: First row, states before it, and records of the slice at hand.
+        self.origin: tuple[int, IntArray | None, list[FloatArray]] = (0, None, [])
 
     def begin(self, records: Sequence[FloatArray], say: Callable[[str, int | None], None]) -> None:
         """Make the levels, and run those that run on leading records alone."""
@@ -79,12 +86,36 @@ class _Attempt:
 
     def advance(self, records: Sequence[FloatArray]) -> list[Run] | None:
         """The next records of each estimator: their runs; None if there are none."""
-        if self.error:
+        if self.error or self.slices:
             return None
         if self.most is not None:
             start, self._done = self._done, self._done + max(map(len, records))
             return [run.rows(start, self._done) for run in self._leading]
         return self._guarded(lambda: self.kind.run_together(self.levels, records, self.exchange))
+
+    def sliced(
+        self, records: FloatArray, start: int, wanted: Run, before: IntArray | None
+    ) -> Iterator[tuple[int, Run]]:
+        """Runs of slices in the next records, the first of which is row ``start``: place, run."""
+        level, stop = self.levels[0], start + len(records)
+        for part in self.slices:
+            first, end = max(part.start, start), min(part.stop, stop)
+            if first >= end or self.error:
+                continue
+            if first == part.start:
+                assert wanted.states is not None
+                states = before if first == start else wanted.states[first - start - 1]
+                self.origin = first, states, []
+                level.reset()
+                if states is not None:
+                    level.resume(states)
+            rows = records[first - start : end - start]
+            self.origin[2].append(rows)
+            for run in self._guarded(partial(self._of_rows, rows)) or []:
+                yield first - start, run
+
+    def _of_rows(self, records: FloatArray) -> list[Run]:
+        return [self.levels[0].run(records)]
 
     def _guarded(self, call: Callable[[], list[Run]]) -> list[Run] | None:
         start = time.perf_counter()
@@ -111,6 +142,8 @@ class _Case:
     warnings: dict[str, None] = field(default_factory=dict)
     #: By attempt: states before the first update that differs, and its record.
     wrong: dict[int, tuple[IntArray | None, FloatArray]] = field(default_factory=dict)
+    #: And where the slice began in which it is.
+    origins: dict[int, tuple[int, IntArray | None, list[FloatArray]]] = field(default_factory=dict)
 
     def take(self, block: Feed, whole: bool) -> None:
         """Rows of the log; they are kept, those of a long log if it is to be kept whole."""
@@ -118,6 +151,11 @@ class _Case:
         self.warnings |= dict.fromkeys(block.warnings)
         if whole or not self.feeds:
             self.feeds.append(block)
+
+    def differs(self, attempt: int, row: int, records: FloatArray, wanted: Run) -> None:
+        """The first update in which an attempt differs is a row of the piece at hand."""
+        assert wanted.states is not None
+        self.wrong[attempt] = wanted.states[row - 1] if row else self.before, records[row]
 
     @property
     def complete(self) -> bool:
@@ -176,6 +214,7 @@ class Check:
         reproducer: OutputFile | None = None,
         whole: bool = True,
         rows: int = ROWS,
+        rtl_rows: int | None = None,
     ) -> list[CheckResult]:
         """Run everything, a piece of the logs after the other on every level.
 
@@ -189,6 +228,9 @@ class Check:
             Whether results have the rows of a log of more than `KEPT`.
         rows : int
             Rows of a piece.
+        rtl_rows : int, optional
+            Rows on which RTL in Verilator runs, as `SLICES` slices spread over the log, each from
+            the states of the interpreter; by default all, from a reset on.
 
         Returns
         -------
@@ -211,6 +253,8 @@ class Check:
             if name != Interpreted.name
             for tool in LEVELS[name].tools_of_check(self.simulator)
         ]
+        if rtl_rows is not None:
+            self._slice(attempts, sources, rtl_rows)
         interpreter = _Attempt(
             Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
         )
@@ -239,6 +283,29 @@ class Check:
             accuracy = case.judge.result(case.clamped, again)
             results.append(self._result(k, case, levels, accuracy))
         return results
+
+    def _slice(self, attempts: Sequence[_Attempt], sources: Sequence[Log], rows: int) -> None:
+        """Spread so many rows over the only log for levels that can begin with given states."""
+        if self._count > 1:
+            raise InputError.at(
+                "--rtl-rows",
+                wanted="one estimator",
+                found=f"{self._count}, which take turns on the core",
+                fix="check them one by one",
+            )
+        length = len(sources[0])
+        count = min(SLICES, rows)
+        each = rows // count
+        if each * count >= length:
+            return
+        starts = [k * (length - each) // max(count - 1, 1) for k in range(count)]
+        for attempt in attempts:
+            if attempt.kind.resumes and attempt.tool != "icarus":
+                attempt.slices = [range(start, start + each) for start in starts]
+                attempt.said = (
+                    f"{count} slices of {each} rows spread over {length}, each from the states of "
+                    "the integer model"
+                )
 
     @property
     def _count(self) -> int:
@@ -320,8 +387,14 @@ class Check:
             for n, (attempt, runs) in enumerate(zip(attempts, tried, strict=True)):
                 row = None if runs is None else attempt.agreements[k].add(runs[k], wanted)
                 if row is not None:
-                    assert wanted.states is not None
-                    case.wrong[n] = wanted.states[row - 1] if row else case.before, records[row]
+                    case.differs(n, row, records, wanted)
+                for place, run in attempt.sliced(records, case.rows, wanted, case.before):
+                    part = wanted.rows(place, place + len(run.outputs[min(run.outputs)]))
+                    row = attempt.agreements[k].add(run, part, case.rows + place)
+                    if row is not None:
+                        first, states, parts = attempt.origin
+                        case.origins[n] = first, states, list(parts)
+                        case.differs(n, place + row, records, wanted)
             states = case.judge.add(records, wanted, floating[k])
             case.before, case.rows = states[-1], case.rows + len(records)
             if whole or case.rows - len(records) < KEPT:
@@ -358,9 +431,11 @@ class Check:
             return LevelResult(kind.name, tried.tool, None, None, seconds, error=tried.error)
         level, agreement = tried.levels[number], tried.agreements[number]
         if (step := agreement.first_wrong) is None:
-            return agreement.result(tried.seconds)
+            return agreement.result(tried.seconds, slices=tried.said)
         before, record = case.wrong[attempt]
-        divergence = first_divergence(level, (records for records, _ in again()), before, step)
+        first, states, own = case.origins.get(attempt, (0, None, None))
+        pieces = (records for records, _ in again()) if own is None else own
+        divergence = first_divergence(level, pieces, before, step, first=first, states=states)
         many = len(tried.levels)
         rest = f"with {many} programs in turns" if many > 1 else "all values equal"
         text = (
@@ -375,7 +450,7 @@ class Check:
                 config=self.build.config,
                 level=level.name,
             )
-        return agreement.result(tried.seconds, text)
+        return agreement.result(tried.seconds, text, tried.said)
 
     def _result(
         self, number: int, case: _Case, levels: Sequence[LevelResult], accuracy: Accuracy

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS, PERIODS, QUATERNION, Output
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["ATTITUDE", "Decided", "Difference", "Differences", "around", "differences"]
+__all__ = ["ATTITUDE", "Decided", "Difference", "Differences", "Spread", "around", "differences"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -267,7 +267,7 @@ class _Account:
         self.output, self.exact = output, output.unit in EXACT_UNITS
         limit = 0.0 if self.exact else output.tolerance
         self.tolerance = limit if judged else None
-        self._before, self._after = _Figures(), _Figures()
+        self._before, self._after = Spread(), Spread()
         self._parted = False
         self._beyond: int | None = None
         self._curves: list[FloatArray] | None = [] if curves else None
@@ -309,7 +309,7 @@ class _Account:
 _SUMMED = 1 << 16
 
 
-class _Figures:
+class Spread:
     """Number, largest and root mean square of some rows; NaN is the largest."""
 
     def __init__(self) -> None:

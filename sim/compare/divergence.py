@@ -54,23 +54,31 @@ def program_at(program: Program, before: IntArray | None) -> Program:
 
 
 def first_divergence(
-    level: Level, pieces: Iterable[FloatArray], before: IntArray | None, step: int
+    level: Level,
+    pieces: Iterable[FloatArray],
+    before: IntArray | None,
+    step: int,
+    *,
+    first: int = 0,
+    states: IntArray | None = None,
 ) -> Divergence | None:
     """Run a level up to ``step`` again, alone, and compare the values that it shows.
 
     Parameters
     ----------
     pieces : iterable of float64 (n, n_inputs)
-        Records in their units, from the first update on.
+        Records in their units, from update ``first`` on.
     before : int64 (n_states,), optional
         The interpreter's state words before the step; None: the initial ones.
+    states : int64 (n_states,), optional
+        Those before update ``first``, which the level begins with.
     """
     program = level.program if level.schedule is None else level.schedule.program
     machine = Interpreter(program_at(program, before))
-    *earlier, last = _until(pieces, step)
+    *earlier, last = _until(pieces, step - first)
     machine.update(words_of(level.program, last[-1])[:, None])
     wanted = [int(w[0]) for w in machine.values_before_commit()]
-    for seen in level.words_of_update(last, earlier):
+    for seen in level.words_of_update(last, earlier, states):
         if seen.word != wanted[seen.value]:
             name = program.values[seen.value].name
             return Divergence(level.name, step, name, seen.cycle, wanted[seen.value], seen.word)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class LevelResult:
     ``n_mismatch`` counts the updates, of ``n_total``, whose outputs, states or saturation flag
     differ, and ``first_wrong`` is the first of them. ``error`` says why a level did not run, or
     why its run proves nothing: then there are no counts (None). Cycles are None for levels without
-    a clock.
+    a clock. ``slices`` says on which rows a level ran that did not run on all from a reset on.
     """
 
     level: str
@@ -44,6 +45,7 @@ class LevelResult:
     error: str = ""
     divergence: str = ""
     first_wrong: int | None = None
+    slices: str = ""
 
     @property
     def good(self) -> bool:
@@ -73,6 +75,11 @@ class LevelResult:
     def _intervals(self) -> str:
         return _span(self.interval_min, self.interval_max)
 
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        data = dataclasses.asdict(self)
+        return data if self.slices else {k: v for k, v in data.items() if k != "slices"}
+
     def line(self) -> str:
         """One line for people; what `error` says stands in the verdict, once for all levels."""
         name = f"{self.level:8s} {self.simulator:12s}"
@@ -84,6 +91,7 @@ class LevelResult:
                 f"   cycles predicted {self.cycles_predicted}, counted {self._cycles}"
                 f"; interval predicted {self.interval_predicted}, counted {self._intervals}"
             )
+        text += f"; {self.slices}" if self.slices else ""
         return f"{text}   {self.seconds:.1f} s" + (
             f"\n         {self.divergence}" if self.divergence else ""
         )
@@ -108,8 +116,8 @@ class Agreement:
         self._total, self._mismatch, self._fault = 0, 0, ""
         self._cycles: dict[str, int] = {}
 
-    def add(self, run: Run, wanted: Run) -> int | None:
-        """The next rows; ``wanted`` are the interpreter's, at least as many.
+    def add(self, run: Run, wanted: Run, start: int | None = None) -> int | None:
+        """The next rows, or those from ``start`` on; ``wanted`` are the interpreter's, or more.
 
         Returns the row among them that is `first_wrong`.
         """
@@ -132,7 +140,7 @@ class Agreement:
         if not wrong or self.first_wrong is not None:
             return None
         row = int(np.argmin(same))
-        self.first_wrong = before + row
+        self.first_wrong = row + (before if start is None else start)
         return row
 
     def _count(self, name: str, predicted: int, counted: IntArray) -> None:
@@ -143,7 +151,7 @@ class Agreement:
             f"{name}_max": max(high, self._cycles.get(f"{name}_max", high)),
         }
 
-    def result(self, seconds: float = 0.0, divergence: str = "") -> LevelResult:
+    def result(self, seconds: float = 0.0, divergence: str = "", slices: str = "") -> LevelResult:
         """The verdict."""
         return LevelResult(
             self.level.name,
@@ -155,6 +163,7 @@ class Agreement:
             error=self._fault,
             divergence=divergence,
             first_wrong=self.first_wrong,
+            slices=slices,
         )
 
 
@@ -246,10 +255,7 @@ class CheckResult(Answer):
             "textbook": [d.to_json() for d in self.textbook],
             "warnings": list(self.given.warnings),
             "verification": plain(
-                [
-                    {**dataclasses.asdict(x), "good": x.good, "failure": x.failure}
-                    for x in self.levels
-                ]
+                [{**x.to_json(), "good": x.good, "failure": x.failure} for x in self.levels]
             ),
         }
 

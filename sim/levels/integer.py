@@ -94,7 +94,7 @@ class Emitted(Level):
         return _EmittedBatch(build, runs, number)
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = ()
+        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
     ) -> Sequence[Seen]:
         """Every word of the last update."""
         self.reset()

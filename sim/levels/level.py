@@ -131,6 +131,8 @@ class Level(ABC):
     usual: ClassVar[bool] = True
     #: Number of runs side by side, each with its own states (`batch`); None: without that axis.
     runs: int | None = None
+    #: Whether it can begin with states that are handed in (`resume`).
+    resumes: ClassVar[bool] = False
     #: States (n, n_states) that another level had in the records of the next run. A level may use
     #: them to compute parts of it side by side (`sim.records.segments`), never to believe them.
     shown: IntArray | None = None
@@ -162,6 +164,10 @@ class Level(ABC):
     def reset(self) -> None:
         """Set the states to their start values."""
 
+    def resume(self, states: IntArray) -> None:
+        """Set the states to these words, (n_states,)."""
+        raise NotImplementedError
+
     @abstractmethod
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other: inputs (n, n_inputs) in their units."""
@@ -185,12 +191,13 @@ class Level(ABC):
         return Batch([cls(build, number) for _ in range(runs)])
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = ()
+        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
     ) -> Sequence[Seen]:
         """Words of the last of these updates, in the order of their computation.
 
-        ``before`` are the records from a reset on up to these, in pieces. States have their words
-        before the update. Empty if the level does not provide words.
+        ``before`` are the records up to these, in pieces, from a reset on, or from ``states`` on
+        where the level `resumes`. States have their words before the update. Empty if the level
+        does not provide words.
         """
         return ()
 

@@ -37,7 +37,7 @@ class Simulated(Level):
     built or run raises ToolMissing or SimulationFailed then.
     """
 
-    name = "rtl"
+    name, resumes = "rtl", True
     tools: ClassVar[tuple[str, ...]] = SIMULATORS
 
     def __init__(self, build: Build, number: int = 0, tool: str | None = None) -> None:
@@ -80,6 +80,11 @@ class Simulated(Level):
     def reset(self) -> None:
         """Restart with the states' start words."""
         self.close()
+
+    def resume(self, states: IntArray) -> None:
+        """Restart with these state words, in Verilator."""
+        self.close()
+        self._process = self.compiled.power_on(states)
 
     def close(self) -> None:
         """End the process."""
@@ -141,7 +146,7 @@ class Simulated(Level):
         return run
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = ()
+        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
     ) -> Sequence[Seen]:
         """Register writes of the lanes in the last update; the program runs alone.
 
@@ -152,6 +157,8 @@ class Simulated(Level):
         if self.tool == "icarus":
             records, before = np.concatenate([*before, records]), ()
         self.reset()
+        if states is not None:
+            self.resume(states)
         try:
             for piece in before:
                 self._replayed(words_of(self.program, piece))

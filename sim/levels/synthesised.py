@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.words.fixed import IntArray
 from boresight.sim.levels.level import Seen
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.harness import CompiledSimulation
@@ -23,6 +24,7 @@ class NetlistSimulated(Simulated):
 
     name = "netlist"
     tools = ("verilator",)
+    resumes = False
     usual = False  # yosys takes half a minute
 
     @classmethod
@@ -36,7 +38,7 @@ class NetlistSimulated(Simulated):
         return NetlistSimulation(self.core)
 
     def words_of_update(
-        self, records: FloatArray, before: Iterable[FloatArray] = ()
+        self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None
     ) -> Sequence[Seen]:
         """Nothing: a netlist has no registers by name."""
         return ()

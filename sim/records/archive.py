@@ -110,7 +110,7 @@ def record_of_arrays(path: Path, named: Sequence[tuple[str, npt.NDArray[Any]]]) 
             found=f"{names.count(twice)} columns {twice}",
             fix="keep one of them",
         )
-    columns = columns_of(str(path), _flattened(str(path), arrays))
+    columns = columns_of(str(path), _flattened(str(path), arrays), copy=False)
     return Record(name_of(path), columns, index_place(str(path)), str(path))
 
 

@@ -56,6 +56,12 @@ class Log:
         record = Record.of(data, name=name).head(steps)
         return cls(record.name, record)
 
+    def __len__(self) -> int:
+        """Count the samples; a file is read for it."""
+        if isinstance(self.data, Record):
+            return len(self.data)
+        return sum(map(len, self.blocks(1 << 16)))
+
     def blocks(self, rows: int) -> Iterator[Record]:
         """The samples in blocks of so many rows, with their time steps; one as it is.
 

@@ -96,8 +96,9 @@ class InputReader:
         new = ~np.isnan(values)
         if not new.all():
             self._fill(values, new)
-        self._last = values[-1]
-        inputs = np.minimum(np.maximum(values, self._low), self._high)
+        self._last = values[-1].copy()
+        inputs = np.maximum(values, self._low)
+        np.minimum(inputs, self._high, out=inputs)
         if (beyond := inputs != values).any():
             self._check_range(values, beyond)
         for k, sources in self._flags.items():

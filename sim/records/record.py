@@ -264,8 +264,12 @@ def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
         ) from error
 
 
-def columns_of(where: str, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Column]:
+def columns_of(
+    where: str, arrays: Mapping[str, npt.NDArray[Any]], *, copy: bool = True
+) -> dict[str, Column]:
     """Convert arrays by name to columns, with units from brackets in the names.
+
+    Without ``copy`` the arrays are those of the columns, where they can be: nobody else's.
 
     Raises
     ------
@@ -286,7 +290,7 @@ def columns_of(where: str, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, 
                 found=f"{array.dtype}, shape {array.shape}",
                 fix="convert it",
             )
-        columns[name] = Column(array.astype(np.float64), unit)
+        columns[name] = Column(array.astype(np.float64, copy=copy), unit)
     return columns
 
 

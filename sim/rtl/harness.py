@@ -12,7 +12,9 @@ import shutil
 import subprocess
 import tempfile
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 
@@ -60,9 +62,35 @@ class CompiledSimulation(RtlSimulation):
             cache=cache,
         ).program
 
-    def power_on(self) -> CoreProcess:
-        """Start a process with the core after its reset; the caller closes it."""
-        return CoreProcess(self)
+    def power_on(self, states: IntArray | None = None) -> CoreProcess:
+        """Start a process with the core after its reset; the caller closes it.
+
+        Parameters
+        ----------
+        states : int64 (n_states,), optional
+            State words of the selected program; by default those that it begins with.
+        """
+        return CoreProcess(self, memories=None if states is None else self._memories_with(states))
+
+    @cached_property
+    def _registers(self) -> dict[str, list[int]]:
+        """Files of registers: of each word the number of its register, -1 for none."""
+        core = self.core
+        numbers = list(range(1, len(core.image.registers) + 1))
+        numbered = replace(core, image=replace(core.image, registers=numbers))
+        return {
+            name: [int(word, 16) - 1 for word in text.split()]
+            for name, text in self.design(numbered)[1].items()
+            if text != self.memories[name]
+        }
+
+    def _memories_with(self, states: IntArray) -> dict[str, str]:
+        """`memories` in which the states of the selected program have these words."""
+        registers, memories = self.core.registers_with(states), dict(self.memories)
+        for name, numbers in self._registers.items():
+            words = [registers[n] if n >= 0 else 0 for n in numbers]
+            memories[name] = "".join(f"{word:x}\n" for word in words)
+        return memories
 
     @contextlib.contextmanager
     def record(self, inputs: IntArray, first: int, stop: int) -> Iterator[Path]:
@@ -83,11 +111,16 @@ class CompiledSimulation(RtlSimulation):
 class CoreProcess:
     """A simulated core in its own process."""
 
-    def __init__(self, simulation: CompiledSimulation, *arguments: str) -> None:
+    def __init__(
+        self,
+        simulation: CompiledSimulation,
+        *arguments: str,
+        memories: Mapping[str, str] | None = None,
+    ) -> None:
         self._word = simulation.word
         self.folder = Path(tempfile.mkdtemp(prefix="boresight-rtl-"))
         self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
-        for file, contents in simulation.memories.items():
+        for file, contents in (memories or simulation.memories).items():
             (self.folder / file).write_text(contents)
         self._log = self.folder / "run.log"
         with self._log.open("wb") as log:
