@@ -130,7 +130,7 @@ def check(
     simulator: str | None = None,
     params: Params = None,
     reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
-    rtl_rows: int | None = None,
+    rtl_rows: Annotated[int | None, Option(metavar="N")] = None,
     wave: Annotated[str | None, Option(metavar="FIRST:STOP")] = None,
     wave_folder: Annotated[str | Path, Option(metavar="DIR")] = WAVE_FOLDER,
     progress: Callable[[str], None] | None = None,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,10 +13,13 @@ from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import State
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy import benchmark as module
+from boresight.sim.accuracy import figures as figures_module
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
+from boresight.sim.attitude import accuracy as attitude_module
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.records.feed import feed
@@ -49,6 +54,32 @@ def reference(trial):
     return NineAxis.of(trial.record).attitude
 
 
+@pytest.mark.parametrize("align", ["none", "heading"])
+def test_pieces_give_the_same_figures(trials, monkeypatch, align):
+    def made():
+        results = benchmark([Complementary()], [], trials, jobs=2, align=align)
+        return [dataclasses.replace(r, seconds=0.0, errors={}, offset_deg=()) for r in results], [
+            [*r.errors.values(), *r.offset_deg] for r in results
+        ]
+
+    rest, figures = made()
+    for place in (module, figures_module, attitude_module):
+        monkeypatch.setattr(
+            place, "pieces", lambda n: (slice(k, min(k + 60, n)) for k in range(0, n, 60))
+        )
+    again, others = made()
+    assert again == rest
+    assert others == (figures if align == "none" else [pytest.approx(f) for f in figures])
+
+
+def test_seconds_are_those_of_each_run(trials, monkeypatch):
+    """On a clock that counts its readings each run takes one, whatever its length."""
+    clock = SimpleNamespace(perf_counter=itertools.count().__next__)
+    monkeypatch.setattr("boresight.sim.worlds.loop.time", clock)
+    results = benchmark([Complementary()], [], trials, jobs=1)
+    assert [r.seconds for r in results] == [1] * 6
+
+
 def test_figures_are_those_of_plain_runs(trials):
     lines = []
     params = {"kp_heading_per_s": 0.7}
@@ -65,7 +96,8 @@ def test_figures_are_those_of_plain_runs(trials):
         (name, level, t.name) for name, level in levels for t in trials
     ]
     assert [line.split(",")[0] for line in lines] == ["[1/2] complementary", "[2/2] vqf_online"]
-    runs = Scorer(Complementary(), [fed(t) for t in trials]).runs(params)
+    scorer = Scorer(Complementary(), [fed(t) for t in trials])
+    runs = scorer.each(lambda k, level: level.run_anew(scorer.feeds[k].inputs), params)
     for fixed, floating, t, run in zip(results[:3], results[3:6], trials, runs, strict=True):
         real = Complementary().run_float(fed(t).inputs[:, :, None], params=params)
         q = attitude_of({k: v[:, 0] for k, v in real.outputs.items()})

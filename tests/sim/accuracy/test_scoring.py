@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -56,22 +54,13 @@ def test_scores_are_those_of_the_interpreter(logs):
         assert scorer.scores(PARAMS) == wanted
         assert scorer.scores(PARAMS, [2, 0]) == [wanted[2], wanted[0]]
         assert scorer.scores() == default != wanted  # parameters do not stay
-        runs = scorer.runs(PARAMS)
-        assert [len(loop.run.words) for loop in runs] == list(map(len, logs))
+        assert scorer.each(lambda k, level: k, PARAMS) == [0, 1, 2]
 
 
 def test_a_log_without_truth_has_no_score(logs):
     bare = dataclasses.replace(NineAxis.of(logs[0]), q=None).record()
     with pytest.raises(InputError, match=r"^log 'log3': wanted a truth of complementary's outputs"):
         Scorer(Complementary(), feeds([bare])).scores()
-
-
-def test_seconds_are_those_of_each_run(logs, monkeypatch):
-    """On a clock that counts its readings each run takes one, whatever its length."""
-    clock = SimpleNamespace(perf_counter=itertools.count().__next__)
-    monkeypatch.setattr("boresight.sim.worlds.loop.time", clock)
-    loops = Scorer(Complementary(), feeds(logs), jobs=1).runs()
-    assert [loop.seconds for loop in loops] == [1, 1, 1]
 
 
 def test_bad_parameters(logs):
