@@ -34,9 +34,9 @@ class Wrong(Emitted):
 
     changes: dict[int, Any] = {}
 
-    def words_of_update(self, records: Any, before: Any = ()) -> Sequence[Seen]:
+    def words_of_update(self, records: Any, before: Any = (), states: Any = None) -> Sequence[Seen]:
         """With cycles."""
-        seen = super().words_of_update(records, before)
+        seen = super().words_of_update(records, before, states)
         return [
             Seen(s.value, self.changes.get(s.value, s.word), 10 + k) for k, s in enumerate(seen)
         ]

@@ -110,7 +110,8 @@ def moved(check: CheckResult, **steps: int) -> CheckResult:
         if d.output in steps:
             curve[steps[d.output] :] = 1.0
         largest = float(curve.max())
-        errors.append(dataclasses.replace(d, apart=curve, largest=largest))
+        beyond = steps.get(d.output, 0)
+        errors.append(dataclasses.replace(d, apart=curve, largest=largest, beyond=beyond))
     accuracy = dataclasses.replace(check.accuracy, differences=tuple(errors), culprit="step 7")
     accuracy = dataclasses.replace(accuracy, saturated_updates=2, saturated={"y": 2})
     return dataclasses.replace(check, accuracy=accuracy)
