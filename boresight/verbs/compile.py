@@ -38,7 +38,7 @@ from boresight.core_files import (
 )
 from boresight.depths import depth_by_time
 from boresight.disk.cache import Cache
-from boresight.disk.output import output_folder
+from boresight.disk.output import foreign_entries, output_folder
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
@@ -178,6 +178,8 @@ def compile(
         say(str(choice))
         build = with_config(config=choice.config)
     check_sound(build)
+    if foreign := foreign_entries(output):
+        say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
         core = build.core
         area: Estimate | Mapped | Routed | None = None

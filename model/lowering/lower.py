@@ -171,8 +171,8 @@ def lower(
     Raises
     ------
     InputError
-        An argument's range exceeds what its function takes, a range is not finite, or a value would
-        pass 63 bits: the message names the line, the value and a cure.
+        An argument's range exceeds what its function takes, a range is not finite, or a term
+        passes the accumulator: the message names the line, the value and a cure.
     """
     graph, made = expand(trace.tracer, None if profile is None else profile.limits)
     low = Fusion(graph, arithmetic)
