@@ -5,6 +5,11 @@ import json
 import shutil
 import stat
 import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
 
 from boresight.gateware.synthesis.nextpnr import find_program
 
@@ -40,13 +45,13 @@ pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
 """
 
 
-def stand_in(tmp_path, monkeypatch):
+def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Callable[[], Any]]:
     """Put a program first on the PATH that does what ``act`` says; the result reads its arguments.
 
     Clear the cache of `find_program` afterwards.
     """
 
-    def make(act):
+    def make(act: str) -> Callable[[], Any]:
         path = tmp_path / "bin" / "nextpnr-ecp5"
         path.parent.mkdir(exist_ok=True)
         path.write_text(FAKE.format(python=sys.executable, act=act, log=str(tmp_path / "log")))
@@ -58,7 +63,7 @@ def stand_in(tmp_path, monkeypatch):
     return make
 
 
-def is_installed(program):
+def is_installed(program: str) -> bool:
     """Whether a router is there, on the PATH or as a package."""
     package = f"yowasp_{program.replace('-', '_')}"
     return shutil.which(program) is not None or importlib.util.find_spec(package) is not None
