@@ -38,6 +38,7 @@ __all__ = [
     "RECORDINGS",
     "blocks_of",
     "content_of",
+    "in_pieces",
     "log_files",
     "read_logs",
     "read_pieces",
@@ -207,6 +208,11 @@ def blocks_of(path: str | os.PathLike[str]) -> Iterator[Record]:
     """
     path = Path(path)
     return _blocks(path) if selection().whole else _selected(path)
+
+
+def in_pieces(path: Path) -> bool:
+    """Whether `read_pieces` holds no more than a block of such a file."""
+    return recording_of(path) is None and _format(path).pieces is not None
 
 
 def recording_of(path: Path) -> tuple[Reader, str] | None:
