@@ -44,6 +44,7 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import ALL_CONFIGS, at_depth
+from boresight.gateware.synthesis.blocks import check_memory
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
@@ -178,6 +179,8 @@ def compile(
         say(str(choice))
         build = with_config(config=choice.config)
     check_sound(build)
+    if target in TARGETS:
+        check_memory(build.core.machine, build.core.image, TARGETS[target])
     if foreign := foreign_entries(output):
         say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
