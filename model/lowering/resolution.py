@@ -87,10 +87,22 @@ class _Walk:
                     placed(line, f"{self.program.name}, value {said.name}"),
                     wanted=f"a last bit of at most {limit / share:.3g}, for {of}",
                     found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
-                    fix="limit it, or what it is made of, with ops.bounded or ops.clip"
-                    if said.kind is Kind.OP
-                    else "narrow its range, or widen the tolerance",
+                    fix=self._cure(value),
                 )
+
+    def _cure(self, value: int) -> str:
+        """What gives a value a finer last bit."""
+        said, states = self.program.values[value], self.program.states
+        if said.kind is not Kind.OP:
+            return "narrow its range, or widen the tolerance"
+        for number, after in states:
+            state = self.program.values[number]
+            same = self.nodes.get(after) is self.nodes.get(value) is not None or after == value
+            if same and said.frac == state.frac:
+                name = declared_name(self.program, self.nodes, number)
+                ends = f"[{state.low:g}, {state.high:g}]"
+                return f"narrow the range {ends} of state {name}, or widen the tolerance"
+        return "limit it, or what it is made of, with ops.bounded or ops.clip"
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach one, each once, and how much of an error of theirs does."""
