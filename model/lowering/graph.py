@@ -7,14 +7,16 @@ by its author (`model.ops.bounded`).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model.errors import InputError
 from boresight.model.lowering.trace import finite
 from boresight.model.words import rounded
+from boresight.model.words.program import Program
 
-__all__ = ["LEAVES", "Flag", "Graph", "Node"]
+__all__ = ["LEAVES", "Flag", "Graph", "Node", "declared_name"]
 
 #: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
@@ -82,6 +84,12 @@ class Node:
     def range(self) -> str:
         """The interval as a text."""
         return f"[{self.low:g}, {self.high:g}]"
+
+
+def declared_name(program: Program, nodes: Mapping[int, Node], value: int) -> str:
+    """Name of a value; of a state that shares it with an input or parameter, without a suffix."""
+    node = nodes.get(value)
+    return (node is not None and node.kind in LEAVES and node.name) or program.values[value].name
 
 
 @dataclass(frozen=True, eq=False)
