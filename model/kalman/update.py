@@ -28,6 +28,8 @@ __all__ = ["Update", "checked_measurements", "moved", "noise_of"]
 _REACH = 64.0
 #: Bound of an innovation over its standard deviation.
 _MOVE = 64.0
+#: When an element leaves the bounds that it has in a covariance.
+INDEFINITE = "rounding or nonlinearity make P indefinite"
 
 
 class Update:
@@ -202,7 +204,9 @@ class Update:
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
         """An element of P within what standard deviations allow."""
         low = 0.0 if i == j else -sd[i] * sd[j]
-        bounded: Scalar = ops.bounded(value, low, sd[i] * sd[j], "standard deviations")
+        bounded: Scalar = ops.bounded(
+            value, low, sd[i] * sd[j], "standard deviations", unless=INDEFINITE
+        )
         return bounded
 
     def _dot(self, row: Mapping[int, Scalar], column: Callable[[int], Any]) -> Scalar:
@@ -257,7 +261,9 @@ class Update:
         variance = self._dot(row, (whole if earlier else column).__getitem__)
         variance = self._less(variance, [a * a for a in earlier]) + m.r
         if earlier or not _is_unit(row):  # else its interval is as good
-            variance = ops.bounded(variance, low, spread * spread + high, "h P h + r")
+            variance = ops.bounded(
+                variance, low, spread * spread + high, "h P h + r", unless=INDEFINITE
+            )
         pairs = zip(earlier, self.moves, strict=True)
         innovation = self._less(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
@@ -271,7 +277,9 @@ class Update:
             move, taken = ops.where(within, move, 0.0), None
         self.nis = self.nis + (move * move if taken is None else ops.where(taken, move * move, 0.0))
         bounds = zip(gains, self.wide, strict=True)
-        self.gains.append([ops.bounded(g, -sd, sd, "root of a variance") for g, sd in bounds])
+        self.gains.append(
+            [ops.bounded(g, -sd, sd, "root of a variance", unless=INDEFINITE) for g, sd in bounds]
+        )
         self.moves.append(move)
         self.taken.append(taken)
 
@@ -304,7 +312,8 @@ class Update:
         out: list[Any] = []
         for value, sd, *g in zip(column, self.wide, *self.gains, strict=True):
             value = self._less(value, [own * a for own, a in zip(g, earlier, strict=True)])
-            out.append(ops.bounded(value, -spread * sd, spread * sd, "standard deviations"))
+            most = spread * sd
+            out.append(ops.bounded(value, -most, most, "standard deviations", unless=INDEFINITE))
         return out
 
     def _element_left(self, i: int, j: int) -> Any:
@@ -498,4 +507,5 @@ def _within(value: Any, s: Any) -> Any:
     """A next value of a state in its range."""
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)
-    return ops.bounded(value, s.low, s.high, "declared range of the state")
+    beyond = "model or measurement take it beyond"
+    return ops.bounded(value, s.low, s.high, "declared range of the state", unless=beyond)

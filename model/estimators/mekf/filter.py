@@ -299,7 +299,7 @@ class Mekf(Estimator):
         pitch, roll, heading = pitch_roll_heading_ht(C)
 
         older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
-        older = ops.bounded(older, -1.0, 63.9, "less than it was")
+        older = ops.bounded(older, -1.0, 63.9, "less than it was", unless="it was at its limit")
         # What a rate at full scale may have missed is unknown: the means grow younger again.
         older = ops.where(older < 0.0, 0.0, older)
         older = ops.saturated(ops.where(full, young + FULL_YOUTH * speed_sq * dt, older), 64.0)
