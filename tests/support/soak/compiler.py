@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -186,7 +186,7 @@ def shrunk(case: Case) -> Case:
             value = int(getattr(case, name))
             for fewer in {least, value // 2, value - 1}:
                 if least <= fewer < value:
-                    other = replace(case, **{name: bool(fewer) if name == "rtl" else fewer})
+                    other = Case(**{**asdict(case), name: bool(fewer) if name == "rtl" else fewer})
                     if check(other):
                         case, smaller = other, True
                         break
