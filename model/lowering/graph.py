@@ -35,6 +35,8 @@ _KINDS = {
 #: From the least word to the negative of the next one, of the fewest bits: so that a complement has
 #: the format of its argument, and what is chosen from it keeps its last bit.
 _BELOW = 1.0 - 2.0**-17
+#: From where on a divisor needs an upper limit too, for its word.
+_SPAN = 2.0**16
 
 
 @dataclass(eq=False)
@@ -208,10 +210,11 @@ class Graph:
     def div(self, a: Node, b: Node) -> Node:
         """a / b."""
         if b.low <= 0.0 <= b.high:
+            floor = "ops.maximum(x, SMALLEST) or " * (max(-b.low, b.high) < _SPAN)
             raise self.outside(
                 b,
                 "a divisor whose range excludes 0",
-                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
+                f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)",
             )
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
