@@ -52,8 +52,10 @@ def made_vertical(
     )
     inverse = ops.rsqrt(norm_sq)
     a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (a, e))
-    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix")
-    first, second = (ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix") for c in (b, a))
+    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix", unless=NOT_UNIT)
+    first, second = (
+        ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix", unless=NOT_UNIT) for c in (b, a)
+    )
 
     def turn(v: Any) -> tuple[Any, Any, Any]:
         return (
