@@ -26,9 +26,12 @@ At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = di
 The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
 Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
 
-A rate at full scale is used as it is, unless it got there by a jump from far below, which no body
-does: then the mean rate stands in. Either way y grows by `FULL_YOUTH` |w|^2 a second, so that the
-attitude follows the sensors the faster, the longer and faster the turn was that the gyro missed.
+An axis at full scale misses part of its rate, the more, the longer it is there: `BEYOND` times the
+slope s with which it got there times that time. The slope is the rate's distance from its low-pass,
+which stops meanwhile, times the corner. So the turn missed in a time T is 0.7 of the s T^2/6 that a
+parabola has beyond full scale. Part of it stays unknown: the square of the missed rate makes the
+means younger, so that the attitude follows the sensors the faster. A rate that jumps to full scale
+from far below, which no body does, is false: the low-pass stands in.
 
 Evidence and alternatives: `docs/systems/mekf.md`.
 """
@@ -74,12 +77,15 @@ INCREMENT = 0.37  #: norm of a step's quaternion: times 1.33 and `HALF_STEP_LIMI
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
 FORCE_LIMIT = 128.0  #: m/s^2, largest component of the mean force.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
-OFF_LIMIT = 4.0  #: rad/s, the same of the rate.
-RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
-MEAN_WEIGHT = 512.0  #: the same for the mean rate less the bias: who keeps turning is not at rest.
+OFF_LIMIT = 4.0  #: rad/s, the largest low-passed rate less the bias that counts.
+RATE_LIMIT = 64.0  #: rad/s, largest low-passed rate.
+MEAN_WEIGHT = 512.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate less the bias stand for.
 HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 HORIZONTAL_SQ_LIMIT = 16384.0  #: uT^2, its largest square: the less, the finer a weak one's.
-FIELD_AGE, FIELD_AGE_LIMIT = 0.2499, 0.25  #: s, age from which on the field's direction is not used.
+FIELD_AGE, FIELD_AGE_LIMIT = (
+    0.2499,
+    0.25,
+)  #: s, age from which on the field's direction is not used.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
 FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
 WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
@@ -87,8 +93,9 @@ WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
 JUMP = 0.875
 FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forgotten.
 LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
-SLOPE = 0.7 / 3.0
-FULL_YOUTH = 4.0  #: s, how fast youth grows at full scale, per (rad/s)^2 of the rate.
+#: What an axis misses at full scale grows by this part of the slope: 0.7 of a parabola's turn.
+BEYOND = 0.7 / 3.0
+FULL_YOUTH = 4.0  #: s, how fast youth grows per squared missed rate, in (rad/s)^2.
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
@@ -172,8 +179,8 @@ class Mekf(Estimator):
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
 
-        # An axis at full scale misses a part of the slope with which it got there: s T^2/6 of a
-        # parabola. One that jumped there is false, and its low-pass r stands in: w - (w - r).
+        # An axis at full scale: what it misses is the time there, in units of `BEYOND`, times the
+        # slope, the rate's distance from its low-pass r. A jump is false: w - (w - r) stands in.
         told = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(told, told))
         jumped = JUMP * p.gyro_most_sq + x.fastest_sq < speed_sq
@@ -186,7 +193,7 @@ class Mekf(Estimator):
         r_follow = ops.where(-slope_sq < 0.0, 0.0, -r_share)
         r_follow = ops.saturated(ops.where(leveling, -1.0, r_follow), 1.0)
         beyond = ops.where(jumped, -1.0, x.beyond)
-        beyond_after = ops.where(r_follow < 0.0, 0.0, x.beyond + SLOPE * r_share)
+        beyond_after = ops.where(r_follow < 0.0, 0.0, x.beyond + BEYOND * r_share)
         beyond_after = ops.saturated(beyond_after, 1.0)
         beyond_dt = beyond * dt
         stale = ~(ops.where(leveling, enough_field, x.field_left) > 0.0)
@@ -241,7 +248,7 @@ class Mekf(Estimator):
         odd_sq = ops.maximum(odd_now, x.odd_sq - forget * x.odd_sq)
         odd_sq = ops.named("odd", ops.bounded(odd_sq, 0.0, 2.0, "a part of it"))
 
-        # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
+        # At rest the low-passed rate is the bias: b <- b + k (r - b), one gain k on all axes.
         off = [ops.saturated(r - b, OFF_LIMIT) for r, b in zip(rate, bias, strict=True)]
         resting = p.rest_time_s < x.rest_s
         rest_gain = ops.named(
@@ -291,9 +298,7 @@ class Mekf(Estimator):
         ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
-        correction = self._correction(
-            anew, aligning, level, around, turned
-        )
+        correction = self._correction(anew, aligning, level, around, turned)
         half = tuple(
             ops.saturated(0.5 * (w * dt + beyond_dt * s - b * dt), HALF_STEP_LIMIT)
             for w, s, b in zip(told, slope, bias, strict=True)
@@ -310,9 +315,10 @@ class Mekf(Estimator):
 
         older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
         older = ops.bounded(older, -1.0, 63.9, "less than it was")
-        # What a rate at full scale may have missed is unknown: the means grow younger again.
+        # Part of what was missed at full scale is unknown: the means grow younger again.
         older = ops.where(older < 0.0, 0.0, older)
-        older = ops.saturated(older + ops.saturated((FULL_YOUTH * beyond * beyond_dt) * slope_sq, 4.0), 64.0)
+        missed = ops.saturated((FULL_YOUTH * beyond * beyond_dt) * slope_sq, 4.0)
+        older = ops.saturated(older + missed, 64.0)
         scale_var = ops.where(gap, GAP_VAR, p.gyro_scale_var)
         walk = ops.saturated(p.gyro_var + scale_var * speed_sq, WALK_LIMIT)
         youth = ops.saturated(young, YOUTH_LIMIT)
@@ -339,7 +345,7 @@ class Mekf(Estimator):
         m_after[:2] = [ops.saturated(c, HORIZONTAL_LIMIT) for c in m_after[:2]]
         r_keep = 1.0 + r_follow
         r_after = [
-            ops.saturated(r_keep * c - r_follow * w, 64.0)
+            ops.saturated(r_keep * c - r_follow * w, RATE_LIMIT)
             for w, c in zip(told, rate, strict=True)
         ]
 
@@ -351,7 +357,7 @@ class Mekf(Estimator):
         horizontal = ops.bounded(horizontal, -1.0, 450.0, "a mean of magnitudes")
         vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
 
-        # Rest: rate and force keep near their means, and the mean rate can be a bias.
+        # Rest: the force keeps near its mean, and the low-passed rate can be a bias.
         motion = change_sq + MEAN_WEIGHT * dot(off, off)
         at_rest = _excess(motion, p.rest_motion_sq) < 0.0
         rest_s = ops.saturated(ops.where(at_rest, x.rest_s + dt, 0.0), 32.0)
@@ -411,18 +417,15 @@ class Mekf(Estimator):
         return {name: value for name, value in states.items() if name in kept}, out
 
     @staticmethod
-    def _correction(
-        anew: Any, aligning: Any, level: Any, around: Any, turned: Any
-    ) -> list[Any]:
+    def _correction(anew: Any, aligning: Any, level: Any, around: Any, turned: Any) -> list[Any]:
         """Quaternion of norm 0.2 to 1.1 that turns the attitude about navigation axes.
 
-        The product of a turn about the vertical, where the heading aligns (that of ``north`` at
-        the first sample, then of ``around``), and of ``level`` at the first sample, then of the
-        correction (1, d/2).
+        The product of the turn ``around`` the vertical, where the heading aligns, and of ``level``
+        at the first sample, then of the correction (1, d/2).
         """
         a = [
-            ops.where(aligning, turn, other)
-            for turn, other in zip(around, (2.0, 0.0), strict=True)
+            ops.where(aligning, there, other)
+            for there, other in zip(around, (2.0, 0.0), strict=True)
         ]
         b = [
             ops.where(anew, first, later)
