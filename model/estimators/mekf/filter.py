@@ -95,6 +95,10 @@ FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forg
 LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
 #: What an axis misses at full scale grows by this part of the slope: 0.7 of a parabola's turn.
 BEYOND = 0.7 / 3.0
+GENTLE_SQ = (
+    200.0  #: (m/s^2)^2, squared change of the force from which on it tells nothing of a turn.
+)
+MISSED_SQ_LIMIT = 64.0  #: (rad/s)^2, largest square of a missed rate that counts.
 FULL_YOUTH = 4.0  #: s, how fast youth grows per squared missed rate, in (rad/s)^2.
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
@@ -183,7 +187,7 @@ class Mekf(Estimator):
         # slope, the rate's distance from its low-pass r. A jump is false: w - (w - r) stands in.
         told = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(told, told))
-        jumped = JUMP * p.gyro_most_sq + x.fastest_sq < speed_sq
+        jumped = speed_sq - x.fastest_sq > JUMP * p.gyro_most_sq
         late = LATE * p.gyro_most_sq < x.fastest_sq
         slope = [
             ops.where(p.gyro_most_sq < w * w, w - c, 0.0) for w, c in zip(told, rate, strict=True)
@@ -315,10 +319,7 @@ class Mekf(Estimator):
 
         older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
         older = ops.bounded(older, -1.0, 63.9, "less than it was")
-        # Part of what was missed at full scale is unknown: the means grow younger again.
         older = ops.where(older < 0.0, 0.0, older)
-        missed = ops.saturated((FULL_YOUTH * beyond * beyond_dt) * slope_sq, 4.0)
-        older = ops.saturated(older + missed, 64.0)
         scale_var = ops.where(gap, GAP_VAR, p.gyro_scale_var)
         walk = ops.saturated(p.gyro_var + scale_var * speed_sq, WALK_LIMIT)
         youth = ops.saturated(young, YOUTH_LIMIT)
@@ -333,6 +334,11 @@ class Mekf(Estimator):
         f_rate = p.force_rate_per_s * dt + FORCE_YOUTH * grown
         # A force that is as far off as full scale says nothing: the mean stays.
         change_sq = dot(f_change, f_change)
+        # Part of what was missed at full scale is unknown: the means grow younger again, unless
+        # the force is far from gravity.
+        missed_sq = ops.saturated((beyond * beyond) * slope_sq, MISSED_SQ_LIMIT)
+        missed_sq = ops.where(change_sq < GENTLE_SQ, missed_sq, 0.0)
+        older = ops.saturated(older + (FULL_YOUTH * dt) * missed_sq, 64.0)
         f_rate = ops.where(p.force_most_sq < change_sq, 0.0, f_rate)
         f_follow = ops.saturated(ops.where(leveling, 1.0, f_rate), 1.0)
         f_after = [
