@@ -99,7 +99,7 @@ Config: TypeAlias = Annotated[
     str,
     Option(
         help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers); "
-        "behind it -d9 or -d11 for a deeper pipeline."
+        "behind it -d9, -d10 or -d12 for a deeper pipeline."
     ),
 ]
 Word: TypeAlias = Annotated[int, Option(help="Word width, 18 to 32 bits.")]

@@ -142,6 +142,17 @@ class WordRanges(NamedTuple):
     high_at: IntArray
     saturations: IntArray
 
+    def followed(self, updates: int, other: WordRanges) -> WordRanges:
+        """Of these and more updates: ``updates`` are these, ``other`` of those that follow."""
+        lower, higher = other.low < self.low, other.high > self.high
+        return WordRanges(
+            np.where(lower, other.low, self.low),
+            np.where(higher, other.high, self.high),
+            np.where(lower, updates + other.low_at, self.low_at),
+            np.where(higher, updates + other.high_at, self.high_at),
+            self.saturations + other.saturations,
+        )
+
 
 class CModel:
     """The emitted C of a program, as a host model: same words as the interpreter, much faster.

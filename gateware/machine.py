@@ -76,14 +76,14 @@ class Machine:
     name: str
     lanes: int
     arithmetic: Arithmetic = Arithmetic()
-    rom_words: int = 4096
+    rom_words: int = 16384
     register_words: int = field(default=512, kw_only=True)
     depth: int = field(default=7, kw_only=True)
 
     #: Registers that a deeper pipeline has, in the order in which depth adds them: behind the
-    #: memories, at the multiplier, between its sums, in the shifter, between clamp and write.
-    REGISTERS = ("memory", "factor", "sum", "shifter", "limit")
-    DEPTHS = (7, 9, 11)
+    #: memories, between clamp and write, at the multiplier, between its sums, in the shifter.
+    REGISTERS = ("memory", "limit", "factor", "sum", "shifter")
+    DEPTHS = (7, 9, 10, 12)
     #: Words of one block of the table memory and number of blocks.
     TABLE_BLOCK = 512
     TABLE_BLOCKS = 3
@@ -293,10 +293,11 @@ def machine_named(config: str) -> Machine:
         No such configuration or depth.
     """
     if config not in MACHINES:
-        depths = " or ".join(f"-d{depth}" for depth in Machine.DEPTHS[1:])
+        *few, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
         raise InputError.at(
             "config",
-            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {depths} for another depth",
+            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(few)} or {last} "
+            "for another depth",
             found=repr(config),
             fix="choose one of these",
         )

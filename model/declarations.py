@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 from boresight.model.errors import InputError
 from boresight.model.places import author_line, placed
+from boresight.model.units import GRAVITY, check_unit
 from boresight.model.words.fixed import Format
 
 __all__ = [
@@ -41,8 +42,6 @@ EXACT_UNITS = ("flags", "bits")
 PERIODS = {"ht": 2.0, "turn": 1.0}
 #: Source location of a declaration, "file.py, line 41"; no part of its identity.
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
-#: The unit g, standard gravity, m/s^2.
-GRAVITY = 9.80665
 #: A millionth of it, rounded once.
 MICRO_G = float(f"{GRAVITY}e-6")
 
@@ -88,8 +87,8 @@ class Input:
     Raises
     ------
     InputError
-        The range is empty or not finite, ``missing`` lies outside it, or ``source`` has another
-        form.
+        The unit is not known, the range is empty or not finite, ``missing`` lies outside it, or
+        ``source`` has another form.
     """
 
     name: str
@@ -106,6 +105,7 @@ class Input:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"input {self.name}")
+        check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
         program, dot, output = self.source.partition(".")
         if self.source and not (dot and program and output.isidentifier()):
@@ -188,7 +188,7 @@ class Param:
     Raises
     ------
     InputError
-        The range is empty or not finite, or the default lies outside it.
+        The unit is not known, the range is empty or not finite, or the default lies outside it.
     """
 
     name: str
@@ -201,6 +201,7 @@ class Param:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"parameter {self.name}")
+        check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
         _check_inside(where, "default", self.default, self.low, self.high)
 
@@ -212,7 +213,7 @@ class State:
     Raises
     ------
     InputError
-        The range is empty or not finite, or the start value lies outside it.
+        The unit is not known, the range is empty or not finite, or the start value lies outside it.
     """
 
     name: str
@@ -224,6 +225,7 @@ class State:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"state {self.name}")
+        check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
         _check_inside(where, "initial value", self.initial, self.low, self.high)
 
@@ -251,7 +253,8 @@ class Output:
     Raises
     ------
     InputError
-        The tolerance or ``longest`` is negative or not a number, or ``share`` is none from 0 to 1.
+        The unit is not known, the tolerance or ``longest`` is negative or not a number, or
+        ``share`` is none from 0 to 1.
     """
 
     name: str
@@ -263,6 +266,7 @@ class Output:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        check_unit(placed(self.line, f"output {self.name}"), self.unit)
         for name, value, wanted, good in (
             ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
             ("longest", self.longest, "of 0 or more", self.longest >= 0),

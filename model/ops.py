@@ -58,6 +58,33 @@ def _record(kind: str, *numbers: Any) -> Any:
     return None if tracer is None else tracer.new(kind, *map(tracer.lift, numbers))
 
 
+#: Units of angles other than half turns, by what makes half turns of them.
+_ANGLES = {
+    **dict.fromkeys(("rad", "radian", "radians"), "x / math.pi"),
+    **dict.fromkeys(("deg", "degree", "degrees"), "x / 180.0"),
+    **dict.fromkeys(("turn", "turns"), "2.0 * x"),
+}
+#: Kinds of expressions of the unit of their first argument.
+_SAME_UNIT = ("named", "same", "bounded", "neg", "absolute", "clip", "saturated", "wrap")
+
+
+def _unit(x: Any, depth: int = 4) -> str:
+    """Unit of a recorded value where declarations tell it, else empty; sums to some depth."""
+    while x.kind in _SAME_UNIT:
+        x = x.args[0]
+    if x.kind in ("add", "sub") and depth:
+        return next(filter(None, (_unit(arg, depth - 1) for arg in x.args)), "")
+    return str(x.data[4]) if x.kind == "leaf" else ""
+
+
+def _check_half_turns(x: Scalar) -> None:
+    """Refuse an angle of another unit than half turns."""
+    unit = _unit(x)
+    if unit in _ANGLES:
+        fix = f"write {_ANGLES[unit]}, or declare the angle in ht"
+        raise InputError.at(author_line(), wanted="an angle in half turns", found=unit, fix=fix)
+
+
 def _is_traced(condition: Any) -> bool:
     """Whether a condition is recorded; raises for a number, such as ~ of a Python bool."""
     if isinstance(condition, Scalar) or (type(condition) is int and condition not in (0, 1)):
@@ -76,11 +103,17 @@ def named(name: str, x: Any) -> Any:
     return x.tracer.new("named", x, data=(name,)) if isinstance(x, Scalar) else x
 
 
-def bounded(x: Any, low: float, high: float, reason: str) -> Any:
+def bounded(x: Any, low: float, high: float, reason: str, *, unless: str = "") -> Any:
     """Return ``x``, declared to lie in [low, high] for ``reason``.
 
     The fixed-point value takes its format from this range, and saturates (with the sticky flag)
     outside it. Floats are returned unchanged.
+
+    Parameters
+    ----------
+    unless : str
+        In which legal conditions the value leaves the range all the same: then nothing is claimed
+        but that the flag tells where its word saturates. It changes no bit of the program.
 
     Raises
     ------
@@ -89,7 +122,9 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
     """
     finite = -math.inf < low <= high < math.inf
     require(finite, author_line, "a range that is finite and ordered", (low, high))
-    return x.tracer.new("bounded", x, data=(low, high, reason)) if isinstance(x, Scalar) else x
+    if not isinstance(x, Scalar):
+        return x
+    return x.tracer.new("bounded", x, data=(low, high, reason, *([unless] if unless else [])))
 
 
 def where(condition: Any, yes: Any, no: Any) -> Any:
@@ -161,8 +196,11 @@ def clip(x: Any, low: Any, high: Any) -> Any:
 
 
 def wrap_ht(x: Any) -> Any:
-    """``x`` half turns wrapped to [-1, 1). Exact in fixed point."""
-    return _record("wrap", x) if isinstance(x, Scalar) else (x + 1.0) % 2.0 - 1.0
+    """``x`` half turns wrapped to [-1, 1). Exact in fixed point; InputError of another unit."""
+    if isinstance(x, Scalar):
+        _check_half_turns(x)
+        return _record("wrap", x)
+    return (x + 1.0) % 2.0 - 1.0
 
 
 def wrap_turns(x: Any) -> Any:
@@ -174,8 +212,9 @@ def wrap_turns(x: Any) -> Any:
 
 
 def sincos_ht(x: Any) -> tuple[Any, Any]:
-    """sin(pi x), cos(pi x) of ``x`` half turns."""
+    """sin(pi x), cos(pi x) of ``x`` half turns; InputError where it is known to be another unit."""
     if isinstance(x, Scalar):
+        _check_half_turns(x)
         return _record("sin", x), _record("cos", x)
     if _plain(x):
         return rounded.sin_ht(x), rounded.cos_ht(x)

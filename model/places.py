@@ -1,7 +1,8 @@
-"""Where somebody wrote something: the file and line of an author, not of what carries it out."""
+"""The line of an estimator's author that is being executed, not that of the toolkit under it."""
 
 from __future__ import annotations
 
+import linecache
 import os
 import sys
 import traceback
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["author_line", "place_of", "placed", "place_of_function"]
+__all__ = ["Place", "author_line", "place_of", "placed", "place_of_function"]
 
 #: Folders whose lines nobody wrote an estimator in.
 _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks", "kalman")]
@@ -21,6 +22,28 @@ _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "
 _WRITTEN = ("<string>", "<frozen ", "<__array_function__")
 #: And everything below these.
 _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (np.__file__, os.__file__))
+
+
+class Place(str):
+    """A line of a file, "file.py, line 41"; ``path`` is that of the file."""
+
+    path: str
+
+    def __new__(cls, path: str, line: int | None) -> Place:
+        """The text has the file's name alone."""
+        text = super().__new__(cls, f"{os.path.basename(path)}, line {line}")
+        text.path = path
+        return text
+
+    def __getnewargs__(self) -> tuple[str, int | None]:  # type: ignore[override]
+        """Copies and pickles have the path too."""
+        line = self.rpartition(" ")[2]
+        return self.path, int(line) if line != "None" else None
+
+    def source(self) -> str:
+        """The text of the line, without its indentation; empty if the file cannot be read."""
+        line = self.rpartition(" ")[2]
+        return linecache.getline(self.path, int(line)).strip() if line.isdigit() else ""
 
 
 @lru_cache(maxsize=256)
@@ -34,29 +57,25 @@ def _is_authors(file: str) -> bool:
     return Path(file).parent not in _ROOMS
 
 
-def _place(file: str, line: int | None) -> str:
-    return f"{os.path.basename(file)}, line {line}"  # asked for at every step: no Path
-
-
 def author_line() -> str:
     """The line that is at work, "file.py, line 41": the innermost one of an author, else ""."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and not _is_authors(frame.f_code.co_filename):
         frame = frame.f_back
-    return "" if frame is None else _place(frame.f_code.co_filename, frame.f_lineno)
+    return "" if frame is None else Place(frame.f_code.co_filename, frame.f_lineno)
 
 
 def place_of(error: BaseException) -> str:
     """The innermost line of an author that an error went through, else ""."""
     frames = traceback.extract_tb(error.__traceback__)
     theirs = [f for f in frames if _is_authors(f.filename)]
-    return _place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+    return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
 
 
 def place_of_function(function: Callable[..., Any]) -> str:
     """The line at which a function begins, else ""."""
     code = getattr(function, "__code__", None)
-    return "" if code is None else _place(code.co_filename, code.co_firstlineno)
+    return "" if code is None else Place(code.co_filename, code.co_firstlineno)
 
 
 def placed(line: str, where: str) -> str:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from boresight.disk.locks import lock_folder
-from boresight.disk.manifest import Manifest
+from boresight.disk.manifest import Manifest, path_in
 from boresight.disk.paths import (
     StrPath,
     absolute,
@@ -37,7 +37,7 @@ from boresight.disk.signals import deferred_signals
 from boresight.disk.staging import Staging, recover
 from boresight.model.errors import InputError
 
-__all__ = ["OutputFile", "require_distinct", "free_name", "output_folder"]
+__all__ = ["OutputFile", "foreign_entries", "require_distinct", "free_name", "output_folder"]
 
 
 @contextmanager
@@ -97,6 +97,14 @@ def output_folder(
             with deferred_signals(), _locked(folder):
                 _look(folder, by, staging.files(), read, option)
                 staging.commit(by, of, clears=True)
+
+
+def foreign_entries(path: StrPath) -> int:
+    """Number of files and folders in a folder that no verb has written to yet; 0 if absent."""
+    folder = Path(path)
+    if not folder.is_dir() or path_in(folder).exists():
+        return 0
+    return sum(1 for _ in folder.iterdir())
 
 
 class OutputFile:

@@ -25,12 +25,13 @@ from boresight.options import Arguments, Config, EstimatorNames, Logs, Option, O
 from boresight.regression import JudgedVerb
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.compare.check import USUAL, Check
+from boresight.sim.compare.check import KEPT, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.records.files import log_files, read_logs, record_of
-from boresight.sim.records.record import Record
+from boresight.sim.records.files import log_files
+from boresight.sim.records.log import Log, logs_of
+from boresight.sim.records.record import joined
 from boresight.terminal import say
 from boresight.waves import WAVE_FOLDER, window_of, write_waves
 
@@ -107,8 +108,8 @@ def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any
     return shared, own
 
 
-def _own_record(name: str, own: Mapping[str, Any]) -> Record:
-    """The record of one of several estimators."""
+def _own_log(name: str, own: Mapping[str, Any], steps: int | None) -> Log:
+    """The log of one of several estimators."""
     if name not in own:
         raise InputError.at(
             "logs",
@@ -116,7 +117,7 @@ def _own_record(name: str, own: Mapping[str, Any]) -> Record:
             found="none",
             fix=f"write for example {name}=log.csv",
         )
-    return record_of(own[name])
+    return Log.of(own[name], steps)
 
 
 def check(
@@ -133,6 +134,7 @@ def check(
     wave_folder: Annotated[str | Path, Option(metavar="DIR")] = WAVE_FOLDER,
     progress: Callable[[str], None] | None = None,
     each: Callable[[CheckResult], None] | None = None,
+    rows: Annotated[int | None, Option(hidden=True)] = None,
 ) -> CheckResults:
     """Check an estimator on logs; see `sim.compare.check.Check`.
 
@@ -162,6 +164,8 @@ def check(
         Folder for them.
     each : callable, optional
         Called with every result as soon as it is there.
+    rows : int, optional
+        Rows that run on a level at a time; the results are the same with any number.
 
     Returns
     -------
@@ -171,7 +175,8 @@ def check(
     Raises
     ------
     InputError
-        Unknown names, bad logs. All logs are read before the first is checked.
+        Unknown names, bad logs. All logs are read before the first is checked; of a long file the
+        first rows.
     """
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
@@ -193,17 +198,17 @@ def check(
     if reproducer is not None:
         of = ",".join(e.name for e in estimators)
         target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
-    rounds = [[record] for record, _ in read_logs(shared)]
+    rounds = [[each_log] for each_log in logs_of(shared, steps)]
     if own:
-        rounds.append([_own_record(e.name, own) for e in estimators])
+        rounds.append([_own_log(e.name, own, steps) for e in estimators])
     if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     if wave is not None:
-        tell(_waves(build, rounds, steps, wave, wave_folder))
+        tell(_waves(build, rounds, wave, wave_folder))
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
-        checked = checking.run(*(r.head(steps) for r in records), reproducer=target)
+        checked = checking.run(*records, reproducer=target, whole=False, rows=rows or KEPT)
         results += checked
         if each is not None:
             for result in checked:
@@ -213,9 +218,7 @@ def check(
     return CheckResults(tuple(results))
 
 
-def _waves(
-    build: Build, rounds: Sequence[Sequence[Record]], steps: int | None, wave: str, folder: Any
-) -> str:
+def _waves(build: Build, rounds: Sequence[Sequence[Log]], wave: str, folder: Any) -> str:
     """Write the waveforms of the only estimator on the only log; return a line for people."""
     if len(build.estimators) > 1 or len(rounds) > 1:
         raise InputError.at(
@@ -224,7 +227,7 @@ def _waves(
             found=f"{len(build.estimators)} and {len(rounds)}",
             fix="check them one by one",
         )
-    record = rounds[0][0].head(steps)
+    record = joined([*rounds[0][0].blocks(KEPT)])
     return write_waves(build, record, window_of(wave, len(record)), folder)
 
 

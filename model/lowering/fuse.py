@@ -368,7 +368,7 @@ class Fusion:
             raise self.graph.outside(
                 arg,
                 f"a divisor whose range, and word, span at most 2^{_WIDEST}",
-                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
+                "divide by ops.clip(x, SMALLEST, LARGEST)",
             )
         g = self.graph
         limit = g.const(floor)

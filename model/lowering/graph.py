@@ -7,14 +7,16 @@ by its author (`model.ops.bounded`).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from boresight.model.errors import InputError
 from boresight.model.lowering.trace import finite
 from boresight.model.words import rounded
+from boresight.model.words.program import Program
 
-__all__ = ["LEAVES", "Flag", "Graph", "Node"]
+__all__ = ["LEAVES", "Flag", "Graph", "Node", "declared_name"]
 
 #: Kinds of nodes that have no arguments.
 LEAVES = ("input", "param", "state", "const")
@@ -33,6 +35,8 @@ _KINDS = {
 #: From the least word to the negative of the next one, of the fewest bits: so that a complement has
 #: the format of its argument, and what is chosen from it keeps its last bit.
 _BELOW = 1.0 - 2.0**-17
+#: From where on a divisor needs an upper limit too, for its word.
+_SPAN = 2.0**16
 
 
 @dataclass(eq=False)
@@ -42,7 +46,8 @@ class Node:
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
     ``title`` is the name of the output or the next state that it is. ``fit`` is a range for its
-    format alone (`model.lowering.profile`); what the interval decides, it does not.
+    format alone (`model.lowering.profile`); what the interval decides, it does not. ``unless``
+    says when a "bounded" one leaves its range.
     """
 
     number: int
@@ -60,6 +65,7 @@ class Node:
     line: str = ""
     title: str = ""
     fit: tuple[float, float] | None = None
+    unless: str = ""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -80,6 +86,12 @@ class Node:
     def range(self) -> str:
         """The interval as a text."""
         return f"[{self.low:g}, {self.high:g}]"
+
+
+def declared_name(program: Program, nodes: Mapping[int, Node], value: int) -> str:
+    """Name of a value; of a state that shares it with an input or parameter, without a suffix."""
+    node = nodes.get(value)
+    return (node is not None and node.kind in LEAVES and node.name) or program.values[value].name
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,10 +210,11 @@ class Graph:
     def div(self, a: Node, b: Node) -> Node:
         """a / b."""
         if b.low <= 0.0 <= b.high:
+            floor = "ops.maximum(x, SMALLEST) or " * (max(-b.low, b.high) < _SPAN)
             raise self.outside(
                 b,
                 "a divisor whose range excludes 0",
-                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
+                f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)",
             )
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
@@ -297,11 +310,11 @@ class Graph:
         limits = {"low": -half, "high": half, "unit": unit, "value": period}
         return self._new("wrap", a, key=period, **limits)
 
-    def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
+    def bounded(self, a: Node, low: float, high: float, reason: str, unless: str = "") -> Node:
         """``a``, known (or made, by saturation) to lie in [low, high]."""
         if a.kind == "const" and low <= a.value <= high:
             return a
-        limits = {"low": low, "high": high, "source": f"declared: {reason}"}
+        limits = {"low": low, "high": high, "source": f"declared: {reason}", "unless": unless}
         return self._new("bounded", a, key=(low, high), unit=a.unit, **limits)
 
     def limited(self, a: Node, low: float, high: float) -> Node:

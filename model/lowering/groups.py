@@ -129,24 +129,46 @@ class Groups:
                     return self._raised(replace(form, products=products), target, frac)
                 if products[worst].scale is not Scale.NONE:
                     raise self._too_large(
+                        form,
+                        products[worst],
                         target,
-                        "a factor of it has no upper bound: declare the product's range with "
-                        "ops.bounded first",
+                        "a root or reciprocal in it has no upper bound: declare the product's "
+                        "range with ops.bounded",
                     )
                 products[worst] = self._separate(form, products[worst], target)
             elif frac > _COARSEST_FRAC:
                 frac -= 1
             else:
+                largest = max(products, key=lambda p: self._magnitude(form, p))
                 raise self._too_large(
-                    target, "no binary point will do: narrow the ranges of its factors, scale them"
+                    form,
+                    largest,
+                    target,
+                    "narrow its factors, or choose units in which they are smaller",
                 )
 
-    def _too_large(self, target: Target, why: str) -> InputError:
+    def _too_large(self, form: Form, p: Product, target: Target, fix: str) -> InputError:
+        """Name a product's factors, what it reaches, and by how many bits that is too much."""
+        arith, reached = self.arith, self._magnitude(form, p)
+        factors = [self.values[n] for n in (p.a, p.b) if n is not None]
+        variable = [v for v in factors if v.range_source not in ("constant", "table")]
+        names = [v.name.removesuffix("_aligned") for v in variable]
+        if p.scale is not Scale.NONE and form.norm is not None:
+            variable.append(self.values[form.norm])
+            names.append("its root")
+        names += [f"2^{p.exponent}"] if p.exponent else []
+        frac = Format.for_range(arith.word, target.low, target.high).frac
+        capacity = math.ldexp(1.0, arith.acc_width - 1 - arith.guard - frac)
+        excess = math.ceil(math.log2(reached / capacity)) if math.isfinite(reached) else 0
+        ranges = " and ".join(
+            f"{v.name.removesuffix('_aligned')} [{v.low:g}, {v.high:g}]" for v in variable
+        )
         return InputError.at(
             places.placed(target.line, f"{self.name}, value {target.name}"),
-            wanted="terms that the accumulator holds",
-            found=f"more than 63 bits in [{target.low:g}, {target.high:g}]",
-            fix=why,
+            wanted=f"terms up to {capacity:.3g} in a value of [{target.low:g}, {target.high:g}]",
+            found=f"{' * '.join(names)} up to {reached:.3g}"
+            + (f", {excess} bits too many" if excess > 0 else ""),
+            fix=f"{fix} ({ranges})",
         )
 
     def _place(

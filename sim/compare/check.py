@@ -4,28 +4,37 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import tee, zip_longest
+
+import numpy as np
+import numpy.typing as npt
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.failure import ToolFailed
+from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
-from boresight.sim.compare.results import CheckResult, LevelResult, compare
+from boresight.sim.compare.results import Agreement, CheckResult, LevelResult
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
-from boresight.sim.compare.verdict import judge
-from boresight.sim.levels.build import Build
+from boresight.sim.compare.verdict import Accuracy, Judge
+from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Interpreted
+from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.levels.registry import LEVELS
-from boresight.sim.records.feed import Feed, feed
+from boresight.sim.records.feed import Feed, feeds
+from boresight.sim.records.log import Log
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
-__all__ = ["EXACT", "USUAL", "Check"]
+__all__ = ["EXACT", "KEPT", "USUAL", "Check"]
+
+FloatArray = npt.NDArray[np.float64]
 
 #: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
@@ -33,16 +42,85 @@ EXACT = tuple(name for name, level in LEVELS.items() if level.exact)
 USUAL = tuple(name for name in EXACT if LEVELS[name].usual)
 
 
-@dataclass(frozen=True)
-class _Attempt:
-    """What a level gave for every estimator: runs, or why there are none."""
+#: Rows of a log that are read at a time, and of a long one those that are kept.
+KEPT = 1 << 16
 
-    kind: type[Level]
-    tool: str
-    levels: list[Level]
-    runs: list[Run]
-    seconds: float
-    error: str
+
+class _Attempt:
+    """A level of every estimator, as far as it came."""
+
+    def __init__(self, kind: type[Level], tool: str, make: Callable[[], list[Level]]) -> None:
+        self.kind, self.tool, self._make = kind, tool, make
+        self.levels: list[Level] = []
+        self.agreements: list[Agreement] = []
+        self.seconds, self.error = 0.0, ""
+        #: Records of each estimator that it runs on; None: on all.
+        self.most: int | None = None
+        self.exchange: Exchange | None = None
+        self._leading: list[Run] = []
+        self._done = 0
+
+    def begin(self, records: Sequence[FloatArray], say: Callable[[str, int | None], None]) -> None:
+        """Make the levels, and run those that run on leading records alone."""
+
+        def start() -> list[Run]:
+            self.levels = self._make()
+            self.agreements = [Agreement(level) for level in self.levels]
+            self.most = self.levels[0].most
+            say(f"{self.kind.name} in {self.tool}", self.most)
+            self.exchange = self.kind.exchange(self.levels)
+            if self.most is None:
+                return []
+            return self.kind.run_together(self.levels, [x[: self.most] for x in records])
+
+        self._leading = self._guarded(start) or []
+
+    def advance(self, records: Sequence[FloatArray]) -> list[Run] | None:
+        """The next records of each estimator: their runs; None if there are none."""
+        if self.error:
+            return None
+        if self.most is not None:
+            start, self._done = self._done, self._done + max(map(len, records))
+            return [run.rows(start, self._done) for run in self._leading]
+        return self._guarded(lambda: self.kind.run_together(self.levels, records, self.exchange))
+
+    def _guarded(self, call: Callable[[], list[Run]]) -> list[Run] | None:
+        start = time.perf_counter()
+        try:
+            return call()
+        except (ToolMissing, ToolFailed, SimulationFailed) as failed:
+            self.error = str(failed).strip().splitlines()[0]
+            return None
+        finally:
+            self.seconds += time.perf_counter() - start
+
+
+@dataclass(eq=False)
+class _Case:
+    """One estimator on its log: what has been seen of it, and what is kept."""
+
+    judge: Judge
+    rows: int = 0
+    #: The interpreter's states before the piece at hand; None before the first.
+    before: IntArray | None = None
+    feeds: list[Feed] = field(default_factory=list)
+    kept: list[tuple[FloatArray, Run, Run]] = field(default_factory=list)
+    clamped: Mapping[str, int] = field(default_factory=dict)
+    warnings: dict[str, None] = field(default_factory=dict)
+    #: By attempt: states before the first update that differs, and its record.
+    wrong: dict[int, tuple[IntArray | None, FloatArray]] = field(default_factory=dict)
+
+    def take(self, block: Feed, whole: bool) -> None:
+        """Rows of the log; they are kept, those of a long log if it is to be kept whole."""
+        self.clamped = block.clamped
+        self.warnings |= dict.fromkeys(block.warnings)
+        if whole or not self.feeds:
+            self.feeds.append(block)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all rows are kept."""
+        return sum(len(records) for records, _, _ in self.kept) == self.rows
 
 
 class Check:
@@ -90,15 +168,25 @@ class Check:
         self._sound = False  # until the first records have been looked at
         self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
 
-    def run(self, *records: Record, reproducer: OutputFile | None = None) -> list[CheckResult]:
-        """Run everything.
+    def run(
+        self,
+        *logs: Log | Record,
+        reproducer: OutputFile | None = None,
+        whole: bool = True,
+        rows: int = KEPT,
+    ) -> list[CheckResult]:
+        """Run everything, a piece of the logs after the other on every level.
 
         Parameters
         ----------
-        records : Record
+        logs : Log or Record
             One for all estimators, or one for each of them; they may differ in length.
         reproducer : OutputFile, optional
             Where to write a reproducer of the first mismatch.
+        whole : bool
+            Whether results have the rows of a log of more than `KEPT`.
+        rows : int
+            Rows of a piece.
 
         Returns
         -------
@@ -113,111 +201,205 @@ class Check:
         ToolMissing
             There is no C compiler.
         """
-        estimators = self.build.estimators
-        own = records * len(estimators) if len(records) == 1 else records
-        feeds = [
-            feed(e, record, linked=self.build.links[k])
-            for k, (e, record) in enumerate(zip(estimators, own, strict=True))
-        ]
-        for text in {text: None for rows in feeds for text in rows.warnings}:
-            self.progress(f"warning: {text}")
-        if not self._sound:
-            check_sound(self.build, [rows.inputs for rows in feeds])
-            self._sound = True
-        self._say("float64", feeds)
-        floating = CompiledFloat.run_together(
-            self._levels(CompiledFloat), [g.inputs for g in feeds]
-        )
+        sources = [Log.of(log) for log in logs]
+        cases = [_Case(Judge(self.build, k, curves=whole)) for k in range(self._count)]
         attempts = [
-            self._attempt(LEVELS[name], tool, feeds)
+            _Attempt(LEVELS[name], tool, partial(self._levels, LEVELS[name], tool))
             for name in self.levels
             if name != Interpreted.name
             for tool in LEVELS[name].tools_of_check(self.simulator)
         ]
-        judges, fixed, seconds = self._interpret(attempts, feeds)
+        interpreter = _Attempt(
+            Interpreted, Interpreted.tools[0], partial(self._levels, Interpreted)
+        )
+        floating = self._levels(CompiledFloat)
+        exchange = CompiledFloat.exchange(floating)
+        for blocks, more in _ahead(self._blocks(sources)):
+            records = [block.inputs for block in blocks]
+            for case, block in zip(cases, blocks, strict=True):
+                if len(block):
+                    case.take(block, whole)
+            if not cases[0].kept:
+                self._begin(cases, records, more, attempts, interpreter)
+            for start in range(0, max(map(len, records)), rows):
+                piece = [x[start : start + rows] for x in records]
+                real = CompiledFloat.run_together(floating, piece, exchange)
+                self._piece(cases, piece, real, attempts, interpreter, whole)
         results = []
-        for k, (rows, wanted, reference) in enumerate(zip(feeds, fixed, floating, strict=True)):
-            levels = [self._judged(x, k, rows, wanted, reproducer) for x in attempts]
-            if Interpreted.name in self.levels or wanted.fault:
-                levels.insert(0, compare(judges[k], wanted, wanted, seconds))
-            accuracy = judge(self.build, k, rows.inputs, wanted, reference, rows.clamped)
-            book, remarks = beside_textbook(self.build, k, rows.inputs, reference)
-            for text in remarks:
-                self.progress(f"warning: {text}")
-            given = dataclasses.replace(rows, warnings=(*rows.warnings, *remarks))
-            results.append(
-                CheckResult(self.build, k, given, tuple(levels), accuracy, wanted, reference, book)
-            )
+        for k, case in enumerate(cases):
+            again = partial(self._again, k, case, sources, rows)
+            levels = [
+                self._judged(n, x, k, case, again, reproducer) for n, x in enumerate(attempts)
+            ]
+            own = interpreter.agreements[k].result(interpreter.seconds)
+            if Interpreted.name in self.levels or own.error:
+                levels.insert(0, own)
+            accuracy = case.judge.result(case.clamped, again)
+            results.append(self._result(k, case, levels, accuracy))
         return results
+
+    @property
+    def _count(self) -> int:
+        return len(self.build.estimators)
+
+    def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
+        """Blocks of `KEPT` rows of each estimator's log; none of one that has ended."""
+        shared = len(sources) == 1
+        blocks = (
+            tee(sources[0].blocks(KEPT), self._count)
+            if shared
+            else [source.blocks(KEPT) for source in sources]
+        )
+        own = [
+            feeds(e, rows, linked=self.build.links[k])
+            for k, (e, rows) in enumerate(zip(self.build.estimators, blocks, strict=True))
+        ]
+        empty: list[Feed] = []
+        for several in zip_longest(*own):
+            empty = empty or [block.rows(0, 0) for block in several]
+            yield [block or none for block, none in zip(several, empty, strict=True)]
+
+    def _begin(
+        self,
+        cases: Sequence[_Case],
+        records: Sequence[FloatArray],
+        more: bool,
+        attempts: Sequence[_Attempt],
+        interpreter: _Attempt,
+    ) -> None:
+        """Look at the leading rows, and begin on every level."""
+
+        def say(what: str, most: int | None = None) -> None:
+            count = sum(len(x[:most]) for x in records)
+            turns = f" of {self._count} programs" if self._count > 1 else ""
+            longer = " and more" if more and most is None else ""
+            self.progress(f"{what}, {count} updates{longer}{turns}")
+
+        for text in dict.fromkeys(text for case in cases for text in case.warnings):
+            self.progress(f"warning: {text}")
+        if not self._sound:
+            check_sound(self.build, records)
+            self._sound = True
+        say("float64")
+        for attempt in attempts:
+            attempt.begin(records, say)
+        interpreter.begin(records, lambda *_: say("integer interpreter"))
 
     def _levels(self, kind: type[Level], tool: str | None = None) -> list[Level]:
         """A level for each estimator, made once."""
         if (kind, tool) not in self._made:
-            numbers = range(len(self.build.estimators))
-            self._made[kind, tool] = [kind(self.build, k, tool) for k in numbers]
+            self._made[kind, tool] = [kind(self.build, k, tool) for k in range(self._count)]
         return self._made[kind, tool]
 
-    def _say(self, what: str, feeds: Sequence[Feed], most: int | None = None) -> None:
-        count = sum(len(g.inputs[:most]) for g in feeds)
-        turns = f" of {len(feeds)} programs" if len(feeds) > 1 else ""
-        self.progress(f"{what}, {count} updates{turns}")
+    def _piece(
+        self,
+        cases: Sequence[_Case],
+        piece: Sequence[FloatArray],
+        floating: Sequence[Run],
+        attempts: Sequence[_Attempt],
+        interpreter: _Attempt,
+        whole: bool,
+    ) -> None:
+        """Run a piece on every level, and compare.
 
-    def _attempt(self, kind: type[Level], tool: str, feeds: Sequence[Feed]) -> _Attempt:
-        start, error = time.perf_counter(), ""
-        levels: list[Level] = []
-        runs: list[Run] = []
-        try:
-            levels = self._levels(kind, tool)
-            most = levels[0].most
-            self._say(f"{kind.name} in {tool}", feeds, most)
-            runs = kind.run_together(levels, [g.inputs[:most] for g in feeds])
-        except (ToolMissing, ToolFailed, SimulationFailed) as failed:
-            error = str(failed).strip().splitlines()[0]
-        seconds = time.perf_counter() - start
-        return _Attempt(kind, tool, levels, runs, seconds, error)
-
-    def _interpret(
-        self, attempts: Sequence[_Attempt], feeds: list[Feed]
-    ) -> tuple[list[Level], list[Run], float]:
-        """The interpreter's runs, from the states that another level has shown if any has.
-
-        What one estimator reads of another is in ``feeds`` then.
+        The interpreter has the states that another level has shown if any has.
         """
-        shown = next((x.runs for x in attempts if x.runs and x.runs[0].states is not None), None)
-        self._say("integer interpreter", feeds)
-        start, runs = time.perf_counter(), dict[int, Run]()
-        judges, counts = self._levels(Interpreted), [len(rows) for rows in feeds]
-        for k in self.build.order:
-            judge, outputs = judges[k], {n: run.outputs for n, run in runs.items()}
-            inputs = self.build.filled(k, feeds[k].inputs, outputs, counts)
-            feeds[k] = dataclasses.replace(feeds[k], inputs=inputs)
-            judge.shown = None if shown is None else shown[k].states
-            runs[k] = judge.run_anew(inputs)
-        seconds = time.perf_counter() - start
-        return judges, [runs[k] for k in range(len(judges))], seconds
+        tried = [attempt.advance(piece) for attempt in attempts]
+        shown = next((runs for runs in tried if runs and runs[0].states is not None), None)
+        for k, level in enumerate(interpreter.levels):
+            level.shown = None if shown is None else shown[k].states
+        fixed = interpreter.advance(piece)
+        assert fixed is not None and interpreter.exchange is not None
+        for k, (case, wanted) in enumerate(zip(cases, fixed, strict=True)):
+            if not len(piece[k]):
+                continue
+            records = interpreter.exchange.records[k]
+            interpreter.agreements[k].add(wanted, wanted)
+            for n, (attempt, runs) in enumerate(zip(attempts, tried, strict=True)):
+                row = None if runs is None else attempt.agreements[k].add(runs[k], wanted)
+                if row is not None:
+                    assert wanted.states is not None
+                    case.wrong[n] = wanted.states[row - 1] if row else case.before, records[row]
+            states = case.judge.add(records, wanted, floating[k])
+            case.before, case.rows = states[-1], case.rows + len(records)
+            if whole or case.rows - len(records) < KEPT:
+                case.kept.append((records, wanted, floating[k]))
+
+    def _again(
+        self, number: int, case: _Case, sources: Sequence[Log], rows: int
+    ) -> Iterator[tuple[FloatArray, IntArray]]:
+        """Records of an estimator, piece by piece, with their states: what is kept, or of the C."""
+        if case.complete:
+            for records, run, _ in case.kept:
+                assert run.states is not None
+                yield records, run.states
+            return
+        levels: list[Level] = [Emitted(self.build, k) for k in range(self._count)]
+        exchange = Emitted.exchange(levels)
+        for blocks in self._blocks(sources):
+            run = Emitted.run_together(levels, [block.inputs for block in blocks], exchange)[number]
+            if run.states is not None and len(run.states):
+                yield exchange.records[number], run.states
 
     def _judged(
-        self, tried: _Attempt, k: int, columns: Feed, wanted: Run, reproducer: OutputFile | None
+        self,
+        attempt: int,
+        tried: _Attempt,
+        number: int,
+        case: _Case,
+        again: Callable[[], Iterator[tuple[FloatArray, IntArray]]],
+        reproducer: OutputFile | None,
     ) -> LevelResult:
         """One level's verdict on one estimator: on a mismatch with the first value that differs."""
         if tried.error:
             kind, seconds = tried.kind, tried.seconds
             return LevelResult(kind.name, tried.tool, None, None, seconds, error=tried.error)
-        level = tried.levels[k]
-        result = compare(level, tried.runs[k], wanted, tried.seconds)
-        if (step := result.first_wrong) is None:
-            return result
-        assert wanted.states is not None
-        words = columns.words(level.program)
-        divergence = first_divergence(level, columns.inputs, words, wanted.states, step)
+        level, agreement = tried.levels[number], tried.agreements[number]
+        if (step := agreement.first_wrong) is None:
+            return agreement.result(tried.seconds)
+        before, record = case.wrong[attempt]
+        divergence = first_divergence(level, (records for records, _ in again()), before, step)
         many = len(tried.levels)
         rest = f"with {many} programs in turns" if many > 1 else "all values equal"
         text = (
             str(divergence) if divergence else f"{level.name}: outputs differ, step {step}, {rest}"
         )
         if reproducer is not None and not reproducer.written:
-            at_step = program_at(level.program, wanted.states, step)
             write_reproducer(
-                reproducer, at_step, words[step], step, config=self.build.config, level=level.name
+                reproducer,
+                program_at(level.program, before),
+                words_of(level.program, record),
+                step,
+                config=self.build.config,
+                level=level.name,
             )
-        return dataclasses.replace(result, divergence=text)
+        return agreement.result(tried.seconds, text)
+
+    def _result(
+        self, number: int, case: _Case, levels: Sequence[LevelResult], accuracy: Accuracy
+    ) -> CheckResult:
+        """All of an estimator on its log."""
+        records, fixed, floating = zip(*case.kept, strict=True)
+        inputs, reference = np.concatenate(records), Run.joined(floating)
+        book, remarks = beside_textbook(self.build, number, inputs, reference)
+        for text in remarks:
+            self.progress(f"warning: {text}")
+        given = dataclasses.replace(
+            Feed.joined(case.feeds),
+            inputs=inputs,
+            clamped=dict(case.clamped),
+            warnings=(*case.warnings, *remarks),
+        )
+        run = Run.joined(fixed)
+        return CheckResult(self.build, number, given, tuple(levels), accuracy, run, reference, book)
+
+
+def _ahead(blocks: Iterable[list[Feed]]) -> Iterator[tuple[list[Feed], bool]]:
+    """Blocks, each with whether another one follows."""
+    before: list[Feed] | None = None
+    for block in blocks:
+        if before is not None:
+            yield before, True
+        before = block
+    if before is not None:
+        yield before, False

@@ -7,13 +7,13 @@ word was clamped, an argument lay below the floor of a function, or the float tw
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.lowering.expand import ASIN_LIMIT
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.twin import Twin, twins
@@ -53,37 +53,60 @@ class Culprit:
 
 
 def find_culprit(
-    program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
+    program: Program,
+    nodes: dict[int, Node],
+    pieces: Iterable[tuple[IntArray, IntArray]],
+    wrong: Sequence[int],
 ) -> Culprit | None:
     """Look for the first update, and in it the first operation, that leaves its float twin.
 
-    Where none does, a root or reciprocal whose argument holds few significant bits in the last
-    update is to blame: what follows it is as coarse.
+    Where none does up to an update that is wrong, a root or reciprocal whose argument holds few
+    significant bits in it is to blame: what follows it is as coarse.
 
     Parameters
     ----------
     program, nodes
         As `Estimator.compile_traced` gives them.
-    inputs : int64 (n, n_inputs)
-        Input words from the first update on; the last is one that is known to be wrong.
-    states : int64 (n, n_states)
-        State words after each update.
+    pieces : iterable of (int64 (n, n_inputs), int64 (n, n_states))
+        Input words, and state words after each update, from the first update on.
+    wrong : sequence of int
+        Updates that are known to be wrong, in their order.
     """
-    twin = None
-    for twin in twins(program, nodes, inputs, states):
-        candidates: list[tuple[int, int, int, Callable[[Twin, int, int], Culprit]]] = []
-        for place, op in enumerate(program.ops):
-            if op.dest in nodes:
-                for wrong, said in (
-                    (twin.beyond(op.dest), _explain_range),
-                    (twin.leaves(op.dest), _explain),
-                ):
-                    if wrong.any():
-                        candidates.append((int(np.argmax(wrong)), place, op.dest, said))
-        if candidates:
-            step, _, value, explain = min(candidates, key=lambda f: f[:2])
-            return explain(twin, value, step)
-    return None if twin is None else _weakest(twin, len(inputs) - 1 - twin.first)
+    start, before, ahead = 0, None, list(wrong)
+    for inputs, states in pieces:
+        at = 0
+        while ahead and at < len(inputs):
+            stop = min(len(inputs), ahead[0] + 1 - start)
+            here = slice(at, stop)
+            for twin in twins(program, nodes, inputs[here], states[here], before, start + at):
+                if (culprit := _first_leaving(twin)) is not None:
+                    return culprit
+            if start + stop > ahead[0]:
+                culprit = _weakest(twin, ahead.pop(0) - twin.first)
+                if culprit is not None:
+                    return culprit
+            before, at = states[stop - 1], stop
+        start += len(inputs)
+        if not ahead:
+            break
+    return None
+
+
+def _first_leaving(twin: Twin) -> Culprit | None:
+    """The first operation of some updates that leaves its twin or its range."""
+    candidates: list[tuple[int, int, int, Callable[[Twin, int, int], Culprit]]] = []
+    for place, op in enumerate(twin.program.ops):
+        if op.dest in twin.nodes:
+            for wrong, said in (
+                (twin.beyond(op.dest), _explain_range),
+                (twin.leaves(op.dest), _explain),
+            ):
+                if wrong.any():
+                    candidates.append((int(np.argmax(wrong)), place, op.dest, said))
+    if not candidates:
+        return None
+    step, _, value, explain = min(candidates, key=lambda f: f[:2])
+    return explain(twin, value, step)
 
 
 def _explain_range(twin: Twin, value: int, step: int) -> Culprit:
@@ -124,7 +147,7 @@ def _named(
     node, state = twin.nodes[value], twin.declared(value)
     name = twin.program.values[value].name
     if state != value:
-        name = f"state {twin.program.values[state].name}"
+        name = f"state {declared_name(twin.program, twin.nodes, state)}"
     elif not node.name:
         kind = {"mul": "a product", "sum": "a sum", "select": "a selection"}
         name = f"{name}, {kind.get(node.kind, node.kind)}"

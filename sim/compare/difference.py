@@ -13,7 +13,7 @@ mean square.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -23,7 +23,7 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS, PERIODS, QUATERNION, Output
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["ATTITUDE", "Decided", "Difference", "around", "differences"]
+__all__ = ["ATTITUDE", "Decided", "Difference", "Differences", "around", "differences"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -50,11 +50,13 @@ class Difference:
     tolerance : float or None
         None: shown, not judged.
     apart : float64 (n,)
-        Of every sample; NaN where there is no reference, or no number.
+        Of every sample, where they are kept; NaN where there is no reference, or no number.
     decided : Decided, optional
         Of decisions, how many differ.
     after : Difference, optional
         The samples from the first decision that differs on, judged by their root mean square.
+    beyond : int
+        First sample beyond the tolerance, where there is one.
     """
 
     output: str
@@ -67,6 +69,7 @@ class Difference:
     apart: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
     decided: Decided | None = None
     after: Difference | None = None
+    beyond: int = field(default=0, repr=False, compare=False)
 
     @classmethod
     def joined(cls, parts: Sequence[Difference], rows: Sequence[int]) -> Difference:
@@ -89,7 +92,7 @@ class Difference:
         """First sample beyond the tolerance; None if there is none."""
         if self.tolerance is None or self.good:
             return None
-        return int(np.argmax(~(self.apart <= self.tolerance)))
+        return self.beyond
 
     @property
     def good(self) -> bool:
@@ -182,66 +185,190 @@ def differences(
     *,
     judged: bool = True,
 ) -> list[Difference]:
-    """Compare outputs with their references.
+    """Compare outputs with their references, which are there whole; see `Differences`."""
+    made = Differences(outputs, reference, judged=judged, curves=True)
+    made.add(values, reference)
+    return made.result()
+
+
+class Differences:
+    """Outputs beside their references, piece by piece: the same figures whatever the pieces.
 
     Parameters
     ----------
     outputs : sequence of Output
         Those without a reference are left out.
-    values, reference : mapping of str to float64 (n,)
-        By name, in the outputs' units; NaN in the reference: none there.
+    references : names of outputs
+        That have a reference.
     judged : bool
         Whether tolerances count (they are of fixed point against float, not against truth).
+    curves : bool
+        Whether `Difference.apart` is kept.
     """
-    by_name = {o.name: o for o in outputs}
-    whole = all(name in by_name and name in reference for name in QUATERNION)
-    turned = dict(reference)
-    out = []
-    alike = _alike(outputs, values, reference) if judged else None
-    with np.errstate(all="ignore"):  # a reference may be infinite
-        if whole:
-            q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (values, reference))
-            sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
-            turned |= {n: reference[n] * sign for n in QUATERNION}
-        for o in outputs:
-            if o.name in reference:
-                exact = o.unit in EXACT_UNITS
-                tolerance = (0.0 if exact else o.tolerance) if judged else None
-                error = _apart(o.unit, values[o.name], turned[o.name])
-                # A truth may have gaps; a float64 run that is no number is a fault.
-                there = judged | np.isfinite(turned[o.name])
-                if exact:
-                    made = _difference(o.name, "words", error, there, tolerance)
-                    out.append(replace(made, decided=_decided(o, error)) if judged else made)
-                else:
-                    out.append(_difference(o.name, o.unit, error, there, tolerance, alike))
-        if whole:
-            limits = [by_name[n].tolerance for n in QUATERNION] if judged else [None]
+
+    def __init__(
+        self,
+        outputs: Sequence[Output],
+        references: Collection[str],
+        *,
+        judged: bool = True,
+        curves: bool = False,
+    ) -> None:
+        self._outputs = [o for o in outputs if o.name in references]
+        self._judged, self._rows, self._parted = judged, 0, False
+        self._accounts = {o.name: _Account(o, judged, curves) for o in self._outputs}
+        self._attitude: _Account | None = None
+        if all(name in self._accounts for name in QUATERNION):
+            limits = [self._accounts[n].tolerance for n in QUATERNION]
             known = [x for x in limits if x is not None]
             # An angle a differs by a/2 in the quaternion, of length at most twice a component's.
             limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
-            known_there = judged | np.isfinite(r).all(axis=-1)
-            angle = np.degrees(_angle(q, r))
-            out.append(_difference(ATTITUDE, "deg", angle, known_there, limit, alike))
-    return out
+            declared = Output(ATTITUDE, unit="deg", tolerance=limit)
+            self._attitude = _Account(declared, judged, curves)
+
+    def add(self, values: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]) -> None:
+        """The next rows: (n,) by name, in the outputs' units; NaN in the reference: none there."""
+        turned = dict(reference)
+        with np.errstate(all="ignore"):  # a reference may be infinite
+            if self._attitude is not None:
+                q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (values, reference))
+                sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
+                turned |= {n: reference[n] * sign for n in QUATERNION}
+            errors = {o.name: _apart(o.unit, values[o.name], turned[o.name]) for o in self._outputs}
+            cut = self._cut(errors)
+            for o in self._outputs:
+                # A truth may have gaps; a float64 run that is no number is a fault.
+                there = self._judged | np.isfinite(turned[o.name])
+                self._accounts[o.name].add(errors[o.name], there, self._rows, cut)
+            if self._attitude is not None:
+                known = self._judged | np.isfinite(r).all(axis=-1)
+                self._attitude.add(np.degrees(_angle(q, r)), known, self._rows, cut)
+        self._rows += len(next(iter(errors.values()), ()))
+
+    def result(self) -> list[Difference]:
+        """One for each output that has a reference, and last the attitude, of all rows so far."""
+        more = [] if self._attitude is None else [self._attitude]
+        return [made.result() for made in (*self._accounts.values(), *more)]
+
+    def _cut(self, errors: Mapping[str, FloatArray]) -> int | None:
+        """Leading rows of a piece before the first decision that differs; None: all."""
+        if self._judged and not self._parted:
+            differ = [errors[o.name] != 0.0 for o in self._outputs if o.unit in EXACT_UNITS]
+            wrong = np.logical_or.reduce(differ) if differ else np.zeros(0, dtype=np.bool_)
+            self._parted = bool(wrong.any())
+            return int(wrong.argmax()) if self._parted else None
+        return 0 if self._parted else None
 
 
-def _alike(
-    outputs: Sequence[Output], values: Mapping[str, FloatArray], reference: Mapping[str, FloatArray]
-) -> int | None:
-    """Leading updates whose decisions agree; None: all."""
-    exact = [o for o in outputs if o.unit in EXACT_UNITS and o.name in reference]
-    differ = [_apart(o.unit, values[o.name], reference[o.name]) != 0.0 for o in exact]
-    wrong = np.logical_or.reduce(differ) if differ else np.zeros(0, dtype=np.bool_)
-    return int(wrong.argmax()) if wrong.any() else None
+class _Account:
+    """One output, as far as it has been compared."""
+
+    def __init__(self, output: Output, judged: bool, curves: bool) -> None:
+        self.output, self.exact = output, output.unit in EXACT_UNITS
+        limit = 0.0 if self.exact else output.tolerance
+        self.tolerance = limit if judged else None
+        self._before, self._after = _Figures(), _Figures()
+        self._parted = False
+        self._beyond: int | None = None
+        self._curves: list[FloatArray] | None = [] if curves else None
+        self._decided = _Decisions(output) if self.exact and judged else None
+
+    def add(self, error: FloatArray, known: npt.ArrayLike, start: int, cut: int | None) -> None:
+        """The next rows, of which those from ``cut`` on follow a decision that differs."""
+        there = np.broadcast_to(np.asarray(known, dtype=np.bool_), error.shape)
+        cut = None if self.exact else cut
+        self._before.add(error[:cut], there[:cut], start)
+        if cut is not None:
+            self._parted = True
+            self._after.add(error[cut:], there[cut:], start + cut)
+        if self._beyond is None and self.tolerance is not None:
+            wrong = ~(there & (error <= self.tolerance))
+            self._beyond = start + int(np.argmax(wrong)) if wrong.any() else None
+        if self._curves is not None:
+            self._curves.append(np.where(there, error, np.nan))
+        if self._decided is not None:
+            self._decided.add(error != 0.0)
+
+    def result(self) -> Difference:
+        """The figures."""
+        name, unit = self.output.name, "words" if self.exact else self.output.unit
+        made, after = (
+            Difference(name, unit, f.samples, f.largest, f.rms, f.at_step, limit)
+            for f, limit in ((self._before, self.tolerance), (self._after, None))
+        )
+        return replace(
+            made,
+            apart=np.concatenate(self._curves) if self._curves else made.apart,
+            decided=None if self._decided is None else self._decided.result(),
+            after=after if self._parted else None,
+            beyond=self._beyond or 0,
+        )
 
 
-def _decided(output: Output, error: FloatArray) -> Decided:
-    differing = error != 0.0
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], differing, [False]]).astype(np.int8)))
-    longest = int(np.diff(ends)[::2].max(initial=0))
-    count = int(np.count_nonzero(differing))
-    return Decided(count, len(error), longest, output.share, output.longest)
+#: Squares that are summed at a time: rows of a short log as one.
+_SUMMED = 1 << 16
+
+
+class _Figures:
+    """Number, largest and root mean square of some rows; NaN is the largest."""
+
+    def __init__(self) -> None:
+        self.samples, self.largest = 0, math.nan
+        self.at_step: int | None = None
+        self._sums: list[float] = []
+        self._rest: list[FloatArray] = []
+
+    def add(self, error: FloatArray, there: npt.NDArray[np.bool_], start: int) -> None:
+        """The next rows, the first of which is row ``start``."""
+        seen = error[there]
+        if not len(seen):
+            return
+        if self.at_step is None or not math.isnan(self.largest):
+            broken = np.isnan(seen)
+            k = int(np.argmax(broken if broken.any() else seen))
+            if self.at_step is None or not seen[k] <= self.largest:
+                self.largest = float(seen[k])
+                self.at_step = start + int(np.flatnonzero(there)[k])
+        before, self.samples = self.samples, self.samples + len(seen)
+        self._rest.append(seen**2)
+        if self.samples // _SUMMED > before // _SUMMED:
+            rest = np.concatenate(self._rest)
+            for _ in range(len(rest) // _SUMMED):
+                self._sums.append(float(np.sum(rest[:_SUMMED])))
+                rest = rest[_SUMMED:]
+            self._rest = [rest]
+
+    @property
+    def rms(self) -> float:
+        """Root mean square; NaN of nothing."""
+        if not self.samples:
+            return math.nan
+        rest = float(np.sum(np.concatenate(self._rest)))
+        return float(np.sqrt(np.sum([*self._sums, rest]) / self.samples))
+
+
+class _Decisions:
+    """Decisions of an output that differ."""
+
+    def __init__(self, output: Output) -> None:
+        self.output = output
+        self.differing = self.of = self.longest = self._running = 0
+
+    def add(self, differing: npt.NDArray[np.bool_]) -> None:
+        """Whether they differ in the next rows."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], differing.astype(np.int8), [0]])))
+        lengths = np.diff(edges)[::2]
+        if len(lengths) and differing[0]:
+            lengths[0] += self._running
+        self._running = int(lengths[-1]) if len(lengths) and differing[-1] else 0
+        self.longest = max(self.longest, int(lengths.max(initial=0)))
+        self.differing += int(np.count_nonzero(differing))
+        self.of += len(differing)
+
+    def result(self) -> Decided:
+        """How many."""
+        accepted = self.output.share, self.output.longest
+        return Decided(self.differing, self.of, self.longest, *accepted)
 
 
 def _apart(unit: str, values: FloatArray, reference: FloatArray) -> FloatArray:
@@ -267,36 +394,3 @@ def _angle(q: FloatArray, r: FloatArray) -> FloatArray:
     angle = 2.0 * np.arctan2(np.linalg.norm(v, axis=0), np.abs(w))
     none = np.abs(np.log(np.linalg.norm(np.stack([q, r]), axis=-1))).max(axis=0) > _NORMS
     return np.asarray(np.where(none, math.pi, angle), dtype=np.float64)
-
-
-def _difference(
-    name: str,
-    unit: str,
-    error: FloatArray,
-    known: npt.ArrayLike,
-    tolerance: float | None,
-    alike: int | None = None,
-) -> Difference:
-    """Of leading samples, and after them; all of them for None."""
-    there = np.broadcast_to(np.asarray(known, dtype=np.bool_), error.shape)
-    curve = np.where(there, error, np.nan)
-    if alike is not None:
-        before = _difference(name, unit, error[:alike], there[:alike], tolerance)
-        rest = _difference(name, unit, error[alike:], there[alike:], None)
-        step = None if rest.at_step is None else rest.at_step + alike
-        return replace(before, apart=curve, after=replace(rest, at_step=step))
-    if not there.any():
-        return Difference(name, unit, 0, math.nan, math.nan, None, tolerance, curve)
-    seen = error[there]
-    broken = np.isnan(seen)
-    k = int(np.argmax(broken if broken.any() else seen))
-    return Difference(
-        name,
-        unit,
-        int(there.sum()),
-        float(seen[k]),
-        float(np.sqrt(np.mean(seen**2))),
-        int(np.flatnonzero(there)[k]),
-        tolerance,
-        curve,
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +12,12 @@ import numpy.typing as npt
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
+from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level
 
 __all__ = ["Divergence", "first_divergence", "program_at"]
+
+FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,37 +43,45 @@ class Divergence:
         )
 
 
-def program_at(program: Program, states: IntArray, step: int) -> Program:
-    """The program whose states begin with the words that they have before ``step``.
-
-    ``states`` (n, n_states) are those after each update.
-    """
-    if not step:
+def program_at(program: Program, before: IntArray | None) -> Program:
+    """The program whose states begin with these words, (n_states,); None: with its own."""
+    if before is None:
         return program
     values = list(program.values)
-    for (state, _), word in zip(program.states, states[step - 1], strict=True):
+    for (state, _), word in zip(program.states, before, strict=True):
         values[state] = dataclasses.replace(values[state], initial=int(word))
     return dataclasses.replace(program, values=tuple(values))
 
 
 def first_divergence(
-    level: Level, records: npt.NDArray[np.float64], inputs: IntArray, states: IntArray, step: int
+    level: Level, pieces: Iterable[FloatArray], before: IntArray | None, step: int
 ) -> Divergence | None:
     """Run a level up to ``step`` again, alone, and compare the values that it shows.
 
     Parameters
     ----------
-    records, inputs : (n, n_inputs)
-        In their units, and as words.
-    states : int64 (n, n_states)
-        The interpreter's state words after each update.
+    pieces : iterable of float64 (n, n_inputs)
+        Records in their units, from the first update on.
+    before : int64 (n_states,), optional
+        The interpreter's state words before the step; None: the initial ones.
     """
     program = level.program if level.schedule is None else level.schedule.program
-    machine = Interpreter(program_at(program, states, step))
-    machine.update(inputs[step][:, None])
+    machine = Interpreter(program_at(program, before))
+    *earlier, last = _until(pieces, step)
+    machine.update(words_of(level.program, last[-1])[:, None])
     wanted = [int(w[0]) for w in machine.values_before_commit()]
-    for seen in level.words_of_update(records[: step + 1]):
+    for seen in level.words_of_update(last, earlier):
         if seen.word != wanted[seen.value]:
             name = program.values[seen.value].name
             return Divergence(level.name, step, name, seen.cycle, wanted[seen.value], seen.word)
     return None
+
+
+def _until(pieces: Iterable[FloatArray], step: int) -> Iterator[FloatArray]:
+    """Pieces up to a step, and with it."""
+    rows = step + 1
+    for piece in pieces:
+        yield piece[:rows]
+        rows -= len(piece)
+        if rows <= 0:
+            return

@@ -20,7 +20,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.twin import Twin, rounding_errors, twins
 
-__all__ = ["Influence", "influences"]
+__all__ = ["UPDATES", "Influence", "influences"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -58,7 +58,11 @@ class Influence:
 
 
 def influences(
-    program: Program, nodes: Mapping[int, Node], inputs: IntArray, states: IntArray
+    program: Program,
+    nodes: Mapping[int, Node],
+    inputs: IntArray,
+    states: IntArray,
+    before: IntArray | None = None,
 ) -> dict[str, list[Influence]]:
     """Influences on each output, the largest first; of a program with linked words none.
 
@@ -69,15 +73,17 @@ def influences(
     program, nodes
         As `Estimator.compile_traced` gives them.
     inputs : int64 (n, n_inputs)
-        Input words.
+        Input words, of which the last `UPDATES` count.
     states : int64 (n, n_states)
         State words after each update.
+    before : int64 (n_states,), optional
+        Those before the first one; by default the initial words.
     """
     node_of = dict(nodes)
     results = {*program.outputs, *(value for pair in program.states for value in pair)}
     if not results <= node_of.keys():
         return {}
-    adjoint = _Adjoint(program, node_of, inputs, states)
+    adjoint = _Adjoint(program, node_of, inputs, states, before)
     errors = rounding_errors(
         program, node_of, inputs[adjoint.some], states[adjoint.some], adjoint.before
     )
@@ -111,14 +117,21 @@ class _Adjoint:
     """Derivatives of a program's nodes over the last updates of a record."""
 
     def __init__(
-        self, program: Program, nodes: dict[int, Node], inputs: IntArray, states: IntArray
+        self,
+        program: Program,
+        nodes: dict[int, Node],
+        inputs: IntArray,
+        states: IntArray,
+        before: IntArray | None,
     ) -> None:
         self.program, self.nodes = program, nodes
         self.order = _ordered(nodes, program)
         count = min(len(inputs), UPDATES, max(2, _MOST // max(len(self.order), 1)))
         self.some = slice(len(inputs) - count, len(inputs))
-        initial = np.array([[program.values[s].initial for s, _ in program.states]], dtype=np.int64)
-        self.before = np.concatenate([initial, states])[len(inputs) - count]
+        if before is None:
+            initial = [program.values[s].initial for s, _ in program.states]
+            before = np.array(initial, dtype=np.int64)
+        self.before = np.concatenate([before[None], states])[len(inputs) - count]
         run = list(twins(program, nodes, inputs[self.some], states[self.some], self.before))
         self.count = count
         with np.errstate(all="ignore"):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
+import numpy as np
+
+from boresight.model.words.fixed import IntArray
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import textbook_line
@@ -15,7 +17,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 
-__all__ = ["CheckResult", "LevelResult", "compare", "verdict"]
+__all__ = ["Agreement", "CheckResult", "LevelResult", "verdict"]
 
 
 @dataclass(frozen=True)
@@ -91,40 +93,69 @@ def _span(least: int | None, most: int | None) -> str:
     return f"{least}" if least == most else f"{least}..{most}"
 
 
-def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
+class Agreement:
     """A level by its words, flags, states if it shows them, and cycles if it has a clock.
 
-    ``wanted`` is the interpreter's run, of at least as many records.
+    Attributes
+    ----------
+    first_wrong : int or None
+        First update that differs.
     """
-    assert run.words is not None and wanted.words is not None
-    assert run.saturated is not None and wanted.saturated is not None
-    n = len(run.words)
-    wrong = (run.words != wanted.words[:n]).any(axis=1) | (run.saturated != wanted.saturated[:n])
-    if run.states is not None and wanted.states is not None:
-        wrong |= (run.states != wanted.states[:n]).any(axis=1)
-    cycles: dict[str, Any] = {}
-    if (plan := level.schedule) is not None:
-        assert run.latency_cycles is not None and run.interval_cycles is not None
-        counted = run.latency_cycles[:, : plan.urgent].max(axis=1)
-        cycles = {
-            "cycles_predicted": plan.latency,
-            "cycles_min": int(counted.min()),
-            "cycles_max": int(counted.max()),
-            "interval_predicted": plan.interval,
-            "interval_min": int(run.interval_cycles.min()),
-            "interval_max": int(run.interval_cycles.max()),
+
+    def __init__(self, level: Level) -> None:
+        self.level = level
+        self.first_wrong: int | None = None
+        self._total, self._mismatch, self._fault = 0, 0, ""
+        self._cycles: dict[str, int] = {}
+
+    def add(self, run: Run, wanted: Run) -> int | None:
+        """The next rows; ``wanted`` are the interpreter's, at least as many.
+
+        Returns the row among them that is `first_wrong`.
+        """
+        assert run.words is not None and wanted.words is not None
+        assert run.saturated is not None and wanted.saturated is not None
+        n, before = len(run.words), self._total
+        self._fault = self._fault or run.fault
+        if not n:
+            return None
+        same = (run.words == wanted.words[:n]).all(axis=1)
+        same &= run.saturated == wanted.saturated[:n]
+        if run.states is not None and wanted.states is not None:
+            same &= (run.states == wanted.states[:n]).all(axis=1)
+        if (plan := self.level.schedule) is not None:
+            assert run.latency_cycles is not None and run.interval_cycles is not None
+            self._count("cycles", plan.latency, run.latency_cycles[:, : plan.urgent].max(axis=1))
+            self._count("interval", plan.interval, run.interval_cycles)
+        wrong = n - int(np.count_nonzero(same))
+        self._total, self._mismatch = before + n, self._mismatch + wrong
+        if not wrong or self.first_wrong is not None:
+            return None
+        row = int(np.argmin(same))
+        self.first_wrong = before + row
+        return row
+
+    def _count(self, name: str, predicted: int, counted: IntArray) -> None:
+        low, high = int(counted.min()), int(counted.max())
+        self._cycles |= {
+            f"{name}_predicted": predicted,
+            f"{name}_min": min(low, self._cycles.get(f"{name}_min", low)),
+            f"{name}_max": max(high, self._cycles.get(f"{name}_max", high)),
         }
-    first = int(wrong.argmax()) if wrong.any() else None
-    return LevelResult(
-        level.name,
-        level.tool,
-        None if run.fault else n,
-        None if run.fault else int(wrong.sum()),
-        seconds,
-        error=run.fault,
-        first_wrong=first,
-        **cycles,
-    )
+
+    def result(self, seconds: float = 0.0, divergence: str = "") -> LevelResult:
+        """The verdict."""
+        return LevelResult(
+            self.level.name,
+            self.level.tool,
+            None if self._fault else self._total,
+            None if self._fault else self._mismatch,
+            seconds,
+            **self._cycles,
+            error=self._fault,
+            divergence=divergence,
+            first_wrong=self.first_wrong,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +167,8 @@ class CheckResult(Answer):
     build, number
         What was checked: which of its estimators.
     given : Feed
-        What it ran on.
+        What it ran on; of a long log whose rows are not kept, as `fixed` and `floating`, the
+        leading rows (`sim.compare.check.KEPT`).
     levels : tuple of LevelResult
     accuracy : Accuracy
     fixed, floating : Run

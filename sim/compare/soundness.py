@@ -77,7 +77,7 @@ def _check_moving(
     results = [*trace.outputs.values(), *(after for _, _, after in trace.states)]
     with np.errstate(all="ignore"):
         values = evaluate(trace, leaves)
-        for (number, limit, of), result in zip(limits(program), results, strict=True):
+        for (number, limit, of), result in zip(limits(program, nodes), results, strict=True):
             exact = np.broadcast_to(values[result.number], rows)[clean]
             form = program.format(number)
             error = np.abs(np.clip(exact, form.min, form.max) - twin.real(number))

@@ -156,8 +156,9 @@ def twins(
     inputs: IntArray,
     states: IntArray,
     before: IntArray | None = None,
+    first: int = 0,
 ) -> Iterator[Twin]:
-    """All updates, in chunks of `CHUNK`.
+    """All updates, the first of which has number ``first``, in chunks of `CHUNK`.
 
     Parameters
     ----------
@@ -172,13 +173,13 @@ def twins(
         initial = [program.values[state].initial for state, _ in program.states]
         before = np.array(initial, dtype=np.int64)
     before = np.concatenate([before[None], states[:-1]])
-    for first in range(0, len(inputs), CHUNK):
-        some = slice(first, first + CHUNK)
+    for start in range(0, len(inputs), CHUNK):
+        some = slice(start, start + CHUNK)
         machine = Interpreter(program, len(inputs[some]))
         for k, (state, _) in enumerate(program.states):
             machine.values[state] = before[some, k]
         machine.update(inputs[some].T)
-        yield Twin(program, nodes, machine.values_before_commit(), first)
+        yield Twin(program, nodes, machine.values_before_commit(), first + start)
 
 
 def rounding_errors(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,18 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
-from boresight.sim.compare.difference import Difference, differences
-from boresight.sim.compare.influence import influences
+from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.compare.influence import UPDATES, influences
 from boresight.sim.compare.twin import becomes, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run
 
-__all__ = ["Accuracy", "judge"]
+__all__ = ["Accuracy", "Judge", "judge"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -117,68 +117,161 @@ def judge(
     reference: Run,
     clamped: Mapping[str, int],
 ) -> Accuracy:
-    """Judge a run of one of a build's estimators, of a log or a closed loop.
+    """Judge a run of one of a build's estimators, of a log or a closed loop; see `Judge`.
 
     Parameters
     ----------
     records : float64 (n, n_inputs)
         Inputs that it was run on, from a reset on.
-    run : Run
-        Of any level; in floating point nothing saturates, and only differences are judged. States
-        that a level does not show are those of the C.
-    reference : Run
-        That of float64.
-    clamped : mapping of str to int
-        Samples beyond the range of inputs that are declared to be clamped.
     """
-    program, nodes, clamped = build.programs[number], build.nodes[number], dict(clamped)
-    errors = tuple(differences(build.estimators[number].outputs, run.outputs, reference.outputs))
-    if run.words is None:
-        return Accuracy(errors, 0, {}, (), clamped, "")
-    inputs = words_of(program, records)
-    states = CModel(program).trajectory(inputs)[2] if run.states is None else run.states
-    left = _beyond_declared(program, states)
-    saturated = run.n_saturated
-    if not saturated and not left and all(d.good for d in errors):
-        return Accuracy(errors, 0, {}, (), clamped, "")
-    seen = CModel(program).observe(inputs)
-    names = {
-        _named(program, nodes, n): int(count) for n, count in enumerate(seen.saturations) if count
-    }
-    steps = {step for step, _, _ in left}
-    steps |= {int(np.argmax(run.saturated))} if run.saturated is not None and saturated else set()
-    steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
-    ends = [step + 1 for step in sorted(steps)]
-    tried = (find_culprit(program, nodes, inputs[:n], states[:n]) for n in ends)
-    first = next(filter(None, tried), None)
-    culprit = str(first) if first else _rounding(program, nodes, seen, inputs, states, errors)
-    endless = [~np.isfinite(values) for values in reference.outputs.values()]
-    if any(none.any() for none in endless):
-        step = min(int(np.argmax(none)) for none in endless if none.any())
-        culprit = f"float64 is no number from step {step} on: the estimator diverges; {culprit}"
-    # What saturates is said already.
-    named = {becomes(program, nodes, n) for n, count in enumerate(seen.saturations) if count}
-    texts = tuple(text for _, state, text in left if state not in named)
-    return Accuracy(errors, saturated, names, texts, clamped, culprit)
+    judging = Judge(build, number, curves=True)
+    states = judging.add(records, run, reference)
+    return judging.result(clamped, lambda: [(records, states)])
 
 
-def _beyond_declared(program: Program, states: IntArray) -> list[tuple[int, int, str]]:
-    """States that left their declared ranges: first step, the state, text."""
-    out = []
-    for k, (state, _) in enumerate(program.states):
-        value, reals = program.values[state], program.format(state).real(states[:, k])
-        wrong = outside(reals, value)
-        if wrong.any():
-            step = int(np.argmax(wrong))
-            said = f"state {value.name} is {reals[step]:.6g} in step {step}, BEYOND its declared "
-            out.append((step, state, f"{said}range [{value.low:g}, {value.high:g}]: widen it"))
-    return out
+class Judge:
+    """How near a run of one of a build's estimators is to float64, piece by piece from a reset on.
+
+    Parameters
+    ----------
+    curves : bool
+        Whether `Difference.apart` is kept.
+    """
+
+    def __init__(self, build: Build, number: int, *, curves: bool = False) -> None:
+        self._estimator, self._program = build.estimators[number], build.programs[number]
+        self._nodes = build.nodes[number]
+        names = [o.name for o in self._estimator.outputs]
+        self._errors = Differences(self._estimator.outputs, names, curves=curves)
+        self._rows = self._saturated = 0
+        #: First updates: in which one saturated, in which float64 is none, with a state outside.
+        self._clamp: int | None = None
+        self._endless: int | None = None
+        self._left: dict[int, tuple[int, float]] = {}
+        self._model: CModel | None = None
+        self._words = False
+
+    def add(self, records: FloatArray, run: Run, reference: Run) -> IntArray:
+        """The next rows; return the states (n, n_states), which are none in floating point.
+
+        Parameters
+        ----------
+        records : float64 (n, n_inputs)
+            Inputs in their units.
+        run : Run
+            Of any level; in floating point nothing saturates, and only differences are judged.
+            States that a level does not show are those of the C.
+        reference : Run
+            That of float64.
+        """
+        self._errors.add(run.outputs, reference.outputs)
+        start, self._rows = self._rows, self._rows + len(records)
+        self._words = run.words is not None
+        if not self._words:
+            return np.zeros((len(records), 0), dtype=np.int64)
+        if (states := run.states) is None:
+            self._model = self._model or CModel(self._program)
+            states = self._model.trajectory(words_of(self._program, records))[2]
+        if run.saturated is not None and run.saturated.any():
+            self._saturated += run.n_saturated
+            self._clamp = _first(self._clamp, start, run.saturated)
+        for values in reference.outputs.values():
+            self._endless = _first(self._endless, start, ~np.isfinite(values))
+        for k, (state, _) in enumerate(self._program.states):
+            if k not in self._left:
+                reals = self._program.format(state).real(states[:, k])
+                wrong = outside(reals, self._program.values[state])
+                if wrong.any():
+                    step = int(np.argmax(wrong))
+                    self._left[k] = start + step, float(reals[step])
+        return states
+
+    def result(
+        self, clamped: Mapping[str, int], again: Callable[[], Iterable[tuple[FloatArray, IntArray]]]
+    ) -> Accuracy:
+        """The verdict.
+
+        Parameters
+        ----------
+        clamped : mapping of str to int
+            Samples beyond the range of inputs that are declared to be clamped.
+        again : callable
+            The pieces of records with their states once more, to look for what went wrong.
+        """
+        errors, clamped = tuple(self._errors.result()), dict(clamped)
+        clean = not self._saturated and not self._left and all(d.good for d in errors)
+        if clean or not self._words:
+            return Accuracy(errors, 0, {}, (), clamped, "")
+        program, nodes = self._program, self._nodes
+        steps = {step for step, _ in self._left.values()}
+        steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
+        steps |= set() if self._clamp is None else {self._clamp}
+        pieces = ((words_of(program, records), states) for records, states in again())
+        first = find_culprit(program, nodes, pieces, sorted(steps))
+        pieces = ((words_of(program, records), states) for records, states in again())
+        seen = _Traversed(program, pieces)
+        culprit = str(first) if first else _rounding(program, nodes, seen, errors)
+        if self._endless is not None:
+            culprit = (
+                f"float64 is no number from step {self._endless} on: the estimator diverges; "
+                f"{culprit}"
+            )
+        names = {
+            _named(program, nodes, n): int(count)
+            for n, count in enumerate(seen.ranges.saturations)
+            if count
+        }
+        # What saturates is said already.
+        named = {
+            becomes(program, nodes, n) for n, count in enumerate(seen.ranges.saturations) if count
+        }
+        left = [(program.states[k][0], *self._left[k]) for k in sorted(self._left)]
+        texts = tuple(
+            f"state {declared_name(program, nodes, n)} is {reached:.6g} in step {step}, BEYOND its "
+            f"declared range [{program.values[n].low:g}, {program.values[n].high:g}]: widen it"
+            for n, step, reached in left
+            if n not in named
+        )
+        return Accuracy(errors, self._saturated, names, texts, clamped, culprit)
+
+
+def _first(before: int | None, start: int, rows: npt.NDArray[np.bool_]) -> int | None:
+    """First row of all; ``before``: that of the pieces before, None for none."""
+    return start + int(np.argmax(rows)) if before is None and rows.any() else before
+
+
+class _Traversed:
+    """What a search for causes needs of all updates: extremes, changes of states, the last ones.
+
+    ``inputs``, ``states`` are those of the last updates, ``before`` the states before them.
+    """
+
+    def __init__(self, program: Program, pieces: Iterable[tuple[IntArray, IntArray]]) -> None:
+        model, count = CModel(program), 0
+        ranges: WordRanges | None = None
+        self.inputs = np.zeros((0, len(program.inputs)), dtype=np.int64)
+        self.states = np.zeros((0, len(program.states)), dtype=np.int64)
+        self.before: IntArray | None = None
+        self.changes = np.zeros(len(program.states), dtype=np.int64)
+        for inputs, states in pieces:
+            seen = model.observe(inputs)
+            ranges, count = ranges.followed(count, seen) if ranges else seen, count + len(inputs)
+            last = states[:1] if not len(self.states) else self.states[-1:]
+            changes = np.abs(np.diff(states, axis=0, prepend=last)).max(axis=0)
+            self.changes = np.maximum(self.changes, changes)
+            self.inputs = np.concatenate([self.inputs, inputs])
+            self.states = np.concatenate([self.states, states])
+            if (spare := len(self.inputs) - UPDATES) > 0:
+                self.before = self.states[spare - 1]
+                self.inputs, self.states = self.inputs[spare:], self.states[spare:]
+        assert ranges is not None  # there is an update
+        self.ranges = ranges
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
     state = becomes(program, nodes, value)
     if state is not None:
-        return f"state {program.values[state].name}"
+        return f"state {declared_name(program, nodes, state)}"
     line = nodes[value].line if value in nodes else ""
     return program.values[value].name + (f", {line}" if line else "")
 
@@ -190,12 +283,7 @@ _NAMED = 3
 
 
 def _rounding(
-    program: Program,
-    nodes: dict[int, Node],
-    seen: WordRanges,
-    inputs: IntArray,
-    states: IntArray,
-    errors: Sequence[Difference],
+    program: Program, nodes: dict[int, Node], seen: _Traversed, errors: Sequence[Difference]
 ) -> str:
     """What to do where no single operation is to blame: rounding adds up.
 
@@ -203,7 +291,7 @@ def _rounding(
     is one-sided, and a state loses it (`_coarse`).
     """
     rounding = "no operation leaves its float twin: rounding adds up"
-    effects = influences(program, nodes, inputs, states)
+    effects = influences(program, nodes, seen.inputs, seen.states, seen.before)
     for d in errors:
         own = effects.get(d.output, [])
         explained = math.sqrt(math.fsum(i.rms**2 for i in own))
@@ -213,19 +301,20 @@ def _rounding(
                 for i in own[:_NAMED]
                 if i.share > 0.01
             )
-            cure = _cure(program, nodes, seen, program.find(own[0].value))
+            cure = _cure(program, nodes, seen.ranges, program.find(own[0].value))
             left = own[0].one_more_bit / explained
             return (
                 f"{rounding}; of the error of {d.output} {shares}; one more bit of the first "
                 f"leaves {left:.0%}: {cure}"
             )
-    return _coarse(program, nodes, seen, states, rounding)
+    return _coarse(program, nodes, seen, rounding)
 
 
 def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
     """A value, or the state that it becomes, with its line."""
     state, line = becomes(program, nodes, value), nodes[value].line
-    name = program.values[value].name if state is None else f"state {program.values[state].name}"
+    name = declared_name(program, nodes, value if state is None else state)
+    name = name if state is None else f"state {name}"
     return f"{name} ({line})" if line else name
 
 
@@ -235,7 +324,11 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     unused = program.arithmetic.word - 1 - used.bit_length()
     state = becomes(program, nodes, value)
     if state is None and unused > 1:
-        return f"it leaves {unused} bits unused: get formats by boresight fit, or use ops.bounded"
+        return (
+            f"it leaves {unused} bits unused: get formats by boresight fit; where these do not "
+            "help, narrow inputs and states (boresight fit --propose), use ops.bounded, or a wider "
+            "word"
+        )
     said = program.values[value if state is None else state]
     narrow = f"narrow its range [{said.low:g}, {said.high:g}], which leaves {unused} bits unused, "
     return (
@@ -245,21 +338,20 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     )
 
 
-def _coarse(
-    program: Program, nodes: dict[int, Node], seen: WordRanges, states: IntArray, rounding: str
-) -> str:
+def _coarse(program: Program, nodes: dict[int, Node], seen: _Traversed, rounding: str) -> str:
     """The state whose changes have the fewest bits: every update rounds it, perhaps to one side."""
     if not program.states:
         return f"{rounding}; use a wider word"
-    changes = np.abs(np.diff(states, axis=0, prepend=states[:1])).max(axis=0)
+    changes = seen.changes
     computed = [k for k, (_, after) in enumerate(program.states) if _is_computed(nodes, after)]
     k = min(computed or [0], key=lambda k: int(changes[k]))
     state, after = program.states[k]
     value, line = program.values[state], nodes[after].line if after in nodes else ""
-    used = max(int(seen.high[state]), -int(seen.low[state]), 1)
+    name = declared_name(program, nodes, state)
+    used = max(int(seen.ranges.high[state]), -int(seen.ranges.low[state]), 1)
     unused = program.arithmetic.word - 1 - used.bit_length()
     return (
-        f"{rounding}; state {value.name}{f' ({line})' if line else ''} changes by no more than "
+        f"{rounding}; state {name}{f' ({line})' if line else ''} changes by no more than "
         f"{int(changes[k])} of its least significant bits in an update and leaves {unused} bits of "
         f"its range [{value.low:g}, {value.high:g}] unused: "
         + ("narrow that range, " if unused > 1 else "")

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from boresight.model.errors import InputError, closest
+from boresight.model.units import UnitError, linear
 from boresight.sim.explore.figures import Explored, Quantity
-from boresight.sim.records.units import UnitError, linear
 
 __all__ = ["Choice", "Demand", "Relaxed", "chosen", "demands_of"]
 

@@ -16,9 +16,9 @@ from boresight.model.linking import first_word, linked_estimators, linked_words
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.heaviest import heaviest
 from boresight.model.words.program import Program
-from boresight.sim.rtl.sharing import completed
+from boresight.sim.rtl.sharing import Rounds, Turn, completed
 
-__all__ = ["Build"]
+__all__ = ["Build", "Exchange"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -82,6 +82,11 @@ class Build:
         """The traced nodes of each program; see `Estimator.compile_traced`."""
         return [nodes for _, nodes in self._traced]
 
+    @property
+    def urgents(self) -> list[int | None]:
+        """For each program, the leading outputs whose latency counts first."""
+        return [p.urgent if self.urgent is None else self.urgent for p in self.programs]
+
     @cached_property
     def core(self) -> Core:
         """The core with all programs, the first one selected.
@@ -93,10 +98,9 @@ class Build:
         ScheduleError
             The programs do not fit into one core.
         """
-        urgents = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
         try:
             return build_shared_core(
-                self.programs, self.config, urgents=urgents, restarts=self.restarts
+                self.programs, self.config, urgents=self.urgents, restarts=self.restarts
             )
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
@@ -126,39 +130,55 @@ class Build:
         columns = range(len(self.estimators[number].inputs))
         return [k for k in columns if k not in self.links[number]]
 
-    def filled(
-        self,
-        number: int,
-        records: FloatArray,
-        outputs: Mapping[int, Mapping[str, FloatArray]],
-        counts: Sequence[int],
-        *,
-        clamp: bool = False,
-    ) -> FloatArray:
-        """Fill the linked inputs of an estimator's records with words of the other estimators.
 
-        The estimators take turns as in `sim.rtl.sharing.rounds`.
+class Exchange:
+    """Words of other estimators that linked estimators of a build read, piece by piece.
 
-        Parameters
-        ----------
-        records : float64 (n, n_inputs)
-            Records, with any values in the columns of linked inputs.
-        outputs : mapping
-            Outputs of the other estimators, by number.
-        counts : sequence of int
-            Number of records of each estimator.
-        clamp : bool
-            Whether to clamp to the declared range, as the program does.
-        """
-        if not self.links[number]:
-            return records
-        done = completed(counts, number)
-        records = records.copy()
-        for column, (other, name) in self.links[number].items():
-            program = self.programs[other]
-            form = program.format(program.outputs[program.output_names.index(name)])
-            first = float(form.real(first_word(program, name)))
-            seen = linked_words(outputs[other][name], done[other], first)
-            declared = self.estimators[number].inputs[column]
-            records[:, column] = np.clip(seen, declared.low, declared.high) if clamp else seen
+    They take turns as in `sim.rtl.sharing.Rounds`.
+
+    Parameters
+    ----------
+    build : Build
+    clamp : bool
+        Whether to clamp to the declared range, as the program does.
+    """
+
+    def __init__(self, build: Build, *, clamp: bool = False) -> None:
+        self.build, self.clamp = build, clamp
+        self._rounds, self._linked = Rounds(), any(build.links)
+        #: Turns of the piece at hand, where estimators are linked, and pieces before it.
+        self.turns: list[Turn] | None = None
+        self.pieces = -1
+        #: Records of each estimator in the piece, filled.
+        self.records: dict[int, FloatArray] = {}
+        self._outputs: dict[int, Mapping[str, FloatArray]] = {}
+        self._last: dict[tuple[int, str], float] = {}
+
+    def begin(self, counts: Sequence[int]) -> None:
+        """Begin a piece of so many records of each estimator."""
+        self.pieces += 1
+        if self._linked:
+            self.turns = self._rounds.piece(counts)
+            for number, outputs in self._outputs.items():
+                self._last |= {(number, n): float(v[-1]) for n, v in outputs.items() if len(v)}
+
+    def filled(self, number: int, records: FloatArray) -> FloatArray:
+        """Fill the columns of linked inputs, (n, n_inputs), which may hold any values."""
+        if self.build.links[number]:
+            records, streams = records.copy(), len(self.build.estimators)
+            done = completed(self.turns or [], streams, number)
+            for column, (other, name) in self.build.links[number].items():
+                program = self.build.programs[other]
+                form = program.format(program.outputs[program.output_names.index(name)])
+                first = self._last.get((other, name))
+                first = float(form.real(first_word(program, name))) if first is None else first
+                seen = linked_words(self._outputs[other][name], done[other], first)
+                declared = self.build.estimators[number].inputs[column]
+                clipped = np.clip(seen, declared.low, declared.high) if self.clamp else seen
+                records[:, column] = clipped
+        self.records[number] = records
         return records
+
+    def give(self, number: int, outputs: Mapping[str, FloatArray]) -> None:
+        """Outputs of an estimator in the piece, before an estimator is filled that reads them."""
+        self._outputs[number] = outputs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +40,7 @@ class Interpreted(Level):
         """Set the states to their start words."""
         self._machine: Interpreter | None = None
         self._ahead: CModel | None = None
+        self._rows = 0
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
@@ -55,9 +56,11 @@ class Interpreted(Level):
             program, words, states=lent, machine=self._machine
         )
         self._machine = self._machine or Interpreter(program)
-        for k, (state, _) in enumerate(program.states):
-            self._machine.values[state] = states[-1:, k]
-        fault = "" if broken is None else f"states differ from C after step {broken}"
+        if len(words):
+            for k, (state, _) in enumerate(program.states):
+                self._machine.values[state] = states[-1:, k]
+        fault = "" if broken is None else f"states differ from C after step {self._rows + broken}"
+        self._rows += len(words)
         return run_of_words(program, out, saturated, states=states, fault=fault)
 
 
@@ -90,13 +93,14 @@ class Emitted(Level):
         """Several runs side by side, updated by one call; without states."""
         return _EmittedBatch(build, runs, number)
 
-    def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
+    def words_of_update(
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
+    ) -> Sequence[Seen]:
         """Every word of the last update."""
         self.reset()
-        *before, last = words_of(self.program, records)
-        if before:
-            self._model.update(np.array(before))
-        words = self._model.values_of_update(last)
+        for piece in (*before, records[:-1]):
+            self._model.update(words_of(self.program, piece))
+        words = self._model.values_of_update(words_of(self.program, records[-1]))
         return [Seen(op.dest, words[op.dest]) for op in self.program.ops]
 
 

@@ -15,7 +15,7 @@ from boresight.gateware.schedule.slots import Schedule
 from boresight.model.declarations import Output
 from boresight.model.words.fixed import Format, IntArray
 from boresight.model.words.program import Port, Program
-from boresight.sim.levels.build import Build
+from boresight.sim.levels.build import Build, Exchange
 
 __all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "wrapped"]
 
@@ -63,6 +63,16 @@ class Run:
         chosen = {n: values for n, values in self.outputs.items() if n in names}
         return Run(chosen, saturated=self.saturated, fault=self.fault)
 
+    def rows(self, start: int, stop: int) -> Run:
+        """Some rows."""
+        parts = {f.name: getattr(self, f.name) for f in fields(self)}
+        cut = {
+            n: v if v is None or n == "fault" else v[start:stop]
+            for n, v in parts.items()
+            if n != "outputs"
+        }
+        return Run({n: v[start:stop] for n, v in self.outputs.items()}, **cut)
+
     @classmethod
     def stacked(cls, runs: Sequence[Run]) -> Run:
         """Runs of one level side by side, as one of arrays (n, runs, ...)."""
@@ -97,8 +107,8 @@ class Seen:
 class Level(ABC):
     """An estimator in one form, with its own states.
 
-    ``run``, ``advance`` and ``step`` go on where the last one stopped, but for ``run`` of a level
-    that replays records from a reset on (`sim.levels.rtl`); ``reset`` starts anew. A level holds
+    ``run``, ``advance`` and ``step`` go on where the last one stopped, but for Icarus, which begins
+    with a reset (`sim.levels.rtl`); ``reset`` starts anew. A level holds
     resources until ``close``. A new form is one more module of this package: `sim.levels.registry`.
 
     Parameters
@@ -174,26 +184,42 @@ class Level(ABC):
         """The level with several runs side by side: inputs (n, runs, n_inputs)."""
         return Batch([cls(build, number) for _ in range(runs)])
 
-    def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
-        """Words of the last of these updates from a reset on, in the order of their computation.
+    def words_of_update(
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
+    ) -> Sequence[Seen]:
+        """Words of the last of these updates, in the order of their computation.
 
-        States have their words before the update. Empty if the level does not provide words.
+        ``before`` are the records from a reset on up to these, in pieces. States have their words
+        before the update. Empty if the level does not provide words.
         """
         return ()
 
     @classmethod
-    def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
-        """Run every estimator of a build on its own records, each from a reset on.
+    def run_together(
+        cls,
+        levels: Sequence[Level],
+        records: Sequence[FloatArray],
+        exchange: Exchange | None = None,
+    ) -> list[Run]:
+        """Run every estimator of a build on its own records.
 
-        Estimators with links run after their sources (`Build.filled`).
+        Estimators with links run after their sources. With ``exchange``, which goes along, records
+        go on where the last ones ended; by default each estimator begins with a reset.
         """
-        build, counts = levels[0].build, [len(inputs) for inputs in records]
+        exchange = exchange or cls.exchange(levels)
+        exchange.begin([len(inputs) for inputs in records])
         runs: dict[int, Run] = {}
-        for k in build.order:
-            outputs = {n: run.outputs for n, run in runs.items()}
-            inputs = build.filled(k, records[k], outputs, counts, clamp=not cls.exact)
-            runs[k] = levels[k].run_anew(inputs)
+        for k in exchange.build.order:
+            runs[k] = levels[k].run(exchange.filled(k, records[k]))
+            exchange.give(k, runs[k].outputs)
         return [runs[k] for k in range(len(levels))]
+
+    @classmethod
+    def exchange(cls, levels: Sequence[Level]) -> Exchange:
+        """Reset the estimators of a build, for `run_together` in pieces."""
+        for level in levels:
+            level.reset()
+        return Exchange(levels[0].build, clamp=not cls.exact)
 
     def close(self) -> None:  # noqa: B027
         """Release resources."""

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import Schedule
-from boresight.sim.levels.build import Build
+from boresight.model.words.fixed import IntArray
+from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run, Seen, run_of_words
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.replay import ReplayFailed, RtlRun, RtlSimulation
-from boresight.sim.rtl.sharing import rounds, run_in_turns
+from boresight.sim.rtl.sharing import run_in_turns
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
 
 __all__ = ["LEVELS", "Simulated"]
@@ -31,9 +32,9 @@ ICARUS_CYCLES = 10_000
 class Simulated(Level):
     """The core's Verilog, with random start values.
 
-    ``run`` replays records from the core's reset on, in Verilator (`sim.rtl.harness`) or Icarus
-    (`sim.rtl.cosim`); ``advance`` feeds a core in Verilator, which the first one after `reset`
-    starts. What cannot be built or run raises ToolMissing or SimulationFailed then.
+    ``run`` and ``advance`` feed a core in Verilator (`sim.rtl.harness`), which the first one after
+    `reset` starts; ``run`` in Icarus (`sim.rtl.cosim`) begins with the core's reset. What cannot be
+    built or run raises ToolMissing or SimulationFailed then.
     """
 
     name = "rtl"
@@ -91,14 +92,22 @@ class Simulated(Level):
         self.close()
 
     def run(self, records: FloatArray) -> Run:
-        """Updates from the core's reset on; latencies and intervals are counted.
+        """Updates; latencies and intervals are counted.
 
         Raises
         ------
         SimulationFailed
             Hung, an unknown value, or fewer words than expected.
         """
-        return self._run_of(self.simulation.run(words_of(self.program, records)))
+        return self._run_of(self._replayed(words_of(self.program, records)))
+
+    def _replayed(self, words: IntArray, **options: Any) -> RtlRun:
+        """Replay input words; ``options`` of `RtlSimulation.batch`."""
+        if self.tool == "icarus":
+            return self.simulation.run(words, **options)
+        if self._process is None:
+            self._process = self.compiled.power_on()
+        return self._process.replay(self.compiled.batch(words, **options))
 
     def _run_of(self, replayed: RtlRun) -> Run:
         late = (replayed.latency_cycles != np.array(self.schedule.latencies)).any()
@@ -120,9 +129,7 @@ class Simulated(Level):
             An update did not end, gave another number of words, or took other cycles than the
             schedule says; or the process has ended.
         """
-        if self._process is None:
-            self._process = self.compiled.power_on()
-        replayed = self._process.replay(self.compiled.batch(words_of(self.program, records)))
+        replayed = self._replayed(words_of(self.program, records))
         wanted = self.schedule.interval
         for took in replayed.interval_cycles[replayed.interval_cycles != wanted][:1]:
             raise SimulationFailed(
@@ -133,15 +140,22 @@ class Simulated(Level):
             raise SimulationFailed(f"rtl: {run.fault}")
         return run
 
-    def words_of_update(self, records: FloatArray) -> Sequence[Seen]:
+    def words_of_update(
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
+    ) -> Sequence[Seen]:
         """Register writes of the lanes in the last update; the program runs alone.
 
         Empty for a program with links, which alone would read start words.
         """
         if self.build.links[self.number]:
             return ()
+        if self.tool == "icarus":
+            records, before = np.concatenate([*before, records]), ()
+        self.reset()
         try:
-            run = self.simulation.run(words_of(self.program, records), trace=len(records) - 1)
+            for piece in before:
+                self._replayed(words_of(self.program, piece))
+            run = self._replayed(words_of(self.program, records), trace=len(records) - 1)
             writes = run.writes
         except ReplayFailed as failed:
             writes = failed.writes
@@ -163,18 +177,30 @@ class Simulated(Level):
         return [*seen, *(Seen(value, None, cycle) for (_, cycle), value in missing)]
 
     @classmethod
-    def run_together(cls, levels: Sequence[Level], records: Sequence[FloatArray]) -> list[Run]:
+    def run_together(
+        cls,
+        levels: Sequence[Level],
+        records: Sequence[FloatArray],
+        exchange: Exchange | None = None,
+    ) -> list[Run]:
         """All programs of the core in turns, in random pieces of their records."""
+        exchange = exchange or cls.exchange(levels)
         if len(levels) == 1:
-            return super().run_together(levels, records)
+            return super().run_together(levels, records, exchange)
         simulated = [level for level in levels if isinstance(level, Simulated)]
-        build = simulated[0].build
+        first, build = simulated[0], exchange.build
+        exchange.begin([len(inputs) for inputs in records])
         words = [
             words_of(x.program, inputs)[:, build.streamed(x.number)]
             for x, inputs in zip(simulated, records, strict=True)
         ]
-        turns = rounds([len(inputs) for inputs in words]) if any(build.links) else None
-        replayed = run_in_turns(simulated[0].simulation, words, turns=turns)
+        replayed = run_in_turns(
+            first.simulation,
+            words,
+            seed=exchange.pieces,
+            turns=exchange.turns,
+            replay=first._replayed,
+        )
         return [level._run_of(run) for level, run in zip(simulated, replayed, strict=True)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,8 @@ from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.netlist import NetlistSimulation
 
 __all__ = ["LEVELS", "NetlistSimulated"]
+
+FloatArray = npt.NDArray[np.float64]
 
 
 class NetlistSimulated(Simulated):
@@ -33,7 +35,9 @@ class NetlistSimulated(Simulated):
         """Simulation in Verilator."""
         return NetlistSimulation(self.core)
 
-    def words_of_update(self, records: npt.NDArray[np.float64]) -> Sequence[Seen]:
+    def words_of_update(
+        self, records: FloatArray, before: Iterable[FloatArray] = ()
+    ) -> Sequence[Seen]:
         """Nothing: a netlist has no registers by name."""
         return ()
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from boresight.model.words.program import Program
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Record, index_place
+from boresight.sim.records.record import Record, index_place, joined
 
 __all__ = ["Feed", "feed", "feeds", "fitted"]
 
@@ -62,6 +62,36 @@ class Feed:
     def __len__(self) -> int:
         """Count the samples."""
         return len(self.inputs)
+
+    def rows(self, start: int, stop: int) -> Feed:
+        """Some rows, with what was counted of all."""
+        some = slice(start, stop)
+        return replace(
+            self,
+            t=None if self.t is None else self.t[some],
+            inputs=self.inputs[some],
+            new=self.new[some],
+            truth={n: v[some] for n, v in self.truth.items()},
+            counts=self.counts[some],
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Feed]) -> Feed:
+        """Pieces of a log of which each goes on where the last one ended, as one."""
+        first, last = parts[0], parts[-1]
+        if len(parts) == 1:
+            return first
+        times = [part.t for part in parts if part.t is not None]
+        return cls(
+            joined([part.record for part in parts]),
+            np.concatenate(times) if times else None,
+            np.concatenate([part.inputs for part in parts]),
+            np.concatenate([part.new for part in parts]),
+            last.clamped,
+            {n: np.concatenate([part.truth[n] for part in parts]) for n in first.truth},
+            np.concatenate([part.counts for part in parts]),
+            tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
+        )
 
     def words(self, program: Program) -> npt.NDArray[np.int64]:
         """Input words (n, n_inputs)."""

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from boresight.model.declarations import EXACT_UNITS
 from boresight.model.errors import InputError
+from boresight.model.units import UnitError, linear
 from boresight.sim.records.steps import steps_of
-from boresight.sim.records.units import UnitError, linear
 
 __all__ = ["TRUTH", "Column", "Record", "index_place", "joined", "rows_of", "shifted"]
 

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from boresight.model.errors import InputError
+from boresight.model.units import UnitError, linear
 from boresight.sim.records.record import Column, Record, joined, rows_of
 from boresight.sim.records.steps import MEDIAN_OF, RESTART_S
 from boresight.sim.records.topics import GAP_STEPS
-from boresight.sim.records.units import UnitError, linear
 
 __all__ = ["GAPS", "Selection", "selected", "selection"]
 

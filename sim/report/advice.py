@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.program import Kind
 from boresight.sim.report.observed import Observed
 
@@ -77,7 +77,8 @@ def _how(observed: Observed, value: int, limits: str, full: float) -> str:
     """What its author may write instead."""
     said = observed.program.values[value]
     if said.kind is not Kind.OP:
-        return f'{said.kind.value.capitalize()}("{said.name}", {limits}, ...)'
+        name = declared_name(observed.program, observed.nodes, value)
+        return f'{said.kind.value.capitalize()}("{name}", {limits}, ...)'
     if observed.nodes[value].kind == "saturated":
         return f"ops.saturated(..., {full:g})"
     return f'ops.bounded(..., {limits}, "why")'

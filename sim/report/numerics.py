@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from boresight.model.lowering.graph import declared_name
 from boresight.model.words.program import Kind, Overflow, Program, Value
 from boresight.sim.report.advice import advice_of, wasted_bits
 from boresight.sim.report.observed import Observed
@@ -73,7 +74,9 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
             mode = overflow.get(following.get(n, n))
             rows.append(
                 {
-                    "signal": value.name,
+                    "signal": value.name
+                    if observed is None
+                    else declared_name(program, observed.nodes, n),
                     "kind": value.kind.value,
                     "output": ", ".join(outputs[n]) if n in outputs else None,
                     "unit": value.unit,

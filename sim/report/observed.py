@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from boresight.firmware.build import CModel, WordRanges
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
-from boresight.model.words.program import Program
+from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.influence import Influence, influences
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.twin import Rounding, rounding_errors
@@ -76,10 +76,15 @@ class Observed:
             rounding = rounding_errors(program, nodes, own, check.fixed.states)
             errors = {n: e.joined(errors.get(n, Rounding())) for n, e in rounding.items()}
         estimator = first.build.estimators[first.number]
-        said: dict[str, str] = {}
-        for declared in (estimator.inputs, estimator.params, estimator.states):
-            said |= {d.name: d.line for d in declared}
-        lines = {n: said.get(v.name, "") for n, v in enumerate(program.values)}
+        declared = {
+            (kind, d.name): d.line
+            for kind in (Kind.INPUT, Kind.PARAM, Kind.STATE)
+            for d in getattr(estimator, f"{kind}s")
+        }
+        lines = {
+            n: declared.get((v.kind, declared_name(program, nodes, n)), "")
+            for n, v in enumerate(program.values)
+        }
         lines |= {n: node.line for n, node in nodes.items() if node.line}
         return cls(
             program,

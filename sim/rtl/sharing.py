@@ -8,7 +8,7 @@ alone, so its states must survive the turns of the others.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.replay import BusWrite, RtlRun, RtlSimulation
 
-__all__ = ["Turn", "completed", "random_turns", "rounds", "run_in_turns"]
+__all__ = ["Rounds", "Turn", "completed", "random_turns", "run_in_turns"]
 
 
 @dataclass(frozen=True)
@@ -42,28 +42,34 @@ def random_turns(counts: Sequence[int], *, seed: int = 0, longest: int = 40) -> 
     return turns
 
 
-def rounds(counts: Sequence[int], *, seed: int = 0) -> list[Turn]:
+class Rounds:
     """Turns of one record: record k of every stream, in a random order, before record k + 1 of any.
 
     The order of the first records does not depend on the number of those that follow.
     """
-    rng, turns = random.Random(seed), []
-    for k in range(max(counts)):
-        order = list(range(len(counts)))
-        rng.shuffle(order)
-        turns += [Turn(number, k, k + 1) for number in order if k < counts[number]]
-    return turns
+
+    def __init__(self, seed: int = 0) -> None:
+        self._rng = random.Random(seed)
+
+    def piece(self, counts: Sequence[int]) -> list[Turn]:
+        """Turns of the next records of each stream: as many of all, but of those that end."""
+        turns = []
+        for k in range(max(counts)):
+            order = list(range(len(counts)))
+            self._rng.shuffle(order)
+            turns += [Turn(number, k, k + 1) for number in order if k < counts[number]]
+        return turns
 
 
-def completed(counts: Sequence[int], number: int, *, seed: int = 0) -> list[IntArray]:
+def completed(turns: Sequence[Turn], streams: int, number: int) -> list[IntArray]:
     """Number of completed records of each stream when each record of stream ``number`` begins."""
-    done = [0] * len(counts)
+    done = [0] * streams
     rows = []
-    for turn in rounds(counts, seed=seed):
+    for turn in turns:
         if turn.number == number:
             rows.append(tuple(done))
         done[turn.number] += 1
-    return list(np.array(rows, dtype=np.int64).reshape(-1, len(counts)).T)
+    return list(np.array(rows, dtype=np.int64).reshape(-1, streams).T)
 
 
 def run_in_turns(
@@ -74,6 +80,7 @@ def run_in_turns(
     stall: int = 0,
     longest: int = 40,
     turns: Sequence[Turn] | None = None,
+    replay: Callable[..., RtlRun] | None = None,
 ) -> list[RtlRun]:
     """Run every program of a core on its own stream, in turns.
 
@@ -91,6 +98,8 @@ def run_in_turns(
         Turns; by default those of `random_turns`.
     stall : int
         See `RtlSimulation.run`.
+    replay : callable, optional
+        Runs the records, by default `RtlSimulation.run`: from a reset on.
 
     Returns
     -------
@@ -108,7 +117,7 @@ def run_in_turns(
         piece = streams[turn.number][turn.start : turn.stop]
         rows.append(np.pad(piece, ((0, 0), (0, widest - piece.shape[1]))))
         numbers += [turn.number] * len(piece)
-    run = simulation.run(
+    run = (replay or simulation.run)(
         np.concatenate(rows), numbers=np.array(numbers), stall=stall, bus_writes=writes
     )
     out = []

@@ -8,18 +8,16 @@ cycle is 10 ns, in which everything is as before the rising edge that ends it.
 
 from __future__ import annotations
 
-import linecache
 import re
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TextIO
 
 from vcd.gtkw import GTKWSave
 
 from boresight.gateware.core import Core
 from boresight.gateware.microcode.listing import actions
+from boresight.model.places import Place
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind
 from boresight.sim.rtl.harness import CompiledSimulation
@@ -352,9 +350,6 @@ def _labelled(name: str, unit: str) -> str:
 
 
 def _source(place: str) -> str:
-    """A place, "file.py, line 41", with the text of the line where its file is loaded."""
-    name, _, number = place.partition(", line ")
-    files = {getattr(module, "__file__", None) or "" for module in list(sys.modules.values())}
-    mine = [file for file in files if number and Path(file).name == name]
-    texts = {linecache.getline(file, int(number)).strip() for file in mine} - {""}
-    return f"{place}: {texts.pop()}" if len(texts) == 1 else place  # files of one name may differ
+    """A line, "file.py, line 41", with its text where its file can be read."""
+    text = place.source() if isinstance(place, Place) else ""
+    return f"{place}: {text}" if text else place

@@ -3,11 +3,13 @@
 `Observer` is the filter: currents, speed and angle of a synchronous machine from its currents, four
 states. `Pmsm` is a core that drives the machine with them: speed and current controllers beside the
 filter. The voltage is computed from the predicted state and leaves before the correction begins.
-Angles are electrical, in half turns.
+Angles are electrical, in half turns; `theta` is the angle in the middle of the period that begins,
+where its induced voltage is the period's mean, and where the next voltage is needed.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from boresight import Input, Output, Param, State, ops
@@ -19,6 +21,8 @@ __all__ = ["DT", "PI", "Observer", "Pmsm"]
 DT = 50e-6  # s
 PI = 3.141592653589793
 R, L, PSI = 0.5, 1e-3, 0.05  # ohm, H, Wb
+DECAY = math.exp(-DT * R / L)  #: share of a current that a period leaves.
+PER_VOLT = (1.0 - DECAY) / R  #: current of one volt at the end of a period [A/V].
 CURRENT, VOLTAGE = 16.0, 64.0  #: largest current wanted [A], largest voltage [V].
 
 
@@ -55,10 +59,10 @@ class Observer(Kalman):
     def f(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         """One period: the voltage is that of the period before the measured currents."""
         sine, cosine = ops.sincos_ht(x.theta)
-        emf = (DT * PSI / L) * x.omega
+        emf = (PER_VOLT * PSI) * x.omega
         return {
-            "ia": (1.0 - DT * R / L) * x.ia + emf * sine + (DT / L) * u.v_a,
-            "ib": (1.0 - DT * R / L) * x.ib - emf * cosine + (DT / L) * u.v_b,
+            "ia": DECAY * x.ia + emf * sine + PER_VOLT * u.v_a,
+            "ib": DECAY * x.ib - emf * cosine + PER_VOLT * u.v_b,
             "theta": ops.wrap_ht(x.theta + (DT / PI) * x.omega),
         }
 
@@ -111,7 +115,7 @@ class Pmsm(Observer):
         return ahead | self._controlled(ahead, x, u, p)
 
     def _controlled(self, ahead: dict[str, Any], x: Any, u: Any, p: Any) -> dict[str, Any]:
-        """Speed and current controllers, in rotor axes half a period later."""
+        """Speed and current controllers, in rotor axes in the middle of its period."""
         forced = u.forced > 0.5
         most = ops.where(forced, p.start_slew, p.slew)
         wanted = x.wanted + ops.clip(u.target - x.wanted, -most, most)
@@ -119,8 +123,7 @@ class Pmsm(Observer):
         speed_sum = ops.saturated(x.speed_sum + p.ki_w * error, CURRENT)
         torque = ops.saturated(p.kp_w * error + speed_sum, CURRENT)
         turn = ops.wrap_ht(x.turn + (DT / PI) * wanted)
-        rotor = ops.wrap_ht(ahead["theta"] + (0.5 * DT / PI) * x.omega)
-        sine, cosine = ops.sincos_ht(ops.where(forced, turn, rotor))
+        sine, cosine = ops.sincos_ht(ops.where(forced, turn, ahead["theta"]))
         apart_d = ops.where(forced, p.start_current, 0.0) - (
             cosine * ahead["ia"] + sine * ahead["ib"]
         )

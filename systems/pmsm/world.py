@@ -119,7 +119,7 @@ class Motor(World):
             "target": np.array([SPEED if t < REVERSAL_S else -SPEED]),
             "forced": np.array([float(t < START_S)]),
             **{"ia_true": self.i[0], "ib_true": self.i[1], "omega_true": self.omega},
-            "theta_true": (self.theta / PI + 1.0) % 2.0 - 1.0,
+            "theta_true": ((self.theta + 0.5 * DT * self.omega) / PI + 1.0) % 2.0 - 1.0,
         }
 
     def _turn(self, t: float) -> None:

@@ -56,20 +56,21 @@ def test_stages_at_every_depth() -> None:
     stages = {depth: astuple(Machine("m", 1, depth=depth).stages) for depth in Machine.DEPTHS}
     assert stages == {
         7: (1, 2, 3, 4, 5, 6, 6),
-        9: (2, 3, 4, 6, 7, 8, 8),
-        11: (2, 3, 4, 7, 9, 10, 10),
+        9: (2, 3, 4, 5, 6, 7, 8),
+        10: (2, 3, 4, 6, 7, 8, 9),
+        12: (2, 3, 4, 7, 9, 10, 11),
     }
     for name, machine in MACHINES.items():
         assert machine.name == name and machine_named(name) is machine
         assert machine.latency == machine.depth == machine.stages.write + 1
-    with pytest.raises(ValueError, match="^depth must be one of 7, 9, 11, not 8$"):
+    with pytest.raises(ValueError, match="^depth must be one of 7, 9, 10, 12, not 8$"):
         Machine("odd", 1, depth=8)
 
 
 def test_depth_is_part_of_the_name() -> None:
     assert at_depth("small", None) == at_depth("small", 7) == "small"
-    assert at_depth("fast-1024", 11) == at_depth("fast-1024-d11", 11) == "fast-1024-d11"
-    for config, depth in (("small", 8), ("small-d9", 11), ("small-d9", 7), ("tiny", 9)):
+    assert at_depth("fast-1024", 12) == at_depth("fast-1024-d12", 12) == "fast-1024-d12"
+    for config, depth in (("small", 8), ("small-d9", 10), ("small-d9", 7), ("tiny", 9)):
         with pytest.raises(InputError, match="^(depth|config): "):
             at_depth(config, depth)
 

@@ -68,4 +68,4 @@ def test_gravity_is_written_once() -> None:
     assert MICRO_G == 9.80665e-6
     folders = ("model", "gateware", "firmware", "sim", "boresight", "systems")
     files = {path for folder in folders for path in python_files(folder)}
-    assert {p.name for p in files if "9.80665" in p.read_text()} == {"declarations.py"}
+    assert {p.name for p in files if "9.80665" in p.read_text()} == {"units.py"}

@@ -168,6 +168,10 @@ FILES = {
     "twice.py": HEAD + GOOD.replace('10.0, "m"),)\n    outputs', '10.0, "m"),) * 2\n    outputs'),
     "tolerance.py": HEAD + GOOD.replace("tolerance=1e-6", "tolerance=-1.0"),
     "unit.py": HEAD + GOOD.replace('10.0, "m"),)\n    states', '10.0, "furlings"),)\n    states'),
+    "radians.py": HEAD
+    + GOOD.replace('10.0, "m"', '10.0, "rad"', 1).replace("0.25", "ops.sincos_ht(0.1 - u.x)[0]"),
+    "degrees.py": HEAD
+    + GOOD.replace('10.0, "m")', '10.0, "deg")').replace("u.x -", "ops.wrap_ht(abs(-x.y) + 1.0) -"),
     "tuple.py": HEAD + GOOD.replace('10.0, "m"),)\n    states', '10.0, "m"))\n    states'),
     "string.py": HEAD + GOOD.replace('"x", -10.0', '"x", "low"'),
     "needs.py": HEAD + GOOD.replace("    inputs", "    def __init__(self, n): pass\n    inputs"),
@@ -261,7 +265,15 @@ def refused(tmp_path, capsys, monkeypatch):
         ("run string.py log.csv", "string.py, line 4, input x: wanted a name, then num"),
         ("run good.py unknown.csv", "column x: wanted a unit that converts to m, found furlongs/"),
         ("run good.py dimension.csv", "column x: wanted a unit that converts to m, found m/s"),
-        ("run unit.py dimension.csv", "furlings"),
+        (
+            "run unit.py dimension.csv",
+            "unit.py, line 4, input x: wanted a unit as m/s^2, deg/s or uT",
+        ),
+        (
+            "check radians.py log.csv",
+            "radians.py, line 8: wanted an angle in half turns, found rad",
+        ),
+        ("compile degrees.py", "degrees.py, line 8: wanted an angle in half turns, found deg"),
         ("run good.py other.csv", "other.csv: wanted a column x [m], an input of lag, found"),
         ("run good.py gap.csv", "gap.csv, line 3, column x: wanted a number, found no value"),
         ("run good.py nan.csv", "nan.csv, line 3, column x: wanted a finite number, or nothing"),

@@ -89,8 +89,8 @@ INSIDE = {
     "no finite range": ("y = ops.rsqrt(u.b)  #!", "found y in [0.707107, inf]", "ops.bounded"),
     "far too large": ("y = ops.wrap_ht(1e300 * u.a)  #!", "y in [-1, 1]", "nearer to 1"),
     "beyond the word": ('y = ops.bounded(u.a * 2.0**300, -1.0, 1.0, "small")  #!',
-                        "more than 63 bits",
-                        "narrow the ranges"),
+                        "280 bits too many",
+                        "narrow its factors"),
     "limits out of order": ("y = ops.clip(u.a, 1.0, -1.0)  #!", "(1.0, -1.0)", "in order"),
     "root of a number": ("y = u.a * ops.sqrt(-2.0)  #!", "ValueError: ", "a step"),
     "bound of a value": ("y = ops.bounded(u.a, 0.0, u.b, 'x')  #!", "of a traced value", "ops.max"),
@@ -222,10 +222,10 @@ TOO_MUCH = {
     ),
     "microwords": (
         "",
-        "y = u.a\n        for k in range(700):\n"
+        "y = u.a\n        for k in range(2400):\n"
         "            y = ops.bounded(y * u.b, -4.0, 4.0, '')  #!\n"
         "        return {'pos': 0.5 * x.pos}, {'y': y}",
-        "microwords or more, the small machine has 4096; compute less in a sample",
+        "microwords or more, the small machine has 16384; compute less in a sample",
     ),
 }
 

@@ -11,7 +11,7 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.culprit import Culprit, find_culprit
-from boresight.sim.compare.verdict import Accuracy
+from boresight.sim.compare.verdict import Accuracy, Judge
 from boresight.sim.compare.verdict import judge as judge_run
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -135,7 +135,8 @@ def words_and_states(build: Build, inputs: list[float]) -> tuple[IntArray, IntAr
 def look(estimator: Estimator, inputs: list[float], word: int = 32) -> Culprit | None:
     """Who is to blame for the last update."""
     build = Build(estimator, word=word)
-    return find_culprit(build.programs[0], build.nodes[0], *words_and_states(build, inputs))
+    words, states = words_and_states(build, inputs)
+    return find_culprit(build.programs[0], build.nodes[0], [(words, states)], [len(inputs) - 1])
 
 
 def judge(
@@ -146,4 +147,9 @@ def judge(
     columns = feed(estimator, Record.of({"u": np.array(inputs)}))
     columns = dataclasses.replace(columns, clamped=clamped or {})
     run, reference = (level(build).run(columns.inputs) for level in (Interpreted, CompiledFloat))
-    return judge_run(build, 0, columns.inputs, run, reference, columns.clamped)
+    made = judge_run(build, 0, columns.inputs, run, reference, columns.clamped)
+    judging, rows = Judge(build, 0), range(0, len(columns), 7)
+    some = [(columns.inputs[k : k + 7], run.rows(k, k + 7), reference.rows(k, k + 7)) for k in rows]
+    pieces = [(part[0], judging.add(*part)) for part in some]
+    assert repr(judging.result(columns.clamped, lambda: pieces)) == repr(made)
+    return made

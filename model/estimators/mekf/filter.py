@@ -318,7 +318,7 @@ class Mekf(Estimator):
         pitch, roll, heading = pitch_roll_heading_ht(C)
 
         older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
-        older = ops.bounded(older, -1.0, 63.9, "less than it was")
+        older = ops.bounded(older, -1.0, 63.9, "less than it was", unless="it was at its limit")
         older = ops.where(older < 0.0, 0.0, older)
         scale_var = ops.where(gap, GAP_VAR, p.gyro_scale_var)
         walk = ops.saturated(p.gyro_var + scale_var * speed_sq, WALK_LIMIT)

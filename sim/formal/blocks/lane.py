@@ -122,7 +122,7 @@ class InStages(Elaboratable):
             Assert(inside["acc"] == acc6),
             reached(m, first_amount == 9, "shifted"),
         ]
-        self._write(m, acc6)
+        self._write(m, inside, register, acc6)
         return m
 
     def _captures(self, m: Module, inside: Inside, register: _Registers) -> tuple[Signal, Signal]:
@@ -154,9 +154,14 @@ class InStages(Elaboratable):
         ]
         return flag, norm3
 
-    def _write(self, m: Module, acc6: Signal) -> None:
+    def _write(self, m: Module, inside: Inside, register: _Registers, acc6: Signal) -> None:
         """Limit and write: modulo 2^W, or clamped; or a word from outside."""
         dut, arith = self.dut, self.arith
+        wrap: Signal = dut.wrap
+        limited = dut.machine.has("limit")
+        if limited:  # what the clamp depends on is there a cycle before the word
+            acc6 = register.after(acc6, signed(arith.acc_width), "acc7")
+            wrap = register.after(wrap, 1, "wrap7")
         q = Signal(signed(arith.acc_width - arith.guard))
         clamped = Signal(signed(arith.word))
         m.d.comb += [
@@ -165,16 +170,22 @@ class InStages(Elaboratable):
                 Mux(q > arith.max_int, arith.max_int, Mux(q < arith.min_int, arith.min_int, q))
             ),
         ]
-        result = Mux(dut.wrap, q[: arith.word], clamped)
+        result = Mux(wrap, q[: arith.word], clamped)
         outside = dut.words[0] if dut.sources == 1 else Mux(dut.which, dut.words[1], dut.words[0])
         # With one source the field that selects another is not used.
         used = ~(dut.outside & dut.which) if dut.sources == 1 else Const(1)
         m.d.comb += [
             Assert(~used | (dut.result == Mux(dut.outside, outside, result)[: arith.word])),
-            Assert(dut.saturated == (dut.sticky & ~dut.wrap & ~dut.outside & (clamped != q))),
+            Assert(dut.saturated == (dut.sticky & ~wrap & ~dut.outside & (clamped != q))),
             reached(m, dut.saturated & (q < 0), "clamped_below"),
             reached(m, dut.saturated & (q > 0), "clamped_above"),
         ]
+        if limited:
+            m.d.comb += [
+                Assert(inside["clamp7"] == (~wrap & (clamped != q))),
+                Assert(inside["negative7"] == (q < 0)),
+                Assert(inside["q7"] == q[: arith.word]),
+            ]
 
 
 def _leading_sign_count(word: Value, arith: Arithmetic) -> Value:
@@ -277,7 +288,11 @@ def _lane(word: int, sources: int, depth: int) -> Proof:
         depth=2,
         induction=1,
         cover=range(depth + 2, depth + 3),
-        short=word == 18 and depth in (7, 11) or sources == 1 and word == 32 and depth == 7,
+        short=word == 18
+        and depth in (7, Machine.DEPTHS[-1])
+        or sources == 1
+        and word == 32
+        and depth == 7,
         claim=f"Lane of {word}-bit words, depth {depth}, {sources} outside word(s), any operands, "
         "fields and stalls: captures, masks, signs, shift, sum, clamp as docs/engine.md says, "
         "stage by stage",
@@ -294,7 +309,7 @@ def _product(word: int, depth: int) -> Proof:
         depth=2,
         induction=1,
         cover=range(latency + 3, latency + 4),
-        short=word == 32 and depth in (7, 11),
+        short=word == 32 and depth in (7, Machine.DEPTHS[-1]),
         claim=f"Multiplier of {word}-bit words, depth {depth}, any factors and stalls: its slices "
         f"get the halves of the factors, and the product is the sum of theirs, {latency} cycles "
         "later",

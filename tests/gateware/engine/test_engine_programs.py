@@ -81,7 +81,7 @@ class Bench:
 TURNS = [(2, 3, 0.4), (3, 4, 0.2), (6, 4, 0.0), (1, 2, 0.0), (4, 5, 0.6)]
 CASES = [(config, *turn) for config in sorted(CONFIGS) for turn in TURNS[:3]]
 CASES.append(("fast-1024", *TURNS[0]))
-CASES += [(f"{config}-d{depth}", *TURNS[0]) for depth in (9, 11) for config in CONFIGS]
+CASES += [(f"{config}-d{depth}", *TURNS[0]) for depth in (9, 10, 12) for config in CONFIGS]
 SOAK = [(config, *turn) for config in sorted(CONFIGS) for turn in TURNS[3:]]
 
 

@@ -23,9 +23,9 @@ def test_limits() -> None:
     t = Traced(lambda x: 2.0 * x, [(-1.0, 1.0)])
     number = t.program.outputs[0]
     said = "the tolerance of output y"
-    assert [*limits(judged(t, 0.25))] == [(number, 0.25, said)]
+    assert [*limits(judged(t, 0.25), {})] == [(number, 0.25, said)]
     for program in (judged(t, None), judged(t, 0.0), judged(t, 0.25, "flags")):
-        assert [*limits(program)] == [(number, math.inf, said)]
+        assert [*limits(program, {})] == [(number, math.inf, said)]
 
 
 @pytest.mark.parametrize(

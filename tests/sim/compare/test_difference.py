@@ -11,7 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boresight.model.estimator import Output
-from boresight.sim.compare.difference import ATTITUDE, QUATERNION, Decided, Difference, differences
+from boresight.sim.compare import difference as module
+from boresight.sim.compare.difference import (
+    ATTITUDE,
+    QUATERNION,
+    Decided,
+    Difference,
+    Differences,
+    differences,
+)
 
 NAN, INF = float("nan"), float("inf")
 
@@ -276,3 +284,37 @@ def test_distances_of_every_sample() -> None:
     assert np.array_equal(gap.apart, [0.0, NAN, 1.0], equal_nan=True)
     none = apart(Output("y", "m"), [1.0], [NAN], judged=False)
     assert np.isnan(none.apart).tolist() == [True]
+
+
+@pytest.mark.parametrize("rows", [1, 7, 1000])
+def test_pieces_give_the_same_figures(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the last bit, with a decision that differs, runs of them across pieces, gaps and NaN."""
+    monkeypatch.setattr(module, "_SUMMED", 64)  # several sums too
+    n, rng = 1500, np.random.default_rng(5)
+    outputs = [
+        *(Output(q, tolerance=1e-2) for q in QUATERNION),
+        Output("s", unit="flags"),
+        Output("y", unit="m", tolerance=1e-3),
+    ]
+    right = {o.name: rng.normal(size=n) for o in outputs}
+    right["s"] = rng.integers(0, 3, n).astype(float)
+    values = {k: v + rng.normal(scale=1e-3, size=n) for k, v in right.items()}
+    values["s"] = right["s"].copy()
+    values["s"][[500, *range(690, 711)]] += 1.0
+    values["y"][40] = math.inf
+    right["qx"][300] = math.nan
+    for judged in (True, False):
+        whole, parts = (Differences(outputs, right, judged=judged) for _ in range(2))
+        whole.add(values, right)
+        for start in range(0, n, rows):
+            some = slice(start, start + rows)
+            parts.add(*({k: v[some] for k, v in x.items()} for x in (values, right)))
+        assert repr(parts.result()) == repr(whole.result())
+        firsts = [[d.first_beyond for d in x.result()] for x in (parts, whole)]
+        assert firsts[0] == firsts[1]
+    made = {d.output: d for d in whole.result()}
+    assert made["qx"].samples == n - 1
+    judge = Differences(outputs, right)
+    judge.add(values, right)
+    decided = next(d.decided for d in judge.result() if d.output == "s")
+    assert decided is not None and (decided.differing, decided.longest) == (22, 21)

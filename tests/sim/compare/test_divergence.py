@@ -22,7 +22,8 @@ INPUTS = np.random.default_rng(8).uniform(-4.0, 4.0, 12).tolist()
 def test_a_program_with_the_states_of_a_step(step: int) -> None:
     (program,) = Build(All()).programs
     words, states = words_and_states(Build(All()), INPUTS)
-    whole, at = Interpreter(program), Interpreter(program_at(program, states, step))
+    before = states[step - 1] if step else None
+    whole, at = Interpreter(program), Interpreter(program_at(program, before))
     for row in words[: step + 1]:
         wanted = whole.update(row[:, None])[0]
     assert np.array_equal(at.update(words[step][:, None])[0], wanted)
@@ -33,9 +34,9 @@ class Wrong(Emitted):
 
     changes: dict[int, Any] = {}
 
-    def words_of_update(self, records: Any) -> Sequence[Seen]:
+    def words_of_update(self, records: Any, before: Any = ()) -> Sequence[Seen]:
         """With cycles."""
-        seen = super().words_of_update(records)
+        seen = super().words_of_update(records, before)
         return [
             Seen(s.value, self.changes.get(s.value, s.word), 10 + k) for k, s in enumerate(seen)
         ]
@@ -45,20 +46,18 @@ def test_the_first_that_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     build = Build(All())
     level, (program,) = Wrong(build), build.programs
     words, states = words_and_states(build, INPUTS)
-    records = np.array(INPUTS)[:, None]
-    assert first_divergence(level, records, words, states, 5) is None
+    pieces, before = np.split(np.array(INPUTS)[:, None], [3, 4, 8]), states[4]
+    assert first_divergence(level, pieces, before, 5) is None
     third, last = program.ops[2].dest, program.ops[-1].dest
-    machine = Interpreter(program_at(program, states, 5))
+    machine = Interpreter(program_at(program, before))
     machine.update(words[5][:, None])
     wanted = int(machine.values[third][0])
     monkeypatch.setattr(Wrong, "changes", {last: 1, third: 7})
-    result = first_divergence(level, records, words, states, 5)
+    result = first_divergence(level, pieces, before, 5)
     name = program.values[third].name
     assert result == Divergence("c", 5, name, 12, wanted, 7)
     monkeypatch.setattr(Wrong, "changes", {third: None})
-    assert first_divergence(level, records, words, states, 5) == Divergence(
-        "c", 5, name, 12, wanted, None
-    )
+    assert first_divergence(level, pieces, before, 5) == Divergence("c", 5, name, 12, wanted, None)
 
 
 def test_texts() -> None:

@@ -23,7 +23,7 @@ def file(tmp_path: Path) -> Path:
     build, inputs = Build(All(), word=24), [0.5, -3.0, 2.5]
     words, states = words_and_states(build, inputs)
     path = tmp_path / "reproducer.json"
-    at_step = program_at(build.programs[0], states, 2)
+    at_step = program_at(build.programs[0], states[1])
     write_reproducer(OutputFile(path, "check"), at_step, words[2], 2, config="fast", level="rtl")
     return path
 

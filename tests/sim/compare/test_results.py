@@ -10,10 +10,10 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.compare.results import CheckResult, LevelResult, compare, verdict
+from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.levels.level import Run, run_of_words
+from boresight.sim.levels.level import Level, Run, run_of_words
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.rtl.replay import RtlRun
 
@@ -42,6 +42,17 @@ def wanted(core: Core, rtl_run: RtlRun) -> Run:
     """What the interpreter would have said, of one record more."""
     words = np.concatenate([rtl_run.outputs, rtl_run.outputs[:1]])
     return run_of_words(core.program, words, np.zeros(7, dtype=bool), states=np.ones((7, 2)))
+
+
+def compare(level: Level, run: Run, wanted: Run, seconds: float = 0.0) -> LevelResult:
+    """A verdict, which is the same of two pieces."""
+    whole, parts = Agreement(level), Agreement(level)
+    whole.add(run, wanted)
+    for start, stop in ((0, 2), (2, len(wanted.outputs["roll"]))):
+        parts.add(run.rows(start, stop), wanted.rows(start, stop))
+    result = whole.result(seconds)
+    assert parts.result(seconds) == result
+    return result
 
 
 def changed(run: RtlRun, name: str, place: Any, by: int) -> RtlRun:

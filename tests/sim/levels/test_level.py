@@ -14,13 +14,14 @@ from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
 from boresight.sim.compare.check import Check
-from boresight.sim.levels import registry, rtl
-from boresight.sim.levels.build import Build
+from boresight.sim.levels import registry
+from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.integer import Interpreted
 from boresight.sim.levels.level import run_of_words
 from boresight.sim.levels.registry import LEVELS, level_of, make_level
+from boresight.sim.levels.rtl import Simulated
 from boresight.sim.records.record import Record
-from boresight.sim.rtl.sharing import rounds
+from boresight.sim.rtl.sharing import Rounds
 from tests.support.estimators import Leaky
 from tests.support.linked import Inner, Middle, Outer
 
@@ -219,17 +220,44 @@ def test_who_reads_whom(linked: Build) -> None:
 def test_records_are_filled_with_what_is_kept(linked: Build) -> None:
     counts = (6, 4, 2)
     source = {2: {"half": np.array([0.5, 0.25]), "product": np.array([0.125, -0.5])}}
-    filled = linked.filled(1, np.zeros((4, 4)), source, counts)
+    exchange, tame = Exchange(linked), Exchange(linked, clamp=True)
+    for going in (exchange, tame):
+        going.begin(counts)
+        going.give(2, source[2])
+    filled = exchange.filled(1, np.zeros((4, 4)))
     # Before the first update the state's start and 0, then the last complete one.
     assert set(filled[:, 0]) <= {0.75, 0.5, 0.25} and set(filled[:, 2]) <= {0.0, 0.125, -0.5}
     steps = {0.75: 0, 0.5: 1, 0.25: 2}
     seen = [steps[v] for v in filled[:, 0]]
     assert seen == sorted(seen) and seen[-1] == 2
     assert [(0.0, 0.125, -0.5)[k] for k in seen] == filled[:, 2].tolist()
-    source |= {1: {"sum": np.full(4, -3.0)}}
-    wild = linked.filled(0, np.zeros((6, 4)), source, counts)
-    tame = linked.filled(0, np.zeros((6, 4)), source, counts, clamp=True)
-    assert wild[:, 1].min() == -3.0 and tame[:, 1].min() == -1.5
+    wild, limited = [], []
+    for going, rows in ((exchange, wild), (tame, limited)):
+        going.give(1, {"sum": np.full(4, -3.0)})
+        rows += going.filled(0, np.zeros((6, 4)))[:, 1].tolist()
+    assert min(wild) == -3.0 and min(limited) == -1.5
+
+
+def test_pieces_read_what_the_whole_reads(linked: Build) -> None:
+    """Streams of other lengths, of which some end: on every level, words of all pieces."""
+    rng = np.random.default_rng(8)
+    lengths = (40, 25, 31)
+    records = [
+        rng.uniform(-0.99, 0.99, (n, len(e.inputs)))
+        for n, e in zip(lengths, linked.estimators, strict=True)
+    ]
+    for name in ("float", "fixed", "c"):
+        kind = level_of(name)
+        levels = [make_level(name, linked, k) for k in range(3)]
+        whole = kind.run_together(levels, records)
+        exchange, parts = kind.exchange(levels), []
+        for start in range(0, 40, 7):
+            piece = [x[start : start + 7] for x in records]
+            parts.append(kind.run_together(levels, piece, exchange))
+        for k in range(3):
+            for output, values in whole[k].outputs.items():
+                pieces = [part[k].outputs[output] for part in parts]
+                assert np.concatenate(pieces).tolist() == values.tolist()
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])
@@ -244,7 +272,14 @@ def test_every_level_is_equal(config: str) -> None:
 
 def test_a_level_that_reads_another_update_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Were the turns not those of the core, bits would differ."""
-    monkeypatch.setattr(rtl, "rounds", lambda counts: rounds(counts, seed=1))
+    exchange = Simulated.exchange
+
+    def other(levels: Any) -> Exchange:
+        going = exchange(levels)
+        going._rounds = Rounds(seed=1)
+        return going
+
+    monkeypatch.setattr(Simulated, "exchange", other)
     check = Check(Build(Outer(), Middle(), Inner()), levels=("rtl",), simulator="verilator")
     outer, middle, inner = check.run(record(2))
     assert outer.levels[0].n_mismatch > 10 and middle.levels[0].n_mismatch > 10

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.estimators import estimator
+from boresight.model.units import UnitError, linear
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -31,7 +32,6 @@ from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.record import Column, Record, columns_of, index_place, split_header
-from boresight.sim.records.units import UnitError, linear
 
 # -- records: what they refuse, what they are made of, headers with units -------------------------
 

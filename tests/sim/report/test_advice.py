@@ -1,6 +1,7 @@
 """Advice on ranges: whoever follows it gains the bits that it promises."""
 
 import dataclasses
+import inspect
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
 from boresight.sim.report.advice import Advice, advice_of, wasted_bits
+from boresight.sim.report.numerics import numerics_section
 from boresight.sim.report.observed import Observed
 
 N = 40
@@ -88,6 +90,33 @@ def test_what_to_write_and_where(wide: Observed) -> None:
     for name in ("u", "y", "rest"):
         assert advice(wide, name).line.startswith("test_advice.py, line ")
     assert len({advice(wide, name).line for name in ("u", "y", "rest")}) == 3
+
+
+class Shared(Estimator):
+    """A state that is measured: its input has the same name."""
+
+    inputs = (Input("y", -1000.0, 1000.0, ""),)
+    states = (State("y", -128.0, 128.0, ""),)
+    outputs = (Output("y", "", tolerance=1.3e-7),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A share of the innovation."""
+        y = x.y + 0.25 * (u.y - x.y)
+        return {"y": y}, {"y": y}
+
+
+def test_an_input_and_a_state_of_one_name() -> None:
+    (check,) = Check(Build(Shared()), levels=("fixed",)).run(Record.of({"y": np.sin(np.arange(N))}))
+    seen = Observed.of(check.build.programs[0], [check])
+    rows = numerics_section(seen.program, seen)
+    lines = {(row["kind"], row["signal"]): row["line"] for row in rows if row["kind"] != "op"}
+    first = inspect.getsourcelines(Shared)[1]
+    assert lines == {
+        ("input", "y"): f"test_advice.py, line {first + 3}",
+        ("state", "y"): f"test_advice.py, line {first + 4}",
+    }
+    assert advice_of(seen, seen.program.states[0][0]).how.startswith('State("y", ')  # type: ignore[union-attr]
+    assert "from state y (test_advice.py" in check.accuracy.culprit
 
 
 def test_a_power_of_two_where_the_word_clamps(wide: Observed) -> None:

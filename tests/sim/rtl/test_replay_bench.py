@@ -18,7 +18,7 @@ from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
-from boresight.sim.rtl.sharing import completed, random_turns, rounds, run_in_turns
+from boresight.sim.rtl.sharing import Rounds, Turn, completed, random_turns, run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
 
@@ -259,24 +259,28 @@ def test_random_programs_in_turns(config, word, count, simulator):
 
 
 def test_rounds_of_records_stay_the_same_when_streams_are_cut():
-    turns = rounds((5, 3, 4))
+    turns = Rounds().piece((5, 3, 4))
     assert sorted((t.number, t.start, t.stop) for t in turns) == [
         (number, k, k + 1) for number, count in enumerate((5, 3, 4)) for k in range(count)
     ]
     assert [t.start for t in turns] == sorted(t.start for t in turns)
     assert len({tuple(t.number for t in turns[k : k + 3]) for k in (0, 3, 6)}) > 1
     for most in (1, 2, 4):
-        cut = rounds([min(most, n) for n in (5, 3, 4)])
+        cut = Rounds().piece([min(most, n) for n in (5, 3, 4)])
         assert cut == [t for t in turns if t.start < most]
+    rounds, parts = Rounds(), list[Turn]()
+    for start, counts in ((0, (2, 2, 2)), (2, (2, 1, 2)), (4, (1, 0, 0))):
+        parts += [Turn(t.number, t.start + start, t.stop + start) for t in rounds.piece(counts)]
+    assert parts == turns
 
 
 def test_completed_counts_the_turns_before():
-    counts = (5, 3, 4)
+    turns = Rounds().piece((5, 3, 4))
     for number in range(3):
-        done = completed(counts, number)
+        done = completed(turns, 3, number)
         before = [0, 0, 0]
         seen = []
-        for turn in rounds(counts):
+        for turn in turns:
             if turn.number == number:
                 seen.append(list(before))
             before[turn.number] += 1

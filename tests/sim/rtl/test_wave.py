@@ -1,7 +1,6 @@
 """Waveforms: the values in a window are the interpreter's, with names, microwords and lines."""
 
 import inspect
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,16 +66,7 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> Seen:
     ((log),) = recorded(build)[:1]
     file = tmp_path_factory.mktemp("wave") / "wave.vcd"
     lines = {number: node.line for number, node in build.nodes[0].items()}
-    # Lines are found by the name of their file: others of that name, of other tests, are put away.
-    name, own = Path(complementary.__file__).name, complementary.__name__
-    same = {
-        key
-        for key, module in list(sys.modules.items())
-        if Path(getattr(module, "__file__", None) or "").name == name and key != own
-    }
-    with pytest.MonkeyPatch.context() as patch, file.open("w") as out:
-        for key in same:
-            patch.delitem(sys.modules, key)
+    with file.open("w") as out:
         wave = write_wave(build.core, lines, log.inputs[:20], FIRST, STOP, out)
     layouts = []
     for write in (wave.gtkwave, wave.surfer):

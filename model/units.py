@@ -11,12 +11,27 @@ import re
 from functools import cache
 from typing import Any
 
-from boresight.model.declarations import GRAVITY
+from boresight.model.errors import InputError
 
-__all__ = ["UnitError", "linear"]
+__all__ = ["GRAVITY", "UnitError", "check_unit", "linear"]
+
+#: Standard gravity, m/s^2.
+GRAVITY = 9.80665
 
 #: ``gauss`` or ``G``, optionally with a prefix.
 _GAUSS = re.compile(r"(?<!\w)(milli|micro|kilo|[muk])?(?:gauss|G)(?!\w)")
+
+
+#: Names in units; those that need no look into the units library.
+_NAME = re.compile(r"[^\W\d]+")
+_COMMON = frozenset(
+    (
+        *("m", "km", "cm", "mm", "s", "ms", "min", "h", "Hz", "kHz", "MHz", "kg", "g0", "N", "J"),
+        *("rad", "mrad", "deg", "ht", "turn", "G", "gauss", "T", "mT", "uT", "nT", "K", "degC"),
+        *("V", "mV", "A", "mA", "W", "kW", "ohm", "F", "H", "C", "Pa", "hPa", "kPa", "bar"),
+        *("bits", "flags", "sqrt", "per", "percent"),
+    )
+)
 
 
 class UnitError(ValueError):
@@ -32,6 +47,25 @@ def _registry() -> Any:
     registry.define(f"g0 = {GRAVITY} * meter / second ** 2")
     registry.define("tesla_gauss = 1e-4 * tesla")
     return registry
+
+
+def check_unit(where: str, unit: object) -> None:
+    """Raise InputError if a word of a unit is not known, such as "mtr" for "m"."""
+    text = unit if isinstance(unit, str) else ""
+    known = isinstance(unit, str)
+    for name in _NAME.findall(text.replace("µ", "u").replace("Ω", "ohm")):
+        if name not in _COMMON:
+            try:
+                _parsed(name)
+            except UnitError:
+                known = False
+    if not known:
+        raise InputError.at(
+            where,
+            wanted="a unit as m/s^2, deg/s or uT",
+            found=repr(unit),
+            fix="correct it, or leave it empty",
+        )
 
 
 @cache

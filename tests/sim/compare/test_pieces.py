@@ -1,0 +1,110 @@
+"""A check in pieces: the same texts and figures whatever they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.sim.compare import check as module
+from boresight.sim.compare.check import Check
+from boresight.sim.compare.results import CheckResult
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.integer import CModel
+from boresight.sim.records import log as logs
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed, fitted
+from boresight.sim.records.files import content_of, read_record
+from boresight.sim.records.log import Log
+from boresight.sim.records.record import Record
+from tests.support.linked import Inner, Middle, Outer
+
+WALK = read_record(bundled("ximu_walk"))
+
+
+def said(results: Sequence[CheckResult]) -> str:
+    """All that is said of them, but the time."""
+    out = []
+    for result in results:
+        data: Any = result.to_json()
+        for level in data["verification"]:
+            level.pop("seconds")
+        lines = [x for x in result.lines() if "mismatches" not in x]
+        out.append(f"{data}\n{lines}")
+    return "\n".join(out)
+
+
+def of_pieces(build: Build, log: Log | Record, sizes: Sequence[int], **options: Any) -> set[str]:
+    """What is said, with pieces of so many rows."""
+    check = Check(build, **{"levels": ("fixed", "c"), **options})
+    return {said(check.run(log, rows=rows, whole=False)) for rows in sizes}
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_every_filter(name: str) -> None:
+    build = Build(fitted(estimator(name), WALK))
+    assert len(of_pieces(build, WALK.head(60), (7, 1_000_000))) == 1
+
+
+@pytest.mark.parametrize("word", [32, 18])
+def test_a_log_that_is_read_in_pieces(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, word: int
+) -> None:
+    """From a file, in memory, whole: also where a cause is looked for, and what is kept."""
+    file = tmp_path / "ximu_walk.parquet"
+    record = WALK.head(1500)
+    file.write_bytes(content_of(file, record))
+    build = Build(estimator("complementary"), word=word)
+    (whole,) = of_pieces(build, record, (1 << 16,))
+    monkeypatch.setattr(module, "KEPT", 256)
+    monkeypatch.setattr(logs, "_WHOLE", 0)
+    log = Log.of(file)
+    assert log.data == file
+    assert of_pieces(build, log, (1, 7, 1000)) == of_pieces(build, record, (1000,)) == {whole}
+    check = Check(build, levels=("c",))
+    (short,), (every,) = check.run(log, whole=False), check.run(log)
+    assert (len(short.given), len(short.fixed.outputs["roll"])) == (256, 256)
+    assert (len(every.given), len(every.floating.outputs["roll"])) == (1500, 1500)
+    assert np.array_equal(every.given.inputs[:256], short.given.inputs)
+    assert {len(d.apart) for d in every.accuracy.differences} == {1500}
+
+
+def test_programs_that_read_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the core too, which goes on from piece to piece."""
+    rng = np.random.default_rng(1)
+    record = Record.of({name: rng.uniform(-0.99, 0.99, 150) for name in "abcdef"})
+    build = Build(Outer(), Middle(), Inner())
+    levels = ("fixed", "c", "rtl")
+    texts = of_pieces(build, record, (40, 1000), levels=levels, simulator="verilator")
+    monkeypatch.setattr(module, "KEPT", 64)
+    texts |= of_pieces(build, record, (40,), levels=levels, simulator="verilator")
+    assert len(texts) == 1 and texts.pop().count("'n_total': 150, 'n_mismatch': 0") == 9
+
+
+def test_every_simulator() -> None:
+    """Icarus has a few leading rows."""
+    build = Build(estimator("complementary"))
+    texts = of_pieces(build, WALK.head(60), (7, 1000), levels=("rtl",))
+    assert len(texts) == 1 and "'n_total': 60" in texts.pop()
+
+
+def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Row and states before it are those of the whole log."""
+    build, record = Build(estimator("complementary")), WALK.head(300)
+    wrong = feed(build.estimators[0], record).words(build.programs[0])[210]
+    whole = CModel._updates
+
+    def updates(self: CModel, inputs: Any, states: Any) -> Any:
+        outputs, saturated = whole(self, inputs, states)
+        outputs[(np.asarray(inputs) == wrong).all(axis=1), 0] ^= 1
+        return outputs, saturated
+
+    monkeypatch.setattr(CModel, "_updates", updates)
+    texts = of_pieces(build, record, (7, 50, 1000), levels=("c",))
+    monkeypatch.setattr(module, "KEPT", 64)
+    texts |= of_pieces(build, record, (7, 50), levels=("c",))
+    assert len(texts) == 1 and "'first_wrong': 210" in texts.pop()
