@@ -40,7 +40,7 @@ class Proven:
         return f"{self.operations} operations, {what}, all inputs  {self.seconds:.1f} s"
 
 
-#: Clock for which times are told.
+#: Clock for which times are given.
 _CLOCK_HZ = 100e6
 
 
@@ -192,7 +192,7 @@ class CompileResult(Answer):
 
     @property
     def _clock_hz(self) -> float:
-        """Clock for which times are told: asked for, or as routed, or 100 MHz."""
+        """Clock for which times are given: asked for, or as routed, or 100 MHz."""
         mhz = self.clock_mhz or self._routed_mhz
         return _CLOCK_HZ if mhz is None else 1e6 * mhz
 

@@ -1,4 +1,4 @@
-"""What `boresight fit` found, and how it is told."""
+"""Result of `boresight fit`, and its text."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from boresight.sim.fit.propose import Proposal
 
 __all__ = ["FitClaim", "FitError", "FitLimit", "FitProposal", "FitResult"]
 
-#: By which factor an error is larger with a profile before that is told.
+#: Factor by which an error has to grow with a profile to be reported.
 _WORSE = 1.1
-#: Most claims that are told; all are in the data.
-_TOLD = 5
+#: Most claims in the text; the data has all.
+_SHOWN = 5
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class FitResult(Answer):
         lines += [
             f"  {c.line}: bounded to [{c.low:g}, {c.high:g}], {c.reason}: {_share(c.logs)} in the "
             f"records, {_share(c.hostile)} in hostile runs"
-            for c in self.claims[:_TOLD]
+            for c in self.claims[:_SHOWN]
         ]
         lines += [f"  {p.line()}" for p in self.proposals]
         if self.saturated_updates:

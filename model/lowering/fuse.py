@@ -1,6 +1,6 @@
 """Fusion: which nodes become groups of their own, and which part of the group that uses them.
 
-Every node that somebody needs as a word becomes one multiply-accumulate group; products, signs,
+Every node that is needed as a word becomes one multiply-accumulate group; products, signs,
 selections and the last step of a function fuse into the group that consumes them.
 `model.lowering.groups` gives each group its shifts and its binary point.
 """

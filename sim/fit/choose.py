@@ -52,7 +52,7 @@ def chosen(seen: Range, provoked: Range | None, interval: Range) -> Range | None
 
 
 def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, Range]]:
-    """Interval of each expression, and the limits without which there is none.
+    """Interval of each expression, and the limits that it needs.
 
     Parameters
     ----------
