@@ -57,8 +57,9 @@ oldest: $(VENV)/.lock  ## All tests with the oldest that pyproject.toml allows, 
 	@# Without types: those of old libraries say less.
 	$(VENV)-oldest/bin/pytest -n 2 --dist worksteal
 
-soak: develop          ## Long campaigns, of which `make test` runs a short form (README: cost)
-	$(BIN)/pytest -m 'soak or hypothesis' --hypothesis-profile=soak --timeout=14400 -n 2 --dist worksteal
+HOURS := 2
+soak: develop          ## Search for trouble for HOURS hours, and on: build/soak/soak.html; then long campaigns
+	$(BIN)/python -m tests.support.soak --hours $(HOURS)
 	$(BIN)/python -m boresight.sim.formal
 	$(BIN)/boresight bench
 	$(BIN)/boresight covariance

@@ -52,6 +52,10 @@ class _Parser(argparse.ArgumentParser):
         text = shortened(str(InputError(message.removeprefix("argument "))), _LONGEST)
         if text.startswith("the following arguments are required: VERB"):
             text = f"wanted a verb: {', '.join(VERBS)}"
+        if pair := re.fullmatch(r"unrecognized arguments: (\w+=\S+)", text):
+            text += f"; write a parameter as --param {pair[1]}"
+            if self.prog.endswith(" explore"):
+                text += ", an argument of the constructor before the options"
         tell(f"error: {text} (see {self.prog} --help)")
         self.exit(2)
 

@@ -125,7 +125,8 @@ class _File:
         self._check_first("init", "self.params", {x: n for x, n in places.items() if n in params})
         self._check_first("reset", "self.state", {x: n for x, n in places.items() if n in states})
         table = {"TABLE": (list(p.table_memory), len(p.table_memory))}
-        if self.tables != (table if any(op.table is not None for op in p.ops) else {}):
+        read = any(term.coefficient is not None for op in p.ops for term in op.terms)
+        if self.tables != (table if read else {}):
             raise Refuted(f"{self.name}.c: the words of TABLE must be the program's")
         symbols = {n: terms.symbol(p.values[n].name, n) for n in places.values()}
         meaning = Meaning.of(p, terms, symbols)

@@ -76,7 +76,7 @@ class Machine:
     name: str
     lanes: int
     arithmetic: Arithmetic = Arithmetic()
-    rom_words: int = 4096
+    rom_words: int = 16384
     register_words: int = field(default=512, kw_only=True)
     depth: int = field(default=7, kw_only=True)
 

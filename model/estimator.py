@@ -194,7 +194,7 @@ class Estimator:
             if not p.low <= value <= p.high:  # NaN fails too
                 raise InputError.at(
                     f"parameter {name}",
-                    wanted=f"{p.low:g} to {p.high:g} {p.unit}",
+                    wanted=f"{p.low:g} to {p.high:g} {p.unit}".rstrip(),
                     found=f"{value!r}",
                     fix="choose a value inside the range",
                 )

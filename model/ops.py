@@ -103,11 +103,17 @@ def named(name: str, x: Any) -> Any:
     return x.tracer.new("named", x, data=(name,)) if isinstance(x, Scalar) else x
 
 
-def bounded(x: Any, low: float, high: float, reason: str) -> Any:
+def bounded(x: Any, low: float, high: float, reason: str, *, unless: str = "") -> Any:
     """Return ``x``, declared to lie in [low, high] for ``reason``.
 
     The fixed-point value takes its format from this range, and saturates (with the sticky flag)
     outside it. Floats are returned unchanged.
+
+    Parameters
+    ----------
+    unless : str
+        In which legal conditions the value leaves the range all the same: then nothing is claimed
+        but that the flag tells where its word saturates. It changes no bit of the program.
 
     Raises
     ------
@@ -116,7 +122,9 @@ def bounded(x: Any, low: float, high: float, reason: str) -> Any:
     """
     finite = -math.inf < low <= high < math.inf
     require(finite, author_line, "a range that is finite and ordered", (low, high))
-    return x.tracer.new("bounded", x, data=(low, high, reason)) if isinstance(x, Scalar) else x
+    if not isinstance(x, Scalar):
+        return x
+    return x.tracer.new("bounded", x, data=(low, high, reason, *([unless] if unless else [])))
 
 
 def where(condition: Any, yes: Any, no: Any) -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 
 __all__ = ["Place", "author_line", "place_of", "placed", "place_of_function"]
 
-#: Folders whose lines nobody wrote an estimator in.
+#: Folders without estimators.
 _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks", "kalman")]
 #: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.
 _WRITTEN = ("<string>", "<frozen ", "<__array_function__")

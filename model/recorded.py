@@ -32,7 +32,7 @@ _COMPUTE: dict[str, Callable[..., Any]] = {
     "const": lambda number: number,
     "named": lambda x, name: x,
     "same": lambda x, tag: x,
-    "bounded": lambda x, low, high, reason: x,
+    "bounded": lambda x, *claim: x,
     "add": operator.add,
     "sub": operator.sub,
     "mul": operator.mul,
@@ -103,7 +103,7 @@ def evaluate(
     return values
 
 
-def _held(x: Any, low: float, high: float, reason: str) -> Any:
+def _held(x: Any, low: float, high: float, *reasons: str) -> Any:
     return np.clip(x, low, high)
 
 

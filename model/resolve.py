@@ -10,6 +10,7 @@ import ast
 import hashlib
 import importlib.util
 import inspect
+import re
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
@@ -270,7 +271,7 @@ def _module(path: Path, kind: str) -> ModuleType:
             raise InputError.at(
                 _error_line(error, file, path),
                 wanted="a file that imports",
-                found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+                found=_said(error),
                 fix="correct it",
             ) from error
     vars(module)["__helpers__"] = [*_helpers.values()]
@@ -311,6 +312,12 @@ def _current(helper: tuple[Path, str]) -> bool:
     """Whether a helper's file is as it was imported."""
     file, digest = helper
     return file.is_file() and _digest(file) == digest
+
+
+def _said(error: BaseException) -> str:
+    """Python's words; of a name that a module lacks without the module's path."""
+    text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
+    return re.sub(r" \(\S*\.py\)$", "", text) if isinstance(error, ImportError) else text
 
 
 def _error_line(error: BaseException, file: Path, path: Path) -> str:
@@ -393,6 +400,6 @@ def _constructed(cls: type[T], what: str, args: tuple[Any, ...], options: dict[s
         raise InputError.at(
             f"{what}, {Path(last.filename).name}, line {last.lineno}",
             wanted="a constructor that returns",
-            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
+            found=_said(error),
             fix="correct it, or the arguments",
         ) from error

@@ -303,7 +303,7 @@ class BoardLine:
                 source or "''",
                 wanted="a serial port, or a file of captured bytes",
                 found=reason(error),
-                fix="name one that is there and may be opened, at a rate that it has",
+                fix="name a device that exists and may be opened, at a rate that it has",
             ) from error
 
     def __enter__(self) -> BoardLine:

@@ -47,11 +47,12 @@ _KINDS = {
 def refusal(path: StrPath, error: OSError | ValueError, option: str) -> InputError:
     """Message for a path that the operating system refuses."""
     text = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    denied = getattr(error, "errno", None) in (errno.EACCES, errno.EPERM)
     return InputError.at(
         shown(path),
         wanted="a path that can be written",
         found=text if text[1:2].isupper() else text[0].lower() + text[1:],
-        fix=f"choose another with {option}, or change its permissions",
+        fix=f"choose another with {option}" + ", or change its permissions" * denied,
     )
 
 

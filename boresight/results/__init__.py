@@ -1,1 +1,1 @@
-"""What verbs give that have many figures, and how it is told."""
+"""Results of verbs with many figures, and their texts."""

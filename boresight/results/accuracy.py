@@ -1,4 +1,4 @@
-"""What `boresight accuracy` found: error from truth and from float64, and how it is told."""
+"""Result of `boresight accuracy`: errors from truth and from float64, and its text."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class AccuracyRow:
     units : mapping of str to str
         Of the errors.
     mean : mapping of str to float, or None
-        Errors, mean over the logs with truth; None if there is none.
+        Errors, mean over the logs with truth; None without any.
     mean_by_folder : mapping of str to such
     vs_float : tuple of AccuracyNear
     saturated_updates : int or None
@@ -264,7 +264,7 @@ def _plain(figures: Mapping[str, float]) -> dict[str, float | None]:
 
 
 def _mean(results: Sequence[Result], trials: Collection[str]) -> dict[str, float | None] | None:
-    """Plain mean over some trials; None if there is none."""
+    """Plain mean over some trials; None of no trials."""
     averages = means([r.errors for r in results if r.trial in trials])
     return _plain(averages) if averages else None
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
+from boresight.depths import DepthChoice
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
@@ -39,7 +40,7 @@ class Proven:
         return f"{self.operations} operations, {what}, all inputs  {self.seconds:.1f} s"
 
 
-#: Clock for which times are told.
+#: Clock for which times are given.
 _CLOCK_HZ = 100e6
 
 
@@ -153,6 +154,8 @@ class CompileResult(Answer):
         Records a second that are planned.
     clock_mhz : float or None
         Clock that is asked for.
+    depth : DepthChoice or None
+        Depth of the pipeline, if it was chosen by time.
     report : mapping
         Contents of report.json, and of `to_json`; with several estimators, what concerns them all
         and under ``programs`` the report of each.
@@ -171,6 +174,7 @@ class CompileResult(Answer):
     report: JsonObject = field(repr=False)
     rate_hz: float | None = None
     clock_mhz: float | None = None
+    depth: DepthChoice | None = None
 
     @property
     def good(self) -> bool:
@@ -188,7 +192,7 @@ class CompileResult(Answer):
 
     @property
     def _clock_hz(self) -> float:
-        """Clock for which times are told: asked for, or as routed, or 100 MHz."""
+        """Clock for which times are given: asked for, or as routed, or 100 MHz."""
         mhz = self.clock_mhz or self._routed_mhz
         return _CLOCK_HZ if mhz is None else 1e6 * mhz
 
@@ -232,6 +236,8 @@ class CompileResult(Answer):
             + f" cycles; {self._interval(p)}"
             for p in self.programs
         ]
+        if self.depth is not None:
+            lines.append(str(self.depth))
         lines.append(f"proven: {self.proven}")
         for name, design in (("core", self.core), ("complete system", self.system)):
             if isinstance(design, TargetFigures):

@@ -1,4 +1,4 @@
-"""What `boresight fit` found, and how it is told."""
+"""Result of `boresight fit`, and its text."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from boresight.sim.fit.propose import Proposal
 
 __all__ = ["FitClaim", "FitError", "FitLimit", "FitProposal", "FitResult"]
 
-#: Most claims that are told; all are in the data.
-_TOLD = 5
+#: Factor by which an error has to grow with a profile to be reported.
+_WORSE = 1.1
+#: Most claims in the text; the data has all.
+_SHOWN = 5
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,26 @@ class FitError:
     output, unit : str
     before, after : float or None
         With formats by intervals, and by the profile; None: it does not compile so.
+    tolerance : float or None
+        What its author accepts; None: not judged.
     """
 
     output: str
     unit: str
     before: float | None
     after: float | None
+    tolerance: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        """What is wrong with the profile's: beyond the tolerance, or larger than before."""
+        if self.after is None:
+            return ""
+        text = ""
+        if self.tolerance is not None and self.after > self.tolerance:
+            text = f", BEYOND {self.tolerance:g}"
+        worse = self.before is not None and self.after > _WORSE * self.before
+        return text + ", less exact with it" * worse
 
     def change(self) -> str:
         """Before and after, for people."""
@@ -128,6 +144,9 @@ class FitResult(Answer):
         By output, of a word of ``word`` bits.
     saturated_updates : int
         Of the records, with the profile.
+    negative_updates : tuple of (int or None, int)
+        Of hostile updates, those after which a variance is negative, without the profile (None: it
+        does not compile so) and with it.
     refused : str
         Why nothing compiles without the profile; empty where it does.
     word : int
@@ -145,14 +164,16 @@ class FitResult(Answer):
     claims: tuple[FitClaim, ...]
     errors: tuple[FitError, ...]
     saturated_updates: int
+    negative_updates: tuple[int | None, int]
     refused: str
     word: int
     proposals: tuple[FitProposal, ...] = ()
 
     @property
     def good(self) -> bool:
-        """Nothing saturated in the records."""
-        return not self.saturated_updates
+        """Nothing saturated in the records, and the profile makes no variance negative."""
+        before, after = self.negative_updates
+        return not self.saturated_updates and (after <= (before or 0))
 
     def __str__(self) -> str:
         runs = ", ".join(f"{name} ({count} updates)" for name, count in self.records.items())
@@ -168,6 +189,7 @@ class FitResult(Answer):
             after = "-" if e.after is None else f"{e.after:.3g}"
             lines.append(
                 f"  fixed against float64: {e.output:12s} max {before}{unit}, with it {after}{unit}"
+                + e.verdict
             )
         lines += [
             f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], no interval keeps it off zero"
@@ -176,11 +198,18 @@ class FitResult(Answer):
         lines += [
             f"  {c.line}: bounded to [{c.low:g}, {c.high:g}], {c.reason}: {_share(c.logs)} in the "
             f"records, {_share(c.hostile)} in hostile runs"
-            for c in self.claims[:_TOLD]
+            for c in self.claims[:_SHOWN]
         ]
         lines += [f"  {p.line()}" for p in self.proposals]
         if self.saturated_updates:
             lines.append(f"FAILED: {self.saturated_updates} updates SATURATED in the records")
+        elif not self.good:
+            bare, fit = self.negative_updates
+            without = "" if bare is None else f", {bare} without it"
+            lines.append(
+                f"FAILED: a variance is NEGATIVE after {fit} hostile updates{without}: declare "
+                "the ranges of the covariance's values with ops.bounded, or remove the profile"
+            )
         return "\n".join(lines)
 
 

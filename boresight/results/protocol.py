@@ -1,4 +1,4 @@
-"""What `boresight accuracy --protocol` found, and how it is told."""
+"""Result of `boresight accuracy --protocol`, and its text."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class ProtocolRow:
 
 @dataclass(frozen=True)
 class ProtocolGroup:
-    """Cases that are told together: what is judged, how many runs, each filter."""
+    """Cases that are reported together: what is judged, how many runs, each filter."""
 
     group: str
     judged: str

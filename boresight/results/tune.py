@@ -1,4 +1,4 @@
-"""What `boresight tune` found, and how it is told."""
+"""Result of `boresight tune`, and its text."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ boresight compile mekf --config fast --board mimas --synth -o build  # ISE proje
 boresight compile mekf my_filter.py --config small-1024 -o build  # with twice the registers
 boresight compile my_filter.py --target generic --axi -o build  # for any part; behind AXI
 boresight compile my_filter.py --target ecp5-25k --route --seeds 5 -o build  # placed and routed
+boresight compile my_filter.py --target ecp5-25k --depth 7 -o build  # not the fastest depth there
 boresight compile "vqf(rate_hz=200, mag='none')" -o build  # one that takes arguments
 boresight compile complementary --urgent 3 -o build  # the first three outputs soonest
 """
@@ -16,6 +17,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from boresight.arguments import check_choice, check_machine, check_number, check_routable
@@ -34,12 +36,15 @@ from boresight.core_files import (
     write_system,
     write_text,
 )
+from boresight.depths import depth_by_time
 from boresight.disk.cache import Cache
 from boresight.disk.output import foreign_entries, output_folder
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
+from boresight.gateware.machine import ALL_CONFIGS, at_depth
+from boresight.gateware.synthesis.blocks import check_memory
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
@@ -84,6 +89,7 @@ def compile(
     top: str = "sensors",
     with_cpu: bool = False,
     target: str = TARGET_NAMES[0],
+    depth: int | None = None,
     axi: bool = False,
     route: bool = False,
     seeds: int = 1,
@@ -116,6 +122,9 @@ def compile(
     target : str
         What ``core.v`` is for: xc6slx9 (or another Spartan-6), with its primitives, or without any
         generic, ecp5-25k, ice40-up5k, ... (docs/targets.md).
+    depth : int, optional
+        Depth of the pipeline, 7, 9, 10 or 12; by default the one with the shortest time to the last
+        urgent output on the target, or 7 where no clocks were routed.
     route : bool
         Also place and route the core on the target (nextpnr), between flip-flops: area and clock.
     seeds : int
@@ -148,19 +157,30 @@ def compile(
     names = estimator_names(name, *others)
     estimators = [find_estimator(n) for n in names]
     own = [e.name for e in estimators]
+    chosen_by_us = depth is None and config in ALL_CONFIGS
+    config = at_depth(config, depth)
     check_machine(config, word)
     if urgent is not None:
         check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
     if rate is not None:
         check_number("rate", int(rate) if math.isfinite(rate) else -1, 1, SYSTEM_CLOCK_HZ)
     chosen = params_of_each(names, params)
-    build = Build(*estimators, config=config, word=word, params=chosen, urgent=urgent)
+    with_config = partial(Build, *estimators, word=word, params=chosen, urgent=urgent)
+    build = with_config(config=config)
     _check_project(board, top, word, with_cpu=with_cpu, target=target)
     _check_route(target, route=route, seeds=seeds, clock=clock)
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
+    choice = None
+    if chosen_by_us and target in TARGETS:
+        choice = depth_by_time(build, TARGETS[target])
+    if choice is not None:
+        say(str(choice))
+        build = with_config(config=choice.config)
     check_sound(build)
+    if target in TARGETS:
+        check_memory(build.core.machine, build.core.image, TARGETS[target])
     if foreign := foreign_entries(output):
         say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
@@ -176,7 +196,7 @@ def compile(
         elif synth:
             say(f"synthesis (yosys) for {part.title}")
             area = map_core(core, part)
-        say(f"{', '.join(own)} for {config}: Verilog")
+        say(f"{', '.join(own)} for {build.config}: Verilog")
         proven = write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
         system = None
         if board is not None:
@@ -193,13 +213,16 @@ def compile(
                 for k in range(len(own))
             ],
         )
+        if choice is not None:
+            data["depth"] = plain(choice)
         whole = None
         if synth and system is not None:
             say("synthesis of the complete system")
             whole = CoreFigures.of(estimate(system, "system", cache_dir=Cache().root))
             data["system"] = plain(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
-    return replace(_result(Path(output), build, proven, area, whole, data, rate), clock_mhz=clock)
+    result = _result(Path(output), build, proven, area, whole, data, rate)
+    return replace(result, clock_mhz=clock, depth=choice)
 
 
 def _result(

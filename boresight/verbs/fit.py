@@ -147,6 +147,10 @@ def fit(
         claims=_claims(fit_result),
         errors=_errors(before, after),
         saturated_updates=after.saturated_updates,
+        negative_updates=(
+            None if isinstance(before, str) else before.negative_updates,
+            after.negative_updates,
+        ),
         refused=before if isinstance(before, str) else "",
         word=word,
         proposals=tuple(narrower),
@@ -228,7 +232,7 @@ def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
 def _errors(before: Effect | str, after: Effect) -> tuple[FitError, ...]:
     earlier = {} if isinstance(before, str) else {d.output: d.largest for d in before.differences}
     return tuple(
-        FitError(d.output, d.unit, _number(earlier.get(d.output)), _number(d.largest))
+        FitError(d.output, d.unit, _number(earlier.get(d.output)), _number(d.largest), d.tolerance)
         for d in after.differences
     )
 

@@ -149,7 +149,7 @@ def report(
 def links_of(estimator: Estimator, folder: Path) -> dict[str, str]:
     """Addresses, seen from a folder, of the files that an estimator of the user's is written in.
 
-    By name; of two files of one name there is none.
+    By name; files that share a name are left out.
     """
     links: dict[str, set[str]] = {}
     for cls in type(estimator).__mro__:

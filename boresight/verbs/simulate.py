@@ -131,7 +131,7 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
 
 
 def check_options(*, config: str = "small", seconds: float = 1.0, source: str = "heading") -> None:
-    """Raise InputError for what no simulation can be told."""
+    """Raise InputError for options that no simulation takes."""
     machine_named(config)
     check_choice("source", source, SOURCES)
     if not 0.05 <= seconds <= _LONGEST_S:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from amaranth.hdl import Const, Instance, Module
+from amaranth.hdl import Const, Instance, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.dsp48a1 import is_spartan6
 
-__all__ = ["Bitwise", "choose", "multiplex"]
+__all__ = ["Bitwise", "choose", "kept", "multiplex"]
 
 
 class Bitwise(wiring.Component):
@@ -81,6 +81,14 @@ class Bitwise(wiring.Component):
 def choose(select: Any, high: Any, low: Any) -> Any:
     """``select ? one : zero``, bit by bit."""
     return select & high | ~select & low
+
+
+def kept(register: Signal, value: Value, *, when: Value) -> Value:
+    """``when ? value : register``, which synthesis does not make part of the clock enable.
+
+    The enable comes late and needs no table more on its way to the register.
+    """
+    return choose(when.replicate(len(register)), value, register)
 
 
 def multiplex(w0: Any, w1: Any, w2: Any, w3: Any, s0: Any, s1: Any) -> Any:

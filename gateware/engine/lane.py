@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, choose
+from boresight.gateware.engine.bitwise import Bitwise, choose, kept
 from boresight.gateware.engine.delay import delayed
 from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
@@ -135,10 +135,16 @@ class Lane(wiring.Component):
         flag = Signal(reset_less=True)
         held = Signal(arith.INDEX_BITS, reset_less=True)
         with m.If(self.en):
-            with m.If(self.cap_flag):
-                m.d.sync += flag.eq(sign)
-            with m.If(self.cap_index):
-                m.d.sync += held.eq(index)
+            if self.machine.has("memory"):
+                m.d.sync += [
+                    flag.eq(kept(flag, sign, when=self.cap_flag)),
+                    held.eq(kept(held, index, when=self.cap_index)),
+                ]
+            else:
+                with m.If(self.cap_flag):
+                    m.d.sync += flag.eq(sign)
+                with m.If(self.cap_index):
+                    m.d.sync += held.eq(index)
         m.d.comb += self.index.eq(Mux(self.cap_index, index, held))
         return flag
 
@@ -173,7 +179,9 @@ class Lane(wiring.Component):
 
     def _amount(self, m: Module) -> Value:
         """Amount: the shift, not below 0; delayed to shift."""
-        m.submodules.leading = leading = LeadingSignCount(arithmetic=self.machine.arithmetic)
+        m.submodules.leading = leading = LeadingSignCount(
+            arithmetic=self.machine.arithmetic, free=self.machine.has("memory")
+        )
         m.d.comb += [
             leading.en.eq(self.en),
             leading.i.eq(self.a),

@@ -8,6 +8,7 @@ from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.engine.bitwise import kept
 from boresight.model.words.fixed import Arithmetic
 
 __all__ = ["LeadingSignCount"]
@@ -26,6 +27,8 @@ class LeadingSignCount(wiring.Component):
     ----------
     arithmetic : Arithmetic
         Widths.
+    free : bool
+        Whether the clock enable is free of ``capture``, which then chooses in front of registers.
 
     Members
     -------
@@ -42,8 +45,9 @@ class LeadingSignCount(wiring.Component):
     #: Bits of a group.
     GROUP = 4
 
-    def __init__(self, *, arithmetic: Arithmetic) -> None:
+    def __init__(self, *, arithmetic: Arithmetic, free: bool = False) -> None:
         self.arithmetic = arithmetic
+        self.free = free
         super().__init__(
             {
                 "en": In(1),
@@ -58,7 +62,7 @@ class LeadingSignCount(wiring.Component):
         m = Module()
         word, limit = self.arithmetic.word, self.arithmetic.norm_max
         differs = [self.i[word - 1 - k] ^ self.i[word - 2 - k] for k in range(limit)]
-        take = self.en & self.capture
+        take = self.en if self.free else self.en & self.capture
         # The last group needs no hit: if no bit differs, its position is that of the limit.
         firsts = range(0, limit + 1, self.GROUP)
         hits, places = [], []
@@ -67,7 +71,9 @@ class LeadingSignCount(wiring.Component):
             hit = Signal(name=f"hit{first}", reset_less=True)
             place = Signal(2, name=f"place{first}", reset_less=True)
             with m.If(take):
-                m.d.sync += [hit.eq(Cat(bits).any()), place.eq(self._position(bits))]
+                for register, value in ((hit, Cat(bits).any()), (place, self._position(bits))):
+                    new = kept(register, value, when=self.capture) if self.free else value
+                    m.d.sync += register.eq(new)
             hits.append(hit)
             places.append(place)
 

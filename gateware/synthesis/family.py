@@ -49,6 +49,13 @@ class Family:
         Type, parameters, clock, input and output of a flip-flop without enable.
     devices : tuple of Device
         Its parts, small first.
+    memory_shapes : mapping
+        Words and bits that a block RAM can have -> blocks, halves where it can be divided.
+    clocks : mapping
+        (Lanes, depth) -> clock [MHz] of a core of several filters on its smallest part, slowest
+        grade; what is not there is not chosen by itself.
+    clocks_source : str
+        What these clocks are.
     router : Router, optional
         None: area alone, or a clock that is estimated.
     absorb : callable
@@ -61,6 +68,9 @@ class Family:
     cells: Mapping[str, Mapping[str, float]]
     devices: tuple[Device, ...]
     flip_flop: tuple[str, Mapping[str, str], str, str, str] = ("", {}, "", "", "")
+    memory_shapes: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    clocks: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    clocks_source: str = ""
     router: Router | None = None
     absorb: Callable[[dict[str, Any], str], int] = field(default=lambda netlist, top: 0)
 

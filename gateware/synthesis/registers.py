@@ -149,7 +149,7 @@ class _Netlist:
         self.outputs = {table: output for output, table in self.tables.items()}
 
     def enables(self, flip_flop: FlipFlop) -> Bit | None:
-        """Net that is 1 where the flip-flop is enabled; None: there is none."""
+        """Net that is 1 where the flip-flop is enabled; None if the netlist has no such net."""
         net, high = flip_flop.enable
         if high or net in _TIED:
             return net if high else {"0": "1", "1": "0"}.get(str(net))

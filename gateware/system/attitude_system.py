@@ -428,7 +428,7 @@ def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], At
         except ValueError as error:
             raise InputError.at(
                 "clock",
-                wanted="one that both serial lines can be made of",
+                wanted="a clock from which both serial rates can be divided",
                 found=f"{clock_hz} Hz",
                 fix=str(error),
             ) from error

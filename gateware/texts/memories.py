@@ -10,7 +10,7 @@ from boresight.gateware.machine import Machine
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.terms import Refuted
 
-__all__ = ["check_memories"]
+__all__ = ["check_memories", "data_memories"]
 
 _WORD = re.compile(r"(?m)^\s+(\w+)\[(\d+)\] = \d+'(h|d)([0-9a-f]+);$")
 _ROM = re.compile(r"rom(\d+)(?:_(\d+))?")
@@ -30,14 +30,14 @@ def check_memories(machine: Machine, image: Image, verilog: str) -> None:
             raise Refuted(f"core.v: word {at} of memory {name} follows word {len(words) - 1}")
         words.append(int(digits, 16 if base == "h" else 10))
     roms = {name: memories.pop(name) for name in list(memories) if _ROM.fullmatch(name)}
-    wanted = _data(machine, image)
+    wanted = data_memories(machine, image)
     for name in sorted(wanted.keys() | memories.keys()):
         _compare(name, memories.get(name, []), wanted.get(name, []))
     _check_rom(machine, image, roms)
 
 
-def _data(machine: Machine, image: Image) -> dict[str, list[int]]:
-    """Words of the register and table memories by name."""
+def data_memories(machine: Machine, image: Image) -> dict[str, list[int]]:
+    """Words of the register and table memories of a core, every copy, by name."""
     depth, block, lanes = machine.bank_depth, machine.TABLE_BLOCK, range(machine.lanes)
     registers, tables = image.registers, image.tables
     if machine.lanes == 1:

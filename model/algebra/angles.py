@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion import Matrix
+from boresight.model.algebra.quaternion import NO_ROTATION, NOT_UNIT, Matrix
 
 __all__ = [
     "acos_ht",
@@ -27,7 +27,7 @@ def unit_angle_ht(y: Any, x: Any, inverse: Any = 1.0) -> Any:
     """
     swap = x * x < y * y
     sine = ops.absolute(ops.where(swap, x, y)) * inverse
-    sine = ops.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector")
+    sine = ops.bounded(sine, 0.0, 0.7188, "smaller component of a unit vector", unless=NOT_UNIT)
     sign = ops.flip(swap, x * y)
     base = ops.where(swap, ops.flip(y < 0.0, 0.5), ops.where(x < 0.0, -1.0, 0.0))
     base = ops.bounded(base, -1.0, 0.5, "quadrant")
@@ -40,7 +40,9 @@ def steep_angle_ht(sine: Any, cosine: Any, steep: Any) -> Any:
     ``steep``: condition that the cosine is the smaller one, available before the cosine.
     """
     smaller = ops.where(steep, cosine, ops.absolute(sine))
-    smaller = ops.bounded(smaller, 0.0, 0.7188, "smaller component of a unit vector")
+    smaller = ops.bounded(
+        smaller, 0.0, 0.7188, "smaller component of a unit vector", unless=NOT_UNIT
+    )
     base = ops.where(steep, ops.flip(sine < 0.0, 0.5), 0.0)
     base = ops.bounded(base, -0.5, 0.5, "quarter")
     return ops.wrap_ht(base + ops.flip(ops.flip(steep, sine) < 0.0, ops.asin_ht(smaller)))
@@ -79,7 +81,7 @@ def roll_pitch_heading_ht(c: Matrix, inverse: Any = 1.0) -> tuple[Any, Any, Any]
     square = c[2][1] * c[2][1] + c[2][2] * c[2][2]
     secant = ops.rsqrt(square)
     largest = 1.0 if isinstance(inverse, float) else 4.0
-    cosine = ops.bounded(square * secant, 0.0, largest, "cosine of the pitch")
+    cosine = ops.bounded(square * secant, 0.0, largest, "cosine of the pitch", unless=NO_ROTATION)
     return (
         unit_angle_ht(c[2][1], c[2][2], secant),
         unit_angle_ht(-c[2][0], cosine, inverse),
@@ -91,7 +93,7 @@ def pitch_roll_heading_ht(c: Matrix) -> tuple[Any, Any, Any]:
     """Angles [half turns] of C = Rz(heading) Rx(pitch) Ry(roll), as of east-north-up axes."""
     square = c[2][2] * c[2][2] + c[2][0] * c[2][0]
     secant = ops.rsqrt(square)
-    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch")
+    cosine = ops.bounded(square * secant, 0.0, 1.0, "cosine of the pitch", unless=NO_ROTATION)
     return (
         unit_angle_ht(c[2][1], cosine),
         ops.wrap_ht(-unit_angle_ht(c[2][0], c[2][2], secant)),

@@ -16,6 +16,7 @@ from boresight.model.estimator import State
 
 __all__ = [
     "BELOW_ONE",
+    "NO_COVARIANCE",
     "Symmetric",
     "bounded_element",
     "congruence",
@@ -35,6 +36,8 @@ Symmetric = list[list[Any]]
 
 #: Bound of scaled covariances: below one, so that words need no bit for the value one.
 BELOW_ONE = 1.0 - 2.0**-17
+#: When elements leave the bounds of a covariance, as rounding and large corrections can make it.
+NO_COVARIANCE = "P is indefinite or its trace larger"
 
 
 def symmetric(n: int, element: Callable[[int, int], Any]) -> Symmetric:
@@ -69,7 +72,11 @@ def covariance_of(x: Any, n: int) -> Symmetric:
 def bounded_element(value: Any, i: int, j: int) -> Any:
     """An element of a scaled covariance: its trace is at most one."""
     return ops.bounded(
-        value, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "covariance of trace below one"
+        value,
+        0.0 if i == j else -BELOW_ONE,
+        BELOW_ONE,
+        "covariance of trace below one",
+        unless=NO_COVARIANCE,
     )
 
 
@@ -83,7 +90,11 @@ def congruence(m: Matrix, p: Symmetric, name: Callable[[int, int, Any], Any]) ->
     pm = [
         [
             ops.bounded(
-                dot(p[i], columns[j]), -BELOW_ONE, BELOW_ONE, "part of a rotated covariance"
+                dot(p[i], columns[j]),
+                -BELOW_ONE,
+                BELOW_ONE,
+                "part of a rotated covariance",
+                unless=NO_COVARIANCE,
             )
             for j in range(n)
         ]
@@ -117,7 +128,7 @@ def drifted(p: Symmetric, g: Matrix, white: Any, walk: Any) -> Symmetric:
     rotation, drift = range(3), range(3, 6)
 
     def part(value: Any) -> Any:
-        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P")
+        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P", unless=NO_COVARIANCE)
 
     after = [[part(p[i][j] - dot(g[i], [p[k][j] for k in drift])) for j in drift] for i in rotation]
 
@@ -141,7 +152,7 @@ def sheared(p: Symmetric, rows: Mapping[int, Mapping[int, Any]]) -> Symmetric:
     """
 
     def part(value: Any) -> Any:
-        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P")
+        return ops.bounded(value, -BELOW_ONE, BELOW_ONE, "part of P", unless=NO_COVARIANCE)
 
     def moved(i: int, j: int) -> Any:
         return p[i][j] + dot(list(rows[i].values()), [p[k][j] for k in rows[i]])
@@ -167,6 +178,7 @@ def updated_column(p: Symmetric, c: int, gains: list[list[Any]]) -> list[Any]:
             0.0 if i == c else -BELOW_ONE,
             BELOW_ONE,
             "covariance of trace below one",
+            unless=NO_COVARIANCE,
         )
         for i in range(len(p))
     ]
@@ -191,5 +203,6 @@ def _products(gains: list[list[Any]], i: int, j: int) -> Any:
     for k, column in enumerate(gains):
         total = total + column[i] * column[j]
         if k == 1:
-            total = ops.bounded(total, 0.0 if i == j else -BELOW_ONE, BELOW_ONE, "part of P")
+            low = 0.0 if i == j else -BELOW_ONE
+            total = ops.bounded(total, low, BELOW_ONE, "part of P", unless=NO_COVARIANCE)
     return total

@@ -14,6 +14,8 @@ from typing import Any
 from boresight.model import ops
 
 __all__ = [
+    "NOT_UNIT",
+    "NO_ROTATION",
     "Matrix",
     "Vector",
     "conjugate_turn",
@@ -36,6 +38,10 @@ __all__ = [
 
 Vector = Sequence[Any]
 Matrix = Sequence[Sequence[Any]]
+
+#: When components leave the bounds of unit vectors: `model.ops.bounded`'s ``unless``.
+NOT_UNIT = "its quaternion or vector is not of length one"
+NO_ROTATION = "the matrix is no rotation"
 
 
 def dot(a: Vector, b: Vector) -> Any:
@@ -83,7 +89,7 @@ def matrix(q: Vector) -> list[list[Any]]:
     w, x, y, z = q
 
     def element(value: Any) -> Any:
-        return ops.bounded(value, -1.0, 1.0, "rotation matrix")
+        return ops.bounded(value, -1.0, 1.0, "rotation matrix", unless=NOT_UNIT)
 
     return [
         [
@@ -194,11 +200,17 @@ def small_turn(
     cosine = ops.bounded(1.0 - 0.125 * y, 0.5, 1.0, "small")
     sine = ops.bounded(1.0 - (0.03125 * y + 0.0078125 * y), 0.5, 1.0, "small")
     bound = 0.9 * limit  # sqrt(3)/2
-    turned = [ops.bounded(0.5 * c, -bound, bound, "unit q") for c in times_vector(q, angle)]
+    turned = [
+        ops.bounded(0.5 * c, -bound, bound, "unit q", unless=NOT_UNIT)
+        for c in times_vector(q, angle)
+    ]
     pairs = list(zip(q, turned, strict=True))
     return (
         [ops.saturated(c * cosine + t * sine, 1.0) for c, t in pairs],
-        [ops.bounded(t + s * t + w * c, -bound, bound, "unit q") for c, t in pairs],
+        [
+            ops.bounded(t + s * t + w * c, -bound, bound, "unit q", unless=NOT_UNIT)
+            for c, t in pairs
+        ],
     )
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.covariance import (
     BELOW_ONE,
+    NO_COVARIANCE,
     Symmetric,
     bounded_element,
     congruence,
@@ -173,7 +174,13 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
 
     turned = congruence(c, [row[1:] for row in a[1:]], element)
     norm = [
-        ops.bounded(dot([row[k] for row in c], a[0][1:]), -BELOW_ONE, BELOW_ONE, "covariance")
+        ops.bounded(
+            dot([row[k] for row in c], a[0][1:]),
+            -BELOW_ONE,
+            BELOW_ONE,
+            "covariance",
+            unless=NO_COVARIANCE,
+        )
         for k in range(3)
     ]
     return symmetric(
@@ -189,10 +196,15 @@ def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, 
 
     ``column`` is P H; P decreases by L L^T, the state grows by L times the move.
     """
-    weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R"))
+    weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R", unless=NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
     gains.append(
-        [ops.bounded(c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance") for c in column]
+        [
+            ops.bounded(
+                c * weight, -BELOW_ONE, BELOW_ONE, "root of a variance", unless=NO_COVARIANCE
+            )
+            for c in column
+        ]
     )
 
 
@@ -213,7 +225,11 @@ def update_along(
     """
     along = [
         ops.bounded(
-            dot(list(row.values()), [g[k] for k in row]), -BELOW_ONE, BELOW_ONE, "component"
+            dot(list(row.values()), [g[k] for k in row]),
+            -BELOW_ONE,
+            BELOW_ONE,
+            "component",
+            unless=NO_COVARIANCE,
         )
         for g in gains
     ]
@@ -223,7 +239,7 @@ def update_along(
         for g, c in zip(gains, along, strict=True):
             value = value - g[i] * c
         value = value if counting is None else ops.where(counting, value, 0.0)
-        column.append(ops.bounded(value, -BELOW_ONE, BELOW_ONE, "covariance"))
+        column.append(ops.bounded(value, -BELOW_ONE, BELOW_ONE, "covariance", unless=NO_COVARIANCE))
     for move, c in zip(moves, along, strict=True):
         innovation = innovation - move * c
     innovation = innovation if moving is None else ops.where(moving, innovation, 0.0)

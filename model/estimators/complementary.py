@@ -160,7 +160,9 @@ class Complementary(Estimator):
 
         # Rotation vector of the step, rad and half turns: r = (w - b) dt.
         r = tuple(
-            ops.bounded(w * u.dt - b * u.dt, -2.0, 2.0, "at most 2 rad a sample")
+            ops.bounded(
+                w * u.dt - b * u.dt, -2.0, 2.0, "at most 2 rad a sample", unless="it turns faster"
+            )
             for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
         )
         r_ht = tuple(w * (1.0 / math.pi) for w in r)
@@ -348,7 +350,8 @@ class Complementary(Estimator):
     def _turn(sine: Any, cosine: Any, angle: Any) -> Any:
         """sin(y + h) = sin y + h (cos y - h/2 sin y)."""
         inner = ops.bounded(cosine - 0.5 * (angle * sine), -2.0, 2.0, "near a cosine")
-        return ops.bounded(sine + angle * inner, -2.0, 2.0, "near a sine")
+        near = sine + angle * inner
+        return ops.bounded(near, -2.0, 2.0, "near a sine", unless="a sample turns by radians")
 
 
 class ComplementaryAsPrinted(Complementary):

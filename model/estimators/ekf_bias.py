@@ -45,7 +45,7 @@ from boresight.model.algebra.covariance import (
     symmetric,
     updated_column,
 )
-from boresight.model.algebra.quaternion import dot, matrix, multiply, right_matrix, turn
+from boresight.model.algebra.quaternion import NOT_UNIT, dot, matrix, multiply, right_matrix, turn
 from boresight.model.algebra.quaternion_filter import (
     ALIGN_NOISE,
     ALIGN_P,
@@ -336,7 +336,11 @@ class EkfBias(Estimator):
         wide = p0[4][4] + p0[5][5] + p0[6][6] >= TRACE_LIMIT
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * u.dt), 2.0**-7)
         g = [
-            [ops.bounded(step * c, -(2.0**-7), 2.0**-7, "half a step") for c in row] for row in c_nb
+            [
+                ops.bounded(step * c, -(2.0**-7), 2.0**-7, "half a step", unless=NOT_UNIT)
+                for c in row
+            ]
+            for row in c_nb
         ]
         rotation, bias = range(1, 4), range(4, 7)
         # U = A - B G^T,  B' = B - G D,  A' = U - G B'^T

@@ -25,7 +25,7 @@ from boresight.model.algebra.covariance import (
     element_names,
     reduced,
 )
-from boresight.model.algebra.quaternion import conjugate_turn, dot, matrix, multiply
+from boresight.model.algebra.quaternion import NOT_UNIT, conjugate_turn, dot, matrix, multiply
 from boresight.model.algebra.quaternion_filter import (
     ALIGN_NOISE,
     ALIGN_P,
@@ -135,7 +135,10 @@ class EkfQuaternionVector(Estimator):
             (
                 field,
                 0.5 / FIELD_UNIT,
-                [ops.bounded(r, -4.0, 4.0, "field") for r in conjugate_turn(c_nb, site)],
+                [
+                    ops.bounded(r, -4.0, 4.0, "field", unless=NOT_UNIT)
+                    for r in conjugate_turn(c_nb, site)
+                ],
                 mag_bad,
                 (p.mag_sd_x, p.mag_sd_y, p.mag_sd_z),
             ),

@@ -19,7 +19,7 @@ ACC_SCALE = 0.25e-3 * GRAVITY
 STAMP_BITS = 32  #: bits of a time stamp: the counter of clock cycles wraps, and so does the word.
 DT_LIMIT = 0.25  #: s, full scale of the time step.
 GAP_S = 0.2499  #: s, longest time between two samples that is no gap.
-LONG_GAP_S = 0.24  #: s, how much longer a gap is at most told to be.
+LONG_GAP_S = 0.24  #: s, largest reported length of a gap.
 GYRO_LIMIT = 64.0  #: rad/s, where rates are clamped.
 ACC_LIMIT = 256.0  #: m/s^2, where specific forces are clamped.
 

@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from boresight.model import declarations
+from boresight.model import declarations, ops
 from boresight.model.declarations import Named
 from boresight.model.errors import InputError
 from boresight.model.places import author_line, placed
 
-__all__ = ["AXES", "Attitude", "Measurement", "State", "axes_of", "grouped", "vector"]
+__all__ = ["AXES", "Attitude", "Measurement", "State", "axes_of", "grouped", "in_turn", "vector"]
 
 #: Last letters of the components of a vector.
 AXES = ("xyz", "enu", "ned")
@@ -38,6 +38,9 @@ class State(declarations.State):
         Largest standard deviation, by default 1.2 ``sd``. A variance above three quarters of its
         square grows no more until a measurement reduces it. P takes its words from it: a small one
         leaves more bits.
+    consider : bool
+        It is never corrected, and its uncertainty counts nevertheless (Schmidt's filter): for what
+        is known only roughly, and too weakly seen to be estimated.
 
     Raises
     ------
@@ -47,6 +50,7 @@ class State(declarations.State):
 
     sd: float = math.nan
     sd_max: float | None = None
+    consider: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -151,6 +155,42 @@ class Measurement:
                 found=repr(self.gate),
                 fix="3 to 5 is usual; leave it out to take every measurement",
             )
+
+
+def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
+    """The one of several measurements that is taken into account in this update.
+
+    One update of P instead of several, for filters that would not fit, or take too long, with all.
+
+    Parameters
+    ----------
+    number : value
+        Which, from 0 on: a counter of `Kalman.counters`, or an input.
+    measurements : sequence of Measurement
+        Each with its own z, h, r and condition; gate and wrap are those of all.
+
+    Raises
+    ------
+    InputError
+        No measurements, or different gates or wraps.
+    """
+    if len({(m.gate, m.wrap) for m in measurements}) != 1:
+        raise InputError.at(
+            placed(author_line(), "in_turn"),
+            wanted="measurements with the same gate and the same wrap",
+            found=", ".join(f"gate {m.gate}, wrap {m.wrap}" for m in measurements) or "none",
+            fix="return those that differ one by one, each valid in its turn",
+        )
+    last = measurements[-1]
+    z, h, r, valid = last.z, last.h, last.r, last.valid
+    conditional = any(m.valid is not None for m in measurements)
+    for k in reversed(range(len(measurements) - 1)):
+        m, turn = measurements[k], number < k + 0.5
+        z, h, r = (ops.where(turn, a, b) for a, b in ((m.z, z), (m.h, h), (m.r, r)))
+        if conditional:
+            own = turn if m.valid is None else turn & m.valid
+            valid = own | ~turn if valid is None else own | (~turn & valid)
+    return Measurement(z, h, r, valid, last.gate, last.wrap)
 
 
 def vector(

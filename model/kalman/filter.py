@@ -29,6 +29,10 @@ class Filter(Protocol):
         Names of the error states that the name of a state or vector stands for.
     covariance_states : dict of str to (int, int)
         States that are elements of P, i <= j.
+    considered : frozenset of int
+        Error states that are never corrected.
+    counters : mapping of str to int
+        Counters among ``memory``: after how many updates each begins anew.
     """
 
     name: str
@@ -47,6 +51,8 @@ class Filter(Protocol):
     least_noise: list[float]
     groups: dict[str, tuple[str, ...]]
     covariance_states: dict[str, tuple[int, int]]
+    considered: frozenset[int]
+    counters: Mapping[str, int]
 
     @property
     def f(self) -> Callable[[Any, Any, Any], Mapping[str, Any]]:

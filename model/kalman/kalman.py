@@ -48,6 +48,9 @@ class Kalman(Estimator):
         What is estimated.
     memory : tuple of boresight.State
         Further values that are kept and not estimated; `f` returns what replaces them.
+    counters : mapping of str to int
+        Further ones that count updates, by name: from 0, which `measure` sees in the first update,
+        to this number less 1, and anew. For rates, and rows in turn (`in_turn`).
     outputs : tuple of Output
         Names of states, ``nis``, or what `shown` returns; by default all states.
     prior : bool
@@ -60,6 +63,7 @@ class Kalman(Estimator):
 
     states: tuple[Any, ...] = ()
     memory: tuple[declarations.State, ...] = ()
+    counters: Mapping[str, int] = {}
     prior: bool = False
     floor: float = 2.0**-31
 
@@ -67,6 +71,7 @@ class Kalman(Estimator):
         #: What the author declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
+        self.memory = (*self.memory, *(self._counter(*c) for c in self.counters.items()))
         #: Of each error state: its name, place, initial and largest standard deviation.
         self.errors: list[str] = []
         self.places: list[str] = []
@@ -92,6 +97,11 @@ class Kalman(Estimator):
             self.initial_sd += map(min, sds, self.most[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
+        of_errors = {s.name: s for s in self.estimated if isinstance(s, State)}
+        #: Error states that are never corrected.
+        self.considered = frozenset(
+            i for i, e in enumerate(self.errors) if e in of_errors and of_errors[e].consider
+        )
         #: Variances: beyond the first no element grows, the second is added in every update.
         self.held = [_HELD * most * most for most in self.most]
         self.least_noise = [self.floor * n * most * most for most in self.most]
@@ -107,6 +117,17 @@ class Kalman(Estimator):
         self.states = (*kept, *self.memory, *map(self._covariance_state, self.covariance_states))
         if not self.outputs:
             self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in kept)
+
+    def _counter(self, name: str, updates: int) -> declarations.State:
+        if not (isinstance(updates, int) and 2 <= updates <= 2**16):
+            raise InputError.at(
+                placed(self._line, f"counter {name}"),
+                wanted="a number of updates from 2 to 65,536",
+                found=repr(updates),
+                fix="say after how many updates it begins anew",
+            )
+        last = updates - 1.0
+        return declarations.State(name, 0.0, last, "", last, line=self._line)
 
     def _covariance_state(self, name: str) -> declarations.State:
         i, j = self.covariance_states[name]

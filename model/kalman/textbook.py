@@ -229,15 +229,17 @@ class Textbook:
         nu = np.array([-float(now[f"excess {n}"]) for n in numbers])
         for n, m in enumerate(self.measurements):
             nu[n] = ops.wrap_ht(nu[n]) if m.wrap else nu[n]
+        there = [n for n in numbers if now[f"valid {n}"] >= 0.5]
+        self._valid[0, there] += 1
+        if k.considered:
+            return self._one_by_one(x, cov, there, h, r, nu)
         s = h @ cov @ h.T + np.diag(r)
         taken: list[int] = []
-        for n, m in enumerate(self.measurements):
-            if now[f"valid {n}"] < 0.5:
-                continue
-            self._valid[0, n] += 1
+        for n in there:
+            gate = self.measurements[n].gate
             known = np.linalg.solve(s[np.ix_(taken, taken)], s[taken, n])
             variance, rest = s[n, n] - known @ s[taken, n], nu[n] - known @ nu[taken]
-            if m.gate is None or rest * rest <= m.gate**2 * variance:
+            if gate is None or rest * rest <= gate**2 * variance:
                 taken.append(n)
         self._valid[1, taken] += 1
         h, r, nu = h[taken], r[taken], nu[taken]
@@ -248,6 +250,32 @@ class Textbook:
         after = _moved_by(k, x, change)
         joseph = left @ cov @ left.T + gain @ np.diag(r) @ gain.T
         return after, joseph, float(nu @ np.linalg.solve(s, nu))
+
+    def _one_by_one(
+        self,
+        x: dict[str, Any],
+        cov: FloatArray,
+        there: Sequence[int],
+        h: FloatArray,
+        r: FloatArray,
+        nu: FloatArray,
+    ) -> tuple[dict[str, Any], FloatArray, float]:
+        """One measurement after the other: with states that are considered, their order counts."""
+        k, nis, change = self.kalman, 0.0, np.zeros(len(cov))
+        corrected = np.array([i not in k.considered for i in range(len(cov))])
+        for n in there:
+            gate, row = self.measurements[n].gate, h[n]
+            variance, rest = row @ cov @ row + r[n], nu[n] - row @ change
+            if gate is not None and rest * rest > gate**2 * variance:
+                continue
+            self._valid[1, n] += 1
+            self._sight.see(h[n : n + 1], r[n : n + 1])
+            gain = corrected * (cov @ row) / variance
+            left = np.eye(len(cov)) - np.outer(gain, row)
+            change += gain * rest
+            cov = left @ cov @ left.T + r[n] * np.outer(gain, gain)
+            nis += float(rest * rest / variance)
+        return _moved_by(k, x, change), cov, nis
 
     def _jacobian(
         self, function: _Function, names: list[str], x: dict[str, Any], leaves: Mapping[Any, Any]

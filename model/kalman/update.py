@@ -28,6 +28,8 @@ __all__ = ["Update", "checked_measurements", "moved", "noise_of"]
 _REACH = 64.0
 #: Bound of an innovation over its standard deviation.
 _MOVE = 64.0
+#: When an element leaves the bounds that it has in a covariance.
+INDEFINITE = "rounding or nonlinearity make P indefinite"
 
 
 class Update:
@@ -202,7 +204,9 @@ class Update:
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
         """An element of P within what standard deviations allow."""
         low = 0.0 if i == j else -sd[i] * sd[j]
-        bounded: Scalar = ops.bounded(value, low, sd[i] * sd[j], "standard deviations")
+        bounded: Scalar = ops.bounded(
+            value, low, sd[i] * sd[j], "standard deviations", unless=INDEFINITE
+        )
         return bounded
 
     def _dot(self, row: Mapping[int, Scalar], column: Callable[[int], Any]) -> Scalar:
@@ -237,6 +241,7 @@ class Update:
             self._move(s)
 
     def _update(self, m: Measurement) -> None:
+        k = self.kalman
         row = self.slopes.of(self.tracer.lift(m.h) - m.z)
         low, high = self.intervals(m.r)
         if not row or low <= 0.0:
@@ -248,17 +253,28 @@ class Update:
             )
         innovation = self._innovation(m)
         earlier = [self._dot(row, g.__getitem__) for g in self.gains]
+        corrected_row = {i: h for i, h in row.items() if i not in k.considered}
+        alone = (
+            [self._dot(corrected_row, g.__getitem__) for g in self.gains]
+            if len(corrected_row) < len(row)
+            else earlier
+        )
         spread = self._spread(m, row)
         whole = [
             self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
         ]
-        column = self._left(whole, row, earlier, spread)
+        column = self._left(whole, row, earlier, alone, spread)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
         variance = self._dot(row, (whole if earlier else column).__getitem__)
-        variance = self._less(variance, [a * a for a in earlier]) + m.r
+        # (h L)^2 less what two states leave each other that are both only considered.
+        parts = zip(earlier, alone, strict=True)
+        taken_off = [a * a if a is b else b * (2.0 * a - b) for a, b in parts]
+        variance = self._less(variance, taken_off) + m.r
         if earlier or not _is_unit(row):  # else its interval is as good
-            variance = ops.bounded(variance, low, spread * spread + high, "h P h + r")
-        pairs = zip(earlier, self.moves, strict=True)
+            variance = ops.bounded(
+                variance, low, spread * spread + high, "h P h + r", unless=INDEFINITE
+            )
+        pairs = zip(alone, self.moves, strict=True)
         innovation = self._less(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
         move = ops.saturated(innovation * weight, _MOVE)
@@ -271,7 +287,9 @@ class Update:
             move, taken = ops.where(within, move, 0.0), None
         self.nis = self.nis + (move * move if taken is None else ops.where(taken, move * move, 0.0))
         bounds = zip(gains, self.wide, strict=True)
-        self.gains.append([ops.bounded(g, -sd, sd, "root of a variance") for g, sd in bounds])
+        self.gains.append(
+            [ops.bounded(g, -sd, sd, "root of a variance", unless=INDEFINITE) for g, sd in bounds]
+        )
         self.moves.append(move)
         self.taken.append(taken)
 
@@ -296,15 +314,24 @@ class Update:
         return nu * nu > (gate * gate) * variance
 
     def _left(
-        self, column: list[Any], row: Slope, earlier: Sequence[Scalar], spread: float
+        self,
+        column: list[Any],
+        row: Slope,
+        earlier: Sequence[Scalar],
+        alone: Sequence[Scalar],
+        spread: float,
     ) -> list[Any]:
-        """P h of what the updates before have left of P; ``earlier``: their h L."""
+        """P h of what the updates before have left of P.
+
+        ``earlier``: their h L; ``alone``: of the states that are corrected.
+        """
         if _is_unit(row):
             return [self._element_left(i, *row) for i in self.range]
         out: list[Any] = []
-        for value, sd, *g in zip(column, self.wide, *self.gains, strict=True):
-            value = self._less(value, [own * a for own, a in zip(g, earlier, strict=True)])
-            out.append(ops.bounded(value, -spread * sd, spread * sd, "standard deviations"))
+        for i, (value, sd, *g) in enumerate(zip(column, self.wide, *self.gains, strict=True)):
+            by, most = alone if i in self.kalman.considered else earlier, spread * sd
+            value = self._less(value, [own * a for own, a in zip(g, by, strict=True)])
+            out.append(ops.bounded(value, -most, most, "standard deviations", unless=INDEFINITE))
         return out
 
     def _element_left(self, i: int, j: int) -> Any:
@@ -316,7 +343,12 @@ class Update:
         return value
 
     def _reduced_by(self, i: int, j: int, value: Any, done: int) -> Any:
-        """An element of P - L L^T of all updates, of which so many are done."""
+        """An element of P - L L^T of all updates, of which so many are done.
+
+        Of two states that are only considered it stays: with gain 0 for them, Joseph's form.
+        """
+        if {i, j} <= self.kalman.considered:
+            return value
         return self._less(value, [g[i] * g[j] for g in self.gains[done:]], done)
 
     def _spread(self, m: Measurement, row: Slope) -> float:
@@ -337,6 +369,8 @@ class Update:
         first = self.kalman.groups[s.name][0]
         at = self.kalman.errors.index(first)
         sums = []
+        if at in self.kalman.considered:
+            return
         for i in range(at, at + len(self.kalman.groups[s.name])):
             value: Any = 0.0 if isinstance(s, Attitude) else self.states[s.name]
             pairs = zip(self.gains, self.moves, strict=True)
@@ -415,13 +449,13 @@ def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -
     InputError
         A name that is no state's.
     """
-    groups = {
-        **kalman.groups,
-        **{s.name: (s.name,) for s in kalman.memory},
-        **axes_of([s.name for s in kalman.memory]),
-    }
+    own = [s.name for s in kalman.memory if s.name not in kalman.counters]
+    groups = {**kalman.groups, **{name: (name,) for name in own}, **axes_of(own)}
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
     found = spread(given, groups, where, "next values")
+    for name, updates in kalman.counters.items():
+        following = ops.where(before[name] > updates - 1.5, 0.0, before[name] + 1.0)
+        found[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")
     names = (*kalman.errors, *(s.name for s in kalman.memory))
     return {name: found.get(name, before.get(name, 0.0)) for name in names}
 
@@ -498,4 +532,5 @@ def _within(value: Any, s: Any) -> Any:
     """A next value of a state in its range."""
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)
-    return ops.bounded(value, s.low, s.high, "declared range of the state")
+    beyond = "model or measurement take it beyond"
+    return ops.bounded(value, s.low, s.high, "declared range of the state", unless=beyond)

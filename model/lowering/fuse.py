@@ -1,6 +1,6 @@
 """Fusion: which nodes become groups of their own, and which part of the group that uses them.
 
-Every node that somebody needs as a word becomes one multiply-accumulate group; products, signs,
+Every node that is needed as a word becomes one multiply-accumulate group; products, signs,
 selections and the last step of a function fuse into the group that consumes them.
 `model.lowering.groups` gives each group its shifts and its binary point.
 """
@@ -368,7 +368,7 @@ class Fusion:
             raise self.graph.outside(
                 arg,
                 f"a divisor whose range, and word, span at most 2^{_WIDEST}",
-                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
+                "divide by ops.clip(x, SMALLEST, LARGEST)",
             )
         g = self.graph
         limit = g.const(floor)

@@ -35,6 +35,8 @@ _KINDS = {
 #: From the least word to the negative of the next one, of the fewest bits: so that a complement has
 #: the format of its argument, and what is chosen from it keeps its last bit.
 _BELOW = 1.0 - 2.0**-17
+#: From where on a divisor needs an upper limit too, for its word.
+_SPAN = 2.0**16
 
 
 @dataclass(eq=False)
@@ -44,7 +46,8 @@ class Node:
     ``signs`` belongs to kind "sum"; ``value`` to "const", "saturated" and "wrap" (the period);
     ``quarter`` to "sin" (cosine). ``line`` is where its author wrote it: "file.py, line 41".
     ``title`` is the name of the output or the next state that it is. ``fit`` is a range for its
-    format alone (`model.lowering.profile`); what the interval decides, it does not.
+    format alone (`model.lowering.profile`); what the interval decides, it does not. ``unless``
+    says when a "bounded" one leaves its range.
     """
 
     number: int
@@ -62,6 +65,7 @@ class Node:
     line: str = ""
     title: str = ""
     fit: tuple[float, float] | None = None
+    unless: str = ""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -206,10 +210,11 @@ class Graph:
     def div(self, a: Node, b: Node) -> Node:
         """a / b."""
         if b.low <= 0.0 <= b.high:
+            floor = "ops.maximum(x, SMALLEST) or " * (max(-b.low, b.high) < _SPAN)
             raise self.outside(
                 b,
                 "a divisor whose range excludes 0",
-                "divide by ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
+                f"divide by {floor}ops.clip(x, SMALLEST, LARGEST)",
             )
         if b.kind == "const":
             return self.mul(a, self.const(1.0 / b.value))
@@ -305,11 +310,11 @@ class Graph:
         limits = {"low": -half, "high": half, "unit": unit, "value": period}
         return self._new("wrap", a, key=period, **limits)
 
-    def bounded(self, a: Node, low: float, high: float, reason: str) -> Node:
+    def bounded(self, a: Node, low: float, high: float, reason: str, unless: str = "") -> Node:
         """``a``, known (or made, by saturation) to lie in [low, high]."""
         if a.kind == "const" and low <= a.value <= high:
             return a
-        limits = {"low": low, "high": high, "source": f"declared: {reason}"}
+        limits = {"low": low, "high": high, "source": f"declared: {reason}", "unless": unless}
         return self._new("bounded", a, key=(low, high), unit=a.unit, **limits)
 
     def limited(self, a: Node, low: float, high: float) -> Node:

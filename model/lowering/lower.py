@@ -20,6 +20,7 @@ from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program
+from boresight.model.words.rounded import binary_exponent
 
 __all__ = ["lower"]
 
@@ -85,6 +86,8 @@ def _count_uses(roots: Sequence[Node]) -> None:
 
 #: Kinds of nodes whose formats are prescribed.
 _PRESCRIBED = (*LEAVES, "wrap", "sin", "asin", "saturated", "complement")
+#: Bits more than a state's that leave too many words on a tie.
+_TIES = 6
 
 
 def _fit(
@@ -107,33 +110,36 @@ def _fit(
     for node in graph.nodes:
         if node not in of_expressions and (following := _following(node)) is not None:
             _give(node, following, profile)
-    _round_once(graph, after, states)
+    _round_once(after, states)
 
 
-def _round_once(graph: Graph, after: Sequence[Node], states: Sequence[Range]) -> None:
-    """What is only selected to replace a state gets no finer format than the state's.
+def _round_once(after: Sequence[Node], states: Sequence[Range]) -> None:
+    """What is copied or added to replace a state gets no format that is a few bits finer.
 
-    Rounded to it a second time, half of the words would lie on a tie and go up.
+    Rounded to the state's format a second time, a share 2^-k of the words with k bits more lies on
+    a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
     """
-    readers: dict[int, set[int]] = {}
-    for node in graph.nodes:
-        for arg in node.args:
-            readers.setdefault(arg.number, set()).add(node.number)
     for root, (least, most) in zip(after, states, strict=True):
-        chain, stack = {root.number}, [root]
+        seen, stack = {root.number}, [root]
         while stack:
             node = stack.pop()
             copied = node.args[1:] if node.kind == "select" else node.args
-            for arg in copied if node.kind in ("select", "bounded") else ():
-                if arg.number in chain or not readers[arg.number] <= chain:
+            for arg in copied if node.kind in ("select", "bounded", "sum") else ():
+                if arg.number in seen:
                     continue
-                chain.add(arg.number)
-                stack.append(arg)
-                if arg.fit is not None:
-                    arg.fit = (
-                        max(arg.low, min(arg.fit[0], least)),
-                        min(arg.high, max(arg.fit[1], most)),
-                    )
+                seen.add(arg.number)
+                finer = _exponent(least, most) - _exponent(*arg.span)
+                if finer <= _TIES:
+                    stack.append(arg)
+                if arg.fit is not None and 0 < finer <= _TIES:
+                    low, high = arg.fit
+                    arg.fit = max(arg.low, min(low, least)), min(arg.high, max(high, most))
+
+
+def _exponent(low: float, high: float) -> float:
+    """Of the largest magnitude of a range."""
+    size = max(abs(low), abs(high))
+    return binary_exponent(size) if 0.0 < size < math.inf else size or -math.inf
 
 
 def _give(node: Node, range_: Range, profile: Profile) -> None:

@@ -82,15 +82,38 @@ class _Walk:
             last = math.ldexp(1.0, -said.frac)
             if last * share > limit:
                 span = self.nodes.get(value, said)
-                line = self.nodes[value].line if value in self.nodes else ""
+                line = self._line(value)
                 raise InputError.at(
                     placed(line, f"{self.program.name}, value {said.name}"),
                     wanted=f"a last bit of at most {limit / share:.3g}, for {of}",
                     found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
-                    fix="limit it, or what it is made of, with ops.bounded or ops.clip"
-                    if said.kind is Kind.OP
-                    else "narrow its range, or widen the tolerance",
+                    fix=self._cure(value),
                 )
+
+    def _line(self, value: int) -> str:
+        """Where its author wrote it, or what a part of a sum is added to."""
+        at: int | None = value
+        while at is not None and at not in self.nodes:
+            part = at
+            at = next(
+                (op.dest for op in self.program.ops if any(part in (t.a, t.b) for t in op.terms)),
+                None,
+            )
+        return "" if at is None else self.nodes[at].line
+
+    def _cure(self, value: int) -> str:
+        """What gives a value a finer last bit."""
+        said, states = self.program.values[value], self.program.states
+        if said.kind is not Kind.OP:
+            return "narrow its range, or widen the tolerance"
+        for number, after in states:
+            state = self.program.values[number]
+            same = self.nodes.get(after) is self.nodes.get(value) is not None or after == value
+            if same and said.frac == state.frac:
+                name = declared_name(self.program, self.nodes, number)
+                ends = f"[{state.low:g}, {state.high:g}]"
+                return f"narrow the range {ends} of state {name}, or widen the tolerance"
+        return "limit it, or its factors, with ops.bounded or ops.clip, or use boresight fit"
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach one, each once, and how much of an error of theirs does."""

@@ -37,8 +37,8 @@ class Scorer:
         Word width, 18 to 32.
     jobs : int, optional
         Threads; by default one for each processor.
-    told : sequence of (name, figure), optional
-        Of each record the one figure that counts, and the name that it is told by; all by default.
+    scored : sequence of (name, figure), optional
+        Of each record the one figure that counts, and its name in the report; all by default.
     """
 
     def __init__(
@@ -48,9 +48,9 @@ class Scorer:
         *,
         word: int = 32,
         jobs: int | None = None,
-        told: Sequence[tuple[str, str]] | None = None,
+        scored: Sequence[tuple[str, str]] | None = None,
     ) -> None:
-        self.estimator, self.feeds, self.told = estimator, tuple(feeds), told
+        self.estimator, self.feeds, self.scored = estimator, tuple(feeds), scored
         build = Build(estimator, word=word)
         self.jobs = max(1, min(processes(jobs), len(self.feeds)))
         self._levels: SimpleQueue[Emitted] = SimpleQueue()
@@ -107,9 +107,9 @@ class Scorer:
                 )
             (loop,) = drive(columns, level)
             metrics = errors(self.estimator, columns, loop.outputs)
-            if self.told is None:
+            if self.scored is None:
                 return metrics
-            name, figure = self.told[index]
+            name, figure = self.scored[index]
             return {name: metrics[figure]}
 
         return self._each(range(len(self.feeds)) if which is None else which, params, score)

@@ -89,7 +89,7 @@ class Difference:
 
     @property
     def first_beyond(self) -> int | None:
-        """First sample beyond the tolerance; None if there is none."""
+        """First sample beyond the tolerance; None if all are within it."""
         if self.tolerance is None or self.good:
             return None
         return self.beyond

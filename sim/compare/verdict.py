@@ -324,7 +324,11 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     unused = program.arithmetic.word - 1 - used.bit_length()
     state = becomes(program, nodes, value)
     if state is None and unused > 1:
-        return f"it leaves {unused} bits unused: get formats by boresight fit, or use ops.bounded"
+        return (
+            f"it leaves {unused} bits unused: get formats by boresight fit; where these do not "
+            "help, narrow inputs and states (boresight fit --propose), use ops.bounded, or a wider "
+            "word"
+        )
     said = program.values[value if state is None else state]
     narrow = f"narrow its range [{said.low:g}, {said.high:g}], which leaves {unused} bits unused, "
     return (

@@ -42,7 +42,7 @@ def triad_matrix(s: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
 def nearest_rotation(t: npt.ArrayLike) -> FloatArray:
     """The rotation nearest to a matrix: ``T (T^T T)^(-1/2)`` (3, 3).
 
-    `InputError` if T is singular or a reflection: then there is none.
+    `InputError` if T is singular or a reflection, which have no solution.
     """
     t = np.asarray(t, dtype=np.float64)
     if t.shape != (3, 3) or not np.isfinite(t).all():

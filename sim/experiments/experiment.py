@@ -66,7 +66,7 @@ class Target:
         return bool(math.isfinite(self.value) and low <= self.value <= high)  # numpy gives its own
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data; ``limit`` is least and greatest good value, null where there is none."""
+        """Plain data; ``limit`` is least and greatest good value, null for an open end."""
         return {
             "name": f"{self.name}, {self.part}" if self.part else self.name,
             "source": self.source,

@@ -73,7 +73,7 @@ class Case:
         Raises
         ------
         InputError
-            The constructor does not take them, or there is none.
+            The constructor does not take them, or is missing.
         """
         name, text = self.estimator, ", ".join(f"{key}={value}" for key, value in self.arguments)
         if not text:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from boresight.model.estimator import Estimator
@@ -14,7 +14,7 @@ from boresight.model.lowering.trace import Trace
 from boresight.model.words.rounded import binary_exponent
 from boresight.sim.fit.observe import Reached, joined
 
-__all__ = ["MARGIN_BITS", "chosen", "intervals", "profile_of"]
+__all__ = ["MARGIN_BITS", "between", "chosen", "intervals", "profile_of"]
 
 #: Bits above the largest value that was seen.
 MARGIN_BITS = 2.0
@@ -52,7 +52,7 @@ def chosen(seen: Range, provoked: Range | None, interval: Range) -> Range | None
 
 
 def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, Range]]:
-    """Interval of each expression, and the limits without which there is none.
+    """Interval of each expression, and the limits that it needs.
 
     Parameters
     ----------
@@ -96,6 +96,26 @@ def _held(kind: str, args: Sequence[Any], seen: Range | None) -> Range | None:
     return None
 
 
+def between(trace: Trace, elements: Collection[str]) -> set[int]:
+    """Numbers of the expressions that lead from some states to what replaces any of them.
+
+    Parameters
+    ----------
+    elements : collection of str
+        Names of the states: the covariance of a filter made by `boresight.kalman`, whose ranges
+        are proven. A value between that saturates would take its positiveness.
+    """
+    own = [(leaf, after) for leaf, _, after in trace.states if leaf.data[1] in elements]
+    behind, ahead = {leaf.number for leaf, _ in own}, {after.number for _, after in own}
+    for e in trace.tracer.expressions:
+        if any(a.number in behind for a in e.args):
+            behind.add(e.number)
+    for e in reversed(trace.tracer.expressions):
+        if e.number in ahead:
+            ahead.update(a.number for a in e.args)
+    return behind & ahead
+
+
 def profile_of(
     trace: Trace, estimator: Estimator, seen: Reached, provoked: Reached, logs: Sequence[str]
 ) -> Profile:
@@ -115,6 +135,7 @@ def profile_of(
     """
     said, limits = intervals(trace, joined(seen, provoked))
     fixed = {e.args[-1].number for e in trace.tracer.expressions if e.kind in _DIVIDING}
+    fixed |= between(trace, estimator.covariance_elements)
     ranges: dict[int, Range] = {}
     for e in trace.needed:
         known = e.number in fixed and math.isfinite(sum(said[e.number]))

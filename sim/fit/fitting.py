@@ -13,6 +13,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
+from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.fit.choose import intervals, profile_of
@@ -104,17 +105,20 @@ def fitted(
 
 @dataclass(frozen=True)
 class Effect:
-    """Fixed point against float64 on the records, with some formats.
+    """Fixed point with some formats: against float64 on the records, and under hostile inputs.
 
     Attributes
     ----------
     differences : tuple of Difference
         Of each output the largest of all records.
     saturated_updates : int
+    negative_updates : int
+        Of hostile ones, those after which a variance is negative, where states are a covariance.
     """
 
     differences: tuple[Difference, ...]
     saturated_updates: int
+    negative_updates: int
 
 
 def effect(
@@ -140,4 +144,20 @@ def effect(
         for d in differences(estimator.outputs, run.outputs, reference.outputs):
             if d.output not in worst or d.largest > worst[d.output].largest:
                 worst[d.output] = d
-    return Effect(tuple(worst.values()), saturated)
+    return Effect(tuple(worst.values()), saturated, _negative(other, words, build))
+
+
+def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
+    """Hostile updates after which a variance is negative."""
+    try:
+        covariance = covariance_of(estimator)
+    except InputError:
+        return 0
+    negative = 0
+    stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED + 1))
+    for inputs in stimuli.values():
+        run = words.run_anew(inputs)
+        assert run.states is not None
+        p = covariance.of_words(build.programs[0], run.states)
+        negative += int((np.diagonal(p, axis1=1, axis2=2) < 0.0).any(axis=1).sum())
+    return negative

@@ -82,6 +82,11 @@ class Build:
         """The traced nodes of each program; see `Estimator.compile_traced`."""
         return [nodes for _, nodes in self._traced]
 
+    @property
+    def urgents(self) -> list[int | None]:
+        """For each program, the leading outputs whose latency counts first."""
+        return [p.urgent if self.urgent is None else self.urgent for p in self.programs]
+
     @cached_property
     def core(self) -> Core:
         """The core with all programs, the first one selected.
@@ -93,10 +98,9 @@ class Build:
         ScheduleError
             The programs do not fit into one core.
         """
-        urgents = [p.urgent if self.urgent is None else self.urgent for p in self.programs]
         try:
             return build_shared_core(
-                self.programs, self.config, urgents=urgents, restarts=self.restarts
+                self.programs, self.config, urgents=self.urgents, restarts=self.restarts
             )
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None

@@ -56,7 +56,7 @@ class Campaign:
         world, estimator, level = made(self)
         try:
             source = Path(inspect.getfile(type(world))).read_bytes()
-        except (OSError, TypeError):  # made by hand: nobody goes on with its journal by its name
+        except (OSError, TypeError):  # defined interactively: its journal is not continued
             source = b""
         return {
             "world": self.world if isinstance(self.world, str) else world.name,

@@ -40,6 +40,8 @@ class Claim:
         Name of the state whose next value it is; empty: of none.
     bounded : bool
         Whether `ops.bounded` makes the claim; else the declaration of a state does.
+    unless : str
+        When its author says that the value leaves the range; empty: never.
     """
 
     node: Node
@@ -50,6 +52,7 @@ class Claim:
     word: int | None
     state: str = ""
     bounded: bool = True
+    unless: str = ""
 
     @property
     def size(self) -> float:
@@ -101,6 +104,7 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
             node.source.removeprefix("declared: "),
             node.line,
             word_of.get(node.number),
+            unless=node.unless,
         )
         for node in live([nodes[n] for n in results if n in nodes])
         if node.kind == "bounded" and replacing.get(node.number) != (node.low, node.high)
@@ -110,10 +114,10 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
         declared, node = program.values[state], nodes.get(after)
         if node is not None and after != state and after not in clamped:
             bounded = node.kind == "bounded" and replacing[node.number] == (node.low, node.high)
+            said = (declared.name, bounded, node.unless if bounded else "")
             node = node.args[0] if bounded else node  # of another range it is a claim itself
             reason = f"range of the state {declared.name}"
-            ends = declared.low, declared.high
-            out.append(Claim(node, *ends, reason, node.line, after, declared.name, bounded))
+            out.append(Claim(node, declared.low, declared.high, reason, node.line, after, *said))
     return out
 
 

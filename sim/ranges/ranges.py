@@ -28,10 +28,17 @@ __all__ = [
 ]
 
 #: What is known of a claim, the best first; and of the range of a state.
-STATUSES = ("proven", "conditional", "checked", "tight", "open", "refuted")
-STATE_STATUSES = ("invariant", "conditional", "checked", "observed", "left", "refuted")
+STATUSES = ("proven", "conditional", "checked", "tight", "open", "excepted", "refuted")
+STATE_STATUSES = (
+    *("invariant", "conditional", "checked", "observed"),
+    *("excepted", "left", "refuted"),
+)
 #: How the text counts a status, where its name says too little.
-_TITLES = {"conditional": "proven if other claims hold", "checked": "checked on covariances"}
+_TITLES = {
+    "conditional": "proven if other claims hold",
+    "checked": "checked on covariances",
+    "excepted": "with exceptions",
+}
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
 
@@ -179,7 +186,7 @@ class RangesResult(Answer):
         for title, counts in zip(("claims", "ranges of states"), self.counts.values(), strict=True):
             each = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
             lines.append(f"  {sum(counts.values())} {title}: {each or 'none'}")
-        for status in ("refuted", "open", "conditional", "observed", "left"):
+        for status in ("refuted", "excepted", "open", "conditional", "observed", "left"):
             alike: dict[tuple[str, str], list[ClaimResult]] = {}
             for c in (*self.claims, *self.states):
                 if c.status == status:
@@ -235,7 +242,7 @@ def examine(
         how = proof.how if proof else checked.get(k, "")
         share = _share(claim, reach)
         if reach.broken:
-            status = "refuted" if claim.bounded else "left"
+            status = "excepted" if claim.unless else "refuted" if claim.bounded else "left"
             holds = "would hold" if conditions[k] else "holds but for rounding"
             how = f"{holds} ({how})" if how else ""
         elif proof and conditions[k]:
@@ -250,7 +257,7 @@ def examine(
             status = "tight" if share >= NEAR else "open"
         results.append(
             ClaimResult(
-                claim.reason,
+                claim.reason + (f", unless {claim.unless}" if claim.unless else ""),
                 claim.line,
                 claim.low,
                 claim.high,

@@ -192,7 +192,7 @@ def _turned(where: str, source: Source, values: FloatArray) -> FloatArray:
 
 
 def _in_rows(s: _Series, base: _Series, notes: list[str]) -> FloatArray:
-    """Values in the rows, NaN where there is none."""
+    """Values in the rows, NaN where missing."""
     rows = base.stamps
     out = np.full((len(rows), s.values.shape[1]), np.nan)
     if not len(s.stamps):

@@ -94,6 +94,8 @@ FORMATS = {
     ".feather": Format(parse_feather, _whole(format_feather)),
     ".mat": Format(parse_mat, _whole(format_mat)),
 }
+#: Suffixes of CSV under other names.
+_OF_TEXT = ("", ".txt", ".dat", ".log", ".tsv")
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
 RECORDINGS: dict[str, tuple[Reader, str]] = {
     ".ulg": (read_ulog, "px4"),
@@ -237,11 +239,22 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
         yield record_from(path, read, ready_map(ready) if what is None else read_map(what))
         return
     made = _format(path)
-    if whole or made.pieces is None:
-        yield made.parse(path, read_bytes(path, "a log file that can be read"))
-        return
-    with opened(path, "a log file that can be read") as file:
-        yield from made.pieces(path, file)
+    try:
+        if whole or made.pieces is None:
+            yield made.parse(path, read_bytes(path, "a log file that can be read"))
+            return
+        with opened(path, "a log file that can be read") as file:
+            yield from made.pieces(path, file)
+    except InputError as error:
+        suffix = path.suffix.lower()
+        if not error.parts or suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,)):
+            raise
+        raise InputError.at(
+            error.parts["where"],
+            wanted=error.parts["wanted"],
+            found=error.parts["found"],
+            fix=f"files *{suffix} are read as CSV; logs are {', '.join((*FORMATS, *RECORDINGS))}",
+        ) from None
 
 
 def _format(path: Path) -> Format:

@@ -197,11 +197,12 @@ def _lines_of(path: Path, content: bytes) -> list[str]:
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
+        wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         raise InputError.at(
             str(path),
             wanted="a CSV log in UTF-8 text",
-            found="binary data",
-            fix="export it as text; an archive of arrays must be named .npz",
+            found="UTF-16 text" if wide else "binary data",
+            fix="export it as UTF-8; other formats need their suffix, as .npz or .parquet",
         )
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 

@@ -41,7 +41,7 @@ def _known(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _colours(names: Sequence[str]) -> dict[str, str]:
-    """A colour for each curve: its own, or the next one that nobody owns."""
+    """A colour for each curve: its own, or the next unused one."""
     rest = cycle(COLOUR[k] for k in _CYCLE if k not in names)
     return {name: COLOUR[name] if name in COLOUR else next(rest) for name in names}
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from boresight import ops
 from boresight.model.algebra.covariance import Symmetric, sheared
-from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
+from boresight.model.algebra.quaternion import NOT_UNIT, Vector, dot, scaled_matrix
 from boresight.model.algebra.scalar_update import Update
 from boresight.systems.array.interface import KINDS, UNITS
 
@@ -42,7 +42,7 @@ def propagated(
         ops.bounded(0.5 * a + 0.5 * b, -1.0, 1.0, "mean") for a, b in zip(start, end, strict=True)
     ]
     c = [
-        [ops.bounded(e, -1.0, 1.0, "mean of a rotation") for e in row]
+        [ops.bounded(e, -1.0, 1.0, "mean of a rotation", unless=NOT_UNIT) for e in row]
         for row in scaled_matrix(half)
     ]
     # z of end start^-1, twice: the angle turned about up

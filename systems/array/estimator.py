@@ -29,7 +29,7 @@ from boresight.model.algebra import strapdown as sd
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_of, element_names
 from boresight.model.algebra.ellipsoid import Site, site
-from boresight.model.algebra.quaternion import Vector, dot, matrix, of_angles, turn
+from boresight.model.algebra.quaternion import NOT_UNIT, Vector, dot, matrix, of_angles, turn
 from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
@@ -123,7 +123,9 @@ class ArrayAttitude(Estimator):
         v, axes = sd.velocity(x, c, force, place)
         correction: Vector = (0.0, 0.0, 0.0)
         if self.aided:
-            up = ops.bounded(dot(c[2], sample.turn), -2.0 * STEP_TURN, 2.0 * STEP_TURN, "up")
+            up = ops.bounded(
+                dot(c[2], sample.turn), -2.0 * STEP_TURN, 2.0 * STEP_TURN, "up", unless=NOT_UNIT
+            )
             eps = turn(c, [self.dt * getattr(x, f"eps_{a}") for a in AXES])
             axes = [axes[0] + eps[0], axes[1] + eps[1], axes[2] + eps[2] + x.scale_up * up]
             filtered = self._filtered(x, u, p, _Now(restart, sample, seen, place, v, up))

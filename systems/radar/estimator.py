@@ -300,10 +300,12 @@ class _Beam:
     def __init__(self, at: Vector, bias: Vector) -> None:
         east, north, up = at
         level_sq = ops.bounded(east * east + north * north, 0.0, 2.0 * REACH * REACH, "square")
-        square = ops.bounded(level_sq + up * up, 0.0, 2.0 * REACH * REACH, "square")
+        far = "the target is beyond reach"
+        most = 2.0 * REACH * REACH
+        square = ops.bounded(level_sq + up * up, 0.0, most, "square", unless=far)
         by_level, by_range = ops.rsqrt(level_sq), ops.rsqrt(square)
         level = ops.bounded(level_sq * by_level, 0.0, 1.5 * REACH, "distance")
-        distance = ops.bounded(square * by_range, 0.0, 1.5 * REACH, "distance")
+        distance = ops.bounded(square * by_range, 0.0, 1.5 * REACH, "distance", unless=far)
         sin_n, cos_n = (ops.saturated(c * by_level, 1.0) for c in (east, north))
         sin_e = ops.saturated(up * by_range, 1.0)
         cos_e = ops.bounded(level * by_range, 0.0, 1.0, "cosine of the elevation")

@@ -41,7 +41,14 @@ from boresight.model.algebra.covariance import (
     element_names,
     partly_turned,
 )
-from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix, turn
+from boresight.model.algebra.quaternion import (
+    NO_ROTATION,
+    increment,
+    matrix,
+    multiply,
+    right_matrix,
+    turn,
+)
 from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     TRACE_LIMIT,
@@ -113,9 +120,9 @@ class Satcom(Estimator):
         # Sines and cosines of the predicted angles.
         cosine_sq = c_nb[2][1] * c_nb[2][1] + c_nb[2][2] * c_nb[2][2]
         secant = ops.rsqrt(cosine_sq)
-        cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine")
+        cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine", unless=NO_ROTATION)
         sin_phi, cos_phi, sin_psi, cos_psi = (
-            ops.bounded(c * secant, -1.0, 1.0, "of a unit vector")
+            ops.bounded(c * secant, -1.0, 1.0, "of a unit vector", unless=NO_ROTATION)
             for c in (c_nb[2][1], c_nb[2][2], c_nb[1][0], c_nb[0][0])
         )
         psi = unit_angle_ht(c_nb[1][0], c_nb[0][0], secant)
@@ -151,7 +158,7 @@ class Satcom(Estimator):
         # Noises over 2, scaled.
         tilt_scale = ops.where(moving, ops.saturated(p.adapt * half_scale, 1024.0), half_scale)
         r_roll, r_pitch, r_heading = (
-            ops.bounded(root * root, 0.0, 16.0, "variance")
+            ops.bounded(root * root, 0.0, 16.0, "variance", unless=NO_ROTATION)
             for root in (
                 ops.saturated(p.roll_sd * tilt_scale, NOISE_LIMIT) * cos_theta,
                 ops.saturated(p.pitch_sd * tilt_scale, NOISE_LIMIT),

@@ -23,7 +23,7 @@ from typing import Any
 
 from boresight import Estimator, Input, Output, Param, ops
 from boresight.model.algebra.angles import unit_angle_ht
-from boresight.model.algebra.quaternion import conjugate_turn, cross, dot, matrix
+from boresight.model.algebra.quaternion import NOT_UNIT, conjugate_turn, cross, dot, matrix
 from boresight.model.algebra.quaternion_filter import status_word
 
 __all__ = ["STATUS_BITS", "SatcomPointing", "direction"]
@@ -99,13 +99,17 @@ class SatcomPointing(Estimator):
         c = matrix((u.qw, u.qx, u.qy, u.qz))
         los = conjugate_turn(c, [ops.saturated(v * inverse, 1.0) for v in toward])
         los = [ops.saturated(v, 1.0) for v in los]
-        pole = [ops.bounded(cosine * c[0][k] - sine * c[2][k], -1.0, 1.0, "unit") for k in range(3)]
+        pole = [
+            ops.bounded(cosine * c[0][k] - sine * c[2][k], -1.0, 1.0, "unit", unless=NOT_UNIT)
+            for k in range(3)
+        ]
 
         level_sq = ops.bounded(los[0] * los[0] + los[1] * los[1], 0.0, 2.0, "squared cosine")
         secant = ops.rsqrt(level_sq)
-        level = ops.bounded(level_sq * secant, 0.0, 1.0, "cosine of the elevation")
+        level = ops.bounded(level_sq * secant, 0.0, 1.0, "cosine of the elevation", unless=NOT_UNIT)
         ahead, aside = (ops.saturated(v * secant, 1.0) for v in los[:2])
-        outward = ops.bounded(ahead * pole[0] + aside * pole[1], -1.0, 1.0, "of a unit vector")
+        outward = ahead * pole[0] + aside * pole[1]
+        outward = ops.bounded(outward, -1.0, 1.0, "of a unit vector", unless=NOT_UNIT)
         right, up = ahead * pole[1] - aside * pole[0], los[2] * outward - level * pole[2]
 
         w = (u.rate_x, u.rate_y, u.rate_z)

@@ -2,6 +2,7 @@
 
 import random
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -31,6 +32,17 @@ def test_linked_programs() -> None:
 def test_random_programs(seed: int, word: int) -> None:
     program = random_program(seed, word=word, n_ops=30)
     assert validate_c(program, program.name, emit_c(program))
+
+
+def test_a_table_that_is_named_and_not_read() -> None:
+    """No text has it: an operation without a coefficient reads none (found by `make soak`)."""
+    program = random_program(3, n_ops=1)
+    (op,) = program.ops
+    terms = tuple(replace(t, b=t.a, coefficient=None) for t in op.terms)
+    program = replace(program, ops=(replace(op, terms=terms, table=1, index=op.terms[0].a),))
+    texts = emit_c(program)
+    assert "TABLE" not in texts[f"{program.name}.c"]
+    assert validate_c(program, program.name, texts) == len(program.ops)
 
 
 # Seeded faults: one token of the text, outside comments.

@@ -222,10 +222,10 @@ TOO_MUCH = {
     ),
     "microwords": (
         "",
-        "y = u.a\n        for k in range(700):\n"
+        "y = u.a\n        for k in range(2400):\n"
         "            y = ops.bounded(y * u.b, -4.0, 4.0, '')  #!\n"
         "        return {'pos': 0.5 * x.pos}, {'y': y}",
-        "microwords or more, the small machine has 4096; compute less in a sample",
+        "microwords or more, the small machine has 16384; compute less in a sample",
     ),
 }
 

@@ -29,15 +29,13 @@ class Traced:
     ) -> None:
         self.function = function
         self.graph = Tracer("test")
-        leaves = [
+        self.leaves = [
             self.graph.leaf("input", f"x{k}", low, high, unit)
             for k, (low, high) in enumerate(ranges)
         ]
-        self.nodes = [self.graph.lift(n) for n in _tuple(function(*leaves))]
-        self.program: Program = lower(
-            Trace(self.graph, leaves, {f"y{k}": n for k, n in enumerate(self.nodes)}),
-            Arithmetic(word=word),
-        )[0]
+        self.nodes = [self.graph.lift(n) for n in _tuple(function(*self.leaves))]
+        self.trace = Trace(self.graph, self.leaves, {f"y{k}": n for k, n in enumerate(self.nodes)})
+        self.program: Program = lower(self.trace, Arithmetic(word=word))[0]
 
     def formats(self) -> list[Any]:
         """Formats of the outputs."""

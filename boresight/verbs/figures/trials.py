@@ -30,7 +30,7 @@ class Trials:
         Of the figures.
     left_out : tuple of str
         Logs without truth.
-    told : tuple of (name, figure), optional
+    scored : tuple of (name, figure), optional
         Of each the figure that counts, by the name of its group of cases.
     """
 
@@ -39,7 +39,7 @@ class Trials:
     logs: tuple[str, ...]
     units: dict[str, str]
     left_out: tuple[str, ...]
-    told: tuple[tuple[str, str], ...] | None = None
+    scored: tuple[tuple[str, str], ...] | None = None
 
     def held_back(self, hold: str) -> tuple[str, ...]:
         """Of each the name that it is held back with: "logs" its log, "cases" its group.
@@ -49,14 +49,16 @@ class Trials:
         InputError
             Neither of them, or cases of none.
         """
-        if hold not in ("logs", "cases") or (hold == "cases" and self.told is None):
+        if hold not in ("logs", "cases") or (hold == "cases" and self.scored is None):
             raise InputError.at(
                 "hold",
                 wanted="logs, or with a protocol cases",
                 found=repr(hold),
                 fix="hold logs back, or name a protocol",
             )
-        return self.logs if hold == "logs" or self.told is None else tuple(n for n, _ in self.told)
+        return (
+            self.logs if hold == "logs" or self.scored is None else tuple(n for n, _ in self.scored)
+        )
 
 
 def trials_of(estimator: Estimator, logs: Sequence[Any], protocol: str | None) -> Trials:

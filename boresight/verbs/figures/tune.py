@@ -131,7 +131,7 @@ def tune(
     tests = deal_named(held_back, folds if rounds else 1, seed)
     many = sum(map(len, trials.feeds))
     say(f"{estimator.name}: {len(trials.feeds)} trials, {many:,} samples; C")
-    scorer = Scorer(estimator, trials.feeds, word=word, jobs=jobs, told=trials.told)
+    scorer = Scorer(estimator, trials.feeds, word=word, jobs=jobs, scored=trials.scored)
     objective = Objective.of(chosen, means(scorer.scores(values)))
     tuning = Tuning(scorer, moving, detuned(values, moving, detune), objective, rounds, say)
     tuned = tuning.search(range(len(trials.feeds)), "all trials")

@@ -56,5 +56,6 @@ ICE40: Final = Family(
             options=("--up5k", "--package", "sg48"),
         ),
     ),
+    memory_shapes=MappingProxyType({(256 << k, 16 >> k): 1 for k in range(4)}),
     router=Router(program="nextpnr-ice40", extra="ice40"),
 )

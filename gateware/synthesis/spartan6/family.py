@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import Final
 
 from boresight.gateware.synthesis.family import Family
@@ -11,5 +12,14 @@ from boresight.gateware.synthesis.yosys import SPARTAN6 as COMMAND
 __all__ = ["SPARTAN6"]
 
 SPARTAN6: Final = Family(
-    name="spartan6", title="Xilinx Spartan-6", synthesis=COMMAND, cells={}, devices=DEVICES
+    name="spartan6",
+    title="Xilinx Spartan-6",
+    synthesis=COMMAND,
+    cells={},
+    devices=DEVICES,
+    # RAMB16 and its halves.
+    memory_shapes=MappingProxyType(
+        {(512 << k, bits): 1 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
+        | {(256 << k, bits): 0.5 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
+    ),
 )

@@ -17,7 +17,7 @@ from typing import Any
 
 from boresight.model import ops
 
-__all__ = ["first_turns", "about_vertical", "turned_over"]
+__all__ = ["turned_over", "turns"]
 
 
 def turned_over(over: Any, v: Any, limit: float) -> tuple[Any, Any, Any]:
@@ -27,18 +27,20 @@ def turned_over(over: Any, v: Any, limit: float) -> tuple[Any, Any, Any]:
     return tuple(ops.saturated(c, limit) for c in turned)
 
 
-def first_turns(up: Any, east: Any) -> tuple[tuple[Any, ...], tuple[Any, Any]]:
-    """Level quaternion, and w and z of that to north, of unit vectors; norms 1.4 to 2, 0.7 to 2."""
-    top = 1.0 + up[2]
-    cosine = ops.saturated(0.5 * (top * east[0] - east[2] * up[0]), 1.0)
-    sine = ops.saturated(0.5 * (east[2] * up[1] - top * east[1]), 1.0)
-    return (top, up[1], -up[0]), about_vertical(0.5 * top, cosine, sine)
+def turns(
+    anew: Any, up: Any, east: Any, cosine: Any, sine: Any
+) -> tuple[tuple[Any, ...], tuple[Any, Any]]:
+    """Level quaternion, and w and z of the turn about the vertical to north.
 
-
-def about_vertical(size: Any, cosine: Any, sine: Any) -> tuple[Any, Any]:
-    """w and z of the turn about the vertical whose cosine and sine are these over ``size``.
-
-    tan(a/2) = sin(a)/(1 + cos(a)) = (1 - cos(a))/sin(a): of the two the one that is far from 0/0.
+    Where ``anew`` of the unit vectors ``up`` and ``east``, else the second is that of the cosine
+    and sine. Norms 1.4 to 2 and 0.7 to 2; tan(a/2) = sin(a)/(1 + cos(a)) = (1 - cos(a))/sin(a): of
+    the two the one that is far from 0/0.
     """
+    top = 1.0 + up[2]
+    size = ops.where(anew, 0.5 * top, 1.0)
+    cosine = ops.where(anew, 0.5 * (top * east[0] - east[2] * up[0]), cosine)
+    sine = ops.where(anew, 0.5 * (east[2] * up[1] - top * east[1]), sine)
+    cosine, sine = ops.saturated(cosine, 1.0), ops.saturated(sine, 1.0)
     behind = cosine < 0.0
-    return ops.where(behind, sine, size + cosine), ops.where(behind, size - cosine, sine)
+    turn = (ops.where(behind, sine, size + cosine), ops.where(behind, size - cosine, sine))
+    return (top, up[1], -up[0]), turn

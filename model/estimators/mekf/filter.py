@@ -26,9 +26,12 @@ At rest the bias goes to the low-passed gyro, b <- b + k (mean - b); with D = di
 The first sample aligns it. Means begin young: with y one over their age they follow the faster, and
 Q grows by a multiple of y^2, so that what was learnt from a bad first sample is forgotten.
 
-A rate at full scale is used as it is, unless it got there by a jump from far below, which no body
-does: then the mean rate stands in. Either way y grows by `FULL_YOUTH` |w|^2 a second, so that the
-attitude follows the sensors the faster, the longer and faster the turn was that the gyro missed.
+An axis at full scale misses part of its rate, the more, the longer it is there: `BEYOND` times the
+slope s with which it got there times that time. The slope is the rate's distance from its low-pass,
+which stops meanwhile, times the corner. So the turn missed in a time T is 0.7 of the s T^2/6 that a
+parabola has beyond full scale. Part of it stays unknown: the square of the missed rate makes the
+means younger, so that the attitude follows the sensors the faster. A rate that jumps to full scale
+from far below, which no body does, is false: the low-pass stands in.
 
 Evidence and alternatives: `docs/systems/mekf.md`.
 """
@@ -45,7 +48,7 @@ from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.algebra.quaternion_filter import status_word
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
+from boresight.model.estimators.mekf.alignment import turned_over, turns
 from boresight.model.estimators.mekf.covariance import element, predicted
 from boresight.model.estimators.mekf.interface import (
     BIAS_SCALE,
@@ -74,12 +77,15 @@ INCREMENT = 0.37  #: norm of a step's quaternion: times 1.33 and `HALF_STEP_LIMI
 CORRECTION_LIMIT = 0.5  #: rad, largest correction of one update.
 FORCE_LIMIT = 128.0  #: m/s^2, largest component of the mean force.
 FORCE_STEP_LIMIT = 64.0  #: m/s^2, largest deviation from the mean force that counts.
-RATE_STEP_LIMIT = 4.0  #: rad/s, the same of the rate.
-RATE_WEIGHT = 256.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate's deviation stand for.
-MEAN_WEIGHT = 512.0  #: the same for the mean rate less the bias: who keeps turning is not at rest.
+OFF_LIMIT = 4.0  #: rad/s, the largest low-passed rate less the bias that counts.
+RATE_LIMIT = 64.0  #: rad/s, largest low-passed rate.
+MEAN_WEIGHT = 512.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate less the bias stand for.
 HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 HORIZONTAL_SQ_LIMIT = 16384.0  #: uT^2, its largest square: the less, the finer a weak one's.
-FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
+FIELD_AGE, FIELD_AGE_LIMIT = (
+    0.2499,
+    0.25,
+)  #: s, age from which on the field's direction is not used.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
 FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
 WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
@@ -87,12 +93,18 @@ WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
 JUMP = 0.875
 FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forgotten.
 LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
-FULL_YOUTH = 0.0125  #: s, how fast youth grows at full scale, per (rad/s)^2 of the rate.
+#: What an axis misses at full scale grows by this part of the slope: 0.7 of a parabola's turn.
+BEYOND = 0.7 / 3.0
+GENTLE_SQ = (
+    200.0  #: (m/s^2)^2, squared change of the force from which on it tells nothing of a turn.
+)
+MISSED_SQ_LIMIT = 64.0  #: (rad/s)^2, largest square of a missed rate that counts.
+FULL_YOUTH = 4.0  #: s, how fast youth grows per squared missed rate, in (rad/s)^2.
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
 #: 1/s, one over the age of a mean: at its start, the most that adds to the covariance, how much
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
 YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 63.0, 8.0, 0.5
-FORCE_YOUTH, FIELD_YOUTH = 2.0, 24.0
+FORCE_YOUTH, FIELD_YOUTH = 1.7, 24.0
 YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
 
@@ -171,14 +183,23 @@ class Mekf(Estimator):
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
 
-        # A rate at full scale is the best estimate of one beyond it; one that jumped there is none,
-        # and the mean rate stands in. The first of all did not jump.
+        # An axis at full scale: what it misses is the time there, in units of `BEYOND`, times the
+        # slope, the rate's distance from its low-pass r. A jump is false: w - (w - r) stands in.
         told = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(told, told))
-        jumped = ~forgotten & (JUMP * p.gyro_most_sq + x.fastest_sq < speed_sq)
-        full = p.gyro_most_sq < speed_sq
+        jumped = speed_sq - x.fastest_sq > JUMP * p.gyro_most_sq
         late = LATE * p.gyro_most_sq < x.fastest_sq
-        gyro = [ops.where(jumped, mean, w) for w, mean in zip(told, rate, strict=True)]
+        slope = [
+            ops.where(p.gyro_most_sq < w * w, w - c, 0.0) for w, c in zip(told, rate, strict=True)
+        ]
+        slope_sq = dot(slope, slope)
+        r_share = p.gyro_rate_per_s * dt
+        r_follow = ops.where(-slope_sq < 0.0, 0.0, -r_share)
+        r_follow = ops.saturated(ops.where(leveling, -1.0, r_follow), 1.0)
+        beyond = ops.where(jumped, -1.0, x.beyond)
+        beyond_after = ops.where(r_follow < 0.0, 0.0, x.beyond + BEYOND * r_share)
+        beyond_after = ops.saturated(beyond_after, 1.0)
+        beyond_dt = beyond * dt
         stale = ~(ops.where(leveling, enough_field, x.field_left) > 0.0)
         heading_unknown = leveling | (x.horizontal < 0.0)
         # Begun anew without a field, the attitude that it had is better than none.
@@ -212,7 +233,8 @@ class Mekf(Estimator):
         m_inverse = ops.rsqrt(m_length) if self.magnetic else nothing
         up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
-        level, north = first_turns(up, [ops.saturated(c * m_inverse, 1.0) for c in east])
+        east = [ops.saturated(c * m_inverse, 1.0) for c in east]
+        level, around = turns(anew, up, east, cosine, sine)
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
@@ -230,8 +252,8 @@ class Mekf(Estimator):
         odd_sq = ops.maximum(odd_now, x.odd_sq - forget * x.odd_sq)
         odd_sq = ops.named("odd", ops.bounded(odd_sq, 0.0, 2.0, "a part of it"))
 
-        # At rest the gyro's mean is the bias: b <- b + k (mean - b) with the gain k on every axis.
-        off = [r - b for r, b in zip(rate, bias, strict=True)]
+        # At rest the low-passed rate is the bias: b <- b + k (r - b), one gain k on all axes.
+        off = [ops.saturated(r - b, OFF_LIMIT) for r, b in zip(rate, bias, strict=True)]
         resting = p.rest_time_s < x.rest_s
         rest_gain = ops.named(
             "rest_gain", ops.where(resting, ops.saturated(p.rest_rate_per_s * step, 0.5), 0.0)
@@ -265,8 +287,7 @@ class Mekf(Estimator):
         total = ops.bounded(
             dot(h, column[:3]) * span + variance, NOISE_FLOOR, 7.99, "at least the noise"
         )
-        inverse = ops.bounded(1.0 / total, 0.0, 1.0 / NOISE_FLOOR, "1 / S")
-        scale = ops.bounded(span * inverse, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
+        scale = ops.bounded(span / total, 0.0, SPAN_LIMIT / NOISE_FLOOR, "Dt / S")
         gain = [
             ops.bounded(c * scale, -GAIN_LIMIT, GAIN_LIMIT, "sqrt(P_ii Dt) / (2 sd)")
             for c in column
@@ -281,12 +302,10 @@ class Mekf(Estimator):
         ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
-        correction = self._correction(
-            anew, aligning, level, north, about_vertical(1.0, cosine, sine), turned
-        )
+        correction = self._correction(anew, aligning, level, around, turned)
         half = tuple(
-            ops.saturated(0.5 * (w * dt - b * dt), HALF_STEP_LIMIT)
-            for w, b in zip(gyro, bias, strict=True)
+            ops.saturated(0.5 * (w * dt + beyond_dt * s - b * dt), HALF_STEP_LIMIT)
+            for w, s, b in zip(told, slope, bias, strict=True)
         )
         first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
         pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
@@ -299,10 +318,8 @@ class Mekf(Estimator):
         pitch, roll, heading = pitch_roll_heading_ht(C)
 
         older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
-        older = ops.bounded(older, -1.0, 63.9, "less than it was")
-        # What a rate at full scale may have missed is unknown: the means grow younger again.
+        older = ops.bounded(older, -1.0, 63.9, "less than it was", unless="it was at its limit")
         older = ops.where(older < 0.0, 0.0, older)
-        older = ops.saturated(ops.where(full, young + FULL_YOUTH * speed_sq * dt, older), 64.0)
         scale_var = ops.where(gap, GAP_VAR, p.gyro_scale_var)
         walk = ops.saturated(p.gyro_var + scale_var * speed_sq, WALK_LIMIT)
         youth = ops.saturated(young, YOUTH_LIMIT)
@@ -314,15 +331,16 @@ class Mekf(Estimator):
         f_change = [
             ops.saturated(a - c, FORCE_STEP_LIMIT) for a, c in zip(turn(C, force), f, strict=True)
         ]
-        r_change = [ops.saturated(w - c, RATE_STEP_LIMIT) for w, c in zip(gyro, rate, strict=True)]
-        f_rate = ops.maximum(p.force_rate_per_s * dt, FORCE_YOUTH * grown)
+        f_rate = p.force_rate_per_s * dt + FORCE_YOUTH * grown
         # A force that is as far off as full scale says nothing: the mean stays.
         change_sq = dot(f_change, f_change)
+        # Part of what was missed at full scale is unknown: the means grow younger again, unless
+        # the force is far from gravity.
+        missed_sq = ops.saturated((beyond * beyond) * slope_sq, MISSED_SQ_LIMIT)
+        missed_sq = ops.where(change_sq < GENTLE_SQ, missed_sq, 0.0)
+        older = ops.saturated(older + (FULL_YOUTH * dt) * missed_sq, 64.0)
         f_rate = ops.where(p.force_most_sq < change_sq, 0.0, f_rate)
-        f_follow, r_follow = (
-            ops.saturated(ops.where(leveling, 1.0, share), 1.0)
-            for share in (f_rate, p.gyro_rate_per_s * dt)
-        )
+        f_follow = ops.saturated(ops.where(leveling, 1.0, f_rate), 1.0)
         f_after = [
             ops.saturated(c + f_follow * d + t, FORCE_LIMIT)
             for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
@@ -331,9 +349,10 @@ class Mekf(Estimator):
             ops.where(no_field, kept, new) for kept, new in zip(m, turn(C, field), strict=True)
         ]
         m_after[:2] = [ops.saturated(c, HORIZONTAL_LIMIT) for c in m_after[:2]]
+        r_keep = 1.0 + r_follow
         r_after = [
-            ops.saturated(c + r_follow * d, RATE_STEP_LIMIT)
-            for c, d in zip(rate, r_change, strict=True)
+            ops.saturated(r_keep * c - r_follow * w, RATE_LIMIT)
+            for w, c in zip(told, rate, strict=True)
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
@@ -344,15 +363,15 @@ class Mekf(Estimator):
         horizontal = ops.bounded(horizontal, -1.0, 450.0, "a mean of magnitudes")
         vertical = ops.bounded(x.vertical + follow * change[1], -450.0, 450.0, "a mean of fields")
 
-        # Rest: rate and force keep near their means, and the mean rate can be a bias.
-        motion = change_sq + RATE_WEIGHT * dot(r_change, r_change) + MEAN_WEIGHT * dot(off, off)
+        # Rest: the force keeps near its mean, and the low-passed rate can be a bias.
+        motion = change_sq + MEAN_WEIGHT * dot(off, off)
         at_rest = _excess(motion, p.rest_motion_sq) < 0.0
         rest_s = ops.saturated(ops.where(at_rest, x.rest_s + dt, 0.0), 32.0)
         rest_s = ops.where(leveling & no_vertical, -1.0, ops.where(leveling, 0.0, rest_s))
 
         # That field is turned by the old heading: after an alignment it is not used again.
         left = ops.where(heading_unknown, 0.0, x.field_left) - dt
-        field_left = ops.bounded(ops.where(left < 0.0, 0.0, left), 0.0, 0.25, "less than it was")
+        field_left = ops.saturated(left, FIELD_AGE_LIMIT)
         # The fastest of late; a jump is none.
         slower = ~forgotten & (ops.where(jumped, -1.0, speed_sq - x.fastest_sq) < 0.0)
         forgotten_sq = x.fastest_sq - FASTEST_FORGET * dt * x.fastest_sq
@@ -386,8 +405,9 @@ class Mekf(Estimator):
                 "one of three, and a time",
             ),
             "fastest_sq": ops.where(slower, forgotten_sq, speed_sq),
+            "beyond": beyond_after,
             "rest_s": rest_s,
-            "field_left": ops.where(no_field, field_left, FIELD_AGE_LIMIT),
+            "field_left": ops.where(no_field, field_left, FIELD_AGE),
         }
         out = {
             "pitch": pitch,
@@ -403,18 +423,15 @@ class Mekf(Estimator):
         return {name: value for name, value in states.items() if name in kept}, out
 
     @staticmethod
-    def _correction(
-        anew: Any, aligning: Any, level: Any, north: Any, around: Any, turned: Any
-    ) -> list[Any]:
+    def _correction(anew: Any, aligning: Any, level: Any, around: Any, turned: Any) -> list[Any]:
         """Quaternion of norm 0.2 to 1.1 that turns the attitude about navigation axes.
 
-        The product of a turn about the vertical, where the heading aligns (that of ``north`` at
-        the first sample, then of ``around``), and of ``level`` at the first sample, then of the
-        correction (1, d/2).
+        The product of the turn ``around`` the vertical, where the heading aligns, and of ``level``
+        at the first sample, then of the correction (1, d/2).
         """
         a = [
-            ops.where(aligning, ops.where(anew, first, later), other)
-            for first, later, other in zip(north, around, (2.0, 0.0), strict=True)
+            ops.where(aligning, there, other)
+            for there, other in zip(around, (2.0, 0.0), strict=True)
         ]
         b = [
             ops.where(anew, first, later)

@@ -164,9 +164,9 @@ PARAMS: tuple[Param, ...] = (
         0.25,
         4800.0,
         "(rad/s)^2",
-        "square of a rate a little less than the gyro's full scale: one that jumps there from far "
-        "below is not believed and the mean rate stands in; at and after it the attitude follows "
-        "the other sensors faster",
+        "square of a rate a little less than the gyro's full scale: what an axis misses beyond it "
+        "is extrapolated, and the attitude follows the other sensors faster; one that jumps there "
+        "from far below is not believed",
     ),
     Param(
         "force_most_sq",
@@ -177,16 +177,23 @@ PARAMS: tuple[Param, ...] = (
         "squared deviation of the specific force from its mean beyond which it says nothing: that "
         "of an accelerometer at full scale",
     ),
-    Param("gyro_rate_per_s", 2.0, 0.01, 30.0, "1/s", "corner of the low-pass of the gyro"),
+    Param(
+        "gyro_rate_per_s",
+        30.0,
+        0.01,
+        60.0,
+        "1/s",
+        "corner of the gyro's low-pass, which stops at full scale: its distance from the rate "
+        "tells the slope there",
+    ),
     Param(
         "rest_motion_sq",
         0.4,
         0.0,
         900.0,
         "(m/s^2)^2",
-        "most squared motion at rest: the "
-        "force's deviation from its mean; 16 m/s^2 stand for 1 rad/s of the rate's deviation "
-        "from its mean, 5.7 for 1 rad/s of that mean",
+        "most squared motion at rest: the force's deviation from its mean; 23 m/s^2 stand for "
+        "1 rad/s of the low-passed rate less the bias",
     ),
     Param("rest_time_s", 0.4985, 0.0, 30.0, "s", "how long that must last"),
     Param("p0_bias", 4.5e-05, 1e-11, 6e-5, "(rad/s)^2", "variance of the gyro's bias at the start"),
@@ -200,16 +207,18 @@ STATES = (
     *(State(f"force_{a}", -128.0, 128.0 * (1 - 2.0**-31), "m/s^2") for a in "enu"),
     *(State(f"field_{a}", -128.0, 128.0 * (1 - 2.0**-31), "uT") for a in "en"),
     State("field_u", -444.0, 444.0, "uT"),
-    *(State(f"rate_{a}", -4.0, 4.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
+    *(State(f"rate_{a}", -64.0, 64.0 * (1 - 2.0**-31), "rad/s") for a in "xyz"),
     State("horizontal", -1.0, 450.0, "uT", -1.0),  # of the reference field; -1: not known
     State("vertical", -450.0, 450.0, "uT"),
     State("youth", 0.0, 63.9, "1/s", 63.0),  # one over the age of the means
     State("odd_sq", 0.0, 2.0, ""),
     # whose turn it is, -1, 0, 1 first, second, third, and on top the time since the last one
     State("turn", -1.0, 1.5, "s", -1.0),
+    # of the slope at full scale, the part that is missed by now
+    State("beyond", 0.0, 1.0 - 2.0**-31, ""),
     State("fastest_sq", 0.0, 4800.0, "(rad/s)^2"),  # largest squared rate of late
     State("rest_s", -1.0, 32.0, "s", -1.0),  # for how long at rest; -1: tilt not known
-    State("field_left", 0.0, 0.25, "s"),  # for how long the field's direction is still used
+    State("field_left", -0.25, 0.2499, "s"),  # for how long the field's direction is still used
 )
 
 #: Inputs, states and parameters that only a field needs, and what they are without one.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion import cross, dot
+from boresight.model.algebra.quaternion import NOT_UNIT, cross, dot
 from boresight.model.estimators.vqf.settings import FORCE_MOST
 
 __all__ = ["made_vertical", "rotated"]
@@ -20,7 +20,9 @@ def rotated(q: list[Any], v: Any) -> list[Any]:
     t = [ops.bounded(c, -FORCE_MOST, FORCE_MOST, "a vector") for c in cross((x, y, z), v)]
     around = (y * t[2] - z * t[1], z * t[0] - x * t[2], x * t[1] - y * t[0])
     return [
-        ops.bounded(a + 2.0 * (q[0] * b + c), -FORCE_MOST, FORCE_MOST, "a turned vector")
+        ops.bounded(
+            a + 2.0 * (q[0] * b + c), -FORCE_MOST, FORCE_MOST, "a turned vector", unless=NOT_UNIT
+        )
         for a, b, c in zip(v, t, around, strict=True)
     ]
 
@@ -45,10 +47,15 @@ def made_vertical(
         0.5 * (s * q[3]) + 0.5 * (a * q[2]) + 0.5 * (e * q[1]),
     ]
     turned = [ops.saturated(c, 1.0) for c in turned]
-    inverse = ops.rsqrt(ops.bounded(dot(turned, turned), 0.0, 1.0, "norms of at most one"))
+    norm_sq = ops.bounded(
+        dot(turned, turned), 0.0, 1.0, "norms of at most one", unless="rounding made them longer"
+    )
+    inverse = ops.rsqrt(norm_sq)
     a, b = (ops.bounded(c * inverse, -2.01, 2.01, "twice the sine of half a turn") for c in (a, e))
-    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix")
-    first, second = (ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix") for c in (b, a))
+    across = ops.bounded(-0.5 * (a * b), -1.0, 1.0, "of a matrix", unless=NOT_UNIT)
+    first, second = (
+        ops.bounded(1.0 - 0.5 * (c * c), -1.0, 1.0, "of a matrix", unless=NOT_UNIT) for c in (b, a)
+    )
 
     def turn(v: Any) -> tuple[Any, Any, Any]:
         return (

@@ -45,10 +45,10 @@ RATES_HZ = (50.0, 100.0, 142.0, 286.0, 500.0, 1000.0)
 class Case:
     """One case of a protocol.
 
-    ``group``: cases that are told as one, by their mean. ``judged``: the figure that counts,
+    ``group``: cases that are reported together, by their mean. ``judged``: the figure that counts,
     "total", or "inclination" where nothing tells the heading. ``full_scale``: sensors, "gyr" or
     "acc", whose largest component in the case's log is their full scale, of which the estimators
-    are told as a board tells them (`full_scale_params`).
+    are reported as by a board (`full_scale_params`).
     """
 
     name: str

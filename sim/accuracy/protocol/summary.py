@@ -15,9 +15,9 @@ __all__ = ["RIVAL", "SMALL_DEG", "WORSE", "summary", "text"]
 
 #: The published filter that others are measured by, where it runs.
 RIVAL = "vqf_online"
-#: Ratio to the rival from which on a single run is told by itself.
+#: Ratio to the rival from which on a single run is listed.
 WORSE = 1.15
-#: A ratio to the rival on one trial is not told where both are below this, degrees.
+#: A ratio to the rival on one trial is left out where both are below this, degrees.
 SMALL_DEG = 0.5
 #: What is added to the name of a filter in float64.
 FLOAT = " float64"

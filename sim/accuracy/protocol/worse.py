@@ -28,7 +28,7 @@ FloatArray = npt.NDArray[np.float64]
 
 #: Time between two points of a curve, s, and the most points.
 STEP_S, POINTS = 0.5, 400
-#: Most runs of an estimator whose curves are told, each of another trial.
+#: Most runs of an estimator whose curves are shown, each of another trial.
 CURVES = 8
 
 

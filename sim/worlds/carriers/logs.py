@@ -101,7 +101,7 @@ def _drone(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
 
 
 def _pedestrian(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
-    """A telephone in the hand of somebody who walks through a building."""
+    """A telephone in the hand of a person who walks through a building."""
     cadence = 2 * np.pi * np.cumsum(1.8 + 0.1 * _waves(t, rng, 0.02, 0.2, 1)[:, 0]) / rate_hz
     heading = np.radians(110.0) * _waves(t, rng, 0.01, 0.12, 1)[:, 0]
     sway = np.radians([9.0, 7.0]) * _waves(t, rng, 0.1, 1.5, 2)

@@ -560,7 +560,7 @@ def test_bad_images_are_refused(config: str) -> None:
     machine = CONFIGS[config]
     good = image(machine)
     for change, message in (
-        ({"rom": good.rom * 300}, r"^rom must have at most 4096 words, not \d+$"),
+        ({"rom": good.rom * 1200}, r"^rom must have at most 16384 words, not \d+$"),
         ({"lengths": (2,)}, r"^lengths must be 3 or more each, not \(2,\)$"),
         ({"lengths": (9,)}, r"^rom\[8\] must have home = 1, not 0: only the last word"),
         ({"registers": [0]}, r"^registers must have 512 words, not 1$"),

@@ -37,7 +37,7 @@ def test_a_good_image() -> None:
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"rom": [bit("get")] * 4097}, r"^rom must have at most 4096 words, not 4097$"),
+        ({"rom": [bit("get")] * 16385}, r"^rom must have at most 16384 words, not 16385$"),
         ({"rom": [1 << 54, 0, bit("home")]}, r"^rom\[0\] must be below 0x40000000000000, not \d+$"),
         ({"rom": [0, 0, bit("home")]}, r"^rom must get at least one input word in program 0$"),
         (

@@ -10,8 +10,13 @@ import random
 
 import pytest
 
+from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.synthesis.ecp5.family import ECP5
+from boresight.gateware.synthesis.routed import netlist_for
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import synthesise
+from boresight.gateware.verilog import to_verilog
+from boresight.model.words.fixed import Arithmetic
 
 #: Multiplier and memory with registers around them, as yosys leaves them.
 DESIGN = """
@@ -205,3 +210,13 @@ def test_an_output_that_is_read_before_its_register_stays(netlists):
     }
     ECP5.absorb(netlist, "top")
     assert memory["parameters"]["REGMODE_A"] == "NOREG"
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_an_enable_that_is_free_reaches_every_register_directly(free):
+    dut = LeadingSignCount(arithmetic=Arithmetic(18), free=free)
+    netlist = netlist_for(to_verilog(dut, "top", instances=False), "top", TARGETS["ecp5-25k"])
+    cells = netlist.netlist["modules"]["top"]["cells"].values()
+    enables = {c["connections"]["CE"][0] for c in cells if c["type"] == "TRELLIS_FF"}
+    enable = netlist.netlist["modules"]["top"]["ports"]["en"]["bits"][0]
+    assert enable in enables and len(enables) == (1 if free else 2)

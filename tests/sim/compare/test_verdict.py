@@ -92,7 +92,7 @@ def test_rounding_that_adds_up() -> None:
     )
     assert re.fullmatch(
         rf"{said}; of the error of y 100% from y {HERE}; one more bit of the first leaves 50%: it "
-        r"leaves 2 bits unused: get formats by boresight fit, or use ops\.bounded",
+        r"leaves 2 bits unused: get formats by boresight fit; where .* or a wider word",
         judge(Stateless(), [1.0], 18).culprit,
     )
     culprit = judge(Kept(), [1.0, -0.5, 0.25], 18).culprit

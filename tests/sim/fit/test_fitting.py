@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.kalman import Kalman, Measurement
+from boresight.kalman import State as Kept
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.accuracy.covariance import covariance_trial
 from boresight.sim.accuracy.manoeuvres import hostile
 from boresight.sim.compare.verdict import judge
+from boresight.sim.fit.choose import between
 from boresight.sim.fit.fitting import Effect, effect, fitted
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -142,3 +145,46 @@ def test_the_advice_of_check_is_followed_with_success() -> None:
     after = effect(estimator, result.profile, {"log": inputs})
     assert isinstance(after, Effect)
     assert after.differences[0].largest < 0.5 * (made.largest("mean") or 0.0)
+
+
+class Rotor(Kalman):
+    """A filter whose gains are large in its first updates alone."""
+
+    inputs = (Input("i_a", -20.0, 20.0), Input("i_b", -20.0, 20.0))
+    states = (
+        Kept("ia", -20.0, 20.0, sd=1.0, sd_max=2.0),
+        Kept("ib", -20.0, 20.0, sd=1.0, sd_max=2.0),
+        Kept("omega", -2000.0, 2000.0, sd=100.0, sd_max=128.0),
+        Kept("theta", -1.0, 1.0, sd=0.3, sd_max=0.5),
+    )
+    outputs = (Output("theta", tolerance=1e-4),)
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        """Currents of a motor without a load."""
+        s, c = ops.sincos_ht(x.theta)
+        return {
+            "ia": x.ia + 0.03 * (0.05 * x.omega * s - 0.5 * x.ia),
+            "ib": x.ib - 0.03 * (0.05 * x.omega * c + 0.5 * x.ib),
+            "theta": x.theta + 1.6e-5 * x.omega,
+        }
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        """A second's, in a period."""
+        return {"ia": 0.02, "ib": 0.02, "omega": 25.0, "theta": 1e-7}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        """Both currents."""
+        return [Measurement(u.i_a, x.ia, 0.01), Measurement(u.i_b, x.ib, 0.01)]
+
+
+def test_a_proven_covariance_keeps_its_intervals(monkeypatch: pytest.MonkeyPatch) -> None:
+    inputs = np.random.default_rng(1).normal(0.0, 0.3, (500, 2))
+    rotor = Rotor()
+    fit = fitted(rotor, {"rest": inputs})
+    kept = between(fit.trace, rotor.covariance_elements)
+    assert len(kept) > 50 and fit.profile.ranges and not kept & fit.profile.ranges.keys()
+    made = effect(rotor, fit.profile, {"rest": inputs})
+    assert isinstance(made, Effect) and made.negative_updates == 0
+    monkeypatch.setattr("boresight.sim.fit.choose.between", lambda *_: set())
+    free = effect(rotor, fitted(rotor, {"rest": inputs}).profile, {"rest": inputs})
+    assert isinstance(free, Effect) and free.negative_updates > 0

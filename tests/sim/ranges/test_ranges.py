@@ -6,6 +6,7 @@ import pytest
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.estimators.mekf.filter import Mekf
+from boresight.model.resolve import estimator_of
 from boresight.sim.ranges.boxes import proof_of
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.ranges import examine
@@ -92,6 +93,39 @@ class Integral(Estimator):
         return {"free": free, "held": held, "mean": mean, "slow": 0.9 * x.slow + 0.1 * x.mean}, {
             "y": far
         }
+
+
+def test_a_claim_with_an_exception_changes_no_bit_and_is_shown_where_it_is_broken():
+    def twice(unless):
+        return claiming(
+            lambda x, u, p: ops.bounded(2.0 * u.a, -1.5, 1.5, "half", unless=unless) - u.a,
+            -2.5,
+            2.5,
+        )
+
+    said, silent = twice("a is large"), twice("")
+    assert said.compile().digest == silent.compile().digest
+    result = examine(said, updates=4000)
+    half, outer = result.claims
+    assert half.status == "excepted" and max(map(abs, half.witness.inputs["a"][-1:])) > 0.75
+    assert result.good and not examine(silent, updates=4000).good
+    assert outer.status == "conditional" and outer.conditions[0].startswith("half (")
+    assert "excepted" in str(result) and "half, unless a is large" in str(result)
+    assert result.counts["claims"]["excepted"] == 1 and result.proven == 0.0
+
+
+def test_an_exception_that_nothing_needs_is_no_exception():
+    sure = claiming(lambda x, u, p: ops.bounded(u.a, -1.5, 1.5, "a", unless="never"), -2.0, 2.0)
+    assert {c.status for c in examine(sure, updates=4000).claims} == {"proven"}
+
+
+# Those that take few seconds; of mekf below.
+@pytest.mark.parametrize(
+    "name", ["complementary", "ekf_quaternion", "mekf", "battery", "pmsm", "satcom_pointing"]
+)
+def test_no_claim_of_a_shipped_estimator_is_refuted(name):
+    result = examine(estimator_of(name), updates=4000)
+    assert [str(c) for c in (*result.claims, *result.states) if c.status == "refuted"] == []
 
 
 def test_states_and_a_witness_from_a_reset_on():
@@ -246,10 +280,12 @@ def test_mekf():
     horizontal, vertical, odd_sq and turn would count as proven, and 21 elements of P.
     """
     result = examine(Mekf(), updates=20_000)
-    claims = {"proven": 7, "conditional": 9, "checked": 14, "tight": 14, "open": 1, "refuted": 1}
+    claims = {"proven": 7, "conditional": 9, "checked": 14, "tight": 14, "open": 1, "excepted": 1}
     states = {"invariant": 0, "conditional": 1, "checked": 22, "observed": 6, "left": 1}
-    assert result.counts == {"claims": claims, "states": {**states, "refuted": 0}}
-    (refuted,) = [c for c in result.claims if c.status == "refuted"]
-    assert refuted.value == "less than it was" and refuted.witness is not None
+    none = {"refuted": 0}
+    assert result.good
+    assert result.counts == {"claims": claims | none, "states": states | none | {"excepted": 0}}
+    (excepted,) = [c for c in result.claims if c.status == "excepted"]
+    assert excepted.value.startswith("less than it was, unless") and excepted.witness is not None
     (kept,) = [c for c in result.states if c.status == "conditional"]
     assert kept.value == "range of the state field_left" and len(kept.conditions) == 1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from importlib.resources import files
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,6 +19,7 @@ from boresight.systems.battery import world as cells
 from boresight.systems.battery.estimator import DT, Battery, open_voltage
 from boresight.systems.battery.runs import CASES, figures_of, run
 from boresight.systems.battery.world import CHARGE_S, REST_S, STEPS, Discharge
+from tests.support.experiments import result_of
 
 
 def records(cell: str = "known", steps: int = STEPS) -> dict[str, Any]:
@@ -117,17 +116,6 @@ def test_figures_of_known_errors() -> None:
 
 
 def test_the_experiment(drained: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every target has its figure, every case its row."""
-
-    def run_cases(task: Any, cases: Any, **options: Any) -> dict[str, Runs]:
-        assert task is run and [name for name, _, _ in cases] == [*CASES]
-        assert options["seed"] == 7 and {count for _, _, count in cases} == {2}
-        return {name: drained for name in CASES}
-
-    monkeypatch.setattr(experiment, "run_cases", run_cases)
-    result = experiment.Battery(jobs=1).run(seed=7, runs=2, say=lambda text: None)
-    text = files("boresight.systems.battery").joinpath("targets.csv").read_text(encoding="utf-8")
-    assert len(result.targets) == len(list(csv.DictReader(text.splitlines())))
-    page = result.pages["battery.html"]
-    assert all(case.meaning in page for case in CASES.values())
-    assert "seeds 7 to 8" in page and page.count("<svg") == 3
+    system = experiment.Battery(jobs=1)
+    result = result_of(experiment, system, run, CASES, {"known": drained}, monkeypatch)
+    assert result.pages["battery.html"].count("<svg") == 3

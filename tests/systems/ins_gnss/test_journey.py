@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from importlib.resources import files
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +18,7 @@ from boresight.systems.ins_gnss import experiment
 from boresight.systems.ins_gnss.estimator import DT, GRAVITY, InsGnss
 from boresight.systems.ins_gnss.runs import CASES, CONFIG, SETTLED_S, figures_of, run
 from boresight.systems.ins_gnss.world import CARRIERS, Journey
+from tests.support.experiments import result_of
 from tests.support.pages import ROOT
 
 
@@ -113,20 +111,10 @@ def test_figures_of_known_errors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every target has its figure, every case its row."""
-
-    def run_cases(task: Any, cases: Any, **options: Any) -> dict[str, Runs]:
-        assert task is run and [name for name, _, _ in cases] == [*CASES]
-        return {name: flown.get(name, flown["drone"]) for name in CASES}
-
-    monkeypatch.setattr(experiment, "run_cases", run_cases)
-    result = experiment.InsGnss(jobs=1).run(seed=7, runs=2, say=lambda text: None)
-    text = files("boresight.systems.ins_gnss").joinpath("targets.csv").read_text(encoding="utf-8")
-    assert len(result.targets) == len(list(csv.DictReader(text.splitlines())))
+    result = result_of(experiment, experiment.InsGnss(jobs=1), run, CASES, flown, monkeypatch)
     missed = {t.part for t in result.targets if not t.good}
     assert missed == {"velocity", "position"} | {t.part for t in result.targets if "5 s" in t.name}
-    page = result.pages["ins_gnss.html"]
-    assert all(case.meaning in page for case in CASES.values()) and page.count("<svg") == 2
+    assert result.pages["ins_gnss.html"].count("<svg") == 2
 
 
 @pytest.mark.full_search

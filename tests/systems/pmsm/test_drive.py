@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from importlib.resources import files
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,6 +19,7 @@ from boresight.systems.pmsm import experiment
 from boresight.systems.pmsm.estimator import DT, Pmsm
 from boresight.systems.pmsm.runs import SETTLED_S, figures_of, run
 from boresight.systems.pmsm.world import LOADS_S, MACHINES, REVERSAL_S, SPEED, START_S, Motor
+from tests.support.experiments import result_of
 from tests.support.pages import ROOT
 
 
@@ -109,21 +108,10 @@ def _loop(outputs: Any, truth: Any, inputs: Any) -> Any:
 
 
 def test_the_experiment(driven: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every target has its figure, every machine its row."""
-
-    def run_cases(task: Any, cases: Any, **options: Any) -> dict[str, Runs]:
-        assert task is run and [name for name, _, _ in cases] == [*MACHINES]
-        assert options["seed"] == 7 and {count for _, _, count in cases} == {2}
-        return {name: driven for name in MACHINES}
-
-    monkeypatch.setattr(experiment, "run_cases", run_cases)
-    result = experiment.Pmsm(jobs=1).run(seed=7, runs=2, say=lambda text: None)
-    text = files("boresight.systems.pmsm").joinpath("targets.csv").read_text(encoding="utf-8")
-    assert len(result.targets) == len(list(csv.DictReader(text.splitlines())))
+    system = experiment.Pmsm(jobs=1)
+    result = result_of(experiment, system, run, MACHINES, {"known": driven}, monkeypatch)
     assert [t.name for t in result.targets if not t.good] == []
-    page = result.pages["pmsm.html"]
-    assert all(machine.meaning in page for machine in MACHINES.values())
-    assert "seeds 7 to 8" in page and page.count("<svg") == 3
+    assert result.pages["pmsm.html"].count("<svg") == 3
 
 
 @pytest.mark.full_search

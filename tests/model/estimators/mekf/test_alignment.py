@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.estimators.mekf.alignment import about_vertical, first_turns, turned_over
+from boresight.model.estimators.mekf.alignment import turned_over, turns
 
 
 def aligned(force: np.ndarray, field: np.ndarray) -> Rotation:
@@ -14,7 +14,7 @@ def aligned(force: np.ndarray, field: np.ndarray) -> Rotation:
     over = np.asarray(force[2] < 0.0)
     f, m = (np.array(turned_over(over, v, 128.0)) for v in (force, field))
     up, east = f / np.linalg.norm(f), np.cross(m, f)
-    (w, x, y), (c, s) = first_turns(up, east / np.linalg.norm(east))
+    (w, x, y), (c, s) = turns(np.asarray(True), up, east / np.linalg.norm(east), 0.0, 0.0)
     flip = Rotation.from_quat([1.0, 0.0, 0.0, 0.0]) if over else Rotation.identity()
     return Rotation.from_quat([0.0, 0.0, s, c]) * Rotation.from_quat([x, y, 0.0, w]) * flip
 
@@ -31,7 +31,7 @@ def test_any_attitude_is_found_from_one_sample() -> None:
 @pytest.mark.parametrize("degrees", [0.0, 89.9, 90.1, 179.9, 180.0, -180.0, -90.0])
 def test_no_turn_about_the_vertical_loses_its_size(degrees: float) -> None:
     a = np.radians(degrees)
-    w, z = about_vertical(1.0, np.cos(a), np.sin(a))
+    _, (w, z) = turns(np.asarray(False), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), np.cos(a), np.sin(a))
     assert np.hypot(w, z) >= 1.0 - 1e-9
     assert 2.0 * np.arctan2(z, w) == pytest.approx(a, abs=1e-9) or abs(degrees) == 180.0
     assert np.cos(2.0 * np.arctan2(z, w)) == pytest.approx(np.cos(a), abs=1e-9)

@@ -408,16 +408,84 @@ def _fast_turn(most: float, seconds: float = 0.1) -> tuple[Any, Any, Any]:
 
 
 def test_a_true_full_scale_is_used() -> None:
-    """A fifteenth of the turn is missed, not all of it, and soon found again; a bit tells."""
+    """What is missed, or extrapolated beyond it, is soon found again; a bit tells."""
     x, q, after = _fast_turn(28.0)
     out, states = run(x, {"gyro_most_sq": (0.98 * 28.0) ** 2})
     error = apart(out, q)[:, 0]
+    late = apart(run(x)[0], q)[:, 0]  # not told of its full scale
     assert error[: after + 10].max() < 13.0
-    assert error[after + 300] < 0.4 * error[after]
+    assert late[after + 100] > 2.0 * error[after + 100]
+    assert error[after + 100 :].max() < 5.0
     assert bit(out, 6)[after : after + 400].all() and not bit(out, 6)[:2000].any()
     assert states["youth"][after, 0] > 0.5 > 0.01 > states["youth"][1999, 0]
-    late = apart(run(x)[0], q)[:, 0]  # not told of its full scale it takes longer
-    assert error[after + 300] < 0.5 * late[after + 300]
+    assert states["beyond"][after, 0] == 0.0 < states["beyond"][2030, 0]
+
+
+def test_most_of_a_swing_beyond_full_scale_is_extrapolated() -> None:
+    """Its rate is a sine up to 12.5 rad/s, measured up to 10: the attitude misses half at most."""
+    hz = 200
+    t = np.arange(12 * hz) / hz
+    swing = np.where(t < 10.0, 0.0, 1.0 - np.cos(2.0 * np.pi * 1.5 * (t - 10.0)))
+    swing[t > 10.0 + 1.0 / 3.0] = 2.0
+    angle = 12.5 / (2.0 * np.pi * 1.5) * swing
+    zero = np.zeros_like(angle)
+    turned = np.stack([np.cos(0.5 * angle), np.sin(0.5 * angle), zero, zero], axis=-1)
+    q = quaternion_multiply(attitudes(12.0, hz, 0.2)[:, 0], turned)[:, None]
+    x = records(q, 1 / hz)
+    x[:, GYR] = np.clip(x[:, GYR], -10.0, 10.0)
+    after = round(10.34 * hz)
+    assert apart(run(x)[0], q)[after, 0] > 6.0
+    assert apart(run(x, {"gyro_most_sq": 9.8**2})[0], q)[after, 0] < 3.0
+
+
+def test_an_axis_below_full_scale_is_as_measured() -> None:
+    """Only an axis at full scale misses something: a fast one beside it changes nothing."""
+    x, q, after = _fast_turn(28.0)
+    told = {"gyro_most_sq": (0.98 * 28.0) ** 2}
+    x[:, 1] = np.clip(x[:, 1], -27.0, 27.0)  # below it; with the second axis the sum is beyond
+    x[2010:2050, 2] = np.clip(x[2010:2050, 2] + 12.0, -27.0, 27.0)
+    assert np.sum(x[2030, GYR, 0] ** 2) > told["gyro_most_sq"]
+    states = run(x, told)[1]
+    assert states["beyond"][:, 0].max() == 0.0
+    assert states["youth"][after, 0] < 0.01
+
+
+@pytest.mark.parametrize("full_deg_s", [300.0, 1000.0, 2000.0])
+def test_after_turns_beyond_full_scale_the_attitude_returns(full_deg_s: float) -> None:
+    """Below 5 deg within 1.5 s, whatever the axis, the turn's length and its rate, up to 1.5 of it.
+
+    Force and field are good: white noise, 0.2 m/s^2 of slow accelerations.
+    """
+    hz, runs = 200, 24
+    rng = np.random.default_rng(int(full_deg_s))
+    t = np.arange(14 * hz) / hz
+    full = np.radians(full_deg_s)
+    way = rng.standard_normal((runs, 3))
+    way[::3] = np.eye(3)[rng.integers(3, size=runs)][::3]
+    size = rng.uniform(1.02, 1.5, runs) * full / np.abs(way).max(axis=1)
+    seconds = rng.uniform(0.02, 0.25, runs)
+    corners = 10.0 + np.cumsum([np.zeros(runs), np.full(runs, 0.1), seconds, np.full(runs, 0.1)], 0)
+    part = np.stack([np.interp(t, c, [0.0, 1.0, 1.0, 0.0]) for c in corners.T], axis=1)
+    angle = size * np.cumsum(part, axis=0) / hz  # (steps, runs)
+    axis = way / np.linalg.norm(way, axis=1, keepdims=True)
+    half = 0.5 * angle * np.linalg.norm(way, axis=1)
+    turned = np.concatenate([np.cos(half)[..., None], np.sin(half)[..., None] * axis], axis=-1)
+    start = euler_to_quaternion(rng.uniform(-3.0, 3.0, (runs, 3)) * [0.5, 1.0, 1.0])
+    q = quaternion_multiply(start, quaternion_multiply(attitudes(14.0, hz, 0.3), turned))
+    x = records(q, 1 / hz)
+    phase = rng.uniform(0.0, 2.0 * np.pi, (3, runs))
+    slow = 0.28 * np.sin(
+        2.0 * np.pi * np.array([0.7, 0.5, 0.3])[:, None] * t[:, None, None] + phase
+    )
+    to_body = quaternion_conjugate(q)
+    x[:, ACC] += np.moveaxis(rotate(to_body, np.moveaxis(slow, 1, 2)), 1, 2)
+    for sensor, sd in ((GYR, 0.003), (ACC, 0.05), (MAG, 0.3)):
+        x[:, sensor] += sd * rng.standard_normal(x[:, sensor].shape)
+    x[:, GYR] = np.clip(x[:, GYR], -full, full)
+    error = apart(run(x, {"gyro_most_sq": (0.98 * full) ** 2})[0], q)
+    after = t[:, None] > corners[-1] + 1.5
+    assert (np.abs(x[:, GYR]) == full).any(axis=(0, 1)).sum() > 0.8 * runs
+    assert error[after].max() < 5.0
 
 
 def test_the_reference_of_the_field_survives_full_scale() -> None:

@@ -22,7 +22,7 @@ def test_figures_are_those_of_the_protocol(monkeypatch: pytest.MonkeyPatch) -> N
     held = cells(complementary, [log.record()], "short")
     assert [(c.log, c.case) for c in held] == [(log.name, case) for case in wanted]
     cases = [(c.case.group, c.case.judged) for c in held]
-    scorer = Scorer(complementary, [c.given for c in held], jobs=1, told=cases)
+    scorer = Scorer(complementary, [c.given for c in held], jobs=1, scored=cases)
     runs = scorer.each(lambda k, level: level.run_anew(held[k].given.inputs))
     figures = [
         figures_of(prepared(case, log), attitude_of(run.outputs))

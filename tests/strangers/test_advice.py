@@ -1,0 +1,201 @@
+"""Advice that is followed without understanding: bad estimators become good in a few rounds.
+
+Each round runs `check`, and does what its line says: double the range that is named, `fit`,
+`fit --apply`, a wider word. Nothing else is known of the estimator.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from boresight.cli import main
+
+ROUNDS = 3
+N = 400
+_K = np.arange(N)
+_NOISE = np.random.default_rng(3).normal(0.0, 1.0, N)
+
+FILE = """\
+from boresight import Estimator, Input, Output, State, ops
+
+class Bad(Estimator):
+    DECLARED
+
+    def step(self, x, u, p):
+        STEP
+"""
+
+
+class Row(NamedTuple):
+    """An estimator with a fault, its log, the rounds that it takes (None: stays bad), its word."""
+
+    declared: str
+    step: str
+    log: dict[str, np.ndarray]
+    rounds: int | None
+    word: int = 32
+
+
+ROWS = {
+    "a state a million times too wide": Row(
+        'inputs = (Input("u", -8.0, 8.0, "V"),); states = (State("y", -1e7, 1e7, "V"),)\n'
+        '    outputs = (Output("y", "V", tolerance=1e-3),)',
+        "y = x.y + 0.01 * (u.u - x.y); return {'y': y}, {'y': y}",
+        {"u": np.sin(0.05 * _K)},
+        1,
+        24,
+    ),
+    "an input a million times too wide": Row(
+        'inputs = (Input("u", -1e8, 1e8, "V"),); states = (State("y", -8.0, 8.0, "V"),)\n'
+        '    outputs = (Output("y", "V", tolerance=1e-5),)',
+        "y = x.y + 0.25 * (u.u - x.y); return {'y': y}, {'y': y}",
+        {"u": np.sin(0.05 * _K)},
+        1,
+        28,
+    ),
+    "a state too narrow": Row(
+        'inputs = (Input("u", -10.0, 10.0, "N"),); states = (State("v", -0.6, 0.6, "m/s"),)\n'
+        '    outputs = (Output("v", "m/s", tolerance=1e-3),)',
+        "v = 0.99 * x.v + 0.01 * u.u; return {'v': v}, {'v': v}",
+        {"u": 4.0 + 0.1 * _NOISE},
+        3,
+    ),
+    "a claim that does not hold": Row(
+        'inputs = (Input("a", -2.0, 2.0), Input("b", -2.0, 2.0))\n'
+        '    outputs = (Output("c", tolerance=1e-3),)',
+        "c = ops.bounded(u.a * u.b, -1.0, 1.0, 'both are small'); return {}, {'c': 0.5 * c}",
+        {"a": 2.0 * np.sin(0.1 * _K), "b": 1.0 + _K / N},
+        1,
+    ),
+    "an intermediate of wide factors": Row(
+        'inputs = (Input("u", -1.0, 1.0), Input("k", 0.0, 4096.0))\n'
+        '    states = (State("y", -1.0, 1.0),); outputs = (Output("y", tolerance=2e-6),)',
+        "e = u.u - x.y; y = ops.clip(x.y + (u.k * (u.k * e)) * (1 / 4194304.0), -1.0, 1.0)\n"
+        "        return {'y': y}, {'y': y}",
+        {"u": np.sin(0.05 * _K), "k": 900.0 + 20.0 * _NOISE},
+        3,
+        24,
+    ),
+    "a gain over its whole interval": Row(
+        'inputs = (Input("z", -100.0, 100.0, "m"),)\n'
+        '    states = (State("x", -128.0, 128.0, "m"), State("p", 0.0, 64.0, "m^2", 16.0))\n'
+        '    outputs = (Output("x", "m", tolerance=2e-6),)',
+        "p = x.p + 0.01; k = p * (1.0 / (p + 0.01)); p = p - k * p\n"
+        "        y = x.x + k * (u.z - x.x); return {'x': y, 'p': p}, {'x': y}",
+        {"z": 20.0 * np.sin(0.02 * _K) + 0.1 * _NOISE},
+        1,
+    ),
+    "a slow mean in a narrow word": Row(
+        'inputs = (Input("u", -100.0, 100.0, "V"),); states = (State("m", -100.0, 100.0, "V"),)\n'
+        '    outputs = (Output("m", "V", tolerance=1e-3),)',
+        "m = x.m + 1e-3 * (u.u - x.m); return {'m': m}, {'m': m}",
+        {"u": 40.0 * np.sin(0.002 * _K)},
+        2,
+        18,
+    ),
+    # Its author has to say what counts as no gradient at all: with ops.maximum, from physics.
+    "a gradient that vanishes": Row(
+        'inputs = (Input("gx", -1.0, 1.0), Input("gy", -1.0, 1.0))\n'
+        '    outputs = (Output("nx", tolerance=1e-3),)',
+        "n = ops.rsqrt(u.gx * u.gx + u.gy * u.gy)\n"
+        "        return {}, {'nx': ops.bounded(u.gx * n, -1.0, 1.0, 'unit vector')}",
+        {"gx": 0.5 * 0.97**_K, "gy": -0.3 * 0.97**_K},
+        None,
+    ),
+    "a counter that loses its steps": Row(
+        'inputs = (Input("rate", 0.0, 1.0, "Hz"),); states = (State("n", 0.0, 1e4),)\n'
+        '    outputs = (Output("n", tolerance=1e-4),)',
+        "n = x.n + 1e-6 * u.rate; return {'n': n}, {'n': n}",
+        {"rate": 0.5 + 0.1 * np.sin(_K)},
+        1,
+    ),
+    "a bearing in units far too large": Row(
+        'inputs = (Input("a", -1e4, 1e4, "m"), Input("b", -1e4, 1e4, "m"))\n'
+        '    outputs = (Output("y", "ht", tolerance=1e-4),)',
+        "return {}, {'y': ops.atan2_ht(u.b, u.a)}",
+        {"a": 0.4 + 0.3 * np.sin(_K), "b": 0.4 + 0.3 * np.cos(_K)},
+        1,
+    ),
+}
+
+
+class Follower:
+    """An estimator's file, which changes as `check` advises."""
+
+    def __init__(self, row: Row, capsys: pytest.CaptureFixture[str]) -> None:
+        self.file, self.profile, self.word = Path("bad.py"), Path("bad.fit.json"), row.word
+        self.capsys, self.trail = capsys, list[str]()
+        text = FILE.replace("DECLARED", row.declared).replace("STEP", row.step)
+        self.file.write_text(text)
+        table = np.column_stack(list(row.log.values())).tolist()
+        lines = [",".join(row.log), *(",".join(map(repr, values)) for values in table)]
+        Path("log.csv").write_text("\n".join(lines) + "\n")
+
+    def run(self, verb: str, *options: str) -> tuple[int, str]:
+        """Exit code of a verb, and what it prints."""
+        code = main([verb, "bad.py", "log.csv", "--word", str(self.word), *options, "-q"])
+        printed = self.capsys.readouterr()
+        return code, printed.out + printed.err
+
+    def fitted(self, *options: str) -> bool:
+        """Whether `fit` passes."""
+        return self.run("fit", *options)[0] == 0
+
+    def rounds(self) -> int | None:
+        """Rounds until `check` passes; None if it does not, or says nothing that can be done."""
+        for k in range(ROUNDS + 1):
+            code, text = self.run("check", "--levels", "fixed")
+            if code == 0:
+                return k
+            advice = [x for x in text.splitlines() if "first wrong: " in x or "error: " in x]
+            self.trail += advice
+            if not advice or not self.follow(advice[0]):
+                break
+        return None
+
+    def follow(self, advice: str) -> bool:
+        """Do what a line says; False if nothing of it can be done."""
+        beyond = re.search(r"(\S+) does not fit its range \[(\S+), (\S+)\]; widen the", advice)
+        if beyond:
+            return self.widen(advice, *map(float, beyond.groups()))
+        if "boresight fit" in advice and not self.profile.exists():
+            return self.fitted()
+        if "narrow" in advice and self.fitted("--apply", "copy.py"):
+            before, after = self.file.read_text(), Path("copy.py").read_text()
+            self.file.write_text(after)
+            self.profile.unlink()
+            if before != after:
+                return self.fitted()
+        if "wider word" in advice and self.word < 32:
+            self.word = min(self.word + 8, 32)
+            return True
+        return False
+
+    def widen(self, advice: str, reached: float, low: float, high: float) -> bool:
+        """Double the range that a line names, or more where the value is beyond that."""
+        factor = max(2.0, abs(reached) / max(-low, high))
+        state, place = re.search(r"state (\w+)", advice), re.search(r"py, line (\d+)", advice)
+        lines = self.file.read_text().splitlines(keepends=True)
+        for k, line in enumerate(lines):
+            named = f'"{state[1]}"' in line if state else bool(place) and str(k + 1) == place[1]
+            wider = line.replace(f"{low}, {high}", f"{factor * low}, {factor * high}")
+            if named and wider != line:
+                self.file.write_text("".join([*lines[:k], wider, *lines[k + 1 :]]))
+                self.profile.unlink(missing_ok=True)
+                return True
+        return False
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_advice_followed(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    follower = Follower(ROWS[name], capsys)
+    rounds = follower.rounds()
+    assert rounds == ROWS[name].rounds and rounds != 0, "\n".join(follower.trail)

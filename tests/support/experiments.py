@@ -1,0 +1,42 @@
+"""The experiments of systems: one run each, with cases that were computed already."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from importlib.resources import files
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from boresight.sim.experiments.experiment import Experiment, Result
+from boresight.sim.experiments.seeds import Runs
+
+
+def result_of(
+    module: ModuleType,
+    experiment: Experiment,
+    task: Any,
+    cases: Mapping[str, Any],
+    runs: Mapping[str, Runs],
+    patch: pytest.MonkeyPatch,
+) -> Result:
+    """Run a system's experiment on two seeds from 7 on; ``runs`` of cases are not run again.
+
+    Asserts that it runs ``task`` on all ``cases``, that every target of its table has a figure, and
+    that its page has the meaning of every case and the seeds.
+    """
+
+    def run_cases(asked: Any, dealt: Any, **options: Any) -> dict[str, Runs]:
+        assert asked is task and [name for name, _, _ in dealt] == [*cases]
+        assert options["seed"] == 7 and {count for _, _, count in dealt} == {2}
+        return {name: runs.get(name, [*runs.values()][-1]) for name in cases}
+
+    patch.setattr(module, "run_cases", run_cases)
+    result = experiment.run(seed=7, runs=2, say=lambda text: None)
+    table = files(module.__package__ or "").joinpath("targets.csv").read_text(encoding="utf-8")
+    assert len(result.targets) == len(list(csv.DictReader(table.splitlines())))
+    (page,) = result.pages.values()
+    assert all(case.meaning in page for case in cases.values()) and "seeds 7 to 8" in page
+    return result

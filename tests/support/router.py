@@ -1,0 +1,69 @@
+"""A stand-in for nextpnr, and whether the program itself is there."""
+
+import importlib.util
+import json
+import shutil
+import stat
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boresight.gateware.synthesis.nextpnr import find_program
+
+STEPS = (("clk-to-q", 5.83, "DO"), ("routing", 1.0, "D"))
+REPORT = {
+    "fmax": {"slow": {"achieved": 66.69, "constraint": 100}, "fast": {"achieved": 200.0}},
+    "critical_paths": [
+        {"from": "<async>", "to": "posedge slow", "path": []},
+        {
+            "from": "posedge slow",
+            "to": "posedge slow",
+            "path": [
+                {
+                    "type": kind,
+                    "delay": ns,
+                    "from": {"cell": "m", "port": "DO"},
+                    "to": {"cell": "m", "port": port},
+                }
+                for kind, ns, port in STEPS
+            ],
+        },
+    ],
+}
+FAKE = """#!/bin/sh
+'''exec' '{python}' "$0" "$@"
+' '''
+import json, pathlib, sys
+if "--version" in sys.argv:
+    print('"nextpnr-ecp5" (Version nextpnr-9.8)', file=sys.stderr)
+    sys.exit(0)
+pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
+{act}
+"""
+
+
+def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Callable[[], Any]]:
+    """Put a program first on the PATH that does what ``act`` says; the result reads its arguments.
+
+    Clear the cache of `find_program` afterwards.
+    """
+
+    def make(act: str) -> Callable[[], Any]:
+        path = tmp_path / "bin" / "nextpnr-ecp5"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(tmp_path / "log")))
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        monkeypatch.setenv("PATH", str(path.parent), prepend=":")
+        find_program.cache_clear()
+        return lambda: json.loads((tmp_path / "log").read_text())
+
+    return make
+
+
+def is_installed(program: str) -> bool:
+    """Whether a router is there, on the PATH or as a package."""
+    package = f"yowasp_{program.replace('-', '_')}"
+    return shutil.which(program) is not None or importlib.util.find_spec(package) is not None

@@ -1,0 +1,1 @@
+"""Long searches for trouble: random programs through the whole compiler, and what tests fuzz."""

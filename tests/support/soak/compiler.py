@@ -1,0 +1,209 @@
+"""Random programs through interpreter, C, symbolic proofs, emulator and RTL.
+
+A case draws programs that share a core, its machine and width, the outputs that come first, and a
+sequence of updates, parameter writes and changes of the program, with pauses of both streams.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from boresight.firmware.build import CModel
+from boresight.firmware.emit import emit_c
+from boresight.firmware.validation import validate_c
+from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.machine import MACHINES
+from boresight.gateware.microcode.emulator import Emulator
+from boresight.gateware.microcode.validation import validate_microcode
+from boresight.gateware.registers.core import PROGRAM
+from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Kind
+from boresight.model.words.terms import Refuted
+from boresight.sim.rtl.harness import CompiledSimulation
+from boresight.sim.rtl.replay import BusWrite, RtlRun
+from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.random_program import random_inputs, random_programs
+
+__all__ = ["Case", "check", "drawn", "read", "shrunk", "write"]
+
+#: Machines and widths whose RTL is built: a build takes a minute and serves all programs.
+RTL = (("small", 32), ("fast", 32), ("small-d9", 24), ("fast-d12", 18))
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a case is drawn from; equal cases do the same.
+
+    Attributes
+    ----------
+    seed : int
+        Of programs and events.
+    config : str
+        One of `MACHINES`.
+    word : int
+        Width.
+    programs, n_ops : int
+        Programs of the core; about half of the most operations of each.
+    urgent : int
+        Outputs that come first, at most; 0: as the program says.
+    updates : int
+    stall : int
+        Seed of the pauses of both streams in the RTL; 0: none.
+    rtl : bool
+        Whether the RTL runs, too.
+    """
+
+    seed: int
+    config: str
+    word: int
+    programs: int
+    n_ops: int
+    urgent: int
+    updates: int
+    stall: int
+    rtl: bool
+
+    def __str__(self) -> str:
+        rtl = f", RTL with pauses {self.stall}" if self.rtl else ""
+        return (
+            f"seed {self.seed}: {self.programs} programs of up to {2 * self.n_ops} operations on "
+            f"{self.config}, W = {self.word}, {self.updates} updates{rtl}"
+        )
+
+
+def drawn(seed: int, *, rtl: bool = False) -> Case:
+    """The case of a seed."""
+    rng = random.Random(seed)
+    config, word = rng.choice([*MACHINES]), rng.randint(18, 32)
+    if rtl:
+        config, word = rng.choice(RTL)
+    return Case(
+        seed,
+        config,
+        word,
+        programs=rng.choice((1, 1, 2, 3)),
+        n_ops=rng.choice((1, 5, 20, 40)),
+        urgent=rng.randrange(4),
+        updates=rng.choice((3, 20, 60)),
+        stall=rng.choice((0, rng.randrange(1, 1 << 16))),
+        rtl=rtl,
+    )
+
+
+def check(case: Case) -> str:
+    """What is wrong; empty: all forms agree. A case that does not fit its machine is good."""
+    programs = random_programs(case.seed, case.programs, word=case.word, n_ops=case.n_ops)
+    urgents = [min(case.urgent, len(p.outputs)) or None for p in programs]
+    try:
+        core = build_shared_core(programs, case.config, urgents=urgents, restarts=0)
+    except ScheduleError:
+        return ""
+    parts = [part.program for part in core.parts]
+    try:
+        registers = [part.allocation.addresses() for part in core.parts]
+        validate_microcode(core.machine, core.image, parts, registers)
+        for program in parts:
+            validate_c(program, program.name, emit_c(program))
+    except Refuted as error:
+        return f"proof: {error}"
+    return next(_differences(case, core), "")
+
+
+def _differences(case: Case, core: Core) -> Iterator[str]:
+    """Of the forms of a core that run the same events."""
+    rng = random.Random(case.seed + 1)
+    parts = [part.program for part in core.parts]
+    models = [Interpreter(p) for p in parts]
+    c = [CModel(p, cflags=("-O0",)) for p in parts]
+    emulator = Emulator(core.machine, core.image)
+    streams = [iter(random_inputs(p, case.seed + k, case.updates)) for k, p in enumerate(parts)]
+    numbers, rows, wanted, flags = list[int](), list[list[int]](), list[list[int]](), list[bool]()
+    bus = list[BusWrite]()
+    for k in range(case.updates):
+        number = rng.randrange(len(parts))
+        program, model = parts[number], models[number]
+        emulator.select(number)
+        if len(parts) > 1:
+            bus.append(BusWrite(k, PROGRAM, number))
+        where = core.parts[number].allocation.addresses()
+        for value in program.of_kind(Kind.PARAM) if rng.random() < 0.3 else ():
+            name = program.values[value].name
+            word = random_inputs(program, rng.randrange(1 << 30), 1)[0][0]
+            address = core.machine.parameter_address(where[value])
+            model.params[value] = word
+            c[number].set_param(name, word)
+            emulator.poke(address, word)
+            bus.append(BusWrite(k, address, word))
+        row = next(streams[number])
+        out, saturated = model.update(np.array(row)[:, None])
+        words = out[:, 0].tolist()
+        c_out, c_saturated = c[number].update([row])
+        if c_out[0].tolist() != words or bool(c_saturated[0]) != bool(saturated[0]):
+            yield f"C: update {k} of {program.name}: {c_out[0].tolist()}, not {words}"
+        emulator.saturated = False
+        if (got := emulator.update(row).outputs) != words:
+            yield f"emulator: update {k} of {program.name}: {got}, not {words}"
+        if emulator.saturated != bool(saturated[0]):
+            yield f"emulator: saturation of update {k} of {program.name}"
+        numbers.append(number)
+        rows.append(row)
+        wanted.append(words)
+        flags.append(bool(saturated[0]))
+    if case.rtl:
+        width = max(map(len, rows))
+        inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
+        simulation = CompiledSimulation(core)
+        try:
+            run = simulation.run(
+                inputs, numbers=np.array(numbers), bus_writes=bus, stall=case.stall
+            )
+        except SimulationFailed as error:
+            yield f"RTL: {error}"
+            return
+        yield from _beside(run, wanted, flags)
+
+
+def _beside(run: RtlRun, wanted: list[list[int]], flags: list[bool]) -> Iterator[str]:
+    """Differences of the RTL's updates."""
+    for k, (words, flag) in enumerate(zip(wanted, flags, strict=True)):
+        if run.outputs[k, : len(words)].tolist() != words or bool(run.saturated[k]) != flag:
+            yield f"RTL: update {k}: {run.outputs[k].tolist()}, not {words}"
+
+
+def shrunk(case: Case) -> Case:
+    """A smaller case that fails, too: fewer updates, operations, programs, no pauses, no RTL."""
+    smaller = True
+    while smaller:
+        smaller = False
+        for name, least in (("rtl", 0), ("programs", 1), ("updates", 1), ("n_ops", 1), *_ZERO):
+            value = int(getattr(case, name))
+            for fewer in {least, value // 2, value - 1}:
+                if least <= fewer < value:
+                    other = Case(**{**asdict(case), name: bool(fewer) if name == "rtl" else fewer})
+                    if check(other):
+                        case, smaller = other, True
+                        break
+    return case
+
+
+_ZERO = (("stall", 0), ("urgent", 0))
+
+
+def write(case: Case, wrong: str, folder: Path) -> Path:
+    """Write a case that ``python -m tests.support.soak --replay FILE`` runs again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"compiler-{case.seed}.json"
+    path.write_text(json.dumps({"case": asdict(case), "wrong": wrong}, indent=1) + "\n")
+    return path
+
+
+def read(path: Path) -> Case:
+    """The case of a file."""
+    return Case(**json.loads(path.read_text())["case"])
