@@ -82,10 +82,8 @@ RATE_LIMIT = 64.0  #: rad/s, largest low-passed rate.
 MEAN_WEIGHT = 512.0  #: (m/s^2)^2 of motion that (1 rad/s)^2 of the rate less the bias stand for.
 HORIZONTAL_LIMIT = 128.0  #: uT, largest horizontal component of the field.
 HORIZONTAL_SQ_LIMIT = 16384.0  #: uT^2, its largest square: the less, the finer a weak one's.
-FIELD_AGE, FIELD_AGE_LIMIT = (
-    0.2499,
-    0.25,
-)  #: s, age from which on the field's direction is not used.
+FIELD_AGE_LIMIT = 0.25  #: s, age from which on the field's direction is not used.
+FIELD_AGE = 0.2499  #: s, what is left of it with a new field: less, so that it needs no clamp.
 FIRST_FORCE_LIMIT = 64.0  #: m/s^2, largest component of the first force that is used.
 FIRST_FIELD_LIMIT = 128.0  #: uT, the same of the first field.
 WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
@@ -95,9 +93,8 @@ FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forg
 LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
 #: What an axis misses at full scale grows by this part of the slope: 0.7 of a parabola's turn.
 BEYOND = 0.7 / 3.0
-GENTLE_SQ = (
-    200.0  #: (m/s^2)^2, squared change of the force from which on it tells nothing of a turn.
-)
+#: (m/s^2)^2, squared change of the force from which on it tells nothing of a turn.
+GENTLE_SQ = 200.0
 MISSED_SQ_LIMIT = 64.0  #: (rad/s)^2, largest square of a missed rate that counts.
 FULL_YOUTH = 4.0  #: s, how fast youth grows per squared missed rate, in (rad/s)^2.
 HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tells gets no worse.
