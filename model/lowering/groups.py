@@ -20,6 +20,7 @@ from boresight.model.lowering.forms import Form, Product
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Value, When
+from boresight.model.words.rounded import binary_exponent
 
 __all__ = ["Groups", "Target"]
 
@@ -159,7 +160,7 @@ class Groups:
         names += [f"2^{p.exponent}"] if p.exponent else []
         frac = Format.for_range(arith.word, target.low, target.high).frac
         capacity = math.ldexp(1.0, arith.acc_width - 1 - arith.guard - frac)
-        excess = math.ceil(math.log2(reached / capacity)) if math.isfinite(reached) else 0
+        excess = -binary_exponent(capacity / reached) if math.isfinite(reached) else 0
         ranges = " and ".join(
             f"{v.name.removesuffix('_aligned')} [{v.low:g}, {v.high:g}]" for v in variable
         )
