@@ -172,19 +172,19 @@ def compile(
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
-    choice = None
-    if chosen_by_us and target in TARGETS:
-        choice = depth_by_time(build, TARGETS[target])
-    if choice is not None:
-        say(str(choice))
-        build = with_config(config=choice.config)
     check_sound(build)
-    if target in TARGETS:
-        check_memory(build.core.machine, build.core.image, TARGETS[target])
     if foreign := foreign_entries(output):
         say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
     with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
+        choice = None
+        if chosen_by_us and target in TARGETS:
+            choice = depth_by_time(build, TARGETS[target])
+        if choice is not None:
+            say(str(choice))
+            build = with_config(config=choice.config)
         core = build.core
+        if target in TARGETS:
+            check_memory(core.machine, core.image, TARGETS[target])
         area: Estimate | Mapped | Routed | None = None
         part = TARGETS.get(target, TARGETS[TARGET_NAMES[0]])
         if route:
