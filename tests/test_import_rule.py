@@ -92,12 +92,12 @@ def test_nothing_but_the_package_is_on_the_path_of_an_editable_install():
     assert link.name == "boresight" and link.readlink() == Path("..") / "boresight"
 
 
-def test_model_needs_numpy_and_mpmath_only():
+def test_model_needs_few_libraries():
     standard = set(sys.stdlib_module_names)
     for path in python_files("model"):
         top = {name.split(".")[0] for name in imports(path)}
-        # mpmath: constants and tables to the last bit, which numpy does not promise.
-        more = {"mpmath"} if path.name == "rounded.py" else set()
+        # mpmath: constants and tables to the last bit, which numpy does not promise; pint: units.
+        more = {"rounded.py": {"mpmath"}, "units.py": {"pint"}}.get(path.name, set())
         assert top <= standard | {"boresight", "numpy"} | more, path
 
 

@@ -9,7 +9,6 @@ where its induced voltage is the period's mean, and where the next voltage is ne
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from boresight import Input, Output, Param, State, ops
@@ -21,7 +20,7 @@ __all__ = ["DT", "PI", "Observer", "Pmsm"]
 DT = 50e-6  # s
 PI = 3.141592653589793
 R, L, PSI = 0.5, 1e-3, 0.05  # ohm, H, Wb
-DECAY = math.exp(-DT * R / L)  #: share of a current that a period leaves.
+DECAY = ops.exp(-DT * R / L)  #: share of a current that a period leaves.
 PER_VOLT = (1.0 - DECAY) / R  #: current of one volt at the end of a period [A/V].
 CURRENT, VOLTAGE = 16.0, 64.0  #: largest current wanted [A], largest voltage [V].
 

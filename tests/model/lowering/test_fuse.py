@@ -69,7 +69,7 @@ def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, wor
         with pytest.raises(
             InputError,
             match=r"^test_fuse\.py, line \d+: wanted a divisor whose range, and word, span at "
-            rf"most 2\^{most}, found x0 in \[.*\]; divide by ops\.maximum",
+            rf"most 2\^{most}, found x0 in \[.*\]; divide by ops\.clip",
         ):
             trace(lambda a: 1.0 / a, [(low, high)], word)
 
