@@ -152,6 +152,8 @@ class FitResult(Answer):
     word : int
     proposals : tuple of FitProposal
         If asked for, most bits first.
+    narrowed : str
+        The copy with narrower ranges, and how many of the proposals are in it.
     """
 
     estimator: str
@@ -168,6 +170,7 @@ class FitResult(Answer):
     refused: str
     word: int
     proposals: tuple[FitProposal, ...] = ()
+    narrowed: str = ""
 
     @property
     def good(self) -> bool:
@@ -201,6 +204,7 @@ class FitResult(Answer):
             for c in self.claims[:_SHOWN]
         ]
         lines += [f"  {p.line()}" for p in self.proposals]
+        lines += [self.narrowed] * bool(self.narrowed)
         if self.saturated_updates:
             lines.append(f"FAILED: {self.saturated_updates} updates SATURATED in the records")
         elif not self.good:

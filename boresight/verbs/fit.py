@@ -125,12 +125,14 @@ def fit(
         better = worth(fit_result, [p], records, params=params, word=word)
         if isinstance(better, Effect):
             narrower.append(FitProposal(p, _errors(after, better)))
+    narrowed = ""
     if copied is not None:
         source, edited = copied
         text, left = applied(source.read_text(), [p.proposal for p in narrower])
         edited.write(text)
         for p in left:
             say(f"not applied, {p.kind} {p.name} ({p.line}): its name is not written out there")
+        narrowed = f"{apply}: {len(narrower) - len(left)} of {len(narrower)} proposals applied"
     return FitResult(
         estimator=estimator.name,
         profile=Path(output or place or f"{estimator.name}.fit.json"),
@@ -154,6 +156,7 @@ def fit(
         refused=before if isinstance(before, str) else "",
         word=word,
         proposals=tuple(narrower),
+        narrowed=narrowed,
     )
 
 

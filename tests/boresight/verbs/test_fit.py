@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -134,7 +136,19 @@ def test_proposals_and_the_copy(folder: Path, capsys: pytest.CaptureFixture[str]
     assert main([*fit, "--apply", "narrow.py"]) == 0
     assert 'Input("b", -31.97, 31.97)' in Path("narrow.py").read_text()
     assert Path("unit.py").read_text() == SOURCE
+    assert re.search(r"\nnarrow\.py: (\d) of \1 proposals applied\n", capsys.readouterr().out)
     capsys.readouterr()
     assert main([*fit, "--apply", "unit.py"]) == 2
     assert main(["fit", "mekf", "log.csv", "--apply", "copy.py"]) == 2
     assert "wanted an estimator in a file of its own" in capsys.readouterr().err
+
+
+def test_verdicts(folder: Path) -> None:
+    result = boresight.fit("unit.py:Unit", "log.csv")
+    assert result.good and result.negative_updates == (None, 0) and "exact" not in str(result)
+    bad = replace(result, negative_updates=(0, 3))
+    assert not bad.good and "NEGATIVE after 3 hostile updates, 0 without it" in str(bad)
+    assert replace(result, negative_updates=(3, 3)).good
+    error = replace(result.errors[0], before=1.0, after=1.05, tolerance=1.1)
+    assert error.verdict == "" and replace(error, after=None).verdict == ""
+    assert replace(error, after=1.2).verdict == ", BEYOND 1.1, less exact with it"
