@@ -94,6 +94,8 @@ FORMATS = {
     ".feather": Format(parse_feather, _whole(format_feather)),
     ".mat": Format(parse_mat, _whole(format_mat)),
 }
+#: What is wanted of a path, before its contents are looked at.
+_READABLE = "a log file that can be read"
 #: Suffixes of CSV under other names.
 _OF_TEXT = ("", ".txt", ".dat", ".log", ".tsv")
 #: Recordings of topics, which are read alone, by the end of the file's name: reader and ready map.
@@ -241,13 +243,14 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
     made = _format(path)
     try:
         if whole or made.pieces is None:
-            yield made.parse(path, read_bytes(path, "a log file that can be read"))
+            yield made.parse(path, read_bytes(path, _READABLE))
             return
-        with opened(path, "a log file that can be read") as file:
+        with opened(path, _READABLE) as file:
             yield from made.pieces(path, file)
     except InputError as error:
         suffix = path.suffix.lower()
-        if not error.parts or suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,)):
+        known = suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,))
+        if known or not error.parts or error.parts["wanted"] == _READABLE:
             raise
         raise InputError.at(
             error.parts["where"],

@@ -479,3 +479,16 @@ def test_what_is_no_archive(content: bytes) -> None:
         r"be read as one; write it with numpy\.savez; a CSV log must not be named \.npz$",
     ):
         parse_npz(ARCHIVE_PATH, content)
+
+
+def test_files_of_another_kind_are_told_what_logs_are(tmp_path: Path) -> None:
+    other, missing = tmp_path / "p.json", tmp_path / "none.json"
+    other.write_text('{"a": 1}')
+    with pytest.raises(InputError, match=r"files \*\.json are read as CSV; logs are \.csv,"):
+        read_record(other)
+    with pytest.raises(InputError, match="found no such file") as refused:
+        read_record(missing)
+    assert "CSV" not in str(refused.value)
+    (tmp_path / "wide.csv").write_bytes("a\n1\n".encode("utf-16"))
+    with pytest.raises(InputError, match="found UTF-16 text; export it as UTF-8"):
+        read_record(tmp_path / "wide.csv")
