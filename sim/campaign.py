@@ -6,7 +6,6 @@ The result of a run does not depend on where it is computed: each has its own se
 from __future__ import annotations
 
 import json
-import math
 import sqlite3
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
-from boresight.sim.processes import dispatch, processes
+from boresight.sim.processes import dispatch, processes, time_left
 
 __all__ = ["BATCH", "Journal", "complete"]
 
@@ -68,20 +67,14 @@ def complete(
         journal.add(rows)
         done = [journal.done[number] for number in cases if number in journal.done]
         refused = sum(bool(row.get("refused")) for row in done)
-        seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - before)
         say(
             f"{len(done)} of {len(cases)} runs"
             + (f", {refused} refused" if refused else "")
-            + (f", about {_duration(seconds)} left" if len(done) < len(cases) else "")
+            + time_left(start, len(done) - before, len(cases) - len(done))
         )
         if each is not None:
             each()
     return [journal.done[number] for number in cases]
-
-
-def _duration(seconds: float) -> str:
-    """Text of a time that is about right."""
-    return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
 
 
 class Journal:

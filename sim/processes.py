@@ -7,11 +7,13 @@ the work can end.
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import pickle
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
@@ -24,7 +26,7 @@ from typing import Any, TypeVar
 from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tools.failure import ToolFailed
 
-__all__ = ["dispatch", "processes"]
+__all__ = ["dispatch", "processes", "time_left"]
 
 Label = TypeVar("Label")
 Result = TypeVar("Result")
@@ -88,6 +90,17 @@ def _within(files: Sequence[str], work: Callable[..., Result], *arguments: objec
 def processes(jobs: int | None) -> int:
     """That many, or one for each processor."""
     return jobs or os.cpu_count() or 1
+
+
+def time_left(start: float, done: int, left: int) -> str:
+    """End of a line of progress, ``, about 3 min left``; empty at the end.
+
+    ``start`` is of `time.monotonic`; tasks done since then and tasks left count alike.
+    """
+    if not left:
+        return ""
+    seconds = math.ceil((time.monotonic() - start) * left / done)
+    return f", about {seconds} s left" if seconds < 100 else f", about {-(-seconds // 60)} min left"
 
 
 def dispatch(

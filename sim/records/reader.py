@@ -92,7 +92,7 @@ class InputReader:
             if name not in columns:
                 wanted = f"a value for every input of {self.estimator.name}"
                 raise self._error(0, 0, name, wanted, "none")
-            values[:, :, k] = self._numbers(name, columns[name], (n, self.runs))
+            self._put(name, columns[name], values[:, :, k])
         new = ~np.isnan(values)
         if not new.all():
             self._fill(values, new)
@@ -122,17 +122,18 @@ class InputReader:
         InputError
             The value is not a number, or infinite.
         """
-        numbers = self._numbers(name, value, (n, self.runs)).copy()
+        numbers = np.empty((n, self.runs))
+        self._put(name, value, numbers)
         if np.isinf(numbers).any():
             self._refuse_infinite(name, numbers)
         return numbers
 
-    def _numbers(self, name: str, value: object, shape: tuple[int, int]) -> FloatArray:
-        """A column as numbers that can be broadcast to a shape."""
+    def _put(self, name: str, value: object, column: FloatArray) -> None:
+        """Write a value of the source into a column (n, runs), as numbers."""
         try:
             if value is not None:
-                numbers: FloatArray = np.broadcast_to(np.asarray(value, dtype=np.float64), shape)
-                return numbers
+                column[...] = np.asarray(value, dtype=np.float64)
+                return
         except (TypeError, ValueError, OverflowError):
             pass
         raise self._error(0, 0, name, "a number", type(value).__name__)
