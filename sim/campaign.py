@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
-from boresight.sim.processes import dispatch, processes, time_left
+from boresight.sim.processes import dispatch, duration, processes
 
 __all__ = ["BATCH", "Journal", "complete"]
 
@@ -67,10 +67,11 @@ def complete(
         journal.add(rows)
         done = [journal.done[number] for number in cases if number in journal.done]
         refused = sum(bool(row.get("refused")) for row in done)
+        seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - before)
         say(
             f"{len(done)} of {len(cases)} runs"
             + (f", {refused} refused" if refused else "")
-            + time_left(start, len(done) - before, len(cases) - len(done))
+            + (f", about {duration(seconds)} left" if len(done) < len(cases) else "")
         )
         if each is not None:
             each()

@@ -13,7 +13,6 @@ import os
 import pickle
 import signal
 import threading
-import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
@@ -26,7 +25,7 @@ from typing import Any, TypeVar
 from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tools.failure import ToolFailed
 
-__all__ = ["dispatch", "processes", "time_left"]
+__all__ = ["dispatch", "duration", "processes"]
 
 Label = TypeVar("Label")
 Result = TypeVar("Result")
@@ -92,15 +91,9 @@ def processes(jobs: int | None) -> int:
     return jobs or os.cpu_count() or 1
 
 
-def time_left(start: float, done: int, left: int) -> str:
-    """End of a line of progress, ``, about 3 min left``; empty at the end.
-
-    ``start`` is of `time.monotonic`; tasks done since then and tasks left count alike.
-    """
-    if not left:
-        return ""
-    seconds = math.ceil((time.monotonic() - start) * left / done)
-    return f", about {seconds} s left" if seconds < 100 else f", about {-(-seconds // 60)} min left"
+def duration(seconds: float) -> str:
+    """Text of a time that is about right."""
+    return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
 
 
 def dispatch(

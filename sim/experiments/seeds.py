@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.processes import dispatch, time_left
+from boresight.sim.processes import dispatch, duration
 
 __all__ = ["Runs", "run_cases", "spreads_of"]
 
@@ -90,8 +90,8 @@ def run_cases(
     start = time.monotonic()
     for done, ((name, first), part) in enumerate(dispatch(jobs, tasks), 1):
         parts[name][first] = part
-        left = time_left(start, done, len(tasks) - done)
-        say(f"{done} of {len(tasks)}: {name}, from seed {first} on{left}")
+        so_far = duration(time.monotonic() - start)
+        say(f"{done} of {len(tasks)} after {so_far}: {name}, from seed {first} on")
     return {name: _joined([part for _, part in sorted(of.items())]) for name, of in parts.items()}
 
 
