@@ -227,7 +227,10 @@ def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
             ]
             used = [_used(seen, low, high) for seen in runs]
             claims.append(FitClaim(e.line, reason, low, high, *used))
-    return tuple(sorted(claims, key=lambda c: -max(c.logs, c.hostile)))
+    most: dict[tuple[object, ...], FitClaim] = {}  # of equal ones, such as those of each element
+    for c in sorted(claims, key=lambda c: -max(c.logs, c.hostile)):
+        most.setdefault((c.line, c.reason, c.low, c.high), c)
+    return tuple(most.values())
 
 
 def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
