@@ -170,7 +170,8 @@ class _Allocator:
     def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
         return ScheduleError(
             f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
-            f"the {self.machine.name} machine has {there} for them{self.machine.remedy}"
+            f"the {self.machine.name} machine has {there} for them"
+            f"{self.machine.remedy(wanted, there)}"
         )
 
     def parameters(self) -> None:
@@ -179,8 +180,8 @@ class _Allocator:
         for n in self.program.of_kind(Kind.PARAM):
             address = machine.parameter_register(core.parameters)
             bank, offset = divmod(address, machine.bank_depth)
-            if bank >= machine.lanes or offset >= core.half:
-                raise self.full("parameters", machine.lanes - 1, offset + 1, core.half)
+            if bank >= machine.lanes or offset >= machine.parameter_room:
+                raise self.full("parameters", machine.lanes - 1, offset + 1, machine.parameter_room)
             core.parameters += 1
             core.top[bank] = offset + 1
             self.assign(n, address, 0, self.end)
@@ -265,9 +266,11 @@ class _Allocator:
         words = self.constant_words() - owner.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
+            every = core.half * len(core.top)
             raise ScheduleError(
                 f"{self.program.name}: {len(words)} constants, {room} registers of the "
-                f"{self.machine.name} machine left for them{self.machine.remedy}"
+                f"{self.machine.name} machine left for them"
+                f"{self.machine.remedy(every + len(words) - room, every)}"
             )
         for n in wanted:
             word = self.program.values[n].initial
