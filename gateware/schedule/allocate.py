@@ -168,10 +168,12 @@ class _Allocator:
         self.live_ranges[value] = LiveRange(value, address, start, end)
 
     def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
+        machine = self.machine
+        addressed = what == "parameters" and there == machine.bus_bank_words
         return ScheduleError(
             f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
-            f"the {self.machine.name} machine has {there} for them"
-            f"{self.machine.remedy(wanted, there)}"
+            f"the {machine.name} machine has {there} for them"
+            + ("; the bus has no more addresses" if addressed else machine.remedy(wanted, there))
         )
 
     def parameters(self) -> None:
