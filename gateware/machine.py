@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import Arithmetic
@@ -107,7 +108,7 @@ class Machine:
         """Whether the pipeline has this one of `REGISTERS`."""
         return self.REGISTERS.index(register) < self.depth - 7
 
-    @property
+    @cached_property
     def stages(self) -> Stages:
         """Stages of the pipeline."""
         read = 1 + self.has("memory")

@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from boresight.gateware import core as core_module
+from boresight.gateware import verilog
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, MACHINES
 from boresight.gateware.microcode.emulator import Emulator
@@ -259,7 +259,7 @@ def test_verilog_is_made_once_for_all_programs(monkeypatch: pytest.MonkeyPatch) 
     core = shared("small", 1)
     asked = []
     monkeypatch.setattr(
-        core_module, "to_verilog", lambda *_, instances: asked.append(instances) or str(asked)
+        verilog, "to_verilog", lambda *_, instances: asked.append(instances) or str(asked)
     )
     texts = [core.select(k).verilog(instances=i) for i in (False, True) for k in (0, 2)]
     assert asked == [False, True] and texts[0] == texts[1] != texts[2] == texts[3]
