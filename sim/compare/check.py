@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import tee, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.levels.registry import LEVELS
-from boresight.sim.records.feed import Feed, feeds
+from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.log import Log
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
@@ -313,15 +313,16 @@ class Check:
 
     def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
         """Blocks of `KEPT` rows of each estimator's log; none of one that has ended."""
-        shared = len(sources) == 1
-        blocks = (
-            tee(sources[0].blocks(KEPT), self._count)
-            if shared
-            else [source.blocks(KEPT) for source in sources]
-        )
+        feeders = [
+            Feeder(e, linked=self.build.links[k]) for k, e in enumerate(self.build.estimators)
+        ]
+        if len(sources) == 1:
+            for rows in sources[0].blocks(KEPT):
+                yield [feeder.take(rows) for feeder in feeders]
+            return
         own = [
-            feeds(e, rows, linked=self.build.links[k])
-            for k, (e, rows) in enumerate(zip(self.build.estimators, blocks, strict=True))
+            map(feeder.take, source.blocks(KEPT))
+            for feeder, source in zip(feeders, sources, strict=True)
         ]
         empty: list[Feed] = []
         for several in zip_longest(*own):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import weakref
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,24 @@ def test_a_log_that_is_read_in_pieces(
     assert (len(every.given), len(every.floating.outputs["roll"])) == (1500, 1500)
     assert np.array_equal(every.given.inputs[:256], short.given.inputs)
     assert {len(d.apart) for d in every.accuracy.differences} == {1500}
+
+
+@pytest.mark.parametrize("name", ["complementary", "complementary,ekf_quaternion"])
+def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Of a long log the first and a few others are held, however many there are."""
+    monkeypatch.setattr(module, "KEPT", 64)
+    whole, seen = Log.blocks, list[weakref.ref[Record]]()
+
+    def blocks(self: Log, rows: int) -> Iterator[Record]:
+        for block in whole(self, rows):
+            seen.append(weakref.ref(block))
+            assert sum(ref() is not None for ref in seen) <= 4
+            yield block
+
+    monkeypatch.setattr(Log, "blocks", blocks)
+    build = Build(*(fitted(estimator(n), WALK) for n in name.split(",")))
+    Check(build, levels=("c",)).run(WALK.head(640), whole=False)
+    assert len(seen) == 10
 
 
 def test_programs_that_read_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
