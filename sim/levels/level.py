@@ -133,6 +133,8 @@ class Level(ABC):
     runs: int | None = None
     #: Whether it can begin with states that are handed in (`resume`).
     resumes: ClassVar[bool] = False
+    #: Whether runs have the states, of a level that can show them.
+    traced: bool = True
     #: States (n, n_states) that another level had in the records of the next run. A level may use
     #: them to compute parts of it side by side (`sim.records.segments`), never to believe them.
     shown: IntArray | None = None

@@ -92,7 +92,7 @@ class InputReader:
             if name not in columns:
                 wanted = f"a value for every input of {self.estimator.name}"
                 raise self._error(0, 0, name, wanted, "none")
-            self._put(name, columns[name], values[:, :, k])
+            values[:, :, k] = self._numbers(name, columns[name], (n, self.runs))
         new = ~np.isnan(values)
         if not new.all():
             self._fill(values, new)
@@ -123,17 +123,19 @@ class InputReader:
             The value is not a number, or infinite.
         """
         numbers = np.empty((n, self.runs))
-        self._put(name, value, numbers)
+        numbers[:] = self._numbers(name, value, (n, self.runs))
         if np.isinf(numbers).any():
             self._refuse_infinite(name, numbers)
         return numbers
 
-    def _put(self, name: str, value: object, column: FloatArray) -> None:
-        """Write a value of the source into a column (n, runs), as numbers."""
+    def _numbers(self, name: str, value: object, shape: tuple[int, int]) -> FloatArray:
+        """A column as numbers that can be broadcast to a shape."""
         try:
             if value is not None:
-                column[...] = np.asarray(value, dtype=np.float64)
-                return
+                numbers = np.asarray(value, dtype=np.float64)
+                if numbers.shape != shape[2 - numbers.ndim :]:  # else an assignment broadcasts
+                    numbers = np.broadcast_to(numbers, shape)
+                return numbers
         except (TypeError, ValueError, OverflowError):
             pass
         raise self._error(0, 0, name, "a number", type(value).__name__)
