@@ -28,6 +28,7 @@ def test_names_as_json(capsys):
         "array_attitude",
         "array_phases",
         "battery",
+        "ekf2",
         "ins_gnss",
         "mls_attitude",
         "pmsm",
