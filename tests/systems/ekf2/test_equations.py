@@ -51,12 +51,17 @@ def drawn(ekf: Ekf2, seed: int) -> Book:
     return Book(q, x, spread @ np.diag(draw.uniform(0.3, 1.0, 24)) @ spread.T)
 
 
+def params_of(ekf: Ekf2) -> dict[str, float]:
+    """Near the defaults, no two alike."""
+    return {p.name: p.default * (1.0 + 0.1 * k) for k, p in enumerate(ekf.params)}
+
+
 def stepped(ekf: Ekf2, book: Book, inputs: dict[str, float]) -> Book:
     """The filter's own update of the same state."""
     states = dict(zip(("qw", "qx", "qy", "qz"), book.q, strict=True))
     states |= dict(zip(NAMES, book.x[3:], strict=True))
     states |= {name: book.cov[i, j] for name, (i, j) in ekf.covariance_states.items()}
-    params = {p.name: p.default for p in ekf.params}
+    params = params_of(ekf)
     after, _ = ekf.step(*(SimpleNamespace(**d) for d in (states, inputs, params)))
     cov = np.zeros((24, 24))
     for name, (i, j) in ekf.covariance_states.items():
@@ -75,7 +80,7 @@ def inputs_of(draw: np.random.Generator, **row: float) -> dict[str, float]:
 
 
 def predicted(ekf: Ekf2, book: Book, inputs: dict[str, float]) -> None:
-    p = {param.name: param.default for param in ekf.params}
+    p = params_of(ekf)
     noise = [*np.repeat([0.0 if n is None else p[n] for n in NOISE], 3)]
     noise += [p["q_wind"], p["q_wind"], p["q_terrain"]]
     gyro, force = (np.array([inputs[n + a] for a in "xyz"]) for n in "ga")
@@ -108,7 +113,7 @@ def test_measurement(ekf: Ekf2, kind: str, seed: int) -> None:
     book = drawn(ekf, seed)
     axis = np.array(AXES.get(kind, (0.0, 0.0, 0.0)))
     inputs = inputs_of(np.random.default_rng([seed, 2]))
-    p = {param.name: param.default for param in ekf.params}
+    p = params_of(ekf)
     ahead = Book(book.q, book.x, book.cov)
     predicted(ekf, ahead, inputs)
     # one standard deviation and a half off
@@ -126,9 +131,16 @@ def test_measurement(ekf: Ekf2, kind: str, seed: int) -> None:
     assert np.abs((ahead.x - before.x)[3:]).max() > 1e-3
 
 
-def test_beyond_its_gate_a_measurement_counts_nothing(ekf: Ekf2) -> None:
+@pytest.mark.parametrize(("deviations", "counts"), [(4.9, True), (5.1, False)])
+def test_beyond_its_gate_a_measurement_counts_nothing(
+    ekf: Ekf2, deviations: float, counts: bool
+) -> None:
     book = drawn(ekf, 5)
-    inputs = inputs_of(np.random.default_rng(3), kind=1.0, axis_x=1.0, z=4.0 * (book.x[3] + 20.0))
-    ours = stepped(ekf, book, inputs)
-    predicted(ekf, book, inputs)
-    same(ours, book, ekf)
+    inputs = inputs_of(np.random.default_rng(3), kind=1.0, axis_x=1.0)
+    ahead = Book(book.q, book.x, book.cov)
+    predicted(ekf, ahead, inputs)
+    apart = deviations * np.sqrt(ahead.cov[3, 3] + 1.0 / 16.0)
+    ours = stepped(ekf, book, inputs | {"z": 4.0 * (ahead.x[3] + apart)})
+    if counts:
+        ahead.update(apart, np.eye(24)[3], 1.0 / 16.0)
+    same(ours, ahead, ekf)
