@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from boresight.systems.ekf2.estimator import KINDS, UNITS, Ekf2
-from tests.systems.ekf2.book import Book, matrix, unit
+from tests.support.ekf2_book import Book, matrix, unit
 
 NOISE = ("q_g", "q_a", None, "q_bg", "q_ba", "q_field", "q_body")
 NAMES = [

@@ -6,6 +6,8 @@ bias, earth field, body field, wind (north, east), terrain.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -69,7 +71,7 @@ class Book:
 
     def row(
         self, kind: str, axis: FloatArray, z: float, drag: float, rotor: float
-    ) -> tuple[float, FloatArray]:
+    ) -> tuple[Any, FloatArray]:
         """Innovation in SI units and gauss, and H."""
         c, x, h = matrix(self.q), self.x, np.zeros(24)
         k, v = c @ axis, x[V]
