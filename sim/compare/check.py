@@ -18,7 +18,7 @@ from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
-from boresight.sim.compare.results import Agreement, CheckResult, LevelResult
+from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
 from boresight.sim.compare.verdict import Accuracy, Judge
@@ -273,7 +273,7 @@ class Check:
                 self._piece(cases, piece, real, attempts, interpreter, whole)
         results = []
         for k, case in enumerate(cases):
-            again = partial(self._again, k, case, sources, rows)
+            again = partial(self._again, k, case, sources)
             levels = [
                 self._judged(n, x, k, case, again, reproducer) for n, x in enumerate(attempts)
             ]
@@ -281,7 +281,7 @@ class Check:
             if Interpreted.name in self.levels or own.error:
                 levels.insert(0, own)
             accuracy = case.judge.result(case.clamped, again)
-            results.append(self._result(k, case, levels, accuracy))
+            results.append(self._result(k, case, sources, levels, accuracy))
         return results
 
     def _slice(self, attempts: Sequence[_Attempt], sources: Sequence[Log], rows: int) -> None:
@@ -402,7 +402,7 @@ class Check:
                 case.kept.append((records, wanted, floating[k]))
 
     def _again(
-        self, number: int, case: _Case, sources: Sequence[Log], rows: int
+        self, number: int, case: _Case, sources: Sequence[Log]
     ) -> Iterator[tuple[FloatArray, IntArray]]:
         """Records of an estimator, piece by piece, with their states: what is kept, or of the C."""
         if case.complete:
@@ -410,12 +410,24 @@ class Check:
                 assert run.states is not None
                 yield records, run.states
             return
-        levels: list[Level] = [Emitted(self.build, k) for k in range(self._count)]
-        exchange = Emitted.exchange(levels)
+        for part in self._parts(number, sources):
+            assert part.fixed.states is not None
+            yield part.given.inputs, part.fixed.states
+
+    def _parts(self, number: int, sources: Sequence[Log]) -> Iterator[Part]:
+        """Every row of an estimator's log, with the C and float64."""
+        kinds = (Emitted, CompiledFloat)
+        levels = [[kind(self.build, k) for k in range(self._count)] for kind in kinds]
+        exchanges = [kind.exchange(x) for kind, x in zip(kinds, levels, strict=True)]
         for blocks in self._blocks(sources):
-            run = Emitted.run_together(levels, [block.inputs for block in blocks], exchange)[number]
-            if run.states is not None and len(run.states):
-                yield exchange.records[number], run.states
+            records = [block.inputs for block in blocks]
+            fixed, floating = (
+                kind.run_together(x, records, exchange)[number]
+                for kind, x, exchange in zip(kinds, levels, exchanges, strict=True)
+            )
+            if len(records[number]):
+                inputs = exchanges[0].records[number]
+                yield Part(dataclasses.replace(blocks[number], inputs=inputs), fixed, floating)
 
     def _judged(
         self,
@@ -454,7 +466,12 @@ class Check:
         return agreement.result(tried.seconds, text, tried.said)
 
     def _result(
-        self, number: int, case: _Case, levels: Sequence[LevelResult], accuracy: Accuracy
+        self,
+        number: int,
+        case: _Case,
+        sources: Sequence[Log],
+        levels: Sequence[LevelResult],
+        accuracy: Accuracy,
     ) -> CheckResult:
         """All of an estimator on its log."""
         records, fixed, floating = zip(*case.kept, strict=True)
@@ -469,7 +486,18 @@ class Check:
             warnings=(*case.warnings, *remarks),
         )
         run = Run.joined(fixed)
-        return CheckResult(self.build, number, given, tuple(levels), accuracy, run, reference, book)
+        return CheckResult(
+            self.build,
+            number,
+            given,
+            tuple(levels),
+            accuracy,
+            run,
+            reference,
+            book,
+            case.rows,
+            None if case.complete else partial(self._parts, number, sources),
+        )
 
 
 def _ahead(blocks: Iterable[list[Feed]]) -> Iterator[tuple[list[Feed], bool]]:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -15,16 +14,14 @@ from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.accuracy.manoeuvres import hostile
-from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.fit.choose import intervals, profile_of
-from boresight.sim.fit.observe import Reached, joined, reached, states_of
+from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 
 __all__ = ["Effect", "Fitted", "effect", "fitted"]
-
-FloatArray = npt.NDArray[np.float64]
 
 #: Updates of each hostile stimulus.
 HOSTILE_STEPS = 2000
@@ -59,7 +56,7 @@ class Fitted:
 
 def fitted(
     estimator: Estimator,
-    records: Mapping[str, FloatArray],
+    records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     starts: Sequence[Mapping[str, float]] = ({},),
@@ -69,8 +66,8 @@ def fitted(
 
     Parameters
     ----------
-    records : mapping of str to (n, n_inputs)
-        Inputs by the name of the log or world.
+    records : mapping of str to (n, n_inputs), or callable
+        Inputs by the name of the log or world, or what gives them in pieces.
     params : mapping, optional
         Parameter values of all runs.
     starts : sequence of mapping
@@ -85,18 +82,21 @@ def fitted(
     trace, overrides = estimator.record(), dict(params or {})
     seen = []
     for name, inputs in records.items():
-        say(f"float64 on {name}, {len(inputs)} updates")
-        after = states_of(estimator, inputs, overrides)
-        seen.append(reached(trace, estimator, inputs, after, overrides))
+        say(f"float64 on {name}")
+        observer = Observer(trace, estimator, overrides)
+        for piece in pieces_of(inputs):
+            observer.add(piece)
+        seen.append(observer.reached)
     provoked, count = [], 0
     for start in starts:
         values = overrides | dict(start)
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
-        for name, inputs in stimuli.items():
+        for name, stimulus in stimuli.items():
             say(f"float64 on hostile inputs, {name}")
-            after = states_of(estimator, inputs, values)
-            provoked.append(reached(trace, estimator, inputs, after, values))
-            count += len(inputs)
+            observer = Observer(trace, estimator, values)
+            observer.add(stimulus)
+            provoked.append(observer.reached)
+            count += len(stimulus)
     ours, theirs = joined(*seen), joined(*provoked)
     every = joined(ours, theirs)
     profile = profile_of(trace, estimator, ours, theirs, [*records])
@@ -124,7 +124,7 @@ class Effect:
 def effect(
     estimator: Estimator,
     profile: Profile | None,
-    records: Mapping[str, FloatArray],
+    records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     word: int = 32,
@@ -139,9 +139,14 @@ def effect(
         return str(error)
     floating, worst, saturated = CompiledFloat(build), dict[str, Difference](), 0
     for inputs in records.values():
-        run, reference = words.run_anew(inputs), floating.run_anew(inputs)
-        saturated += run.n_saturated
-        for d in differences(estimator.outputs, run.outputs, reference.outputs):
+        beside = Differences(estimator.outputs, [o.name for o in estimator.outputs])
+        words.reset()
+        floating.reset()
+        for piece in pieces_of(inputs):
+            run = words.run(piece)
+            saturated += run.n_saturated
+            beside.add(run.outputs, floating.run(piece).outputs)
+        for d in beside.result():
             if d.output not in worst or d.largest > worst[d.output].largest:
                 worst[d.output] = d
     return Effect(tuple(worst.values()), saturated, _negative(other, words, build))

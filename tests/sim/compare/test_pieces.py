@@ -155,6 +155,14 @@ def test_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ", step 26, cycle " in lost.levels[1].divergence
 
 
+def test_slices_of_a_core_with_tables_beside_its_registers() -> None:
+    check = Check(Build(fitted(estimator("ekf_quaternion"), WALK)), levels=("rtl",))
+    (result,) = check.run(WALK.head(400), rtl_rows=48)
+    assert [(x.n_total, x.n_mismatch) for x in result.levels if x.simulator == "verilator"] == [
+        (48, 0)
+    ]
+
+
 def said_levels(result: CheckResult) -> Any:
     """Levels as data."""
     data: Any = result.to_json()
