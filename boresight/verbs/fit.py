@@ -234,7 +234,7 @@ def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
     claims = []
     for e in fit_result.trace.needed:
         if e.kind == "bounded":
-            low, high, reason = e.data
+            low, high, reason = e.data[:3]  # and when it is withdrawn
             runs = [
                 reached.get(e.args[0].number) for reached in (fit_result.seen, fit_result.hostile)
             ]
