@@ -170,3 +170,13 @@ def test_verdicts(folder: Path) -> None:
     error = replace(result.errors[0], before=1.0, after=1.05, tolerance=1.1)
     assert error.verdict == "" and replace(error, after=None).verdict == ""
     assert replace(error, after=1.2).verdict == ", BEYOND 1.1, less exact with it"
+
+
+def test_the_covariance_of_a_built_filter_is_summed_up(folder: Path) -> None:
+    """Nobody has declared its elements."""
+    program = Path(boresight.__file__).parents[1] / "examples" / "kalman.py"
+    log = program.with_suffix(".csv")
+    result = boresight.fit(str(program), log, output="kalman.json", steps=300, propose=True)
+    assert [p.proposal.name for p in result.proposals] == ["vel"]
+    assert result.derived == 1 and "of P, elements with unused bits: 1; " in str(result)
+    assert "standard deviations" in {c.reason for c in result.claims}

@@ -9,7 +9,7 @@ from boresight.cli import main
 from boresight.verbs.list import list_estimators
 from tests.support.estimators import ALL
 
-EXPERIMENTS = ["array", "battery", "ins_gnss", "ma2014", "mls", "pmsm", "radar", "satcom"]
+EXPERIMENTS = ["array", "battery", "ekf2", "ins_gnss", "ma2014", "mls", "pmsm", "radar", "satcom"]
 
 
 def test_names_as_json(capsys):
@@ -28,6 +28,7 @@ def test_names_as_json(capsys):
         "array_attitude",
         "array_phases",
         "battery",
+        "ekf2",
         "ins_gnss",
         "mls_attitude",
         "pmsm",
