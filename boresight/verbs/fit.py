@@ -12,6 +12,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -29,7 +30,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
 from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult
 from boresight.sim.accuracy.covariance import initial_covariances
-from boresight.sim.fit.fitting import Effect, Fitted, effect, fitted
+from boresight.sim.fit.fitting import Effect, Fitted, fitted, kept
 from boresight.sim.fit.observe import Inputs, pieces_of
 from boresight.sim.fit.propose import applied, proposals, worth
 from boresight.sim.levels.build import Build
@@ -62,7 +63,8 @@ def fit(
     declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS` above what was seen,
     and half of the bits that are left to its interval, at most `sim.fit.choose.MOST_BITS`. Inputs,
     parameters, states and what replaces them, angles that wrap, divisors and arguments of roots
-    have the formats of their declarations or intervals.
+    have the formats of their declarations or intervals. What would make an output less exact on the
+    sources is left out; see `sim.fit.fitting.kept`.
 
     Parameters
     ----------
@@ -116,15 +118,17 @@ def fit(
         estimator, records, params=params, starts=initial_covariances(estimator), progress=say
     )
     say("fixed point, by intervals and with the profile")
-    before, after = (
-        effect(estimator, profile, records, params=params, word=word)
-        for profile in (None, fit_result.profile)
-    )
-    if isinstance(after, str):
-        raise InputError(after)
+    choice = kept(fit_result, records, params=params, word=word)
+    before, after = choice.before, choice.after
+    fit_result = replace(fit_result, profile=choice.profile)
     target.write(_text(fit_result, made_from))
     narrower: list[FitProposal] = []
-    for p in proposals(fit_result) if propose or copied else ():
+    wanted = proposals(fit_result) if propose or copied else []
+    # Elements of the covariance of a filter made by `boresight.kalman` are declared by nobody.
+    derived = [p for p in wanted if p.name in estimator.covariance_elements]
+    for p in wanted:
+        if p in derived:
+            continue
         say(f"{p.kind} {p.name}")
         better = worth(fit_result, [p], records, params=params, word=word)
         if isinstance(better, Effect):
@@ -146,6 +150,7 @@ def fit(
             1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
         ),
         formats=len(fit_result.profile.ranges),
+        dropped=_errors(before, choice.whole) if choice.whole is not after else (),
         limits=tuple(
             FitLimit(_line(fit_result, number), *range_)
             for number, range_ in fit_result.profile.limits.items()
@@ -160,6 +165,7 @@ def fit(
         refused=before if isinstance(before, str) else "",
         word=word,
         proposals=tuple(narrower),
+        derived=len(derived),
         narrowed=narrowed,
     )
 
@@ -234,13 +240,16 @@ def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
     claims = []
     for e in fit_result.trace.needed:
         if e.kind == "bounded":
-            low, high, reason = e.data
+            low, high, reason, *_ = e.data  # and what excepts it
             runs = [
                 reached.get(e.args[0].number) for reached in (fit_result.seen, fit_result.hostile)
             ]
             used = [_used(seen, low, high) for seen in runs]
             claims.append(FitClaim(e.line, reason, low, high, *used))
-    return tuple(sorted(claims, key=lambda c: -max(c.logs, c.hostile)))
+    most: dict[tuple[object, ...], FitClaim] = {}  # of equal ones, such as those of each element
+    for c in sorted(claims, key=lambda c: -max(c.logs, c.hostile)):
+        most.setdefault((c.line, c.reason, c.low, c.high), c)
+    return tuple(most.values())
 
 
 def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:

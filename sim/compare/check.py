@@ -206,6 +206,7 @@ class Check:
         self.build, self.levels, self.simulator = build, levels, simulator
         self.progress = progress or (lambda text: None)
         self._sound = False  # until the first records have been looked at
+        self._shortage = ""
         self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
 
     def run(
@@ -345,11 +346,16 @@ class Check:
             longer = " and more" if more and most is None else ""
             self.progress(f"{what}, {count} updates{longer}{turns}")
 
-        for text in dict.fromkeys(text for case in cases for text in case.warnings):
-            self.progress(f"warning: {text}")
         if not self._sound:
             check_sound(self.build, records)
+            self._shortage = self.build.shortage
             self._sound = True
+        if self._shortage:
+            text = f"no core, as compile would make it: {self._shortage}"
+            for case in cases:
+                case.warnings[text] = None
+        for text in dict.fromkeys(text for case in cases for text in case.warnings):
+            self.progress(f"warning: {text}")
         say("float64")
         for attempt in attempts:
             attempt.begin(records, say)

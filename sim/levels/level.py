@@ -275,8 +275,7 @@ def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more
 
 def formats_of(program: Program, values: Sequence[int]) -> Format:
     """The formats of several values as one, for arrays with these values along the last axis."""
-    frac = np.array([program.format(value).frac for value in values])
-    return Format(program.arithmetic.word, frac)  # type: ignore[arg-type]
+    return Format(program.arithmetic.word, program.fracs[list(values)])  # type: ignore[arg-type]
 
 
 def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:
