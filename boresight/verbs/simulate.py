@@ -223,11 +223,18 @@ def call(
         arguments.only(simulate_world, wanted=_BOARD, found="a world")
         _refuse_of_world(log, faults=faults)
         return outcome(arguments.call(simulate_world, name, log))
+    if faults:
+        return _faults(arguments, name, log)
+    if "jobs" in typed:
+        raise InputError.at("--jobs", wanted="--faults", found="none", fix="leave --jobs out")
     instead = "name a world, FILE.py:Class, or "
     arguments.only(simulate, wanted="a world before it", found=_BOARD, instead=instead)
-    if not faults:
-        result = arguments.call(simulate, name, log)
-        return outcome(result, f"\n{typed.get('output', 'build')}/board.html")
+    result = arguments.call(simulate, name, log)
+    return outcome(result, f"\n{typed.get('output', 'build')}/board.html")
+
+
+def _faults(arguments: Arguments, name: str | None, log: str | None) -> Outcome:
+    """Trials of faults."""
     if log is not None:
         raise InputError.at(
             "--faults",
