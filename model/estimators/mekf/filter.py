@@ -338,7 +338,7 @@ class Mekf(Estimator):
         ending = ops.saturated(grown + YOUTH_ENDS * dt, 0.5)
         older = young - young * ending - YOUTH_LSB + (FULL_YOUTH * dt) * missed_sq
         older = ops.saturated(older, 64.0)
-        older = ops.where(older < 0.0, 0.0, older)
+        older = ops.saturated(ops.where(older < 0.0, 0.0, older), 64.0)  # of one format: no tie
         f_rate = ops.where(p.force_most_sq < change_sq, 0.0, f_rate)
         f_follow = ops.saturated(ops.where(leveling, 1.0, f_rate), 1.0)
         f_after = [
