@@ -102,7 +102,7 @@ HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tel
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
 YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 63.0, 8.0, 0.5
 FORCE_YOUTH, FIELD_YOUTH = 1.7, 24.0
-MEMORY_YOUTH = 3.0  #: by how much the memory of the field's deviation is forgotten at any time.
+MEMORY_YOUTH = 4.0  #: by how much the memory of the field's deviation is forgotten at any time.
 YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
 
