@@ -98,8 +98,8 @@ Logs: TypeAlias = Annotated[
 Config: TypeAlias = Annotated[
     str,
     Option(
-        help="small (one lane), fast (two lanes), small-1024 or fast-1024 (twice the registers); "
-        "behind it -d9, -d10 or -d12 for a deeper pipeline."
+        help="small (one lane), fast (two lanes); behind it -1024 or -2048 for two or four times "
+        "the registers, then -d9, -d10 or -d12 for a deeper pipeline."
     ),
 ]
 Word: TypeAlias = Annotated[int, Option(help="Word width, 18 to 32 bits.")]

@@ -94,6 +94,11 @@ def values_for(
                 found=f"those of {name}",
                 fix="choose the file that fits",
             )
+        try:
+            target.param_values(values)
+        except InputError as error:
+            said = {**error.parts, "where": f"{path}, {error.parts['where']}"}
+            raise InputError.at(**said) from None
         out |= values
     out |= parse_settings(settings)
     target.param_values(out)

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
-from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
@@ -20,7 +19,6 @@ from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.gateware.schedule_cache import cached_schedule
-from boresight.gateware.verilog import to_verilog
 from boresight.model.words.program import Kind, Program
 
 
@@ -132,6 +130,10 @@ class Core:
         """
         form = instances, instances if identified is None else identified
         if form not in self._texts:
+            # Amaranth, a fifth of a second to import.
+            from boresight.gateware.engine.engine import Engine
+            from boresight.gateware.verilog import to_verilog
+
             image = self.image if form[1] else dataclasses.replace(self.image, digest=0)
             engine = Engine(machine=self.machine, image=image)
             self._texts[form] = to_verilog(engine, "core", instances=instances)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from boresight.model.errors import InputError
 from boresight.model.words.fixed import Arithmetic
@@ -66,7 +67,7 @@ class Machine:
         Word, guard and accumulator widths.
     rom_words : int, >= 16
         Maximum number of microwords of all programs of a core together.
-    register_words : int, 512 or 1024
+    register_words : int, 512, 1024 or 2048
         Words of the register file, all banks together.
     depth : int, one of `DEPTHS`
         Cycles from the last slot of a group to the first slot that may read its result: 7 and the
@@ -84,6 +85,7 @@ class Machine:
     #: memories, between clamp and write, at the multiplier, between its sums, in the shifter.
     REGISTERS = ("memory", "limit", "factor", "sum", "shifter")
     DEPTHS = (7, 9, 10, 12)
+    REGISTER_WORDS = (512, 1024, 2048)
     #: Words of one block of the table memory and number of blocks.
     TABLE_BLOCK = 512
     TABLE_BLOCKS = 3
@@ -95,8 +97,9 @@ class Machine:
             raise ValueError(f"lanes must be 1 or 2, not {self.lanes!r}")
         if self.rom_words < 16:
             raise ValueError(f"rom_words must be 16 or more, not {self.rom_words!r}")
-        if self.register_words not in (512, 1024):
-            raise ValueError(f"register_words must be 512 or 1024, not {self.register_words!r}")
+        if self.register_words not in self.REGISTER_WORDS:
+            sizes = ", ".join(map(str, self.REGISTER_WORDS))
+            raise ValueError(f"register_words must be one of {sizes}, not {self.register_words!r}")
         if self.depth not in self.DEPTHS:
             depths = ", ".join(map(str, self.DEPTHS))
             raise ValueError(f"depth must be one of {depths}, not {self.depth!r}")
@@ -105,7 +108,7 @@ class Machine:
         """Whether the pipeline has this one of `REGISTERS`."""
         return self.REGISTERS.index(register) < self.depth - 7
 
-    @property
+    @cached_property
     def stages(self) -> Stages:
         """Stages of the pipeline."""
         read = 1 + self.has("memory")
@@ -154,7 +157,7 @@ class Machine:
         """Register of the parameter with this number, counted over all programs of a core.
 
         They fill three eighths of a bank's lower half, then go on in the next bank; in the last
-        one they have no such limit.
+        one they may have all of it, as far as the bus has addresses (`parameter_room`).
         """
         room = 3 * self.bank_depth // 16
         bank = min(number // room, self.lanes - 1)
@@ -167,6 +170,11 @@ class Machine:
         So the bus has the same addresses however many registers there are.
         """
         return self.PARAMETER_ADDRESSES // self.lanes
+
+    @property
+    def parameter_room(self) -> int:
+        """Registers of a bank that the bus can write: its lower half, or as far as addresses go."""
+        return min(self.bank_depth // 2, self.bus_bank_words)
 
     def parameter_address(self, register: int) -> int:
         """Address at which the bus writes a register, one of a bank's lower half."""
@@ -183,12 +191,18 @@ class Machine:
         """Bits of an offset in a bank."""
         return (self.bank_depth - 1).bit_length()
 
-    @property
-    def remedy(self) -> str:
-        """End of an error line about missing registers: the configuration with more of them."""
+    def remedy(self, wanted: int, room: int) -> str:
+        """End of an error line about missing registers: the configuration that has enough.
+
+        Parameters
+        ----------
+        wanted, room : int
+            What is needed, and what this machine has of it: a share of its registers.
+        """
         larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
-        name = next((m.name for m in larger if m.register_words > self.register_words), None)
-        return f"; config {name} has more" if name else ""
+        enough = (m for m in larger if m.register_words * room >= self.register_words * wanted)
+        name = next((m.name for m in enough if m.register_words > self.register_words), None)
+        return f"; config {name} has more" if name else "; no configuration has as many"
 
     def fields(self) -> tuple[Field, ...]:
         """Fields of the microword, least significant first; a lane's fields end in its number."""
@@ -271,9 +285,10 @@ class Machine:
 
 #: The standard configurations.
 CONFIGS = {"small": Machine(name="small", lanes=1), "fast": Machine(name="fast", lanes=2)}
-#: All configurations, also those with twice the registers for larger cores.
+#: All configurations, also those with two and four times the registers for larger cores.
 ALL_CONFIGS = CONFIGS | {
-    f"{m.name}-1024": replace(m, name=f"{m.name}-1024", register_words=1024)
+    f"{m.name}-{words}": replace(m, name=f"{m.name}-{words}", register_words=words)
+    for words in Machine.REGISTER_WORDS[1:]
     for m in CONFIGS.values()
 }
 #: Every machine by its name: a configuration, with ``-d9`` and so on at another depth than 7.

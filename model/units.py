@@ -29,7 +29,7 @@ _COMMON = frozenset(
         *("m", "km", "cm", "mm", "s", "ms", "min", "h", "Hz", "kHz", "MHz", "kg", "g0", "N", "J"),
         *("rad", "mrad", "deg", "ht", "turn", "G", "gauss", "T", "mT", "uT", "nT", "K", "degC"),
         *("V", "mV", "A", "mA", "W", "kW", "ohm", "F", "H", "C", "Pa", "hPa", "kPa", "bar"),
-        *("lsb", "bits", "flags", "sqrt", "per", "percent"),
+        *("g", "count", "counts", "lsb", "bits", "flags", "sqrt", "per", "percent"),
     )
 )
 

@@ -6,7 +6,6 @@ The result of a run does not depend on where it is computed: each has its own se
 from __future__ import annotations
 
 import json
-import math
 import sqlite3
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from boresight.model.errors import InputError
-from boresight.sim.processes import dispatch, processes
+from boresight.sim.processes import dispatch, duration, processes
 
 __all__ = ["BATCH", "Journal", "complete"]
 
@@ -72,16 +71,11 @@ def complete(
         say(
             f"{len(done)} of {len(cases)} runs"
             + (f", {refused} refused" if refused else "")
-            + (f", about {_duration(seconds)} left" if len(done) < len(cases) else "")
+            + (f", about {duration(seconds)} left" if len(done) < len(cases) else "")
         )
         if each is not None:
             each()
     return [journal.done[number] for number in cases]
-
-
-def _duration(seconds: float) -> str:
-    """Text of a time that is about right."""
-    return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
 
 
 class Journal:

@@ -7,6 +7,7 @@ the work can end.
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import pickle
@@ -24,7 +25,7 @@ from typing import Any, TypeVar
 from boresight.model.resolve import profiles, profiles_now
 from boresight.model.tools.failure import ToolFailed
 
-__all__ = ["dispatch", "processes"]
+__all__ = ["dispatch", "duration", "processes"]
 
 Label = TypeVar("Label")
 Result = TypeVar("Result")
@@ -88,6 +89,11 @@ def _within(files: Sequence[str], work: Callable[..., Result], *arguments: objec
 def processes(jobs: int | None) -> int:
     """That many, or one for each processor."""
     return jobs or os.cpu_count() or 1
+
+
+def duration(seconds: float) -> str:
+    """Text of a time that is about right."""
+    return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
 
 
 def dispatch(

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.sim.answer import Answer
+from boresight.sim.fit.fitting import WORSE
 from boresight.sim.fit.propose import Proposal
 
 __all__ = ["FitClaim", "FitError", "FitLimit", "FitProposal", "FitResult"]
 
-#: Factor by which an error has to grow with a profile to be reported.
-_WORSE = 1.1
 #: Most claims in the text; the data has all.
 _SHOWN = 5
 
@@ -44,8 +43,14 @@ class FitError:
         text = ""
         if self.tolerance is not None and self.after > self.tolerance:
             text = f", BEYOND {self.tolerance:g}"
-        worse = self.before is not None and self.after > _WORSE * self.before
-        return text + ", less exact with it" * worse
+        return text + ", less exact with it" * self.worse
+
+    @property
+    def worse(self) -> bool:
+        """Whether it is larger than before."""
+        if self.before is None or self.after is None:
+            return False
+        return self.after > WORSE * self.before
 
     def change(self) -> str:
         """Before and after, for people."""
@@ -142,6 +147,8 @@ class FitResult(Answer):
         The nearest first.
     errors : tuple of FitError
         By output, of a word of ``word`` bits.
+    dropped : tuple of FitError
+        With every format from runs, where some or all of them were left out for that.
     saturated_updates : int
         Of the records, with the profile.
     negative_updates : tuple of (int or None, int)
@@ -151,7 +158,10 @@ class FitResult(Answer):
         Why nothing compiles without the profile; empty where it does.
     word : int
     proposals : tuple of FitProposal
-        If asked for, most bits first.
+        If asked for, most bits first; none for the covariance of a filter made by
+        `boresight.kalman`.
+    derived : int
+        Its elements that would have had one: their ranges follow from those of the states.
     narrowed : str
         The copy with narrower ranges, and how many of the proposals are in it.
     """
@@ -169,7 +179,9 @@ class FitResult(Answer):
     negative_updates: tuple[int | None, int]
     refused: str
     word: int
+    dropped: tuple[FitError, ...] = ()
     proposals: tuple[FitProposal, ...] = ()
+    derived: int = 0
     narrowed: str = ""
 
     @property
@@ -194,6 +206,13 @@ class FitResult(Answer):
                 f"  fixed against float64: {e.output:12s} max {before}{unit}, with it {after}{unit}"
                 + e.verdict
             )
+        if self.dropped:
+            worse = [e.change() for e in self.dropped if e.worse] or ["variances, or saturations"]
+            left = "those that gain most are kept" if self.formats else "none is kept"
+            lines.append(
+                f"  with every format from runs less exact: {', '.join(worse)}; {left} "
+                "(docs/learn/ranges.md, what a profile cannot mend)"
+            )
         lines += [
             f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], no interval keeps it off zero"
             for x in self.limits
@@ -204,6 +223,11 @@ class FitResult(Answer):
             for c in self.claims[:_SHOWN]
         ]
         lines += [f"  {p.line()}" for p in self.proposals]
+        if self.derived:
+            lines.append(
+                f"  of P, elements with unused bits: {self.derived}; their ranges follow from "
+                "those of the states and their standard deviations"
+            )
         lines += [self.narrowed] * bool(self.narrowed)
         if self.saturated_updates:
             lines.append(f"FAILED: {self.saturated_updates} updates SATURATED in the records")

@@ -3,7 +3,7 @@
 boresight compile my_filter.py -o build  # a filter of one's own
 boresight compile complementary mekf -o build  # two in one core; a register says which runs
 boresight compile mekf --config fast --board mimas --synth -o build  # ISE project, estimates
-boresight compile mekf my_filter.py --config small-1024 -o build  # with twice the registers
+boresight compile mekf my_filter.py --config small-1024 -o build  # twice the registers
 boresight compile my_filter.py --target generic --axi -o build  # for any part; behind AXI
 boresight compile my_filter.py --target ecp5-25k --route --seeds 5 -o build  # placed and routed
 boresight compile my_filter.py --target ecp5-25k --depth 7 -o build  # not the fastest depth there

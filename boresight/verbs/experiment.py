@@ -52,10 +52,12 @@ class ExperimentResult(Answer):
     def __str__(self) -> str:
         judged = [target for target in self.targets if target.judged]
         met = sum(target.good for target in judged)
+        reported = sum(not (target.good or target.binding) for target in judged)
+        besides = f"; {reported} missed that are reported, not binding" if reported else ""
         return "\n".join(
             [
                 *map(_line, grouped(self.targets)),
-                f"targets met: {met} of {len(judged)}",
+                f"targets met: {met} of {len(judged)}{besides}",
                 *self.files,
             ]
         )
@@ -118,8 +120,10 @@ def _line(group: tuple[Target, ...]) -> str:
     first = group[0]
     values = " / ".join(f"{target.value:.3g}" for target in group)
     judged = any(target.judged for target in group)
-    good = all(target.good for target in group)
-    verdict = ("pass" if judged else "    ") if good else "FAIL"
+    missed = [target for target in group if not target.good]
+    verdict = "pass" if judged else "    "
+    if missed:
+        verdict = "FAIL" if any(target.binding for target in missed) else "miss"
     return f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
 
 

@@ -11,7 +11,9 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,12 +30,14 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
 from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult
 from boresight.sim.accuracy.covariance import initial_covariances
-from boresight.sim.fit.fitting import Effect, Fitted, effect, fitted
+from boresight.sim.fit.fitting import Effect, Fitted, fitted, kept
+from boresight.sim.fit.observe import Inputs, pieces_of
 from boresight.sim.fit.propose import applied, proposals, worth
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
-from boresight.sim.records.feed import feed
-from boresight.sim.records.files import log_files, read_logs
+from boresight.sim.records.feed import feeds
+from boresight.sim.records.files import log_files
+from boresight.sim.records.log import Log, logs_of
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import World
 
@@ -59,7 +63,8 @@ def fit(
     declared ranges. Its format is the finest with `sim.fit.choose.MARGIN_BITS` above what was seen,
     and half of the bits that are left to its interval, at most `sim.fit.choose.MOST_BITS`. Inputs,
     parameters, states and what replaces them, angles that wrap, divisors and arguments of roots
-    have the formats of their declarations or intervals.
+    have the formats of their declarations or intervals. What would make an output less exact on the
+    sources is left out; see `sim.fit.fitting.kept`.
 
     Parameters
     ----------
@@ -108,19 +113,22 @@ def fit(
     copied = None if apply is None else _copy(name, estimator, apply)
     say = progress or (lambda text: None)
     records = _records(estimator, sources, params, steps, say)
+    made_from = {name: _digest(inputs) for name, inputs in records.items()}
     fit_result = fitted(
         estimator, records, params=params, starts=initial_covariances(estimator), progress=say
     )
     say("fixed point, by intervals and with the profile")
-    before, after = (
-        effect(estimator, profile, records, params=params, word=word)
-        for profile in (None, fit_result.profile)
-    )
-    if isinstance(after, str):
-        raise InputError(after)
-    target.write(_text(fit_result, records))
+    choice = kept(fit_result, records, params=params, word=word)
+    before, after = choice.before, choice.after
+    fit_result = replace(fit_result, profile=choice.profile)
+    target.write(_text(fit_result, made_from))
     narrower: list[FitProposal] = []
-    for p in proposals(fit_result) if propose or copied else ():
+    wanted = proposals(fit_result) if propose or copied else []
+    # Elements of the covariance of a filter made by `boresight.kalman` are declared by nobody.
+    derived = [p for p in wanted if p.name in estimator.covariance_elements]
+    for p in wanted:
+        if p in derived:
+            continue
         say(f"{p.kind} {p.name}")
         better = worth(fit_result, [p], records, params=params, word=word)
         if isinstance(better, Effect):
@@ -136,12 +144,13 @@ def fit(
     return FitResult(
         estimator=estimator.name,
         profile=Path(output or place or f"{estimator.name}.fit.json"),
-        records={n: len(x) for n, x in records.items()},
+        records={n: updates for n, (updates, _) in made_from.items()},
         hostile_updates=fit_result.hostile_updates,
         values=sum(
             1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
         ),
         formats=len(fit_result.profile.ranges),
+        dropped=_errors(before, choice.whole) if choice.whole is not after else (),
         limits=tuple(
             FitLimit(_line(fit_result, number), *range_)
             for number, range_ in fit_result.profile.limits.items()
@@ -156,6 +165,7 @@ def fit(
         refused=before if isinstance(before, str) else "",
         word=word,
         proposals=tuple(narrower),
+        derived=len(derived),
         narrowed=narrowed,
     )
 
@@ -186,18 +196,33 @@ def _records(
     params: Mapping[str, float] | None,
     steps: int | None,
     say: Callable[[str], None],
-) -> dict[str, FloatArray]:
-    """Inputs (n, n_inputs) by the name of the log or world."""
-    records: dict[str, FloatArray] = {}
+) -> dict[str, Inputs]:
+    """Inputs by the name of the log, which is read in pieces, or of the world."""
+    records: dict[str, Inputs] = {}
     logs = [s for s in sources if not _is_world(s)]
     worlds = [world_of(s) for s in sources if _is_world(s)]
-    for record, _ in read_logs(logs):
-        records[_free(record.name, records)] = feed(estimator, record.head(steps)).inputs
+    for log in logs_of(logs, steps):
+        records[_free(log.name, records)] = partial(_inputs, estimator, log)
     for world in worlds:
         say(f"{world.name} and {estimator.name} in float64")
         with make_level("float", Build(estimator, params=[params])) as level:
             records[_free(world.name, records)] = close_loop(world, level, steps=steps).inputs
     return records
+
+
+def _inputs(estimator: Estimator, log: Log) -> Iterator[FloatArray]:
+    """Inputs (n, n_inputs) of a log, piece by piece."""
+    for columns in feeds(estimator, log.blocks(1 << 16)):
+        yield columns.inputs
+
+
+def _digest(inputs: Inputs) -> tuple[int, str]:
+    """Updates, and the SHA-256 of their inputs."""
+    updates, digest = 0, hashlib.sha256()
+    for piece in pieces_of(inputs):
+        updates += len(piece)
+        digest.update(piece.tobytes())
+    return updates, digest.hexdigest()
 
 
 def _free(name: str, taken: Mapping[str, Any]) -> str:
@@ -215,13 +240,16 @@ def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
     claims = []
     for e in fit_result.trace.needed:
         if e.kind == "bounded":
-            low, high, reason = e.data
+            low, high, reason, *_ = e.data  # and what excepts it
             runs = [
                 reached.get(e.args[0].number) for reached in (fit_result.seen, fit_result.hostile)
             ]
             used = [_used(seen, low, high) for seen in runs]
             claims.append(FitClaim(e.line, reason, low, high, *used))
-    return tuple(sorted(claims, key=lambda c: -max(c.logs, c.hostile)))
+    most: dict[tuple[object, ...], FitClaim] = {}  # of equal ones, such as those of each element
+    for c in sorted(claims, key=lambda c: -max(c.logs, c.hostile)):
+        most.setdefault((c.line, c.reason, c.low, c.high), c)
+    return tuple(most.values())
 
 
 def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
@@ -244,7 +272,7 @@ def _number(x: float | None) -> float | None:
     return x if x is not None and math.isfinite(x) else None
 
 
-def _text(fit_result: Fitted, records: Mapping[str, FloatArray]) -> str:
+def _text(fit_result: Fitted, records: Mapping[str, tuple[int, str]]) -> str:
     """The profile as JSON, a line for each value."""
     profile = fit_result.profile
 
@@ -259,8 +287,8 @@ def _text(fit_result: Fitted, records: Mapping[str, FloatArray]) -> str:
         return json.dumps(said)
 
     made_from = [
-        {"log": name, "updates": len(x), "sha256": hashlib.sha256(x.tobytes()).hexdigest()}
-        for name, x in records.items()
+        {"log": name, "updates": updates, "sha256": digest}
+        for name, (updates, digest) in records.items()
     ]
     head = {
         "estimator": profile.estimator,

@@ -2,6 +2,7 @@
 
 boresight new my_filter  # my_filter.py, its log, results and test, here
 boresight new work/my_filter.py  # in another folder
+boresight new my_filter --ci  # and workflows for GitHub and GitLab
 """
 
 from __future__ import annotations
@@ -31,20 +32,22 @@ class NewResult(Answer):
     Attributes
     ----------
     files : tuple of Path
-        The estimator with its world, a log, their test, and what `boresight check` gives.
+        The estimator with its world, a log, their test, what `boresight check` gives, and the
+        workflows.
     """
 
     files: tuple[Path, ...]
 
     def __str__(self) -> str:
-        source, log, test, baseline = self.files
+        source, log, test, baseline, *ci = self.files
         name = _class(source.stem)
         return (
             f"{source}: the estimator {name}, and {name}World that moves it\n"
             f"{log}: a log of that world\n"
             f"{test}: their test\n"
             f"{baseline}: results of check, with which the test compares\n"
-            f"now: boresight check {source} {log}\n"
+            + "".join(f"{path}: runs all of it at every push\n" for path in ci)
+            + f"now: boresight check {source} {log}\n"
             f"     boresight simulate {source} {source}\n"
             f"     pytest {test}"
         )
@@ -58,8 +61,11 @@ _FILES = {
     "{}_baseline.json": "baseline.txt",
 }
 
+#: Workflows, which run the test, `compile` and `accuracy`.
+_CI = {".github/workflows/{}.yml": "github.txt", ".gitlab-ci.yml": "gitlab.txt"}
 
-def new(name: Annotated[str | Path, Option(metavar="NAME")]) -> NewResult:
+
+def new(name: Annotated[str | Path, Option(metavar="NAME")], *, ci: bool = False) -> NewResult:
     """Write ``NAME.py`` with an estimator and its world, ``NAME.csv``, and ``test_NAME.py``.
 
     Beside them ``NAME_baseline.json``, what `boresight check` gives, for the test. They pass
@@ -69,6 +75,8 @@ def new(name: Annotated[str | Path, Option(metavar="NAME")]) -> NewResult:
     ----------
     name : str or path
         Name of the module, with or without ``.py``; a folder before it says where.
+    ci : bool
+        Workflows for GitHub and GitLab besides.
 
     Returns
     -------
@@ -85,7 +93,8 @@ def new(name: Annotated[str | Path, Option(metavar="NAME")]) -> NewResult:
     _check_name(stem, os.fspath(name))
     words = {"StarterWorld": f"{_class(stem)}World", "Starter": _class(stem), "starter": stem}
     words["STARTER"] = _class(stem).lower()  # the estimator's name
-    files = {path.with_name(pattern.format(stem)): made for pattern, made in _FILES.items()}
+    patterns = _FILES | (_CI if ci else {})
+    files = {path.parent / pattern.format(stem): made for pattern, made in patterns.items()}
     places = {path: OutputFile(path, "new", of=stem, option="NAME") for path in files}
     for path, place in places.items():
         text = resources.files("boresight.starter").joinpath(files[path]).read_text("utf-8")

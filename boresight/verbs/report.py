@@ -4,6 +4,7 @@ boresight report my_filter.py log.csv -o report  # one page about it
 boresight report mekf log.csv --no-synth -o report  # sooner: no area, no clock
 boresight report mekf folder --widths -o report  # several logs; words of 18 to 32 bits
 boresight report mekf log.csv --against old/report.json  # what differs from another run
+boresight report mekf long.parquet --rtl-rows 16000 -o report  # RTL on a part of a long log
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.records.files import log_files, read_logs
+from boresight.sim.records.files import log_files
+from boresight.sim.records.log import logs_of
 from boresight.sim.report.against import read_report
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
@@ -89,6 +91,7 @@ def report(
     output: OutputFolder = "build",
     comparison: bool = False,
     params: Params = None,
+    rtl_rows: Annotated[int | None, Option(metavar="N")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> ReportResult:
     """Check an estimator on logs, estimate area and clock, and write the report.
@@ -107,6 +110,8 @@ def report(
         report.json of another run: what differs becomes a table.
     comparison : bool
         The logs' reference is another device's estimate, not truth.
+    rtl_rows : int, optional
+        Rows of each log that run in RTL, as with check; by default all of them.
 
     Returns
     -------
@@ -122,16 +127,22 @@ def report(
     check_machine(config, word)
     if steps is not None:
         check_number("steps", steps, 1)
+    if rtl_rows is not None:
+        check_number("rtl_rows", rtl_rows, 1)
     before = None if against is None else read_report(against)
     build = Build(estimator, config=config, word=word, params=[params])
     paths = log_files(log for log in logs if isinstance(log, str | Path))
-    records = [record.head(steps) for record, _ in read_logs(logs)]
+    records = logs_of(logs, steps)
     if not records:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     files = ("report.html", "report.json")
     with output_folder(output, "report", of=estimator.name, files=files, inputs=paths) as folder:
         checking = Check(build, progress=progress)
-        results = [result for record in records for result in checking.run(record)]
+        results = [
+            result
+            for log in records
+            for result in checking.run(log, whole=False, rtl_rows=rtl_rows)
+        ]
         area = None
         if synth:
             say("synthesis (yosys) and clock estimate")

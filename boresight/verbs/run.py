@@ -45,6 +45,7 @@ from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, sv
 from boresight.sim.records.feed import Feed, feeds
 from boresight.sim.records.files import read_pieces, record_of, write_pieces
 from boresight.sim.records.record import Column, Record
+from boresight.sim.records.stream import ahead
 from boresight.sim.worlds.loop import Loop, drive
 from boresight.terminal import tell
 
@@ -146,9 +147,10 @@ class RunResult(Answer):
         """What is said of it, without its rows."""
         attitude = self.attitude and replace(
             self.attitude,
-            **{n: getattr(self.attitude, n)[:0] for n in ("q", "euler_deg", "status")},
+            **{n: getattr(self.attitude, n)[:0].copy() for n in ("q", "euler_deg", "status")},
         )
-        return replace(self, t=None, outputs={}, attitude=attitude)
+        truth = tuple(replace(d, apart=np.zeros(0)) for d in self.truth)
+        return replace(self, t=None, outputs={}, truth=truth, attitude=attitude)
 
     @classmethod
     def joined(cls, parts: Sequence[RunResult]) -> RunResult:
@@ -272,15 +274,24 @@ def run(
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
     parts, units = list[RunResult](), {o.name: o.unit for o in estimator.outputs}
 
+    def runs(level: Level) -> Iterator[tuple[Feed, Loop]]:
+        """The level on the log, piece by piece, with what it ran on."""
+        pieces = _pieces(log, steps, rows)
+        anew = True
+        for columns in feeds(estimator, pieces if rows is None else ahead(pieces)):
+            (loop,) = drive(columns, level, anew=anew)
+            anew = False
+            yield columns, loop
+
     def written(level: Level) -> Iterator[Record]:
         """Outputs, piece by piece; what the result needs of each goes to ``parts``."""
-        for columns in feeds(estimator, _pieces(log, steps, rows)):
-            (loop,) = drive(columns, level, anew=not parts)
+        for columns, loop in runs(level) if rows is None else ahead(runs(level)):
             part = _result(estimator, on, columns, loop)
             parts.append(part if rows is None else part.summary())
             yield _record(of, units, part.t, part.outputs)
 
     with make_level(on, build) as level:
+        level.traced = False
         if target is None:
             deque(written(level), maxlen=0)
             return RunResult.joined(parts)
@@ -308,7 +319,7 @@ def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop) -> RunResu
 
 
 #: Rows of a log that are in memory at once where nothing but a summary is asked for.
-_ROWS = 1 << 14
+_ROWS = 1 << 15
 
 
 def _pieces(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:

@@ -153,7 +153,7 @@ class Registers(wiring.Component):
     def _of_state(self) -> Value:
         """Whether the address is below the fixed ones, but outside the banks' lower halves."""
         lower = self.machine.bank_depth // 2
-        if lower == self.machine.bus_bank_words:
+        if lower >= self.machine.bus_bank_words:
             return Const(0)
         return self.bus.addr[lower.bit_length() - 1]
 

@@ -21,9 +21,10 @@ class Operands(wiring.Component):
     """Operand memories of all lanes.
 
     Lane i writes bank i; every lane has its own copy of every bank for each of its operands. With
-    one lane the function tables share the memory of operand b, behind the registers: all of them,
-    or with 1,024 registers blocks 0 and 1, block 2 having one of its own. With two lanes they have
-    memories of their own with two read ports, blocks 0 and 1 in one and block 2 in another.
+    one lane the function tables share the memory of operand b, behind the registers: all of them
+    with 512 registers, blocks 0 and 1 with 1,024, none with 2,048; the others, and with two lanes
+    all, have memories of their own, blocks 0 and 1 in one and block 2 in another (with two lanes
+    of two read ports).
     The bit of a state's address that tells current from next state is XORed with ``parity`` on
     every port, in the image's window on the reading ones with that of the program it belongs to.
 
@@ -134,20 +135,26 @@ class Operands(wiring.Component):
         for store in (a_store, b_store):
             self._write(m, store, 0)
         # With 512 registers block k is quarter k + 1 of the memory, with 1,024 quarter k + 2.
-        separate = len(self.image.tables) > shared
-        quarter = Cat(field[2], 1) if separate else Cat(~field[2], field[2] ^ field[3])
-        place = Cat(field[:2], self.index[0])
-        offset = self._reads(field)
-        address = Mux(self.table[0], Cat(place, quarter), Cat(offset, Const(0, 11 - len(offset))))
+        quarter = Cat(~field[2], field[2] ^ field[3]) if shared > 2 * block else Cat(field[2], 1)
+        place, table = Cat(field[:2], self.index[0]), self.table[0]
+        address = self._reads(field)
+        if shared:
+            offset = Cat(address, Const(0, 11 - len(address)))
+            address = Mux(table, Cat(place, quarter), offset)
         a = self._read(m, "a0", a_store, self._reads(self.a_addr[0]))
         b = self._read(m, "b0", b_store, address)
-        if separate:
-            rest = self._memory(m, "tables2", self.image.tables[shared:], block)
-            chosen = Signal(name="tables2_select", reset_less=True)
+        for name, first, end, where, here in (
+            ("tables0", shared, 2 * block, Cat(place, field[2]), table & ~field[3]),
+            ("tables2", max(shared, 2 * block), 3 * block, place, table & field[3]),
+        ):
+            if first >= end:
+                continue
+            store = self._memory(m, name, self.image.tables[first:end], end - first)
+            chosen = Signal(name=f"{name}_select", reset_less=True)
             with m.If(self.en):
-                m.d.sync += chosen.eq(self.table[0] & field[3])
-            rest_word = self._read(m, "tables2", rest, place)
-            b = Mux(self._behind(m, chosen, "tables2_chosen"), rest_word, b)
+                m.d.sync += chosen.eq(here)
+            word = self._read(m, name, store, where)
+            b = Mux(self._behind(m, chosen, f"{name}_chosen"), word, b)
         m.d.comb += [self.a[0].eq(a), self.b[0].eq(b)]
 
     def _more_lanes(self, m: Module) -> None:

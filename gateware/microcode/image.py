@@ -32,7 +32,7 @@ class Image:
         Microwords in order, bits as in `Machine.fields`: the programs one after another; at most
         ``Machine.rom_words``.
     registers : list of int
-        Initial register file, 512 unsigned words; index = bank * bank_depth + offset.
+        Initial register file, unsigned words; index = bank * bank_depth + offset.
     tables : list of int
         Function tables, 1536 unsigned words; index = 512 * block + 4 * segment + coefficient.
     lengths : tuple of int

@@ -168,9 +168,12 @@ class _Allocator:
         self.live_ranges[value] = LiveRange(value, address, start, end)
 
     def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
+        machine = self.machine
+        addressed = what == "parameters" and there == machine.bus_bank_words
         return ScheduleError(
             f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
-            f"the {self.machine.name} machine has {there} for them{self.machine.remedy}"
+            f"the {machine.name} machine has {there} for them"
+            + ("; the bus has no more addresses" if addressed else machine.remedy(wanted, there))
         )
 
     def parameters(self) -> None:
@@ -179,8 +182,8 @@ class _Allocator:
         for n in self.program.of_kind(Kind.PARAM):
             address = machine.parameter_register(core.parameters)
             bank, offset = divmod(address, machine.bank_depth)
-            if bank >= machine.lanes or offset >= core.half:
-                raise self.full("parameters", machine.lanes - 1, offset + 1, core.half)
+            if bank >= machine.lanes or offset >= machine.parameter_room:
+                raise self.full("parameters", machine.lanes - 1, offset + 1, machine.parameter_room)
             core.parameters += 1
             core.top[bank] = offset + 1
             self.assign(n, address, 0, self.end)
@@ -265,9 +268,11 @@ class _Allocator:
         words = self.constant_words() - owner.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
+            every = core.half * len(core.top)
             raise ScheduleError(
                 f"{self.program.name}: {len(words)} constants, {room} registers of the "
-                f"{self.machine.name} machine left for them{self.machine.remedy}"
+                f"{self.machine.name} machine left for them"
+                f"{self.machine.remedy(every + len(words) - room, every)}"
             )
         for n in wanted:
             word = self.program.values[n].initial

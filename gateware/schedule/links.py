@@ -150,5 +150,5 @@ def window_of(schedules: Sequence[Schedule]) -> Window | None:
     raise ScheduleError(
         f"{', '.join(schedules[k].program.name for k in owners)}: no room in the {machine.name} "
         f"machine for {sum(sum(c.values()) for c in counts)} words that other programs read, "
-        f"beside {sum(others.values())} states{machine.remedy}"
+        f"beside {sum(others.values())} states{machine.remedy(2, 1)}"
     )

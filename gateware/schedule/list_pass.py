@@ -10,7 +10,7 @@ from bisect import insort
 from collections.abc import Sequence
 from heapq import heappop
 
-from boresight.gateware.schedule.arrange import Arrangement, Need, reads
+from boresight.gateware.schedule.arrange import Arrangement, Need
 from boresight.gateware.schedule.captures import KINDS, Key
 from boresight.gateware.schedule.problem import Attempt, ListProblem, Style
 from boresight.gateware.schedule.slots import ScheduleError
@@ -43,7 +43,6 @@ class _Pass(ListState):
     ) -> None:
         super().__init__(problem, priority, hold=style.hold, limit=limit)
         self.style = style
-        self.reads = [reads(op) for op in problem.program.ops]
 
     def run(self) -> Attempt | None:
         """Place every node; return the attempt, or None beyond the limit."""
@@ -103,32 +102,33 @@ class _Pass(ListState):
             if node in skip:
                 continue
             is_op = node < problem.n_ops
+            full = problem.needs[node] if is_op else NOTHING
             for lane in reversed(lanes):  # lane 0 also serves gets and emits
-                if not is_op and (lane or t < last_get and t + self.read in self.gets):
-                    continue
-                if is_op and not self.may_keep(node, lane):
-                    continue
-                need = self.need(node, lane)
-                fits = self.fit(node, need)
+                need = NOTHING if full == NOTHING else self.need(node, lane)
+                fits = self.fits.get((node, need)) or self.fit(node, need)
                 for f in fits:
                     if f[0] <= t:
                         break
                 else:
                     continue
-                if lane == 0 and is_op and not self.may_write(t + f[1] - 1 + self.write):
-                    continue
-                if is_op and not self.may_look_up(t, lane, need, f):
-                    continue
                 key = -minus
-                if is_op:
-                    full = problem.needs[node]
+                if not is_op:
+                    if lane or t < last_get and t + self.read in self.gets:
+                        continue
+                else:
+                    if problem.makes_state[node] and not self.state_quota[lane]:
+                        continue
+                    if lane == 0 and not self.may_write(t + f[1] - 1 + self.write):
+                        continue
+                    if not self.may_look_up(t, lane, need, f):
+                        continue
                     if need != full:
                         key += style.reuse * (self.fit(node, full)[0][1] - fits[0][1])
                     if style.keep:
                         for kind in (0, 1, 2):
                             if need[kind] and self.wanted(kind, self.held[lane][kind]):
                                 key -= style.keep
-                    if f[1] > len(problem.program.ops[node].terms) and any(
+                    if f[1] > problem.terms[node] and any(
                         t < free <= t + style.stay and self.need(node, other) < need
                         for other, free in enumerate(self.free)
                     ):
@@ -143,7 +143,7 @@ class _Pass(ListState):
         """The most urgent op that could start in lane 0 with the value of an emit."""
         value = self.p.program.outputs[emit - self.p.n_ops]
         for _, node in self.awake:
-            if node < self.p.n_ops and node not in skip and value in self.reads[node]:
+            if node < self.p.n_ops and node not in skip and value in self.p.reads[node]:
                 need = self.need(node, 0)
                 fit = self.fit(node, need)[0]
                 if (

@@ -83,6 +83,9 @@ class ListProblem:
         self.nodes = self.n_ops + len(program.outputs)
         self.needs: list[Need] = [needs(op) for op in program.ops]
         self.keys = [keys(op) for op in program.ops]
+        self.terms = [len(op.terms) for op in program.ops]
+        self.reads = [reads(op) for op in program.ops]
+        self.index_delay = machine.index_delay
         self.gifts = gifts(program)
         self.givers: dict[tuple[int, Key], list[int]] = defaultdict(list)
         for k, offers in enumerate(self.gifts):
@@ -99,7 +102,7 @@ class ListProblem:
         self.waits = [0] * self.nodes
         producer = {op.dest: k for k, op in enumerate(program.ops)}
         for k in range(self.nodes):
-            values = reads(program.ops[k]) if k < self.n_ops else {program.outputs[k - self.n_ops]}
+            values = self.reads[k] if k < self.n_ops else {program.outputs[k - self.n_ops]}
             before = {producer[v] for v in values if v in producer}
             if k > self.n_ops:
                 before.add(k - 1)  # emits keep the stream's order

@@ -83,10 +83,11 @@ def schedule(
     lowered = with_copies(program)
     far = paths(lowered, machine, urgent)
     problem = ListProblem(lowered, machine, far=far, urgent=urgent, state_quota=state_quota)
-    if sum(problem.state_quota) < len(lowered.states):
+    states, quota = len(lowered.states), sum(problem.state_quota)
+    if quota < states:
         raise ScheduleError(
-            f"{program.name}: {len(lowered.states)} states, the {machine.name} "
-            f"machine has room for {sum(problem.state_quota)}{machine.remedy}"
+            f"{program.name}: {states} states, the {machine.name} machine has room for {quota}"
+            f"{machine.remedy(states, quota)}"
         )
     _check_size(lowered, machine, far)
     if restarts is None:
@@ -121,7 +122,8 @@ def _check_size(program: Program, machine: Machine, far: Paths) -> None:
     if len(constants) + params > room:
         raise ScheduleError(
             f"{program.name}: {len(constants)} constants and {params} parameters, the "
-            f"{machine.name} machine has {room} registers for them{machine.remedy}"
+            f"{machine.name} machine has {room} registers for them"
+            f"{machine.remedy(len(constants) + params, room)}"
         )
 
 

@@ -89,7 +89,7 @@ class ListState:
         dummies = 0
         if node < self.p.n_ops:
             full = self.p.arranged(node, self.p.needs[node])
-            dummies = len(full[-1].slots) - len(self.p.program.ops[node].terms)
+            dummies = len(full[-1].slots) - self.p.terms[node]
         heappush(self.asleep, (self.fit(node, NOTHING)[0][0] - dummies, node))
 
     def fit(self, node: int, need: Need) -> list[Fit]:
@@ -98,7 +98,7 @@ class ListState:
         if fits is None:
             fits = []
             for x in self.p.arranged(node, need):
-                start, order = x.place(self.ready, self.p.machine.index_delay)
+                start, order = x.place(self.ready, self.p.index_delay)
                 n = len(order)
                 if all(start + n < f[0] + f[1] or n == f[1] and start < f[0] for f in fits):
                     fits = [f for f in fits if f[1] < n]
@@ -168,7 +168,7 @@ class ListState:
                 )
             for i, s in enumerate(slots):
                 if s.cap_index:
-                    self.index_from[lane] = t + i + problem.machine.index_delay
+                    self.index_from[lane] = t + i + problem.index_delay
             self.watch(t, node, end)
             if lane == 0:
                 slots = self.ride(t, slots)

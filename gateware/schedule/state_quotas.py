@@ -31,7 +31,8 @@ def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[in
         counted = [f"{p.name} {n}" for p, n in zip(programs, counts, strict=True)]
         raise ScheduleError(
             f"{', '.join(counted) if len(counted) > 1 else programs[0].name}: {total} states, the "
-            f"{machine.name} machine has room for {lanes * slots}{machine.remedy}"
+            f"{machine.name} machine has room for {lanes * slots}"
+            f"{machine.remedy(total, lanes * slots)}"
         )
     spare = slots - -(-total // lanes)
     rooms, first = [], 0

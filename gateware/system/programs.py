@@ -134,7 +134,7 @@ def system_core(
     filters : sequence of str, class or Estimator
         Estimators of any inputs and outputs.
     config : str
-        "small" or "fast", or with twice the registers "small-1024" or "fast-1024".
+        "small" or "fast", or with more registers "small-1024", "fast-2048" and so on.
     clock_hz : float
         Clock of the system, Hz: time stamps count its cycles (``tick_s``).
     params : mapping, optional

@@ -42,7 +42,10 @@ def data_memories(machine: Machine, image: Image) -> dict[str, list[int]]:
     registers, tables = image.registers, image.tables
     if machine.lanes == 1:
         shared = 4 * block - len(registers)
-        out = {"a0": registers, "b0": registers + tables[:shared], "tables2": tables[shared:]}
+        out = {
+            **{"a0": registers, "b0": registers + tables[:shared]},
+            **{"tables0": tables[shared : 2 * block], "tables2": tables[max(shared, 2 * block) :]},
+        }
         return {name: words for name, words in out.items() if words}
     out = {
         f"{side}{lane}_bank{bank}": registers[bank * depth : (bank + 1) * depth]

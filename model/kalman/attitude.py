@@ -55,8 +55,8 @@ class AttitudeView:
 
     @property
     def matrix(self) -> list[list[Any]]:
-        """C, body to navigation, without derivatives."""
-        return self._c
+        """C of the estimate, body to navigation, without derivatives."""
+        return self._estimate
 
     def to_nav(self, v: Sequence[Any]) -> Any:
         """C v [of v's unit]; its derivative by e is e x (C v)."""

@@ -137,6 +137,9 @@ class Measurement:
         Largest innovation in standard deviations; beyond it the measurement is left out.
     wrap : bool
         z and h are angles in half turns.
+    sd_max : float, optional
+        Largest standard deviation that the states' can give h. By default it follows from the
+        intervals of the derivatives, which know little of a row that is one of several kinds.
     """
 
     z: Any
@@ -145,6 +148,7 @@ class Measurement:
     valid: Any = None
     gate: float | None = None
     wrap: bool = False
+    sd_max: float | None = None
     line: str = _LINE
 
     def __post_init__(self) -> None:
@@ -154,6 +158,13 @@ class Measurement:
                 wanted="a gate above 0 and at most 32 standard deviations",
                 found=repr(self.gate),
                 fix="3 to 5 is usual; leave it out to take every measurement",
+            )
+        if self.sd_max is not None and not 0.0 < self.sd_max < math.inf:
+            raise InputError.at(
+                placed(self.line, "measurement"),
+                wanted="sd_max above 0",
+                found=repr(self.sd_max),
+                fix="leave it out, and it follows from the intervals",
             )
 
 
@@ -190,7 +201,9 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
         if conditional:
             own = turn if m.valid is None else turn & m.valid
             valid = own | ~turn if valid is None else own | (~turn & valid)
-    return Measurement(z, h, r, valid, last.gate, last.wrap)
+    largest = [m.sd_max for m in measurements if m.sd_max is not None]
+    sd_max = max(largest) if len(largest) == len(measurements) else None
+    return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max)
 
 
 def vector(

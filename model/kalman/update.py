@@ -362,7 +362,8 @@ class Update:
                     found="an infinite one",
                     fix="bound what h divides by or takes a root of: ops.clip, ops.maximum",
                 )
-        return math.fsum(size * self.wide[j] for j, size in sizes.items())
+        spread = math.fsum(size * self.wide[j] for j, size in sizes.items())
+        return spread if m.sd_max is None else min(spread, m.sd_max)
 
     def _move(self, s: Any) -> None:
         """The sum of all corrections of one state."""

@@ -150,13 +150,13 @@ class Format:
 
     def quantise(self, value: Any) -> IntArray:
         """Nearest word to each value (ties up, as RND), saturated to the format."""
-        scaled = np.floor(np.ldexp(np.asarray(value, dtype=np.float64), self.frac) + 0.5)
+        scaled = np.floor(_scaled(value, self.frac) + 0.5)
         limit = 2 ** (self.word - 1)
         return np.clip(scaled, -limit, limit - 1).astype(np.int64)
 
     def real(self, integer: Any) -> npt.NDArray[np.float64]:
         """Value of each word."""
-        return np.ldexp(np.asarray(integer, dtype=np.float64), -self.frac)
+        return _scaled(integer, -self.frac)
 
     @classmethod
     def declared(cls, word: int, low: float, high: float, unit: str) -> Format:
@@ -179,6 +179,18 @@ class Format:
             frac -= 1
             fmt = cls(word, frac)
         return fmt
+
+
+def _scaled(values: Any, power: Any) -> npt.NDArray[np.float64]:
+    """Each value times 2^power."""
+    # A product with a normal number has the bits of `ldexp`, and takes a fifth of the time.
+    real = np.asarray(values, dtype=np.float64)
+    scaled: npt.NDArray[np.float64] = (
+        real * np.ldexp(1.0, power)
+        if real.ndim and np.abs(power).max() < 1000
+        else np.ldexp(real, power)
+    )
+    return scaled
 
 
 def wrap(q: Any, word: int) -> Any:

@@ -16,7 +16,9 @@ from enum import Enum, StrEnum
 from functools import cache, cached_property
 from typing import Any, get_args, get_origin, get_type_hints
 
-from boresight.model.words.fixed import Arithmetic, Format
+import numpy as np
+
+from boresight.model.words.fixed import Arithmetic, Format, IntArray
 
 __all__ = [
     "InPort",
@@ -226,6 +228,11 @@ class Program:
     def streamed(self) -> tuple[int, ...]:
         """Inputs in the record: all but the linked ones."""
         return tuple(n for n in self.inputs if n not in self.linked)
+
+    @cached_property
+    def fracs(self) -> IntArray:
+        """Bits behind the binary point of every value, (n_values,)."""
+        return np.array([value.frac for value in self.values])
 
     def format(self, value: int) -> Format:
         """Format of a value."""

@@ -32,6 +32,7 @@ from boresight.sim.records.feed import Feed
 
 __all__ = [
     "ANGLES",
+    "Angles",
     "aligned",
     "aligned_outputs",
     "attitude_errors",
@@ -74,7 +75,7 @@ def errors(
     metrics: dict[str, float] = {}
     units, judged = units_of(estimator, columns), _apart(estimator, columns)
     if judged and ANGLES[0] in units:
-        angles = _Angles()
+        angles = Angles()
         for some in pieces(len(columns.counts)):
             q, reference = (
                 attitude_of({n: x[n][some] for n in QUATERNION}) for x in (outputs, columns.truth)
@@ -91,13 +92,13 @@ def errors(
 
 def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
     """The figures of attitudes (n, 4)."""
-    angles = _Angles()
+    angles = Angles()
     for some in pieces(len(q)):
         angles.add(q[some], reference[some], counts[some])
     return angles.result()
 
 
-class _Angles:
+class Angles:
     """Figures of attitudes, piece by piece."""
 
     def __init__(self) -> None:
@@ -112,9 +113,14 @@ class _Angles:
         for spread, error in zip(self._spreads.values(), angles, strict=True):
             spread.add(error, np.ones(len(error), dtype=np.bool_), 0)
 
+    @property
+    def samples(self) -> int:
+        """Rows that count."""
+        return self._spreads[ANGLES[0]].samples
+
     def result(self) -> dict[str, float]:
         """The figures; raises InputError of no row."""
-        if not self._spreads[ANGLES[0]].samples:
+        if not self.samples:
             raise InputError(NO_SAMPLE)
         return {name: spread.rms for name, spread in self._spreads.items()}
 

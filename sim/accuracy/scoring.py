@@ -15,8 +15,10 @@ from typing import TypeVar
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import errors, units_of
+from boresight.sim.attitude.accuracy import pieces
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.level import Run
 from boresight.sim.processes import processes
 from boresight.sim.records.feed import Feed
 from boresight.sim.worlds.loop import drive
@@ -105,8 +107,12 @@ class Scorer:
                     found="none",
                     fix="leave this log out",
                 )
-            (loop,) = drive(columns, level)
-            metrics = errors(self.estimator, columns, loop.outputs)
+            runs = []
+            for some in pieces(len(columns)):
+                part = columns.rows(some.start, some.stop)
+                (loop,) = drive(part, level, anew=not some.start)
+                runs.append(loop.run.outputs_alone(columns.truth))
+            metrics = errors(self.estimator, columns, Run.joined(runs).outputs)
             if self.scored is None:
                 return metrics
             name, figure = self.scored[index]

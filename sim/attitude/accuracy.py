@@ -111,7 +111,8 @@ def attitude_rmse(
         counts &= mov
     if not counts.any():
         raise InputError(NO_SAMPLE)
-    errors = attitude_error(q_est[counts], q_ref[counts])
+    some = ... if counts.all() else counts
+    errors = attitude_error(q_est[some], q_ref[some])
     return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
 
 

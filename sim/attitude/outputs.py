@@ -16,7 +16,7 @@ FloatArray = npt.NDArray[np.float64]
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
     """Quaternions (..., 4) of output records by name."""
-    return np.stack([outputs[name] for name in QUATERNION], axis=-1)
+    return np.moveaxis(np.stack([outputs[name] for name in QUATERNION]), 0, -1)
 
 
 def euler_deg_of(outputs: Mapping[str, FloatArray]) -> FloatArray:

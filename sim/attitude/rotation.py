@@ -55,7 +55,9 @@ def _components(value: npt.ArrayLike, shape: tuple[int, ...], what: str) -> Floa
 
 
 def _stack(*parts: npt.NDArray[Any]) -> FloatArray:
-    return np.stack(np.broadcast_arrays(*parts), axis=-1).astype(np.float64, copy=False)
+    """Components (...,) as (..., n), each in one piece of memory, where arithmetic is fast."""
+    whole = np.stack(np.broadcast_arrays(*parts)).astype(np.float64, copy=False)
+    return np.moveaxis(whole, 0, -1)
 
 
 def quaternion_multiply(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import tee, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
-from boresight.sim.compare.results import Agreement, CheckResult, LevelResult
+from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.compare.textbook import beside_textbook
 from boresight.sim.compare.verdict import Accuracy, Judge
@@ -27,7 +27,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.levels.registry import LEVELS
-from boresight.sim.records.feed import Feed, feeds
+from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.log import Log
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
@@ -206,6 +206,7 @@ class Check:
         self.build, self.levels, self.simulator = build, levels, simulator
         self.progress = progress or (lambda text: None)
         self._sound = False  # until the first records have been looked at
+        self._shortage = ""
         self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
 
     def run(
@@ -273,7 +274,7 @@ class Check:
                 self._piece(cases, piece, real, attempts, interpreter, whole)
         results = []
         for k, case in enumerate(cases):
-            again = partial(self._again, k, case, sources, rows)
+            again = partial(self._again, k, case, sources)
             levels = [
                 self._judged(n, x, k, case, again, reproducer) for n, x in enumerate(attempts)
             ]
@@ -281,7 +282,7 @@ class Check:
             if Interpreted.name in self.levels or own.error:
                 levels.insert(0, own)
             accuracy = case.judge.result(case.clamped, again)
-            results.append(self._result(k, case, levels, accuracy))
+            results.append(self._result(k, case, sources, levels, accuracy))
         return results
 
     def _slice(self, attempts: Sequence[_Attempt], sources: Sequence[Log], rows: int) -> None:
@@ -313,15 +314,16 @@ class Check:
 
     def _blocks(self, sources: Sequence[Log]) -> Iterator[list[Feed]]:
         """Blocks of `KEPT` rows of each estimator's log; none of one that has ended."""
-        shared = len(sources) == 1
-        blocks = (
-            tee(sources[0].blocks(KEPT), self._count)
-            if shared
-            else [source.blocks(KEPT) for source in sources]
-        )
+        feeders = [
+            Feeder(e, linked=self.build.links[k]) for k, e in enumerate(self.build.estimators)
+        ]
+        if len(sources) == 1:
+            for rows in sources[0].blocks(KEPT):
+                yield [feeder.take(rows) for feeder in feeders]
+            return
         own = [
-            feeds(e, rows, linked=self.build.links[k])
-            for k, (e, rows) in enumerate(zip(self.build.estimators, blocks, strict=True))
+            map(feeder.take, source.blocks(KEPT))
+            for feeder, source in zip(feeders, sources, strict=True)
         ]
         empty: list[Feed] = []
         for several in zip_longest(*own):
@@ -344,11 +346,16 @@ class Check:
             longer = " and more" if more and most is None else ""
             self.progress(f"{what}, {count} updates{longer}{turns}")
 
-        for text in dict.fromkeys(text for case in cases for text in case.warnings):
-            self.progress(f"warning: {text}")
         if not self._sound:
             check_sound(self.build, records)
+            self._shortage = self.build.shortage
             self._sound = True
+        if self._shortage:
+            text = f"no core, as compile would make it: {self._shortage}"
+            for case in cases:
+                case.warnings[text] = None
+        for text in dict.fromkeys(text for case in cases for text in case.warnings):
+            self.progress(f"warning: {text}")
         say("float64")
         for attempt in attempts:
             attempt.begin(records, say)
@@ -401,7 +408,7 @@ class Check:
                 case.kept.append((records, wanted, floating[k]))
 
     def _again(
-        self, number: int, case: _Case, sources: Sequence[Log], rows: int
+        self, number: int, case: _Case, sources: Sequence[Log]
     ) -> Iterator[tuple[FloatArray, IntArray]]:
         """Records of an estimator, piece by piece, with their states: what is kept, or of the C."""
         if case.complete:
@@ -409,12 +416,24 @@ class Check:
                 assert run.states is not None
                 yield records, run.states
             return
-        levels: list[Level] = [Emitted(self.build, k) for k in range(self._count)]
-        exchange = Emitted.exchange(levels)
+        for part in self._parts(number, sources):
+            assert part.fixed.states is not None
+            yield part.given.inputs, part.fixed.states
+
+    def _parts(self, number: int, sources: Sequence[Log]) -> Iterator[Part]:
+        """Every row of an estimator's log, with the C and float64."""
+        kinds = (Emitted, CompiledFloat)
+        levels = [[kind(self.build, k) for k in range(self._count)] for kind in kinds]
+        exchanges = [kind.exchange(x) for kind, x in zip(kinds, levels, strict=True)]
         for blocks in self._blocks(sources):
-            run = Emitted.run_together(levels, [block.inputs for block in blocks], exchange)[number]
-            if run.states is not None and len(run.states):
-                yield exchange.records[number], run.states
+            records = [block.inputs for block in blocks]
+            fixed, floating = (
+                kind.run_together(x, records, exchange)[number]
+                for kind, x, exchange in zip(kinds, levels, exchanges, strict=True)
+            )
+            if len(records[number]):
+                inputs = exchanges[0].records[number]
+                yield Part(dataclasses.replace(blocks[number], inputs=inputs), fixed, floating)
 
     def _judged(
         self,
@@ -453,7 +472,12 @@ class Check:
         return agreement.result(tried.seconds, text, tried.said)
 
     def _result(
-        self, number: int, case: _Case, levels: Sequence[LevelResult], accuracy: Accuracy
+        self,
+        number: int,
+        case: _Case,
+        sources: Sequence[Log],
+        levels: Sequence[LevelResult],
+        accuracy: Accuracy,
     ) -> CheckResult:
         """All of an estimator on its log."""
         records, fixed, floating = zip(*case.kept, strict=True)
@@ -468,7 +492,18 @@ class Check:
             warnings=(*case.warnings, *remarks),
         )
         run = Run.joined(fixed)
-        return CheckResult(self.build, number, given, tuple(levels), accuracy, run, reference, book)
+        return CheckResult(
+            self.build,
+            number,
+            given,
+            tuple(levels),
+            accuracy,
+            run,
+            reference,
+            book,
+            case.rows,
+            None if case.complete else partial(self._parts, number, sources),
+        )
 
 
 def _ahead(blocks: Iterable[list[Feed]]) -> Iterator[tuple[list[Feed], bool]]:

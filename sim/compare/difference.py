@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.declarations import EXACT_UNITS, PERIODS, QUATERNION, Output
+from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
 __all__ = ["ATTITUDE", "Decided", "Difference", "Differences", "Spread", "around", "differences"]
@@ -231,7 +232,7 @@ class Differences:
         turned = dict(reference)
         with np.errstate(all="ignore"):  # a reference may be infinite
             if self._attitude is not None:
-                q, r = (np.stack([x[n] for n in QUATERNION], axis=-1) for x in (values, reference))
+                q, r = attitude_of(values), attitude_of(reference)
                 sign = np.where((q * r).sum(axis=-1) < 0.0, -1.0, 1.0)
                 turned |= {n: reference[n] * sign for n in QUATERNION}
             errors = {o.name: _apart(o.unit, values[o.name], turned[o.name]) for o in self._outputs}

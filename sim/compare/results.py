@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 
-__all__ = ["Agreement", "CheckResult", "LevelResult", "verdict"]
+__all__ = ["Agreement", "CheckResult", "LevelResult", "Part", "verdict"]
 
 
 @dataclass(frozen=True)
@@ -167,6 +167,14 @@ class Agreement:
         )
 
 
+class Part(NamedTuple):
+    """Rows of a log: what an estimator ran on, fixed point and float64."""
+
+    given: Feed
+    fixed: Run
+    floating: Run
+
+
 @dataclass(frozen=True, eq=False)
 class CheckResult(Answer):
     """All levels on one record, and the float comparison that goes with them.
@@ -184,6 +192,10 @@ class CheckResult(Answer):
         The interpreter's, with which every level was compared, and float64's.
     textbook : tuple of Difference
         Float64 beside `Estimator.textbook`, where there is one.
+    rows : int
+        Of the log.
+    again : callable, optional
+        Of a long log all rows once more, as `parts`: those of fixed point are the C's.
     """
 
     build: Build = field(repr=False)
@@ -194,6 +206,14 @@ class CheckResult(Answer):
     fixed: Run = field(repr=False)
     floating: Run = field(repr=False)
     textbook: tuple[Difference, ...] = ()
+    rows: int = 0
+    again: Callable[[], Iterator[Part]] | None = field(default=None, repr=False)
+
+    def parts(self) -> Iterator[Part]:
+        """All rows of the log, piece by piece: what it ran on, fixed point and float64."""
+        if self.again is not None:
+            return self.again()
+        return iter([Part(self.given, self.fixed, self.floating)])
 
     @property
     def estimator(self) -> str:

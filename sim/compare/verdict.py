@@ -22,7 +22,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run
 
-__all__ = ["Accuracy", "Judge", "judge"]
+__all__ = ["Accuracy", "Judge", "Traversed", "judge"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -209,7 +209,7 @@ class Judge:
         pieces = ((words_of(program, records), states) for records, states in again())
         first = find_culprit(program, nodes, pieces, sorted(steps))
         pieces = ((words_of(program, records), states) for records, states in again())
-        seen = _Traversed(program, pieces)
+        seen = Traversed(program, pieces)
         culprit = str(first) if first else _rounding(program, nodes, seen, errors)
         if self._endless is not None:
             culprit = (
@@ -240,10 +240,24 @@ def _first(before: int | None, start: int, rows: npt.NDArray[np.bool_]) -> int |
     return start + int(np.argmax(rows)) if before is None and rows.any() else before
 
 
-class _Traversed:
-    """What a search for causes needs of all updates: extremes, changes of states, the last ones.
+class Traversed:
+    """What all updates did, piece by piece: extremes, changes of states, the last ones.
 
-    ``inputs``, ``states`` are those of the last updates, ``before`` the states before them.
+    Parameters
+    ----------
+    pieces : iterable of (int64 (n, n_inputs), int64 (n, n_states))
+        Input words, and the states after each update; from a reset on.
+
+    Attributes
+    ----------
+    ranges : WordRanges
+        Extremes of every value; states count with the words before each update.
+    count : int
+        Updates.
+    changes : int64 (n_states,)
+        Largest change of each state.
+    inputs, states, before
+        Of the last `UPDATES`, and the states before them.
     """
 
     def __init__(self, program: Program, pieces: Iterable[tuple[IntArray, IntArray]]) -> None:
@@ -265,7 +279,7 @@ class _Traversed:
                 self.before = self.states[spare - 1]
                 self.inputs, self.states = self.inputs[spare:], self.states[spare:]
         assert ranges is not None  # there is an update
-        self.ranges = ranges
+        self.ranges, self.count = ranges, count
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
@@ -283,7 +297,7 @@ _NAMED = 3
 
 
 def _rounding(
-    program: Program, nodes: dict[int, Node], seen: _Traversed, errors: Sequence[Difference]
+    program: Program, nodes: dict[int, Node], seen: Traversed, errors: Sequence[Difference]
 ) -> str:
     """What to do where no single operation is to blame: rounding adds up.
 
@@ -338,7 +352,7 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     )
 
 
-def _coarse(program: Program, nodes: dict[int, Node], seen: _Traversed, rounding: str) -> str:
+def _coarse(program: Program, nodes: dict[int, Node], seen: Traversed, rounding: str) -> str:
     """The state whose changes have the fewest bits: every update rounds it, perhaps to one side."""
     if not program.states:
         return f"{rounding}; use a wider word"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -9,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.processes import dispatch
+from boresight.sim.processes import dispatch, duration
 
 __all__ = ["Runs", "run_cases", "spreads_of"]
 
@@ -69,28 +70,29 @@ def run_cases(
     cases: Sequence[tuple[str, Case, int]],
     *,
     seed: int,
-    at_once: int,
+    at_once: int | Callable[[Case], int],
     jobs: int | None,
     say: Callable[[str], None],
 ) -> dict[str, Runs]:
-    """Run every case (name, case, runs), ``at_once`` runs in a task.
+    """Run every case (name, case, runs), ``at_once`` runs in a task, or as many as it says.
 
     Tasks, and so the figures, do not depend on ``jobs``, the number of processes: by default one
     for each processor. The longest cases had better come first. See `dispatch`.
     """
-    tasks = [
-        ((name, first), run, (case, range(first, min(first + at_once, seed + runs))))
-        for name, case, runs in cases
-        for first in range(seed, seed + runs, at_once)
-    ]
-    parts: dict[tuple[str, int], Runs] = {}
-    for label, part in dispatch(jobs, tasks):
-        parts[label] = part
-        say(f"{len(parts)} of {len(tasks)}: {label[0]}, from seed {label[1]} on")
-    return {
-        name: _joined([parts[name, first] for first in range(seed, seed + runs, at_once)])
-        for name, _, runs in cases
-    }
+    tasks = []
+    for name, case, runs in cases:
+        size = at_once(case) if callable(at_once) else at_once
+        for first in range(seed, seed + runs, size):
+            seeds = range(first, min(first + size, seed + runs))
+            tasks.append(((name, first), run, (case, seeds)))
+    parts: dict[str, dict[int, Runs]] = {name: {} for name, _, _ in cases}
+    say(f"{len(cases)} cases, {sum(runs for _, _, runs in cases)} runs in {len(tasks)} tasks")
+    start = time.monotonic()
+    for done, ((name, first), part) in enumerate(dispatch(jobs, tasks), 1):
+        parts[name][first] = part
+        so_far = duration(time.monotonic() - start)
+        say(f"{done} of {len(tasks)} after {so_far}: {name}, from seed {first} on")
+    return {name: _joined([part for _, part in sorted(of.items())]) for name, of in parts.items()}
 
 
 def _joined(parts: Sequence[Runs]) -> Runs:

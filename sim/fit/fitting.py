@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -15,19 +15,24 @@ from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.accuracy.manoeuvres import hostile
-from boresight.sim.compare.difference import Difference, differences
+from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.fit.choose import intervals, profile_of
-from boresight.sim.fit.observe import Reached, joined, reached, states_of
+from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 
-__all__ = ["Effect", "Fitted", "effect", "fitted"]
-
-FloatArray = npt.NDArray[np.float64]
+__all__ = ["WORSE", "Effect", "Fitted", "Kept", "effect", "fitted", "kept"]
 
 #: Updates of each hostile stimulus.
 HOSTILE_STEPS = 2000
+#: Factor by which an error has to grow with a profile to be worse.
+WORSE = 1.1
+#: Bits that a format must gain, of the profiles that are tried where the whole one is worse.
+_GAINS = (2, 4, 8)
+#: Factor by which one may grow where errors together become smaller, and mean factor of all with
+#: which a profile is kept in any case.
+_SOMEWHAT, _MUCH = 1.25, 0.5
 #: Their seed; that of `boresight covariance` is another.
 _SEED = 2
 
@@ -59,7 +64,7 @@ class Fitted:
 
 def fitted(
     estimator: Estimator,
-    records: Mapping[str, FloatArray],
+    records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     starts: Sequence[Mapping[str, float]] = ({},),
@@ -69,8 +74,8 @@ def fitted(
 
     Parameters
     ----------
-    records : mapping of str to (n, n_inputs)
-        Inputs by the name of the log or world.
+    records : mapping of str to (n, n_inputs), or callable
+        Inputs by the name of the log or world, or what gives them in pieces.
     params : mapping, optional
         Parameter values of all runs.
     starts : sequence of mapping
@@ -85,18 +90,21 @@ def fitted(
     trace, overrides = estimator.record(), dict(params or {})
     seen = []
     for name, inputs in records.items():
-        say(f"float64 on {name}, {len(inputs)} updates")
-        after = states_of(estimator, inputs, overrides)
-        seen.append(reached(trace, estimator, inputs, after, overrides))
+        say(f"float64 on {name}")
+        observer = Observer(trace, estimator, overrides)
+        for piece in pieces_of(inputs):
+            observer.add(piece)
+        seen.append(observer.reached)
     provoked, count = [], 0
     for start in starts:
         values = overrides | dict(start)
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
-        for name, inputs in stimuli.items():
+        for name, stimulus in stimuli.items():
             say(f"float64 on hostile inputs, {name}")
-            after = states_of(estimator, inputs, values)
-            provoked.append(reached(trace, estimator, inputs, after, values))
-            count += len(inputs)
+            observer = Observer(trace, estimator, values)
+            observer.add(stimulus)
+            provoked.append(observer.reached)
+            count += len(stimulus)
     ours, theirs = joined(*seen), joined(*provoked)
     every = joined(ours, theirs)
     profile = profile_of(trace, estimator, ours, theirs, [*records])
@@ -124,7 +132,7 @@ class Effect:
 def effect(
     estimator: Estimator,
     profile: Profile | None,
-    records: Mapping[str, FloatArray],
+    records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     word: int = 32,
@@ -139,9 +147,14 @@ def effect(
         return str(error)
     floating, worst, saturated = CompiledFloat(build), dict[str, Difference](), 0
     for inputs in records.values():
-        run, reference = words.run_anew(inputs), floating.run_anew(inputs)
-        saturated += run.n_saturated
-        for d in differences(estimator.outputs, run.outputs, reference.outputs):
+        beside = Differences(estimator.outputs, [o.name for o in estimator.outputs])
+        words.reset()
+        floating.reset()
+        for piece in pieces_of(inputs):
+            run = words.run(piece)
+            saturated += run.n_saturated
+            beside.add(run.outputs, floating.run(piece).outputs)
+        for d in beside.result():
             if d.output not in worst or d.largest > worst[d.output].largest:
                 worst[d.output] = d
     return Effect(tuple(worst.values()), saturated, _negative(other, words, build))
@@ -161,3 +174,97 @@ def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
         p = covariance.of_words(build.programs[0], run.states)
         negative += int((np.diagonal(p, axis1=1, axis2=2) < 0.0).any(axis=1).sum())
     return negative
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The formats from runs that are kept, compared with those of intervals on the records.
+
+    Attributes
+    ----------
+    profile : Profile
+        With all ranges, those that gain many bits, or none.
+    before : Effect or str
+        Of intervals alone; the reason where nothing compiles so.
+    after, whole : Effect
+        Of what is kept; of all ranges.
+    """
+
+    profile: Profile
+    before: Effect | str
+    after: Effect
+    whole: Effect
+
+
+def kept(
+    fit: Fitted,
+    records: Mapping[str, Inputs],
+    *,
+    params: Mapping[str, float] | None = None,
+    word: int = 32,
+) -> Kept:
+    """Choose what makes outputs most exact: all ranges, those that gain many bits, or none.
+
+    No output becomes `WORSE`; or errors together (their geometric mean) become smaller, and none by
+    more than a quarter larger, or together less than half as large. Nothing more saturates, and no
+    more variances are negative. Where nothing compiles without it, all ranges are kept.
+
+    Raises
+    ------
+    InputError
+        It does not compile with the profile either.
+    """
+    profile = fit.profile
+
+    def tried(some: Profile | None) -> Effect | str:
+        return effect(fit.estimator, some, records, params=params, word=word)
+
+    before, whole = tried(None), tried(profile)
+    if isinstance(whole, str):
+        raise InputError(whole)
+    if isinstance(before, str) or _largest(before, whole) <= WORSE:
+        return Kept(profile, before, whole, whole)
+    candidates = [(profile, whole)]
+    for bits in _GAINS:
+        ranges = {n: r for n, r in profile.ranges.items() if _gain(fit.intervals[n], r) >= bits}
+        some = replace(profile, ranges=ranges)
+        after = tried(some) if ranges else ""
+        candidates += [(some, after)] if isinstance(after, Effect) else []
+    none = replace(profile, ranges={}), before
+    better = [c for c in candidates if _better(before, c[1])]
+    best, after = min(better, key=lambda c: _mean(before, c[1]), default=none)
+    return Kept(best, before, after, whole)
+
+
+def _gain(interval: Range, range_: Range) -> float:
+    """Bits that a format gains."""
+    wide, narrow = (max(map(abs, ends)) for ends in (interval, range_))
+    return math.log2(wide / narrow) if narrow else 0.0
+
+
+def _factors(before: Effect, after: Effect) -> list[float]:
+    """By which errors change; of one that stays 0, 1."""
+    errors = [
+        (a.largest, b.largest) for a, b in zip(before.differences, after.differences, strict=True)
+    ]
+    return [b / a if a > 0.0 else math.inf if b > 0.0 else 1.0 for a, b in errors]
+
+
+def _largest(before: Effect, after: Effect) -> float:
+    """Largest of the factors; infinite where more saturates, or more variances are negative."""
+    more = after.saturated_updates > before.saturated_updates
+    more |= after.negative_updates > before.negative_updates
+    return math.inf if more else max(_factors(before, after), default=1.0)
+
+
+def _mean(before: Effect, after: Effect) -> float:
+    """Geometric mean of the factors."""
+    logs = [math.log(min(max(x, 1e-9), 1e9)) for x in _factors(before, after)]
+    return math.exp(math.fsum(logs) / max(len(logs), 1))
+
+
+def _better(before: Effect, after: Effect) -> bool:
+    """Whether formats are kept; see `kept`."""
+    largest, mean = _largest(before, after), _mean(before, after)
+    few = largest <= WORSE or (largest <= _SOMEWHAT and mean < 1.0)
+    return few or (largest < math.inf and mean < _MUCH)

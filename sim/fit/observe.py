@@ -6,7 +6,7 @@ they are recorded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,11 +21,14 @@ from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Expression, Trace
 from boresight.model.recorded import evaluate
 
-__all__ = ["Reached", "joined", "reached", "rows_of", "states_of"]
+__all__ = ["Inputs", "Observer", "Reached", "joined", "pieces_of"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Smallest and largest value by the number of an expression; of a comparison of the difference.
 Reached = Mapping[int, Range]
+
+#: Inputs (n, n_inputs) of a record, or what gives them in pieces, as often as wanted.
+Inputs = FloatArray | Callable[[], Iterable[FloatArray]]
 
 #: Updates that are computed at a time.
 CHUNK = 1024
@@ -46,65 +49,70 @@ class _States(Estimator):
         return after, after
 
 
-def states_of(
-    estimator: Estimator, inputs: FloatArray, params: Mapping[str, float] | None
-) -> FloatArray:
-    """States (n, n_states) after each update of inputs (n, n_inputs).
+class Observer:
+    """What every expression reaches in float64 in updates, piece by piece from a reset on.
 
-    In float64, each limited to its declared range: where hostile inputs take it there, words stay.
-    """
-    if not estimator.states:
-        return np.zeros((len(inputs), 0))
-    model = FloatCModel(_States(estimator), precision=DOUBLE, params=params)
-    return model.update(inputs).astype(np.float64)
-
-
-def rows_of(
-    estimator: Estimator, inputs: FloatArray, after: FloatArray, params: Mapping[str, float] | None
-) -> Iterator[dict[tuple[str, str], FloatArray]]:
-    """Leaves of all updates, by kind and name, in chunks.
-
-    Parameters
-    ----------
-    inputs : (n, n_inputs)
-    after : (n, n_states)
-        States after each update.
-    """
-    first = np.array([[s.initial for s in estimator.states]])
-    before = np.concatenate([first, after[:-1]])
-    values = estimator.param_values(params)
-    for start in range(0, len(inputs), CHUNK):
-        some = slice(start, start + CHUNK)
-        rows = len(inputs[some])
-        leaves = {("input", i.name): inputs[some, k] for k, i in enumerate(estimator.inputs)}
-        leaves |= {("state", s.name): before[some, k] for k, s in enumerate(estimator.states)}
-        yield leaves | {("param", name): np.full(rows, v) for name, v in values.items()}
-
-
-def reached(
-    trace: Trace,
-    estimator: Estimator,
-    inputs: FloatArray,
-    after: FloatArray,
-    params: Mapping[str, float] | None = None,
-) -> Reached:
-    """What every expression reaches in updates whose states are known; see `rows_of`.
-
+    States are limited to their declared ranges: where hostile inputs take them there, words stay.
     Values that are no finite numbers do not count.
+
+    Attributes
+    ----------
+    updates : int
+        So far.
     """
-    low = np.full(len(trace.tracer.expressions), np.inf)
-    high = -low
-    with np.errstate(all="ignore"):
-        for leaves in rows_of(estimator, inputs, after, params):
-            values = evaluate(trace, leaves, claims=True)
-            for e in trace.needed:
-                seen = _seen(e, values)
-                if seen is not None:
-                    low[e.number] = min(low[e.number], seen[0])
-                    high[e.number] = max(high[e.number], seen[1])
-    return {
-        k: (float(a), float(b)) for k, (a, b) in enumerate(zip(low, high, strict=True)) if a <= b
-    }
+
+    def __init__(
+        self, trace: Trace, estimator: Estimator, params: Mapping[str, float] | None = None
+    ) -> None:
+        self.trace, self.estimator, self.updates = trace, estimator, 0
+        self._params = estimator.param_values(params)
+        self._before = np.array([[s.initial for s in estimator.states]])
+        self._low = np.full(len(trace.tracer.expressions), np.inf)
+        self._high = -self._low
+        self._model = (
+            FloatCModel(_States(estimator), precision=DOUBLE, params=params)
+            if estimator.states
+            else None
+        )
+
+    def add(self, inputs: FloatArray) -> FloatArray:
+        """The next updates of inputs (n, n_inputs): states (n, n_states) after each."""
+        after = np.zeros((len(inputs), 0)) if self._model is None else self._model.update(inputs)
+        after = after.astype(np.float64)
+        low, high = self._low, self._high
+        with np.errstate(all="ignore"):
+            for leaves in self._leaves(inputs, np.concatenate([self._before, after[:-1]])):
+                values = evaluate(self.trace, leaves, claims=True)
+                for e in self.trace.needed:
+                    seen = _seen(e, values)
+                    if seen is not None:
+                        low[e.number] = min(low[e.number], seen[0])
+                        high[e.number] = max(high[e.number], seen[1])
+        self._before, self.updates = after[-1:], self.updates + len(inputs)
+        return after
+
+    def _leaves(
+        self, inputs: FloatArray, before: FloatArray
+    ) -> Iterator[dict[tuple[str, str], FloatArray]]:
+        """Leaves of all updates, by kind and name, in chunks."""
+        declared = self.estimator
+        for start in range(0, len(inputs), CHUNK):
+            some = slice(start, start + CHUNK)
+            rows = len(inputs[some])
+            leaves = {("input", i.name): inputs[some, k] for k, i in enumerate(declared.inputs)}
+            leaves |= {("state", s.name): before[some, k] for k, s in enumerate(declared.states)}
+            yield leaves | {("param", n): np.full(rows, v) for n, v in self._params.items()}
+
+    @property
+    def reached(self) -> Reached:
+        """By the number of an expression."""
+        ends = enumerate(zip(self._low, self._high, strict=True))
+        return {k: (float(a), float(b)) for k, (a, b) in ends if a <= b}
+
+
+def pieces_of(inputs: Inputs) -> Iterable[FloatArray]:
+    """The inputs of a record in pieces, of an array as one."""
+    return [inputs] if isinstance(inputs, np.ndarray) else inputs()
 
 
 def _seen(e: Expression, values: Mapping[int, Any]) -> Range | None:

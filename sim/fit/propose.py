@@ -16,7 +16,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import Format
 from boresight.sim.fit.choose import chosen, profile_of
 from boresight.sim.fit.fitting import Effect, Fitted, effect
-from boresight.sim.fit.observe import joined
+from boresight.sim.fit.observe import Inputs, joined
 
 __all__ = ["Proposal", "applied", "proposals", "with_ranges", "worth"]
 
@@ -111,7 +111,7 @@ def with_ranges(estimator: Estimator, those: Sequence[Proposal]) -> Estimator:
 def worth(
     fit: Fitted,
     those: Sequence[Proposal],
-    records: Mapping[str, FloatArray],
+    records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     word: int = 32,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from graphlib import TopologicalSorter
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.gateware.core import Core, build_shared_core
+from boresight.gateware.core import Core, build_shared_core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.linking import first_word, linked_estimators, linked_words
@@ -104,6 +105,29 @@ class Build:
             )
         except ScheduleError as error:
             raise ScheduleError(f"{error}{heaviest(self._traced)}") from None
+
+    @property
+    def shortage(self) -> str:
+        """Why no core holds the programs, empty if one does; they are scheduled if in doubt."""
+        machine = machine_for(self.config, self.programs[0])
+        operations = [op for program in self.programs for op in program.ops]
+        states = sum(len(program.states) for program in self.programs)
+        values = sum(len(program.values) for program in self.programs) + states
+        cycles = sum(2 * machine.depth + len(op.terms) for op in operations)  # one by one
+        if (
+            values <= machine.register_words
+            and states <= machine.lanes * machine.state_slots
+            and cycles <= machine.rom_words
+        ):
+            return ""
+        with suppress(ScheduleError):  # most often the quick search answers
+            build_shared_core(self.programs, self.config, urgents=self.urgents, restarts=0)
+            return ""
+        try:
+            self.core  # noqa: B018
+        except ScheduleError as error:
+            return str(error)
+        return ""
 
     @cached_property
     def links(self) -> list[dict[int, tuple[int, str]]]:

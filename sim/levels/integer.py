@@ -85,7 +85,10 @@ class Emitted(Level):
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        words, saturated, states = self._model.trajectory(words_of(self.program, records))
+        words = words_of(self.program, records)
+        if not self.traced:
+            return run_of_words(self.program, *self._model.update(words))
+        words, saturated, states = self._model.trajectory(words)
         return run_of_words(self.program, words, saturated, states=states)
 
     @classmethod

@@ -133,6 +133,8 @@ class Level(ABC):
     runs: int | None = None
     #: Whether it can begin with states that are handed in (`resume`).
     resumes: ClassVar[bool] = False
+    #: Whether runs have the states, of a level that can show them.
+    traced: bool = True
     #: States (n, n_states) that another level had in the records of the next run. A level may use
     #: them to compute parts of it side by side (`sim.records.segments`), never to believe them.
     shown: IntArray | None = None
@@ -273,8 +275,7 @@ def run_of_words(program: Program, words: IntArray, saturated: BoolArray, **more
 
 def formats_of(program: Program, values: Sequence[int]) -> Format:
     """The formats of several values as one, for arrays with these values along the last axis."""
-    frac = np.array([program.format(value).frac for value in values])
-    return Format(program.arithmetic.word, frac)  # type: ignore[arg-type]
+    return Format(program.arithmetic.word, program.fracs[list(values)])  # type: ignore[arg-type]
 
 
 def outputs_of(program: Program, words: IntArray) -> dict[str, FloatArray]:

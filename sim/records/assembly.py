@@ -15,7 +15,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from pymap3d import geodetic2enu
 
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import quaternion_normalise
@@ -184,6 +183,8 @@ def _turned(where: str, source: Source, values: FloatArray) -> FloatArray:
         known = np.isfinite(values).all(axis=1)
         if not known.any():
             return values
+        from pymap3d import geodetic2enu  # a tenth of a second
+
         first = values[np.argmax(known)]
         return np.stack(geodetic2enu(*values.T, *first), axis=1)
     if " to " not in source.frame:

@@ -93,7 +93,8 @@ def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
     """Parse a Parquet file in pieces; raises InputError as `parse_parquet`."""
     parquet, rows = _arrow("parquet", "Parquet"), 0
     try:
-        for batch in parquet.ParquetFile(file).iter_batches(batch_size=1 << 16):
+        # What it buffers ahead it would hold to the end of the file.
+        for batch in parquet.ParquetFile(file, pre_buffer=False).iter_batches(batch_size=1 << 16):
             names, arrays = batch.schema.names, [c.to_numpy(False) for c in batch.columns]
             record = record_of_arrays(path, list(zip(names, arrays, strict=True)))
             yield dataclasses.replace(record, place=shifted(record.place, rows))

@@ -17,7 +17,7 @@ from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Record, index_place, joined
 
-__all__ = ["Feed", "feed", "feeds", "fitted"]
+__all__ = ["Feed", "Feeder", "feed", "feeds", "fitted"]
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
@@ -115,22 +115,36 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
 def feeds(
     estimator: Estimator, records: Iterable[Record], *, linked: Collection[int] = ()
 ) -> Iterator[Feed]:
+    """`feed` of a record in pieces; see `Feeder`."""
+    return map(Feeder(estimator, linked=linked).take, records)
+
+
+class Feeder:
     """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all."""
-    start, place = 0, index_place("")
-    reader = InputReader(estimator, lambda row, _, name: place(row - start, name), linked=linked)
-    for record in records:
-        start, place = reader.rows, record.place
+
+    def __init__(self, estimator: Estimator, *, linked: Collection[int] = ()) -> None:
+        self.estimator, self.linked = estimator, linked
+        self._start, self._place = 0, index_place("")
+        self._reader = InputReader(
+            estimator, lambda row, _, name: self._place(row - self._start, name), linked=linked
+        )
+
+    def take(self, record: Record) -> Feed:
+        """The next piece."""
+        estimator, reader = self.estimator, self._reader
+        start, self._place = reader.rows, record.place
+        self._start = start
         if not start:
-            _refuse_missing(estimator, record, linked)
+            _refuse_missing(estimator, record, self.linked)
             _refuse_rate(estimator, record)
         inputs, new = reader.take_rows(
             {
                 i.name: _values(record, i)
                 for k, i in enumerate(estimator.inputs)
-                if not i.flags and k not in linked
+                if not i.flags and k not in self.linked
             }
         )
-        yield Feed(
+        return Feed(
             record,
             record.values("t", "s") if "t" in record.columns else None,
             inputs,

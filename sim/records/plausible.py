@@ -7,6 +7,7 @@ guess, so it warns and never refuses.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -28,11 +29,13 @@ class _Rule:
     implausible: Callable[[float], bool]
     looks: str
     wants_triple: bool = False
+    #: Largest declared range; what is declared wider is no such sensor.
+    most: float = math.inf
 
 
 _RULES = (
-    # 10 rad/s is 95 turns a minute, in half of all samples.
-    _Rule("rad/s", lambda typical: typical > 10.0, "deg/s"),
+    # 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros measure.
+    _Rule("rad/s", lambda typical: typical > 10.0, "deg/s", most=100.0),
     _Rule("m/s^2", lambda typical: 0.9 < typical < 1.1, "g (g0 in a header)", wants_triple=True),
     _Rule(
         "m/s^2", lambda typical: 900.0 < typical < 1100.0, "mg (mg0 in a header)", wants_triple=True
@@ -72,6 +75,7 @@ def warnings_of(
             if rule.unit == unit
             and (len(columns) == 3 or not rule.wants_triple)
             and rule.implausible(typical)
+            and estimator.inputs[columns[0]].high <= rule.most
         ]
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
     if dt is not None and np.median(inputs[:, dt]) >= estimator.inputs[dt].high:

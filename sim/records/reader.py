@@ -122,7 +122,8 @@ class InputReader:
         InputError
             The value is not a number, or infinite.
         """
-        numbers = self._numbers(name, value, (n, self.runs)).copy()
+        numbers = np.empty((n, self.runs))
+        numbers[:] = self._numbers(name, value, (n, self.runs))
         if np.isinf(numbers).any():
             self._refuse_infinite(name, numbers)
         return numbers
@@ -131,7 +132,9 @@ class InputReader:
         """A column as numbers that can be broadcast to a shape."""
         try:
             if value is not None:
-                numbers: FloatArray = np.broadcast_to(np.asarray(value, dtype=np.float64), shape)
+                numbers = np.asarray(value, dtype=np.float64)
+                if numbers.shape != shape[2 - numbers.ndim :]:  # else an assignment broadcasts
+                    numbers = np.broadcast_to(numbers, shape)
                 return numbers
         except (TypeError, ValueError, OverflowError):
             pass

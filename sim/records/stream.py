@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from functools import partial
 from itertools import chain
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,7 +15,9 @@ from boresight.sim.records.record import Column, Record, joined, refuse_late, ro
 from boresight.sim.records.steps import MEDIAN_OF, steps_of
 from boresight.sim.records.text import ROWS
 
-__all__ = ["resized", "timed"]
+__all__ = ["ahead", "resized", "timed"]
+
+T = TypeVar("T")
 
 
 def timed(blocks: Iterable[Record]) -> Iterator[Record]:
@@ -59,3 +65,13 @@ def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
         count %= rows
     if held:
         yield joined(held)
+
+
+def ahead(items: Iterable[T]) -> Iterator[T]:
+    """The same items, none of them None, each made in a thread while the last one is used."""
+    make = partial(copy_context().run, next, iter(items), None)
+    with ThreadPoolExecutor(1) as thread:
+        made = thread.submit(make)
+        while (item := made.result()) is not None:
+            made = thread.submit(make)
+            yield item

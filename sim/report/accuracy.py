@@ -7,19 +7,21 @@ shown in degrees.
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import QUATERNION
-from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
+from boresight.model.declarations import EXACT_UNITS, QUATERNION
+from boresight.sim.accuracy.figures import Angles
+from boresight.sim.attitude.accuracy import attitude_error
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_to_euler
-from boresight.sim.compare.difference import ATTITUDE, Difference, differences
-from boresight.sim.compare.results import CheckResult
+from boresight.sim.compare.difference import ATTITUDE, Difference, Differences
+from boresight.sim.compare.results import CheckResult, Part
+from boresight.sim.records.feed import Feed
 
 __all__ = ["ANGLES", "BINS", "accuracy_section", "worst_output"]
 
@@ -36,25 +38,56 @@ def _number(x: float, digits: int = 6) -> float | None:
 
 
 class _Bins:
-    """Cuts n samples into at most `BINS` runs of equal length."""
+    """A column of n rows, piece by piece, in at most `BINS` runs of equal length.
+
+    Values that are no finite numbers do not count; None stands for a run without any.
+    """
 
     def __init__(self, n: int) -> None:
         self.size = -(-n // BINS)
-        self.starts = np.arange(0, n, self.size)
+        count = -(-n // self.size)
+        self._first, self._low, self._high = (np.full(count, np.nan) for _ in range(3))
+        self._sum, self._rows, self._done = np.zeros(count), np.zeros(count), 0
 
-    def first(self, x: FloatArray) -> list[float | None]:
-        """First finite value of each run, None if there is none."""
-        out = []
-        for start in self.starts:
-            part = x[start : start + self.size]
-            good = part[np.isfinite(part)]
-            out.append(_number(float(good[0]), 5) if len(good) else None)
-        return out
+    def add(self, x: FloatArray) -> None:
+        """The next rows."""
+        start, self._done = self._done, self._done + len(x)
+        cuts = np.arange(-start % self.size, len(x), self.size)
+        cuts = cuts if start % self.size == 0 else np.concatenate([[0], cuts])
+        at, good, rows = (start + cuts) // self.size, np.isfinite(x), np.arange(len(x))
+        first = np.minimum.reduceat(np.where(good, rows, len(x)), cuts)
+        begins = np.append(x, np.nan)[first]
+        self._first[at] = np.where(np.isnan(self._first[at]), begins, self._first[at])
+        for held, pick, none in ((self._low, np.fmin, np.inf), (self._high, np.fmax, -np.inf)):
+            ends = pick.reduceat(np.where(good, x, none), cuts)
+            held[at] = pick(held[at], np.where(np.isfinite(ends), ends, np.nan))
+        self._sum[at] += np.add.reduceat(np.where(good, x, 0.0), cuts)
+        self._rows[at] += np.add.reduceat(good.astype(np.float64), cuts)
 
-    def largest(self, x: FloatArray) -> list[float | None]:
-        """Largest value of each run, None if it has none."""
-        lowest = np.where(np.isfinite(x), x, -np.inf)
-        return [_number(float(v), 5) for v in np.maximum.reduceat(lowest, self.starts)]
+    @property
+    def first(self) -> list[float | None]:
+        """First value of each run."""
+        return _numbers(self._first)
+
+    @property
+    def low(self) -> list[float | None]:
+        """Least value of each run."""
+        return _numbers(self._low)
+
+    @property
+    def high(self) -> list[float | None]:
+        """Greatest value of each run."""
+        return _numbers(self._high)
+
+    def mean(self, unit: str) -> list[float | None]:
+        """Mean of each run; of words, and of angles that pass half a turn, the first value."""
+        whole = (unit in EXACT_UNITS) | (unit == "deg") & (self._high - self._low > 180.0)
+        with np.errstate(invalid="ignore"):
+            return _numbers(np.where(whole | (self.size == 1), self._first, self._sum / self._rows))
+
+
+def _numbers(values: FloatArray) -> list[float | None]:
+    return [_number(float(v), 5) for v in values]
 
 
 def worst_output(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
@@ -123,38 +156,157 @@ def _log(
     check: CheckResult, warn: Callable[[str], None], *, truth: bool, named: bool
 ) -> dict[str, Any]:
     """Figures and curves of one record; ``named``: warnings tell which."""
-    columns = check.given
-    t = np.arange(float(len(columns))) if columns.t is None else columns.t - columns.t[0]
-    known = _truths(check)
+    columns, rows = check.given, _Rows(check)
+    for part in check.parts():
+        rows.add(part)
+    timed = columns.t is not None
     data = {
         "dataset": columns.record.name,
-        "samples": len(columns),
-        "seconds": None if columns.t is None else _number(float(t[-1])),
+        "samples": rows.done,
+        "seconds": _number(rows.last) if timed else None,
         "word": check.build.word,
-        "reference": None if not known else "truth" if truth else "comparison",
-        "truth": _against_truth(check, known),
+        "reference": None if not rows.known else "truth" if truth else "comparison",
+        "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
-        "parted": _parted(check, t),
+        "parted": _parted(check, rows.times),
         **_attitude(check),
+        **rows.rmse(),
     }
-    bins = _Bins(len(columns))
-    series = {
-        "samples_per_point": bins.size,
-        "t": bins.first(t),
-        "outputs": _curves(check, known, bins, t),
-        "vs_log_deg": _vs_log(check, bins),
-    }
-    if QUATERNION[0] in check.fixed.outputs and not known:
+    if QUATERNION[0] in check.fixed.outputs and not rows.known:
         warn(f"accuracy: {columns.record.name} has no attitude to compare with")
     where = f"accuracy, {columns.record.name}" if named else "accuracy"
     for line in check.accuracy.faults():
         warn(f"{where}: {line}")
     for line in columns.warnings:
         warn(line)
-    return {**data, "series": series}
+    return {**data, "series": rows.series()}
 
 
-def _parted(check: CheckResult, t: FloatArray) -> dict[str, Any] | None:
+class _Rows:
+    """All rows of a check, piece by piece.
+
+    Attributes
+    ----------
+    done : int
+        Rows so far.
+    last : float
+        Time of the last one from the first one on; without times its number.
+    times : dict of int to float
+        Times of the rows in which an output is first beyond its tolerance.
+    known : tuple of str
+        Outputs with a truth.
+    """
+
+    def __init__(self, check: CheckResult) -> None:
+        self.check, self.done, self.last = check, 0, 0.0
+        self.known = tuple(_truths(check, check.given))
+        self.times = dict.fromkeys(
+            (d.first_beyond for d in check.accuracy.differences if d.first_beyond is not None), 0.0
+        )
+        self._outputs = check.build.estimators[check.number].outputs
+        self._truths = [Differences(self._outputs, self.known, judged=False) for _ in range(2)]
+        self._angles = [Angles(), Angles()]
+        self._bins: dict[tuple[str, str], _Bins] = defaultdict(lambda: _Bins(check.rows))
+        self._origin = 0.0
+
+    def add(self, part: Part) -> None:
+        """The next rows."""
+        given, n = part.given, len(part.given)
+        start, self.done = self.done, self.done + n
+        if given.t is None:
+            t = np.arange(float(start), float(start + n))
+        else:
+            self._origin = self._origin if start else given.t[0]
+            t = given.t - self._origin
+        self.last = float(t[-1])
+        self.times |= {k: float(t[k - start]) for k in self.times if start <= k < start + n}
+        self._bins["t", ""].add(t)
+        known = _truths(self.check, given)
+        for beside, run in zip(self._truths, part[1:], strict=True):
+            beside.add(run.outputs, known)
+        if all(name in given.truth for name in QUATERNION):
+            reference = attitude_of(given.truth)
+            for angles, run in zip(self._angles, part[1:], strict=True):
+                angles.add(attitude_of(run.outputs), reference, given.counts)
+            error = attitude_error(attitude_of(part.fixed.outputs), reference)
+            for name in _TURNED:
+                self._bins["log", name].add(getattr(error, name))
+        for d, apart in zip(self.check.accuracy.differences, self._apart(part), strict=True):
+            scale = 180.0 if d.unit == "ht" else 1.0
+            curves = {"fixed": part.fixed.outputs, "truth": known, "error": {d.output: apart}}
+            for what, values in curves.items():
+                if d.output in values:
+                    self._bins[what, d.output].add(scale * values[d.output])
+
+    def _apart(self, part: Part) -> list[FloatArray]:
+        """Fixed point from float64, of each difference of the check."""
+        judged = self.check.accuracy.differences
+        if all(len(d.apart) == len(part.given) for d in judged):
+            return [d.apart for d in judged]
+        names = [o.name for o in self._outputs]
+        beside = Differences(self._outputs, names, curves=True)
+        beside.add(part.fixed.outputs, part.floating.outputs)
+        return [d.apart for d in beside.result()]
+
+    def against_truth(self) -> list[dict[str, Any]]:
+        """Fixed point and float64 against truth, output by output."""
+        return [
+            {**fixed.to_json(), "float_max": floating.to_json()["max"],
+             "float_rms": floating.to_json()["rms"]}
+            for fixed, floating in zip(*(x.result() for x in self._truths), strict=True)
+        ]  # fmt: skip
+
+    def rmse(self) -> dict[str, Any]:
+        """Root mean square angles of both against the record's attitude; None without any."""
+        keys = ("rmse_deg", "float_rmse_deg")
+        if not self._angles[0].samples:
+            return dict.fromkeys(keys)
+        return {
+            key: {name: _number(x) for name, x in angles.result().items()}
+            for key, angles in zip(keys, self._angles, strict=True)
+        }
+
+    def series(self) -> dict[str, Any]:
+        """Every output, and the attitude: values, truth, error against float64, tolerance.
+
+        Where a point stands for several samples ``fixed`` and ``truth`` are means, and ``low`` and
+        ``high`` the least and the greatest of fixed point. ``beyond_from`` is when the error first
+        exceeds the tolerance.
+        """
+        units = {o.name: o.unit for o in self._outputs}
+        bins, size = self._bins, self._bins["t", ""].size
+
+        def curve(d: Difference) -> dict[str, Any]:
+            name, first = d.output, d.first_beyond
+            unit = "deg" if d.unit == "ht" else units.get(name, d.unit)
+            fixed, right = bins.get(("fixed", name)), bins.get(("truth", name))
+            band = fixed if size > 1 else None
+            return {
+                "unit": unit,
+                "fixed": None if fixed is None else fixed.mean(unit),
+                **({} if band is None else {"low": band.low, "high": band.high}),
+                "truth": None if right is None else right.mean(unit),
+                "error": bins["error", name].high,
+                "tolerance": None
+                if not d.tolerance
+                else (180.0 if d.unit == "ht" else 1.0) * d.tolerance,
+                "beyond_from": None if first is None else _number(self.times[first]),
+            }
+
+        turned = {name: bins["log", name].high for name in _TURNED if ("log", name) in bins}
+        return {
+            "samples_per_point": size,
+            "t": bins["t", ""].first,
+            "outputs": {d.output: curve(d) for d in self.check.accuracy.differences},
+            "vs_log_deg": turned or None,
+        }
+
+
+#: Parts of an attitude's error whose curves are shown.
+_TURNED = ("heading", "inclination")
+
+
+def _parted(check: CheckResult, times: Mapping[int, float]) -> dict[str, Any] | None:
     """The first sample in which an output is beyond its tolerance, and the first wrong value."""
     beyond = [
         (d.first_beyond, d.output) for d in check.accuracy.differences if d.first_beyond is not None
@@ -164,15 +316,15 @@ def _parted(check: CheckResult, t: FloatArray) -> dict[str, Any] | None:
     step = min(beyond)[0]
     return {
         "sample": step,
-        "t": _number(float(t[step])),
+        "t": _number(times[step]),
         "outputs": [output for first, output in beyond if first == step],
         "culprit": check.accuracy.culprit,
     }
 
 
-def _truths(check: CheckResult) -> dict[str, FloatArray]:
+def _truths(check: CheckResult, given: Feed) -> dict[str, FloatArray]:
     """Truth of each output, in its unit; that of Euler angles may follow from the quaternion."""
-    known = dict(check.given.truth)
+    known = dict(given.truth)
     units = {o.name: o.unit for o in check.build.estimators[check.number].outputs}
     if all(name in known for name in QUATERNION):
         q = attitude_of(known)
@@ -185,77 +337,15 @@ def _truths(check: CheckResult) -> dict[str, FloatArray]:
     return known
 
 
-def _against_truth(check: CheckResult, known: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
-    """Fixed point and float64 against truth, output by output."""
-    outputs = check.build.estimators[check.number].outputs
-    both = (
-        differences(outputs, run.outputs, known, judged=False)
-        for run in (check.fixed, check.floating)
-    )
-    return [
-        {**fixed.to_json(), "float_max": floating.to_json()["max"],
-         "float_rms": floating.to_json()["rms"]}
-        for fixed, floating in zip(*both, strict=True)
-    ]  # fmt: skip
-
-
 def _attitude(check: CheckResult) -> dict[str, Any]:
     """What is said of an attitude besides."""
     by_name = {d.output: d for d in check.accuracy.differences}
     angles = [by_name[a] for a in ANGLES if a in by_name and by_name[a].unit == "ht"]
     worst = max(angles, key=lambda d: d.largest, default=None)
-    out: dict[str, Any] = {
+    return {
         "vs_float_max_deg": None if worst is None else _number(180.0 * worst.largest),
         "vs_float_max_sample": None if worst is None else worst.at_step,
         "vs_float_attitude_max_deg": _number(by_name[ATTITUDE].largest)
         if ATTITUDE in by_name
         else None,
-        "rmse_deg": None,
-        "float_rmse_deg": None,
     }
-    q, counts = _reference(check), check.given.counts
-    if q is not None and (np.isfinite(q).all(axis=1) & counts).any():
-        for key, run in (("rmse_deg", check.fixed), ("float_rmse_deg", check.floating)):
-            rmse = attitude_rmse(attitude_of(run.outputs), q, counts)
-            out[key] = {k: _number(v) for k, v in rmse._asdict().items()}
-    return out
-
-
-def _reference(check: CheckResult) -> FloatArray | None:
-    """The record's attitude (n, 4)."""
-    there = all(name in check.given.truth for name in QUATERNION)
-    return attitude_of(check.given.truth) if there else None
-
-
-def _vs_log(check: CheckResult, bins: _Bins) -> dict[str, Any] | None:
-    """Heading and inclination against the record's attitude."""
-    q = _reference(check)
-    if q is None:
-        return None
-    error = attitude_error(attitude_of(check.fixed.outputs), q)
-    return {name: bins.largest(getattr(error, name)) for name in ("heading", "inclination")}
-
-
-def _curves(
-    check: CheckResult, known: Mapping[str, FloatArray], bins: _Bins, t: FloatArray
-) -> dict[str, dict[str, Any]]:
-    """Every output, and the attitude: values, truth, error against float64, tolerance.
-
-    ``beyond_from`` is when the error first exceeds that.
-    """
-    units = {o.name: o.unit for o in check.build.estimators[check.number].outputs}
-
-    def curve(d: Difference) -> dict[str, Any]:
-        scale = 180.0 if d.unit == "ht" else 1.0
-        first = d.first_beyond
-        fixed, right = check.fixed.outputs.get(d.output), known.get(d.output)
-        return {
-            "unit": "deg" if d.unit == "ht" else units.get(d.output, d.unit),
-            "fixed": None if fixed is None else bins.first(scale * fixed),
-            "truth": None if right is None else bins.first(scale * right),
-            "error": bins.largest(scale * d.apart),
-            "tolerance": None if not d.tolerance else scale * d.tolerance,
-            "beyond_from": None if first is None else _number(float(t[first])),
-        }
-
-    return {d.output: curve(d) for d in check.accuracy.differences}

@@ -111,7 +111,7 @@ def report_data(
         "influence": [] if observed is None else _influence(program, observed),
         "profile": _profile(checks),
         "accuracy": accuracy_section(checks, warn, truth=not comparison),
-        "firmware": _firmware(program, None if observed is None else observed.words[0], warn),
+        "firmware": _firmware(program, None if observed is None else observed.words, warn),
         "widths": widths,
         "warnings": warnings,
     }

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from boresight.firmware.build import CModel, WordRanges
+from boresight.firmware.build import WordRanges
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.influence import Influence, influences
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.twin import Rounding, rounding_errors
+from boresight.sim.compare.verdict import Traversed
 
 __all__ = ["Extreme", "Observed"]
 
@@ -35,8 +36,10 @@ class Observed:
     program : Program
     logs : sequence of str
         Their names.
-    words : sequence of int64 (n, n_inputs)
-        Input words of each.
+    counts : sequence of int
+        Updates of each.
+    words : int64 (n, n_inputs)
+        Input words of the first; of a long one the leading rows.
     ranges : sequence of WordRanges
         Extremes of every value in each, on the C model; states count with the words before each
         update.
@@ -52,7 +55,8 @@ class Observed:
 
     program: Program
     logs: Sequence[str]
-    words: Sequence[IntArray]
+    counts: Sequence[int]
+    words: IntArray
     ranges: Sequence[WordRanges]
     errors: Mapping[int, Rounding]
     nodes: Mapping[int, Node]
@@ -67,14 +71,9 @@ class Observed:
             if ours != theirs:
                 raise ValueError(f"check must belong to program {ours[:12]}, not {theirs[:12]}")
         first = checks[0]
-        states = first.fixed.states
-        assert states is not None
-        nodes, words = first.build.nodes[first.number], [c.given.words(program) for c in checks]
-        errors: dict[int, Rounding] = {}
-        for check, own in zip(checks, words, strict=True):
-            assert check.fixed.states is not None
-            rounding = rounding_errors(program, nodes, own, check.fixed.states)
-            errors = {n: e.joined(errors.get(n, Rounding())) for n, e in rounding.items()}
+        nodes, errors, seen = first.build.nodes[first.number], dict[int, Rounding](), []
+        for check in checks:
+            seen.append(Traversed(program, _rounded(program, nodes, check, errors)))
         estimator = first.build.estimators[first.number]
         declared = {
             (kind, d.name): d.line
@@ -89,12 +88,13 @@ class Observed:
         return cls(
             program,
             [c.given.record.name for c in checks],
-            words,
-            [CModel(program).observe(own) for own in words],
+            [own.count for own in seen],
+            first.given.words(program),
+            [own.ranges for own in seen],
             errors,
             nodes,
             {n: line for n, line in lines.items() if line},
-            influences(program, nodes, words[0], states),
+            influences(program, nodes, seen[0].inputs, seen[0].states, seen[0].before),
         )
 
     def extremes(self, value: int) -> tuple[Extreme, Extreme]:
@@ -132,5 +132,19 @@ class Observed:
     @property
     def said(self) -> str:
         """On how many updates of what."""
-        counts = zip(self.words, self.logs, strict=True)
-        return ", ".join(f"{len(own)} updates of {log}" for own, log in counts)
+        counts = zip(self.counts, self.logs, strict=True)
+        return ", ".join(f"{count} updates of {log}" for count, log in counts)
+
+
+def _rounded(
+    program: Program, nodes: dict[int, Node], check: CheckResult, errors: dict[int, Rounding]
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Words and states of a check's rows, piece by piece; their rounding goes to ``errors``."""
+    before: IntArray | None = None
+    for given, fixed, _ in check.parts():
+        words, states = given.words(program), fixed.states
+        assert states is not None
+        for n, own in rounding_errors(program, nodes, words, states, before).items():
+            errors[n] = own.joined(errors.get(n, Rounding()))
+        before = states[-1]
+        yield words, states

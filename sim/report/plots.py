@@ -66,6 +66,9 @@ def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt:
             for name, colour in _colours(names).items():
                 y = _floats(shown[name]["fixed"])
                 axes.plot(t, _wrap(unit, y), color=colour, label=name, **step)
+                if "low" in shown[name]:
+                    band = (_floats(shown[name][end]) for end in ("low", "high"))
+                    axes.fill_between(t, *band, color=colour, alpha=0.25, linewidth=0)
                 if shown[name]["truth"] is not None:
                     where, y = _known(t, _floats(shown[name]["truth"]))
                     axes.plot(where, _wrap(unit, y), color=colour, **_DOTTED)

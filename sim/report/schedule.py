@@ -71,9 +71,10 @@ def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
 def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict[str, Any]:
     """Units with their load, totals, source ``lines`` with most slots, and the chart.
 
-    ``units`` has a row for every lane and kind of slot, and for the input and output words.
-    In ``chart``, ``slots`` are [cycle, lane, kind, label, op], ``gets`` [cycle, name] and
-    ``outputs`` [cycle of the emit slot, name, latency].
+    ``emitted`` are the slots that only send an output. ``units`` has a row for every lane and kind
+    of slot, and for the input and output words. In ``chart``, ``slots`` are
+    [cycle, lane, kind, label, op], ``gets`` [cycle, name] and ``outputs`` [cycle of the emit slot,
+    name, latency].
     """
     s = core.schedule
     names = [v.name for v in s.program.values]
@@ -108,6 +109,7 @@ def schedule_section(core: Core, lines: Mapping[int, str] | None = None) -> dict
         "slots_total": len(slots),
         "cycles": s.length,
         "lines": _by_line(core, lines or {}),
+        "emitted": sum(x.op is None for x in s.slots),
         "chart": {
             "slots": slots,
             "gets": [[c, names[n]] for c, n in zip(s.gets, s.program.streamed, strict=True)],

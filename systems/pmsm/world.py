@@ -126,10 +126,11 @@ class Motor(World):
         """One period of the machine, in `SUBSTEPS`."""
         m, h = self.machine, DT / SUBSTEPS
         load = m.load if any(begin < t < end for begin, end in LOADS_S) else 0.0
-        v = self.v - m.dead_time * np.tanh(10.0 * self.i)
+        v, emf = self.v - m.dead_time * np.tanh(10.0 * self.i), np.empty_like(self.v)
         for _ in range(SUBSTEPS):
             sine, cosine = np.sin(self.theta), np.cos(self.theta)
-            emf = self.omega * m.psi * np.stack([-sine, cosine])
+            emf[0], emf[1] = -sine, cosine
+            emf *= self.omega * m.psi
             torque = 1.5 * PAIRS * m.psi * (cosine * self.i[1] - sine * self.i[0])
             against = load * np.tanh(self.omega) + 2e-4 * self.omega
             self.i = self.i + h / m.l * (v - m.r * self.i - emf)

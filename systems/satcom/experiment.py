@@ -8,14 +8,15 @@ from boresight import Experiment, Result
 from boresight.sim.experiments.forms import schedules_of
 from boresight.sim.experiments.seeds import run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
-from boresight.systems.satcom.cases import CASES, WHAT_IF
+from boresight.systems.satcom.cases import CASES, WHAT_IF, Case
+from boresight.systems.satcom.drive import drive
 from boresight.systems.satcom.estimator import Satcom as Filter
 from boresight.systems.satcom.page import render
 from boresight.systems.satcom.runs import ANGLES, fly
 
 __all__ = ["Satcom"]
 
-AT_ONCE = 50  #: runs of one task.
+UPDATES = 4_500_000  #: most updates of one task, by memory.
 FEW = 25  #: most runs of a case of `WHAT_IF`.
 
 #: Figures that are asked for by name: of which case, which.
@@ -38,7 +39,7 @@ class Satcom(Experiment):
         cases = [(name, case, runs) for name, case in CASES.items()]
         cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
         cases.sort(key=lambda item: item[0] != "city")  # the longest first
-        flown = run_cases(fly, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
+        flown = run_cases(fly, cases, seed=seed, at_once=_at_once, jobs=self.jobs, say=say)
         figures = {
             f"satcom_{name}_{key}": value
             for name, of_case in flown.items()
@@ -54,3 +55,8 @@ class Satcom(Experiment):
             details={name: case.meaning for name, case in (CASES | WHAT_IF).items()},
             pages={"satcom.html": render(flown, targets, seed, runs)},
         )
+
+
+def _at_once(case: Case) -> int:
+    """Runs of a case side by side."""
+    return max(1, UPDATES // len(drive(case.drive, case.rate_hz).ride.q))

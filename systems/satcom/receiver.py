@@ -54,10 +54,12 @@ class Receiver:
         up (2, runs) [rad], NaN where there is no signal, and the mean power over noise (runs,).
         """
         s = self.squint
-        sine = np.hypot(
-            np.stack([right - s, right + s, right, right]), np.stack([up, up, up - s, up + s])
-        )
-        sine = np.where(ahead > 0.0, sine, 1.0)
+        across, along = np.array((right,) * 4), np.array((up,) * 4)
+        across[0] -= s
+        across[1] += s
+        along[2] -= s
+        along[3] += s
+        sine = np.where(ahead > 0.0, np.hypot(across, along), 1.0)
         amplitude = np.sqrt(self.snr * loss * self.link.pattern(sine))
         noise = math.sqrt(0.5) * noise
         power = (amplitude + noise[:, 0]) ** 2 + noise[:, 1] ** 2 - 1.0

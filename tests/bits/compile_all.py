@@ -71,10 +71,12 @@ def cores(folder: Path, synth: bool, brief: bool) -> None:
         parts = [parts[0][:2]]
     for number, names in enumerate(parts):
         place = folder / f"others-{number}"
+        states = sum(len(estimators()[name]().states) for name in names)
+        config = "fast-1024" if states <= ROOM else "fast-2048"
         try:
-            boresight.compile(*names, config="fast-1024", word=24, output=place)
+            boresight.compile(*names, config=config, word=24, output=place)
         except InputError:  # a tolerance finer than 24 bits hold
-            boresight.compile(*names, config="fast-1024", output=place)
+            boresight.compile(*names, config=config, output=place)
 
 
 def search_briefly() -> None:

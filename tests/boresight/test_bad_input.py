@@ -75,7 +75,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("run mekf log.csv --steps x", "--steps: wanted a whole number, found 'x'"),
         (
             "run mekf log.csv --config huge",
-            "config: wanted one of small, fast, small-1024, fast-1024, behind it -d9, -d10 or -d12",
+            "config: wanted one of small, fast, small-1024, fast-1024, small-2048, fast-2048, ",
         ),
         ("run mekf log.csv -o -", "-o: wanted the name of a file or folder, found -; write"),
         ("check log.csv mekf", "found 'log.csv'; the estimator comes first, logs after it"),
@@ -133,14 +133,14 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("monitor /dev/null", "/dev/null: wanted a serial port, or a file of captured bytes, "),
         (
             "simulate --config nosuch -o x",
-            "config: wanted one of small, fast, small-1024, fast-1024, behind it -d9, -d10 or -d12",
+            "config: wanted one of small, fast, small-1024, fast-1024, small-2048, fast-2048, ",
         ),
         ("simulate mekf --word 30 -o x", "--word: wanted a world before it, found the simula"),
         ("simulate mekf --param a=1 -o x", "--param: wanted a world before it, found the simulat"),
         ("simulate --steps 5 -o x", "--steps: wanted a world before it, found the simulation"),
         (
             "simulate --faults --config nosuch",
-            "config: wanted one of small, fast, small-1024, fast-1024, behind it -d9, -d10 or -d12",
+            "config: wanted one of small, fast, small-1024, fast-1024, small-2048, fast-2048, ",
         ),
         ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
         # what is run, and on what

@@ -56,7 +56,7 @@ def test_files_and_settings_in_order(tmp_path):
     ],
 )
 def test_bad_files(tmp_path, data, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(InputError, match=rf"/p\.json.*{message}"):
         values_for("complementary", [write(tmp_path, data)])
 
 

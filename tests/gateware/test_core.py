@@ -6,13 +6,14 @@ import random
 import numpy as np
 import pytest
 
-from boresight.gateware import core as core_module
+from boresight.gateware import verilog
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, MACHINES
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Kind
+from boresight.model.words.program import Kind, Op, Program, Term, Value
 from tests.support.crowded_program import crowded_program
 from tests.support.random_program import random_inputs, random_program, random_programs
 
@@ -108,26 +109,40 @@ def test_parameters_go_on_in_the_next_bank() -> None:
     assert [fast.parameter_register(k) for k in (0, 47, 48, 100)] == [0, 47, 256, 308]
 
 
+def wide(name: str, n: int) -> Program:
+    """A sum of the input times each of n parameters."""
+    values = [Value("x", Kind.INPUT, 31, -1, 1, "test")]
+    values += [Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test", initial=1 << k % 30) for k in range(n)]
+    values.append(Value("y", Kind.OP, 31, -1, 1, "test"))
+    op = Op(n + 1, tuple(Term(0, k + 1, 23) for k in range(n)))
+    return Program(name, Arithmetic(), tuple(values), (op,), (0,), (n + 1,), ("y",), (), ())
+
+
+@pytest.mark.parametrize(
+    ("config", "there", "end"),
+    [
+        ("small", 256, "config small-1024 has more"),
+        ("small-1024", 512, "the bus has no more addresses"),
+        ("small-2048", 512, "the bus has no more addresses"),
+        ("fast-2048", 256, "the bus has no more addresses"),
+    ],
+)
+def test_parameters_beyond_registers_or_addresses(config: str, there: int, end: str) -> None:
+    several = [wide(name, 256) for name in "abc"]
+    wanted = rf"^[abc]: parameters need {there + 1} registers .* has {there} for them; {end}$"
+    with pytest.raises(ScheduleError, match=wanted):
+        build_shared_core(several, config, restarts=0)
+
+
 @pytest.mark.parametrize("config", sorted(ALL_CONFIGS))
 def test_many_parameters(config: str) -> None:
     """So many that with two lanes they fill more than one bank's share."""
-    from boresight.model.words.fixed import Arithmetic
-    from boresight.model.words.program import Op, Program, Term, Value
-
-    def wide(name: str, n: int) -> Program:
-        values = [Value("x", Kind.INPUT, 31, -1, 1, "test")]
-        values += [
-            Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test", initial=1 << k % 30) for k in range(n)
-        ]
-        values.append(Value("y", Kind.OP, 31, -1, 1, "test"))
-        op = Op(n + 1, tuple(Term(0, k + 1, 23) for k in range(n)))
-        return Program(name, Arithmetic(), tuple(values), (op,), (0,), (n + 1,), ("y",), (), ())
-
-    programs = [wide("a", 40), wide("b", 70)]
+    more = 160 if ALL_CONFIGS[config].register_words == 2048 else 70
+    programs = [wide("a", 40), wide("b", more)]
     core = build_shared_core(programs, config, restarts=0)
     machine = core.machine
     addresses = [list(core.select(k).parameter_addresses.values()) for k in range(2)]
-    registers = [machine.parameter_register(k) for k in range(110)]
+    registers = [machine.parameter_register(k) for k in range(40 + more)]
     assert addresses[0] + addresses[1] == [machine.parameter_address(r) for r in registers]
     assert max(addresses[1]) < 512 and machine.lanes == len(
         {r // machine.bank_depth for r in registers}
@@ -244,7 +259,7 @@ def test_verilog_is_made_once_for_all_programs(monkeypatch: pytest.MonkeyPatch) 
     core = shared("small", 1)
     asked = []
     monkeypatch.setattr(
-        core_module, "to_verilog", lambda *_, instances: asked.append(instances) or str(asked)
+        verilog, "to_verilog", lambda *_, instances: asked.append(instances) or str(asked)
     )
     texts = [core.select(k).verilog(instances=i) for i in (False, True) for k in (0, 2)]
     assert asked == [False, True] and texts[0] == texts[1] != texts[2] == texts[3]

@@ -25,30 +25,47 @@ def test_figures() -> None:
     assert [m.word_bits for m in (SMALL, FAST)] == [54, 101]
 
 
-def test_twice_the_registers_and_nothing_else() -> None:
-    large = [m for m in ALL_CONFIGS.values() if m not in CONFIGS.values()]
-    assert [m.name for m in large] == ["small-1024", "fast-1024"]
-    for few, many in zip(CONFIGS.values(), large, strict=True):
-        assert (many.register_words, few.register_words) == (1024, 512)
-        assert many.bank_depth == 2 * few.bank_depth
-        assert many.state_slots == 2 * few.state_slots
+@pytest.mark.parametrize(("words", "bits"), [(1024, 1), (2048, 2)])
+def test_more_registers_and_nothing_else(words: int, bits: int) -> None:
+    for few in CONFIGS.values():
+        many = ALL_CONFIGS[f"{few.name}-{words}"]
+        assert (many.register_words, few.register_words) == (words, 512)
+        assert many.bank_depth == few.bank_depth << bits
+        assert many.state_slots == few.state_slots << bits
         assert (many.lanes, many.latency) == (few.lanes, few.latency)
         wider = {"a_addr", "b_addr", "dest"}
         for a, b in zip(few.fields(), many.fields(), strict=True):
-            assert b.width == a.width + (a.name[:-1] in wider)
+            assert b.width == a.width + bits * (a.name[:-1] in wider)
             assert (a.name, a.stage, a.meaning) == (b.name, b.stage, b.meaning)
+    assert len(ALL_CONFIGS) == 6
 
 
-@pytest.mark.parametrize("words", [0, 511, 768, 2048])
-def test_512_registers_or_1024(words: int) -> None:
-    with pytest.raises(ValueError, match=f"^register_words must be 512 or 1024, not {words}$"):
+@pytest.mark.parametrize("words", [0, 511, 768, 4096])
+def test_other_numbers_of_registers_are_refused(words: int) -> None:
+    wanted = f"^register_words must be one of 512, 1024, 2048, not {words}$"
+    with pytest.raises(ValueError, match=wanted):
         Machine("odd", 1, register_words=words)
 
 
-def test_who_has_more_registers() -> None:
-    assert SMALL.remedy == "; config small-1024 has more"
-    assert FAST.remedy == "; config fast-1024 has more"
-    assert ALL_CONFIGS["small-1024"].remedy == ALL_CONFIGS["fast-1024"].remedy == ""
+def test_who_has_enough_registers() -> None:
+    assert SMALL.remedy(129, 128) == "; config small-1024 has more"
+    assert SMALL.remedy(256, 128) == "; config small-1024 has more"
+    assert SMALL.remedy(257, 128) == "; config small-2048 has more"
+    assert FAST.remedy(129, 128) == "; config fast-1024 has more"
+    assert ALL_CONFIGS["fast-1024"].remedy(257, 256) == "; config fast-2048 has more"
+    for config, wanted in (("small", 513), ("small-1024", 513), ("fast-2048", 513)):
+        machine = ALL_CONFIGS[config]
+        room = machine.lanes * machine.state_slots
+        assert machine.remedy(wanted, room) == "; no configuration has as many"
+
+
+def test_parameters_have_the_addresses_of_the_bus() -> None:
+    room = {name: m.parameter_room for name, m in ALL_CONFIGS.items() if m.lanes == 1}
+    assert room == {"small": 256, "small-1024": 512, "small-2048": 512}
+    fast = ALL_CONFIGS["fast-2048"]
+    assert fast.parameter_room == 256 and fast.parameter_register(191) == 191
+    assert [fast.parameter_register(k) for k in (192, 447)] == [1024, 1279]
+    assert fast.parameter_address(1279) == 511
 
 
 def test_stages_at_every_depth() -> None:

@@ -109,7 +109,7 @@ def test_list(installed) -> None:
     assert "complementary" in text and "mekf" in text
     assert (
         "registration" in text
-        and "experiments: array, battery, ins_gnss, ma2014, mls, pmsm, radar, satcom" in text
+        and "experiments: array, battery, ekf2, ins_gnss, ma2014, mls, pmsm, radar, satcom" in text
     )
 
 

@@ -41,6 +41,7 @@ def covariance(
     name: Named,
     *logs: Any,
     updates: int = 10_000_000,
+    seed: int = 1,
     steps: Annotated[int, PythonOnly] = _STEPS,
     progress: Callable[[str], None] | None = None,
 ) -> CovarianceTrial:
@@ -54,6 +55,8 @@ def covariance(
         Recordings, or folders of them; by default the bundled one, where it feeds the filter.
     updates : int
         Of each filter.
+    seed : int
+        Of the hostile inputs.
     steps : int
         Length of each stimulus; it repeats.
 
@@ -68,9 +71,10 @@ def covariance(
         Unknown estimator, one without a covariance, a bad log, or updates below 1.
     """
     check_number("updates", updates, 1, _MOST)
+    check_number("seed", seed, 0)
     estimator = find_estimator(name)
     covariance_of(estimator)
-    records = hostile(estimator, steps, np.random.default_rng(1))
+    records = hostile(estimator, steps, np.random.default_rng(seed))
     records |= _recorded(estimator, logs, steps)
     params = initial_covariances(estimator)
     return covariance_trial(estimator, records, updates=updates, params=params, progress=progress)

@@ -115,8 +115,12 @@ class OneWord(Elaboratable):
                 Assert((number >= shared) | (table == number)),
             ]
             if shared < 3 * block:
-                rest = inside.word("tables2", (number - shared)[:9])
-                m.d.comb += Assert((number < shared) | (number >= 3 * block) | (rest == number))
+                rest = inside.word("tables2", number[:9])
+                behind = (number >= 2 * block) & (number < 3 * block)
+                m.d.comb += Assert(~behind | (rest == number))
+            if shared < 2 * block:
+                first = inside.word("tables0", number[:10])
+                m.d.comb += Assert((number >= 2 * block) | (first == number))
             return
         for side in ("a", "b"):
             for lane in range(2):
@@ -137,8 +141,10 @@ class OneWord(Elaboratable):
 
         if self.machine.lanes == 1:
             raw = word(f"{side}0")
-            separate = side == "b" and "tables2" in inside.parts
-            return Mux(inside["tables2_select"], word("tables2"), raw) if separate else raw
+            for name in ("tables0", "tables2"):
+                if side == "b" and name in inside.parts:
+                    raw = Mux(inside[f"{name}_select"], word(name), raw)
+            return raw
         bank = inside[f"{side}{lane}_select"]
         raw = Mux(bank, word(f"{side}{lane}_bank1"), word(f"{side}{lane}_bank0"))
         if side == "a":

@@ -210,6 +210,8 @@ PROOFS = (
     _proof("fast", 3),
     _proof("small-1024", 4),
     _proof("fast-1024", 3),
+    _proof("small-2048", 1),
+    _proof("fast-2048", 3),
     _proof("small", 4, selector=True),
     _proof("small", 7, selector=True),
 )

@@ -12,6 +12,7 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.sim.records.log import Log
 
 SOURCE = """
 from boresight import Estimator, Input, Output, State, World, ops
@@ -46,6 +47,23 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     rows = [f"{0.1 * k},{k % 9 + 1},{k % 5 - 2}" for k in range(50)]
     Path("log.csv").write_text("\n".join(["t,a,b", *rows]) + "\n")
     return tmp_path
+
+
+def test_a_claim_that_a_condition_withdraws_is_told(folder: Path) -> None:
+    text = SOURCE.replace('"unit vector")', '"unit vector", unless="both are 0")')
+    Path("unit.py").write_text(text)
+    (claim,) = boresight.fit("unit.py:Unit", "log.csv").claims
+    assert (claim.reason, claim.low, claim.high) == ("unit vector", -1.5, 1.5)
+
+
+def test_a_log_in_pieces_gives_the_same_profile(folder: Path, monkeypatch) -> None:
+    """Also the digest of what it was made from."""
+    boresight.fit("unit.py:Unit", "log.csv", output="whole.json")
+    blocks = Log.blocks
+    monkeypatch.setattr(Log, "blocks", lambda self, rows: blocks(self, 7))
+    result = boresight.fit("unit.py:Unit", "log.csv", output="pieces.json")
+    assert result.records == {"log": 50}
+    assert Path("pieces.json").read_bytes() == Path("whole.json").read_bytes()
 
 
 def test_what_it_writes_is_found_and_makes_it_compile(
@@ -152,3 +170,13 @@ def test_verdicts(folder: Path) -> None:
     error = replace(result.errors[0], before=1.0, after=1.05, tolerance=1.1)
     assert error.verdict == "" and replace(error, after=None).verdict == ""
     assert replace(error, after=1.2).verdict == ", BEYOND 1.1, less exact with it"
+
+
+def test_the_covariance_of_a_built_filter_is_summed_up(folder: Path) -> None:
+    """Nobody has declared its elements."""
+    program = Path(boresight.__file__).parents[1] / "examples" / "kalman.py"
+    log = program.with_suffix(".csv")
+    result = boresight.fit(str(program), log, output="kalman.json", steps=300, propose=True)
+    assert [p.proposal.name for p in result.proposals] == ["vel"]
+    assert result.derived == 1 and "of P, elements with unused bits: 1; " in str(result)
+    assert "standard deviations" in {c.reason for c in result.claims}

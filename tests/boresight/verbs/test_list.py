@@ -9,7 +9,7 @@ from boresight.cli import main
 from boresight.verbs.list import list_estimators
 from tests.support.estimators import ALL
 
-EXPERIMENTS = ["array", "battery", "ins_gnss", "ma2014", "mls", "pmsm", "radar", "satcom"]
+EXPERIMENTS = ["array", "battery", "ekf2", "ins_gnss", "ma2014", "mls", "pmsm", "radar", "satcom"]
 
 
 def test_names_as_json(capsys):
@@ -28,6 +28,7 @@ def test_names_as_json(capsys):
         "array_attitude",
         "array_phases",
         "battery",
+        "ekf2",
         "ins_gnss",
         "mls_attitude",
         "pmsm",
@@ -50,6 +51,8 @@ def test_interfaces_are_the_estimators_own() -> None:
         {"name": "fast", "lanes": 2, "registers": 512},
         {"name": "small-1024", "lanes": 1, "registers": 1024},
         {"name": "fast-1024", "lanes": 2, "registers": 1024},
+        {"name": "small-2048", "lanes": 1, "registers": 2048},
+        {"name": "fast-2048", "lanes": 2, "registers": 2048},
     ]
     for shown, e in zip(data["estimators"], ALL.values(), strict=True):
         assert shown["summary"] == e.summary
@@ -74,7 +77,8 @@ def test_text(capsys) -> None:
     assert lines[-2] == f"experiments: {', '.join(EXPERIMENTS)}"
     assert lines[-1] == (
         "configurations: small (1 lane, 512 registers), fast (2 lanes, 512 registers), "
-        "small-1024 (1 lane, 1,024 registers), fast-1024 (2 lanes, 1,024 registers)"
+        "small-1024 (1 lane, 1,024 registers), fast-1024 (2 lanes, 1,024 registers), "
+        "small-2048 (1 lane, 2,048 registers), fast-2048 (2 lanes, 2,048 registers)"
     )
     row = next(line for line in lines if "kp_pitch_per_s" in line)
     assert row.split(maxsplit=3)[2:] == ["1/s", "[0, 32]"]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+import yaml  # type: ignore[import-untyped]
 
 import boresight
 from boresight.cli import main
@@ -29,6 +31,25 @@ def test_all_of_it_passes_at_once(folder, capsys):
     assert estimator_of("my_filter.py").name == "myfilter"
     call_tests(folder)  # float64, integers, C and Verilog of the log, truth, the loop
     assert main(["simulate", "my_filter.py", "my_filter.py", "--steps", "50", "-q"]) == 0
+
+
+def test_workflows(folder, capsys):
+    """Those of the page; what they run is there."""
+    assert main(["new", "tracker", "--ci"]) == 0
+    assert ".gitlab-ci.yml: runs all of it" in capsys.readouterr().out
+    page = (ROOT / "docs" / "learn" / "ci.md").read_text("utf-8")
+    texts = [
+        (folder / path).read_text("utf-8")
+        for path in (".github/workflows/tracker.yml", ".gitlab-ci.yml")
+    ]
+    assert re.findall(r"```yaml\n(.*?)```", page, re.S) == texts
+    (job,) = yaml.safe_load(texts[0])["jobs"].values()
+    runs = [step["run"] for step in job["steps"] if "run" in step]
+    assert runs == yaml.safe_load(texts[1])["filter"]["script"][1:]
+    for run in runs[2:]:  # core.json is not there yet, and area takes a minute
+        line = run.replace(" --synth", "").replace(" --baseline core.json", "").split()
+        assert main(line[1:]) == 0, run
+    assert {"core.xml", "accuracy.xml"} <= {p.name for p in folder.iterdir()}
 
 
 def test_lint_and_format(folder):

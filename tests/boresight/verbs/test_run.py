@@ -105,6 +105,8 @@ def test_pieces_of_any_length_give_the_same_bytes(
         (d.samples, d.at_step) for d in whole.truth
     ]
     assert pieces.truth[0].rms == pytest.approx(whole.truth[0].rms, rel=1e-12)
+    parts = (pieces.attitude.q, pieces.attitude.status, *(d.apart for d in pieces.truth))
+    assert {(len(x), x.base is None) for x in parts} == {(0, True)}  # nor holds any rows
 
 
 @pytest.mark.parametrize("out", ["a.csv.gz", "a.csv.zst", "a.parquet", "a.feather"])

@@ -28,6 +28,7 @@ def read_of(machine: Machine, address: int, parity: int, window: Window | None, 
 WINDOWS = [None, Window(4, (2,)), Window(16, (0, 1, 3, 2)), Window(2, (1, 0))]
 CASES = [(config, w) for config in sorted(CONFIGS) for w in WINDOWS]
 CASES += [("small-1024", Window(16, (0, 1, 3, 2))), ("fast-1024", Window(128, (1, 0)))]
+CASES += [("small-2048", Window(256, (1, 0))), ("fast-2048", None)]
 
 
 @pytest.mark.parametrize(("config", "window"), CASES)

@@ -29,7 +29,11 @@ def test_a_memory_is_made_of_columns():
 
 
 @pytest.mark.parametrize(
-    ("config", "data"), [("small", 5), ("small-1024", 7), ("fast", 7), ("fast-1024", 11)]
+    ("config", "data"),
+    [
+        *(("small", 5), ("small-1024", 7), ("small-2048", 11)),
+        *(("fast", 7), ("fast-1024", 11), ("fast-2048", 19)),
+    ],
 )
 def test_registers_and_tables_take_what_docs_engine_says(config, data):
     machine = ALL_CONFIGS[config]

@@ -9,7 +9,7 @@ import pytest
 
 import boresight
 from boresight import Input, InputError, Output, Param, ops
-from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, vector
+from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, in_turn, vector
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -210,6 +210,28 @@ def test_a_state_may_start_at_its_largest_deviation() -> None:
     assert Still().states[1].initial == pytest.approx(0.25, rel=1e-4)
 
 
+def test_a_claim_of_what_the_states_leave_unknown() -> None:
+    """Words of h P h + r are as fine as it allows; the record is the same."""
+
+    class Steep(Cart):
+        claim: float | None = None
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            h = x.pos + 0.1 * (x.vel * x.vel)
+            return [Measurement(u.z, h, p.r, sd_max=self.claim)]
+
+    class Claimed(Steep):
+        claim = 4.0
+
+    def variance(kind: type[Kalman]) -> float:
+        return max(e.data[1] for e in kind().record().needed if "h P h + r" in e.data)
+
+    assert variance(Claimed) == pytest.approx(16.0 + 4.0) and variance(Steep) > 100.0
+    rows = [Measurement(0.0, 0.0, 1.0, sd_max=sd) for sd in (2.0, 3.0)]
+    assert in_turn(np.float64(0.0), rows).sd_max == 3.0
+    assert in_turn(np.float64(0.0), [*rows, Measurement(0.0, 0.0, 1.0)]).sd_max is None
+
+
 def test_lines_are_the_authors() -> None:
     trace = Turning().record()
     lines = {e.line for e in trace.needed if e.args}
@@ -278,6 +300,7 @@ def changed(**members: Any) -> type[Kalman]:
             "a derivative by pos with a finite range",
         ),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
+        ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, sd_max=0.0)]}, "sd_max"),
     ],
 )
 def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:

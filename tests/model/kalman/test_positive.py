@@ -11,6 +11,7 @@ FILTERS = {
     f"{ROOT}/examples/kalman.py": 20_000,
     f"{ROOT}/examples/pendulum.py": 20_000,
     "battery": 20_000,
+    "ekf2": 4_000,
     "ins_gnss": 6_000,
     "pmsm": 20_000,
 }

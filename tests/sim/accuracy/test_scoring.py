@@ -10,6 +10,7 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import with_params
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.accuracy import scoring
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of
@@ -55,6 +56,13 @@ def test_scores_are_those_of_the_interpreter(logs):
         assert scorer.scores(PARAMS, [2, 0]) == [wanted[2], wanted[0]]
         assert scorer.scores() == default != wanted  # parameters do not stay
         assert scorer.each(lambda k, level: k, PARAMS) == [0, 1, 2]
+
+
+def test_a_long_log_is_run_in_pieces(logs, monkeypatch):
+    wanted = Scorer(Complementary(), feeds(logs)).scores()
+    cut = lambda n: (slice(k, min(k + 37, n)) for k in range(0, n, 37))  # noqa: E731
+    monkeypatch.setattr(scoring, "pieces", cut)
+    assert Scorer(Complementary(), feeds(logs)).scores() == wanted
 
 
 def test_a_log_without_truth_has_no_score(logs):

@@ -344,3 +344,25 @@ def test_parameters_are_of_their_estimator(log):
     assert all(r.good for r in results)
     assert (results[0].fixed.words == plain[0].fixed.words).all()
     assert not (results[1].fixed.words == plain[1].fixed.words).all()
+
+
+class Constants(Estimator):
+    """More constants than the registers of `small` hold."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    outputs = (Output("y", tolerance=1e-3),)
+
+    def step(self, x, u, p):
+        """One update."""
+        return {}, {"y": sum((k + 0.3) / 2000.0 * (u.u + k / 512.0) for k in range(260))}
+
+
+def test_what_no_core_holds_is_said_without_rtl():
+    log = Record.of({"u": np.linspace(-1.0, 1.0, 9)})
+    for config, small in (("small", True), ("small-1024", False)):
+        build = Build(Constants(), config=config)
+        (result,) = Check(build, levels=("fixed",)).run(log)
+        assert result.good
+        assert [w.partition(": ")[0] for w in result.given.warnings] == [
+            "no core, as compile would make it"
+        ] * small

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import weakref
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,24 @@ def test_a_log_that_is_read_in_pieces(
     assert {len(d.apart) for d in every.accuracy.differences} == {1500}
 
 
+@pytest.mark.parametrize("name", ["complementary", "complementary,ekf_quaternion"])
+def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Of a long log the first and a few others are held, however many there are."""
+    monkeypatch.setattr(module, "KEPT", 64)
+    whole, seen = Log.blocks, list[weakref.ref[Record]]()
+
+    def blocks(self: Log, rows: int) -> Iterator[Record]:
+        for block in whole(self, rows):
+            seen.append(weakref.ref(block))
+            assert sum(ref() is not None for ref in seen) <= 4
+            yield block
+
+    monkeypatch.setattr(Log, "blocks", blocks)
+    build = Build(*(fitted(estimator(n), WALK) for n in name.split(",")))
+    Check(build, levels=("c",)).run(WALK.head(640), whole=False)
+    assert len(seen) == 10
+
+
 def test_programs_that_read_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """On the core too, which goes on from piece to piece."""
     rng = np.random.default_rng(1)
@@ -134,6 +153,14 @@ def test_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lost.levels[1].first_wrong == 26 and lost.levels[1].n_mismatch == 45  # the second slice
     assert lost.levels[1].divergence.startswith("rtl: first difference in value ")
     assert ", step 26, cycle " in lost.levels[1].divergence
+
+
+def test_slices_of_a_core_with_tables_beside_its_registers() -> None:
+    check = Check(Build(fitted(estimator("ekf_quaternion"), WALK)), levels=("rtl",))
+    (result,) = check.run(WALK.head(400), rtl_rows=48)
+    assert [(x.n_total, x.n_mismatch) for x in result.levels if x.simulator == "verilator"] == [
+        (48, 0)
+    ]
 
 
 def said_levels(result: CheckResult) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.accuracy.covariance import covariance_trial
 from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import judge
+from boresight.sim.fit import fitting
 from boresight.sim.fit.choose import between
-from boresight.sim.fit.fitting import Effect, effect, fitted
+from boresight.sim.fit.fitting import Effect, effect, fitted, kept
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
@@ -188,3 +191,43 @@ def test_a_proven_covariance_keeps_its_intervals(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("boresight.sim.fit.choose.between", lambda *_: set())
     free = effect(rotor, fitted(rotor, {"rest": inputs}).profile, {"rest": inputs})
     assert isinstance(free, Effect) and free.negative_updates > 0
+
+
+def test_ranges_that_saturate_on_the_records_are_left_out(records: dict[str, Any]) -> None:
+    """A profile is no worse than none: here its innovations have a hundredth of their range."""
+    fit = fitted(Motor(), records)
+    assert kept(fit, records).profile.ranges
+    ranges = {n: (0.01 * low, 0.01 * high) for n, (low, high) in fit.profile.ranges.items()}
+    choice = kept(replace(fit, profile=replace(fit.profile, ranges=ranges)), records)
+    assert choice.whole.saturated_updates and choice.profile.ranges == {}
+    assert choice.after is choice.before
+
+
+@pytest.mark.parametrize(
+    ("whole", "two", "wanted"),
+    [
+        ((1.05, 0.9), (0.5, 0.5), "whole"),  # nothing is worse
+        ((1.2, 0.6), (1.0, 0.9), "whole"),  # a little, and together smaller
+        ((1.2, 0.9), (1.0, 0.9), "two"),
+        ((1.5, 0.4), (1.0, 0.9), "two"),
+        ((1.5, 0.1), (1.0, 0.9), "whole"),  # together much smaller
+        ((1.5, 0.8), (1.3, 0.9), "none"),
+        ((0.0, 1.3), (1.0, 1.0), "whole"),
+    ],
+)
+def test_what_is_kept_of_a_profile(
+    records: dict[str, Any], monkeypatch: pytest.MonkeyPatch, whole: Any, two: Any, wanted: str
+) -> None:
+    """By the factors of two errors, of all ranges and of those that gain two bits."""
+    fit = fitted(Motor(), records)
+
+    def measured(estimator: Any, profile: Any, *_: Any, **__: Any) -> Effect:
+        some = profile is not None and len(profile.ranges) < len(fit.profile.ranges)
+        sizes = (1.0, 1.0) if profile is None else two if some else whole
+        each = (Difference(n, "", 9, x, x, 0, None) for n, x in zip("ab", sizes, strict=True))
+        return Effect(tuple(each), 0, 0)
+
+    monkeypatch.setattr(fitting, "effect", measured)
+    ranges = kept(fit, records).profile.ranges
+    count = {"whole": len(fit.profile.ranges), "none": 0}
+    assert 0 < len(ranges) < count["whole"] if wanted == "two" else len(ranges) == count[wanted]

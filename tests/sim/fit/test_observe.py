@@ -8,7 +8,7 @@ import numpy as np
 
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.sim.fit.observe import CHUNK, joined, reached, states_of
+from boresight.sim.fit.observe import CHUNK, Observer, joined
 
 
 class Sum(Estimator):
@@ -29,17 +29,26 @@ def seen(inputs: list[float], **params: float) -> dict[str, tuple[float, float]]
     """Ranges by the kind of the expression; of several of a kind the last."""
     estimator, columns = Sum(), np.array(inputs)[:, None]
     trace = estimator.record()
-    result = reached(trace, estimator, columns, states_of(estimator, columns, params), params)
-    return {e.kind: result[e.number] for e in trace.needed if e.number in result}
+    whole, pieces = (Observer(trace, estimator, params) for _ in range(2))
+    whole.add(columns)
+    for row in columns:
+        pieces.add(row[None])
+    assert pieces.reached == whole.reached and pieces.updates == whole.updates == len(columns)
+    return {e.kind: whole.reached[e.number] for e in trace.needed if e.number in whole.reached}
+
+
+def states(inputs: list[float], **params: float) -> list[float]:
+    """The state after each update."""
+    after = Observer(Sum().record(), Sum(), params).add(np.array(inputs)[:, None])
+    return [float(x) for x in after[:, 0]]
 
 
 def test_states_follow_each_other_from_their_start() -> None:
-    columns = np.array([[1.0], [0.5], [-0.25]])
-    assert states_of(Sum(), columns, {"gain": 2.0})[:, 0].tolist() == [4.0, 5.0, 4.5]
+    assert states([1.0, 0.5, -0.25], gain=2.0) == [4.0, 5.0, 4.5]
 
 
 def test_states_stay_in_their_ranges() -> None:
-    assert states_of(Sum(), np.ones((9, 1)), None)[-1, 0] == 8.0
+    assert states([1.0] * 9)[-1] == 8.0
 
 
 def test_values_of_all_updates_count() -> None:
@@ -77,9 +86,10 @@ def test_what_is_no_number_does_not_count() -> None:
 
     estimator, columns = Root(), np.array([[-1.0], [0.25]])
     trace = estimator.record()
-    result = reached(trace, estimator, columns, states_of(estimator, columns, None))
+    observer = Observer(trace, estimator)
+    observer.add(columns)
     root = next(e for e in trace.needed if e.kind == "sqrt")
-    assert result[root.number] == (0.5, 0.5)
+    assert observer.reached[root.number] == (0.5, 0.5)
 
 
 def test_joined_ranges_hold_both() -> None:

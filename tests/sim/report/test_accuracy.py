@@ -8,13 +8,19 @@ import pytest
 
 from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator, Input, Output, State
+from boresight.model.estimators import estimator
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
+from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
 from boresight.sim.report.accuracy import ANGLES, BINS, accuracy_section, worst_output
+from boresight.sim.report.observed import Observed
+from boresight.sim.report.widths import width_section
 
 
 def section(check: CheckResult | None, *, truth: bool = True) -> tuple[dict[str, Any], list[str]]:
@@ -100,6 +106,53 @@ def test_long_logs_are_binned_without_losing_peaks() -> None:
     assert series["outputs"]["angle"]["tolerance"] == pytest.approx(1.8e-4)
     assert result["seconds"] is None and series["t"][1] == 5.0  # samples
     assert warnings == []
+
+
+def test_a_point_is_an_envelope() -> None:
+    """Mean, least and greatest of its samples; what has no mean shows its first."""
+    rng = np.random.default_rng(1)
+    wild, round_ = rng.normal(0.0, 1.0, 4999), np.linspace(0.0, 7.9, 4999) % 2.0 - 1.0
+    check = looked_at(4999, v=wild, u=round_)
+    outputs = section(check)[0]["logs"][0]["series"]["outputs"]
+    held, angle, word = outputs["held"], outputs["angle"], outputs["word"]
+    fixed = np.append(check.fixed.outputs["held"], np.nan).reshape(-1, 5)
+    for name, pick in (("fixed", np.nanmean), ("low", np.nanmin), ("high", np.nanmax)):
+        np.testing.assert_allclose(held[name], pick(fixed, axis=1), rtol=1e-4, atol=1e-5)
+    # The angle passes half a turn within a point.
+    turn = int(np.argmax(np.array(angle["high"]) - angle["low"]))
+    assert angle["high"][turn] - angle["low"][turn] > 350.0 and abs(angle["fixed"][turn]) > 170.0
+    assert set(word["fixed"]) == {1.0}
+    assert "low" not in section(looked_at(900))[0]["logs"][0]["series"]["outputs"]["held"]
+
+
+def test_a_log_in_pieces_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures, curves, extremes and rounding, where no rows are kept."""
+    record = read_record(bundled("synthetic_60s")).head(2750)
+    build = Build(estimator("complementary"), word=20)  # parts from float64
+    (whole,) = Check(build, levels=("c",)).run(record)
+    monkeypatch.setattr(module, "KEPT", 256)
+    (short,) = Check(build, levels=("c",)).run(record, whole=False)
+    assert len(short.given) == 256 and short.rows == whole.rows == 2750
+    wanted, result = section(whole), section(short)
+    assert result[1] == wanted[1] and any("BEYOND" in text for text in wanted[1])
+    for log in (wanted[0]["logs"][0], result[0]["logs"][0]):
+        assert log["parted"]["t"] == pytest.approx(0.01 * log["parted"]["sample"])
+        for curve in log["series"]["outputs"].values():  # sums in another order
+            curve["fixed"] = [
+                None if x is None else float(f"{x:.4g}") for x in curve["fixed"] or ()
+            ]
+            curve["truth"] = [
+                None if x is None else float(f"{x:.4g}") for x in curve["truth"] or ()
+            ]
+    assert result[0] == wanted[0]
+    seen, every = (Observed.of(build.programs[0], [check]) for check in (short, whole))
+    assert seen.said == every.said
+    assert all(np.array_equal(a, b) for a, b in zip(seen.ranges[0], every.ranges[0], strict=True))
+    assert seen.influences == every.influences
+    for n, error in every.errors.items():
+        assert (seen.errors[n].largest, seen.errors[n].samples) == (error.largest, error.samples)
+        assert seen.errors[n].squares == pytest.approx(error.squares, rel=1e-12)
+    assert width_section(short, (18, 32)) == width_section(whole, (18, 32))
 
 
 def moved(check: CheckResult, **steps: int) -> CheckResult:

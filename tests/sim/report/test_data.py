@@ -363,7 +363,7 @@ def test_attention(core: Core, observed: Observed) -> None:
 
 def test_extremes_are_those_of_the_interpreter(core: Core, check: CheckResult) -> None:
     result, machine = Observed.of(core.program, [check]), Interpreter(core.program)
-    (words_of_log,) = result.words
+    words_of_log = result.words
     assert result.logs == ["synthetic_60s"] and len(words_of_log) == 300
     assert result.said == "300 updates of synthetic_60s"
     rows = []

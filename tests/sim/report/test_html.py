@@ -244,14 +244,22 @@ def test_widths_another_run_and_several_logs(report: dict[str, Any]) -> None:
 def test_the_verdict_comes_first(report: dict[str, Any]) -> None:
     good = " ".join(Page(render_html(report)).text.split())
     assert report["verdict"] == {"good": True, "failures": []}
-    assert good.index(" good ") < good.index("bit words") and "FAILED" not in good
+    assert good.index("Verdict: good") < good.index("bit words") and "FAILED" not in good
     data = copy.deepcopy(report)
     data["verdict"] = {"good": False, "failures": ["pos max 3 m: BEYOND 1", "rtl in x: no run"]}
     data["warnings"] += ["accuracy: pos max 3 m: BEYOND 1", "verification: rtl failed: no run"]
     text = " ".join(Page(render_html(data)).text.split())
-    assert text.index("FAILED") < text.index("BEYOND 1") < text.index("bit words")
+    assert text.index("Verdict: FAILED") < text.index("BEYOND 1") < text.index("bit words")
     assert text.count("BEYOND 1") == text.count("no run") == 1
     assert report["warnings"][0] in text
+
+
+def test_every_slot_is_in_the_table_of_lines(report: dict[str, Any]) -> None:
+    text = " ".join(Page(render_html(report)).text.split())
+    schedule = report["schedule"]
+    assert f"outputs that are sent{schedule['emitted']}" in text and schedule["emitted"]
+    named = sum(row["slots"] for row in schedule["lines"])
+    assert f"other lines{schedule['slots_total'] - named - schedule['emitted']}" in text
 
 
 def test_a_long_chart_is_folded(report: dict[str, Any]) -> None:

@@ -24,6 +24,7 @@ RUNS = [
     pytest.param("small", 32, "verilator", range(0, 4), 40, marks=VERILATOR),
     pytest.param("fast", 32, "verilator", range(12, 16), 40, marks=VERILATOR),
     pytest.param("small-1024", 32, "verilator", range(40, 41), 40, marks=VERILATOR),
+    pytest.param("small-2048", 32, "verilator", range(41, 43), 40, marks=VERILATOR),
     pytest.param("small", 18, "icarus", range(24, 26), 20, marks=ICARUS),
     pytest.param("fast", 24, "icarus", range(28, 30), 20, marks=ICARUS),
     pytest.param(
@@ -35,7 +36,7 @@ RUNS = [
     pytest.param("fast", 32, "icarus", range(345, 360), 40, marks=[ICARUS, pytest.mark.soak]),
     *(
         pytest.param(c, 32, "verilator", range(360, 390), 40, marks=[VERILATOR, pytest.mark.soak])
-        for c in ("small-1024", "fast-1024")
+        for c in ("small-1024", "fast-1024", "small-2048", "fast-2048")
     ),
 ]
 

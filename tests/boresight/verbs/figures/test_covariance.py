@@ -54,3 +54,7 @@ def test_any_filter_that_names_its_covariance(tmp_path, capsys) -> None:
     )
     again = boresight.covariance(program("kalman.py"), boresight.record_of(log), updates=7000)
     assert again.to_json() == result
+    other = boresight.covariance(
+        program("kalman.py"), boresight.record_of(log), updates=7000, seed=2
+    )
+    assert other.to_json() != result

@@ -1,0 +1,94 @@
+"""One case, run by the integer C, and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.sim.experiments.forms import run_forms
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import Loop, close_loop
+from boresight.systems.ekf2.estimator import DT, Ekf2
+from boresight.systems.ekf2.world import Flight
+
+__all__ = ["CASES", "CONFIG", "SETTLED_S", "Case", "figures_of", "run"]
+
+FloatArray = npt.NDArray[np.float64]
+
+CONFIG = "small-2048"
+SETTLED_S = 30.0  #: time before which nothing is judged.
+_AIR = ("airspeed", "sideslip", "drag")
+
+
+@dataclass(frozen=True)
+class Case:
+    """Options of `Flight`."""
+
+    meaning: str
+    world: Mapping[str, Any]
+
+
+CASES = {
+    "flight": Case("all measurements", {}),
+    "outage": Case("20 s without satellites", {"outage": (50.0, 70.0)}),
+    "outage_no_air": Case(
+        "20 s without satellites, nothing of the air", {"outage": (50.0, 70.0), "without": _AIR}
+    ),
+    "no_field": Case("no magnetometer", {"without": ("field", "declination")}),
+}
+
+
+def run(name: str, seeds: range) -> Runs:
+    """Run a case with these seeds."""
+    world = Flight(seeds=seeds, **CASES[name].world)
+    build = Build(Ekf2(), config=CONFIG)
+    return figures_of(world, close_loop(world, make_level("c", build, runs=world.runs)))
+
+
+def figures_of(world: Flight, loop: Loop) -> Runs:
+    """Figures of each run after half a minute: degrees, m, m/s.
+
+    Shown of the first run: errors of attitude [deg], velocity, position and wind (n,).
+    """
+    assert loop.run.saturated is not None
+    out, truth = loop.outputs, loop.truth
+    begun, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
+    attitude = _angle_deg(out, truth)
+    parts = {"v": ("vn", "ve", "vd"), "p": ("pn", "pe", "pd"), "wind": ("wind_n", "wind_e")}
+    apart = {
+        what: np.sqrt(sum((out[n] - truth[n]) ** 2 for n in names)) for what, names in parts.items()
+    }
+    begin, end = world.outage
+    blind = (begin <= t) & (t < end + 2.0) if end > begin else np.zeros(len(t), dtype=bool)
+    seen, lost = ~blind, blind.copy()
+    seen[:begun] = lost[:begun] = False
+    ((reference,),) = run_forms(Ekf2(), [loop.inputs[:, 0]], levels=("float",))
+    fixed = _angle_deg({name: values[:, 0] for name, values in out.items()}, reference.outputs)
+    ground = out["terrain"] - truth["terrain"]
+    figures = {
+        "attitude_rms": np.sqrt(np.mean(attitude[begun:] ** 2, axis=0)),
+        "attitude_max": attitude[begun:].max(axis=0),
+        "velocity_rms": np.sqrt(np.mean(apart["v"][seen] ** 2, axis=0)),
+        "position_rms": np.sqrt(np.mean(apart["p"][seen] ** 2, axis=0)),
+        "wind_rms": np.sqrt(np.mean(apart["wind"][begun:] ** 2, axis=0)),
+        "terrain_rms": np.sqrt(np.mean(ground[begun:] ** 2, axis=0)),
+        "drift_max": apart["p"][lost].max(axis=0, initial=0.0),
+        "fixed_float_max": np.full(world.runs, fixed.max()),
+        "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
+    }
+    shown = {name: values[:, 0] for name, values in apart.items()}
+    return Runs(figures, {"attitude": attitude[:, 0], **shown})
+
+
+def _angle_deg(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> FloatArray:
+    """Angle between attitudes ``qw`` to ``qz``."""
+    p, q = (np.stack([x[f"q{c}"] for c in "wxyz"]) for x in (a, b))
+    chord = np.minimum(np.linalg.norm(p - q, axis=0), np.linalg.norm(p + q, axis=0))
+    angle: FloatArray = np.degrees(4.0 * np.arcsin(0.5 * chord))
+    return angle

@@ -1,0 +1,41 @@
+"""A log in pieces: the same bytes, whatever their length, of every filter, system and example."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight.model.resolve import estimator_of
+from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.records.files import content_of
+from boresight.sim.records.record import Record
+from tests.support.estimators import ALL
+from tests.support.tree import ROOT
+
+EXAMPLES = ["biquad.py", "kalman.py", "madgwick.py", "pendulum.py", "pi.py:Pi"]
+
+
+@pytest.mark.parametrize(
+    "named", [*ALL, *(f"{ROOT}/examples/{name}" for name in EXAMPLES)], ids=lambda x: str(x)[-24:]
+)
+def test_the_same_bytes(named: Any, tmp_path: Path) -> None:
+    """Also where samples are missing."""
+    estimator = estimator_of(named)
+    stimuli = hostile(estimator, 60, np.random.default_rng(1))
+    inputs = stimuli.get("gaps", next(iter(stimuli.values())))
+    flags = {i.name for i in estimator.inputs if i.flags}
+    columns = {i.name: inputs[:, k] for k, i in enumerate(estimator.inputs) if i.name not in flags}
+    if rate := estimator.rates_hz.get("dt"):
+        columns["dt"] = np.full(60, 1.0 / rate)
+    log = tmp_path / "log.csv"
+    log.write_bytes(content_of(log, Record.of(columns)))
+    written = set()
+    for rows in (1, 7, 1000, 1_000_000, None):
+        out = tmp_path / f"out{rows}.csv"
+        boresight.run(estimator, log, on="c", output=out, rows=rows)
+        written.add(out.read_bytes())
+    assert len(written) == 1 and written.pop().count(b"\n") == 61

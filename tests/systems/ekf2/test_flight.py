@@ -1,0 +1,151 @@
+"""PX4's EKF2: the filter on its world, in C and RTL; its experiment and page."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight.gateware.synthesis.blocks import core_blocks
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.model.errors import InputError
+from boresight.sim.attitude.rotation import rotate
+from boresight.sim.experiments.seeds import Runs
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.registry import make_level
+from boresight.sim.worlds.loop import Loop, close_loop, parting
+from boresight.systems.ekf2 import experiment
+from boresight.systems.ekf2.estimator import DT, GRAVITY, KINDS, UNITS, Ekf2
+from boresight.systems.ekf2.runs import CASES, CONFIG, SETTLED_S, figures_of, run
+from boresight.systems.ekf2.world import NOISE, Flight
+from tests.support.experiments import result_of
+from tests.support.pages import ROOT
+
+NAMES = ("qw", "qx", "qy", "qz", "vn", "ve", "vd", "pn", "pe", "pd", "wind_n", "wind_e", "terrain")
+
+
+@pytest.fixture(scope="module")
+def flown() -> dict[str, Runs]:
+    return {name: run(name, range(1, 3)) for name in ("flight", "outage")}
+
+
+def test_navigates_with_and_without_satellites(flown: dict[str, Runs]) -> None:
+    ours, blind = (flown[name].pooled() for name in ("flight", "outage"))
+    assert ours["attitude_rms"] < 1.0 and ours["velocity_rms"] < 0.15
+    assert ours["position_rms"] < 0.4 and ours["wind_rms"] < 0.4 and ours["terrain_rms"] < 0.3
+    assert ours["fixed_float_max"] < 1e-3 and ours["saturated_sum"] == 0.0
+    assert 1.0 < blind["drift_max"] < 20.0 and ours["drift_max"] == 0.0
+
+
+def test_sensors_and_rows_lead_to_the_truth() -> None:
+    world = Flight((3,), steps=2000)
+    (columns,) = world.pieces()
+    (again,) = world.pieces()
+    assert all(np.array_equal(columns[n], again[n]) for n in columns)
+    column = {name: values[:, 0] for name, values in columns.items()}
+    q, v, p = (
+        np.stack([column[f"{n}{c}_true"] for c in axes], axis=1)
+        for n, axes in (("q", "wxyz"), ("v", "ned"), ("p", "ned"))
+    )
+    force = np.stack([column[f"a{c}"] for c in "xyz"], axis=1)
+    apart = rotate(q, force)[1:] + GRAVITY - np.diff(v, axis=0) / DT
+    # Bias of 0.05 m/s^2, noise of 0.2, and half a step of rotation.
+    assert np.abs(apart.mean(axis=0)).max() < 0.3 and apart.std(axis=0).max() < 0.3
+    assert np.abs(np.diff(p, axis=0) - DT * v[:-1]).max() < 1e-9
+    kind = column["kind"]
+    for name, of_axis in (("velocity", v), ("position", p)):
+        axis = np.stack([column[f"axis_{c}"] for c in "xyz"], axis=1)
+        here = (kind == KINDS.index(name)) & (axis[:, 2] == 0.0)
+        error = column["z"][here] / UNITS[name] - np.sum(axis * of_axis, axis=1)[here]
+        assert here.sum() >= 200 and 0.8 < error.std() / NOISE[name] < 1.2
+        assert np.allclose(np.sqrt(column["r"][here]) / UNITS[name], NOISE[name])
+    used = {KINDS[int(k)] for k in kind}
+    assert used == {*KINDS} - {"body_velocity", "gravity"}
+
+
+def test_what_is_not_there() -> None:
+    (columns,) = Flight(steps=1000, without=("field",), outage=(2.0, 5.0)).pieces()
+    kind, here = columns["kind"][:, 0], slice(200, 500)
+    assert not (kind == KINDS.index("field")).any()
+    assert not (kind[here] == KINDS.index("velocity")).any()
+    assert (kind[:200] == KINDS.index("velocity")).any()
+    with pytest.raises(
+        InputError, match="wanted kinds of measurements, velocity, .* found 'sonar'"
+    ):
+        Flight(without=("sonar",))
+
+
+@pytest.mark.parametrize("steps", [40, pytest.param(9_000, marks=pytest.mark.soak)])
+def test_the_rtl_is_the_c(steps: int) -> None:
+    def loop(level: str) -> Loop:
+        world = Flight(steps=steps)
+        with make_level(level, Build(Ekf2(), config=CONFIG)) as made:
+            return close_loop(world, made)
+
+    assert parting(Ekf2(), loop("c"), loop("rtl")) is None
+
+
+def test_float64_is_the_textbook() -> None:
+    world = Flight(steps=100)
+    with make_level("c", Build(Ekf2(), config=CONFIG)) as level:
+        record = close_loop(world, level).record(Ekf2(), "begin")
+    (result,) = boresight.check("ekf2", record, levels=("c",), config=CONFIG)
+    assert result.good and result.textbook
+    assert all(d.largest < 1e-9 for d in result.textbook), result.lines()
+
+
+def test_it_fits_the_smallest_part() -> None:
+    core = Build(Ekf2(), config=CONFIG).core
+    microcode, data = core_blocks(core.machine, core.image, TARGETS["xc6slx9"].family.memory_shapes)
+    assert core.schedule.interval <= 3300 and data == 11 and microcode + data <= 26
+
+
+def test_figures_of_known_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    n, begun = 9_000, round(SETTLED_S / DT)
+    truth = {name: np.zeros((n, 2)) for name in NAMES}
+    truth["qw"] += 1.0
+    out = {name: values.copy() for name, values in truth.items()}
+    half = np.radians(3.0) / 2.0
+    out["qw"][begun:, 1], out["qx"][begun:, 1] = -np.cos(half), -np.sin(half)  # the same turn
+    out["vn"] += 0.3
+    out["ve"] += 0.4
+    out["pd"] += 2.0
+    out["pd"][6_500] = 7.0  # within the outage
+    out["pd"][:begun] = 50.0
+    out["wind_e"] -= 1.0
+    out["terrain"] += 0.5
+    loop = SimpleNamespace(
+        outputs=out,
+        truth=truth,
+        inputs=np.zeros((n, 2, len(Ekf2.inputs))),
+        run=SimpleNamespace(saturated=np.zeros((n, 2), dtype=bool)),
+    )
+    floats = SimpleNamespace(outputs={name: values[:, 0] for name, values in out.items()})
+    monkeypatch.setattr("boresight.systems.ekf2.runs.run_forms", lambda *a, **k: [[floats]])
+    world = Flight(seeds=(1, 2), outage=(50.0, 70.0))
+    figures = figures_of(world, loop).figures  # type: ignore[arg-type]
+    assert figures["attitude_rms"] == pytest.approx([0.0, 3.0]) == figures["attitude_max"]
+    assert figures["velocity_rms"] == pytest.approx([0.5, 0.5])
+    assert figures["position_rms"] == pytest.approx([2.0, 2.0])
+    assert figures["wind_rms"] == pytest.approx([1.0, 1.0])
+    assert figures["terrain_rms"] == pytest.approx([0.5, 0.5])
+    assert figures["drift_max"] == pytest.approx([7.0, 7.0])
+
+
+def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch) -> None:
+    result = result_of(experiment, experiment.Ekf2(jobs=1), run, CASES, flown, monkeypatch)
+    missed = {t.part for t in result.targets if not t.good}
+    assert missed == {"wind"}  # that case has the runs of another here
+    assert result.pages["ekf2.html"].count("<svg") == 2
+
+
+@pytest.mark.full_search
+def test_the_cycles_on_the_page() -> None:
+    page = (ROOT / "docs" / "systems" / "ekf2.md").read_text(encoding="utf-8")
+    schedule = Build(Ekf2(), config=CONFIG).core.schedule
+    (row,) = re.findall(r"predicted state in (\d+) to (\d+) cycles.*?after ([\d,]+)", page)
+    cycles = (min(schedule.latencies), max(schedule.latencies), schedule.interval)
+    assert tuple(int(x.replace(",", "")) for x in row) == cycles
