@@ -10,7 +10,7 @@ from boresight.sim.board.faults import FaultTrial
 from boresight.sim.board.setup import Setup
 from boresight.sim.board.timeline import Timeline
 
-__all__ = ["BoardFigures", "BoardResult", "FaultsResult", "runs_table"]
+__all__ = ["BoardFigures", "BoardResult", "FaultsResult", "fault_line", "runs_table"]
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class FaultsResult(Answer):
             f"{'fault':24s}{'lasts':>8s}{'seen after':>12s}{'dropped':>9s}{'back after':>12s}"
             f"{'error before':>14s}{'during':>8s}{'after':>8s}  seen as"
         )
-        return "\n".join([head, *map(_fault_line, self.trials)])
+        return "\n".join([head, *map(fault_line, self.trials)])
 
 
 def _object(trial: FaultTrial) -> JsonObject:
@@ -158,8 +158,8 @@ def _object(trial: FaultTrial) -> JsonObject:
     return data
 
 
-def _fault_line(t: FaultTrial) -> str:
-    """Row of the table."""
+def fault_line(t: FaultTrial) -> str:
+    """Row of the table of a trial."""
 
     def s(value: float | None) -> str:
         return "never" if value is None else f"{value:.4f} s"

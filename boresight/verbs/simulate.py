@@ -10,11 +10,12 @@ boresight simulate --faults  # every fault of both sensors
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import check_choice
-from boresight.board.simulated import BoardResult, FaultsResult
+from boresight.arguments import JOBS_MOST, check_choice, check_number
+from boresight.board.simulated import BoardResult, FaultsResult, fault_line
 from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
@@ -28,6 +29,7 @@ from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_
 from boresight.options import (
     Arguments,
     Config,
+    Jobs,
     Option,
     Outcome,
     OutputFolder,
@@ -35,8 +37,9 @@ from boresight.options import (
     Verb,
     outcome,
 )
-from boresight.sim.board.faults import fault_board, fault_names, fault_trial, trial_log
+from boresight.sim.board.faults import FaultTrial, fault_board, fault_names, fault_trial, trial_log
 from boresight.sim.board.setup import REAL
+from boresight.sim.processes import processes
 from boresight.sim.records.files import FORMATS, record_of
 from boresight.sim.worlds.world import WORLD_GROUP
 
@@ -153,9 +156,10 @@ def simulate_faults(
     name: str | None = None,
     *,
     faults: Annotated[Sequence[str] | None, PythonOnly] = None,
+    jobs: Jobs = None,
     progress: Callable[[str], None] | None = None,
 ) -> FaultsResult:
-    """Run every fault of both devices on the complete board, one after another.
+    """Run every fault of both devices on the complete board, each on a board of its own.
 
     Parameters
     ----------
@@ -163,11 +167,13 @@ def simulate_faults(
         Filter, mekf by default.
     faults : sequence of str, optional
         Only these, as ``adis.absent`` or ``hmr.silence``.
+    jobs : int, optional
+        Simulators at once; by default one for each processor.
 
     Returns
     -------
     FaultsResult
-        When each was seen, and what it did.
+        When each was seen, and what it did. ``progress`` has the row of each as it ends.
 
     Raises
     ------
@@ -175,15 +181,21 @@ def simulate_faults(
         Unknown filter or fault.
     """
     name = _filter(name)
+    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
     every = fault_names()
     for fault in faults or ():
         check_choice("fault", fault, every)
     board, log = fault_board([name]), trial_log()
-    trials = [
-        fault_trial(board, *fault.split("."), log=log, progress=progress)
-        for fault in faults or every
-    ]
-    return FaultsResult(name, tuple(trials))
+    assert board.verilog  # made once, before the threads that wait for the simulators
+
+    def trial(fault: str) -> FaultTrial:
+        result = fault_trial(board, *fault.split("."), log=log)
+        if progress:
+            progress(fault_line(result))
+        return result
+
+    with ThreadPoolExecutor(processes(jobs)) as threads:
+        return FaultsResult(name, tuple(threads.map(trial, faults or every)))
 
 
 def call(
@@ -211,11 +223,18 @@ def call(
         arguments.only(simulate_world, wanted=_BOARD, found="a world")
         _refuse_of_world(log, faults=faults)
         return outcome(arguments.call(simulate_world, name, log))
+    if faults:
+        return _faults(arguments, name, log)
+    if "jobs" in typed:
+        raise InputError.at("--jobs", wanted="--faults", found="none", fix="leave --jobs out")
     instead = "name a world, FILE.py:Class, or "
     arguments.only(simulate, wanted="a world before it", found=_BOARD, instead=instead)
-    if not faults:
-        result = arguments.call(simulate, name, log)
-        return outcome(result, f"\n{typed.get('output', 'build')}/board.html")
+    result = arguments.call(simulate, name, log)
+    return outcome(result, f"\n{typed.get('output', 'build')}/board.html")
+
+
+def _faults(arguments: Arguments, name: str | None, log: str | None) -> Outcome:
+    """Trials of faults."""
     if log is not None:
         raise InputError.at(
             "--faults",

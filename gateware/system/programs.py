@@ -13,7 +13,7 @@ from boresight.model.declarations import Input, SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.front import FRONT
-from boresight.model.front.sensed import SENSED, Sensed, full_scale_params
+from boresight.model.front.sensed import SENSED, Sensed, board_params
 from boresight.model.linking import linked_estimators
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.words.fixed import Format
@@ -167,10 +167,8 @@ def system_core(
                 found=repr(name),
             )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
-    rate, force = SENSED["gx"].high, SENSED["ax"].high
     for e in estimators:
-        scales = full_scale_params(e.params, rate=rate, force=force)
-        values[e.name] = {**values.get(e.name, {}), **scales}
+        values[e.name] = {**values.get(e.name, {}), **board_params(e.params)}
     for name, overrides in (params or {}).items():
         values[name] = {**values.get(name, {}), **overrides}
     programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]

@@ -9,7 +9,7 @@ from boresight.model.declarations import GRAVITY, Param
 from boresight.model.front.affine import AXES
 from boresight.model.front.inertial import ACC_SCALE, DT_LIMIT, GAP_S, GYRO_SCALE
 
-__all__ = ["ACC_COUNTS", "GYRO_COUNTS", "SENSED", "Sensed", "full_scale_params"]
+__all__ = ["ACC_COUNTS", "GYRO_COUNTS", "SENSED", "Sensed", "board_params", "full_scale_params"]
 
 #: Full scale of the inertial sensor in counts, at any range: 300 deg/s and 5 g (the maker's).
 GYRO_COUNTS, ACC_COUNTS = 24000, 20000
@@ -66,3 +66,8 @@ def full_scale_params(
         beyond = 0.98 * force - GRAVITY
         most["force_most_sq"] = beyond * beyond
     return {q.name: min(max(most[q.name], q.low), q.high) for q in params if q.name in most}
+
+
+def board_params(params: Iterable[Param]) -> dict[str, float]:
+    """`full_scale_params` of the board's own sensors, with which every board has its estimators."""
+    return full_scale_params(params, rate=SENSED["gx"].high, force=SENSED["ax"].high)

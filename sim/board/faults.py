@@ -6,7 +6,7 @@ so that the filter sees real times and rates. All times here are those of the re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -169,7 +169,6 @@ def fault_trial(
     log: Record | None = None,
     updates: int = _UPDATES,
     span: tuple[int, int] | None = None,
-    progress: Callable[[str], None] | None = None,
 ) -> FaultTrial:
     """Run one fault.
 
@@ -185,8 +184,6 @@ def fault_trial(
     span : (int, int)
         First sample (line of the compass) of the fault, and the first after it.
     """
-    say = progress or (lambda text: None)
-    say(f"{device}: {fault}")
     usual = _COMPASS_SPAN if device == "hmr" else _INERTIAL_SPAN
     first, last = span or (_FAST_TURN_SPAN if fault in FAST_TURNS else usual)
     return faults_in_turn(board, [(device, fault, (first, last))], log=log, updates=updates)[0]

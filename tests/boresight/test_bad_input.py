@@ -109,6 +109,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("simulate kalman --faults", "filter: wanted one of complementary, "),
         ("simulate mekf a.csv --faults", "--faults: wanted no log: "),
         ("simulate --faults --feed a=1", "--feed: wanted the simulation of the board, found tria"),
+        ("simulate mekf --jobs 2", "--jobs: wanted --faults, found none; leave --jobs out"),
         ("simulate --faults --output x", "--output: wanted the simulation of the board, found tr"),
         ("report mekf log.csv -o x --steps 0", "steps: wanted 1 or more, found 0"),
         ("report mekf log.csv -o x --config huge", "config: wanted one of small, fast"),

@@ -102,6 +102,7 @@ HEADING_LIMIT = 0.5  #: rad^2, variance from which on a heading that nothing tel
 #: faster than its exponential it ends; and by how much more than a plain mean followers follow.
 YOUTH_START, YOUTH_LIMIT, YOUTH_ENDS = 63.0, 8.0, 0.5
 FORCE_YOUTH, FIELD_YOUTH = 1.7, 24.0
+MEMORY_YOUTH = 4.0  #: by how much the memory of the field's deviation is forgotten at any time.
 YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
 
@@ -244,8 +245,10 @@ class Mekf(Estimator):
         young = ops.saturated(ops.where(gap, speed_sq, x.youth), 64.0)
         grown = ops.named("grown", ops.saturated(young * dt, 0.5))
         # The reference survives a rate at full scale: it tells the field from a magnet's after it.
+        # The memory does not: while the attitude was off, every field was odd.
         settling = ops.where(late, 0.0, grown)
-        forget = ops.saturated(p.field_forget_per_s * dt + FIELD_YOUTH * settling, 1.0)
+        forget = p.field_forget_per_s * dt + FIELD_YOUTH * settling + MEMORY_YOUTH * grown
+        forget = ops.saturated(forget, 1.0)
         odd_sq = ops.maximum(odd_now, x.odd_sq - forget * x.odd_sq)
         odd_sq = ops.named("odd", ops.bounded(odd_sq, 0.0, 2.0, "a part of it"))
 
@@ -314,9 +317,6 @@ class Mekf(Estimator):
         C = matrix(q)
         pitch, roll, heading = pitch_roll_heading_ht(C)
 
-        older = young - young * ops.saturated(grown + YOUTH_ENDS * dt, 0.5) - YOUTH_LSB
-        older = ops.bounded(older, -1.0, 63.9, "less than it was", unless="it was at its limit")
-        older = ops.where(older < 0.0, 0.0, older)
         scale_var = ops.where(gap, GAP_VAR, p.gyro_scale_var)
         walk = ops.saturated(p.gyro_var + scale_var * speed_sq, WALK_LIMIT)
         youth = ops.saturated(young, YOUTH_LIMIT)
@@ -335,7 +335,10 @@ class Mekf(Estimator):
         # the force is far from gravity.
         missed_sq = ops.saturated((beyond * beyond) * slope_sq, MISSED_SQ_LIMIT)
         missed_sq = ops.where(change_sq < GENTLE_SQ, missed_sq, 0.0)
-        older = ops.saturated(older + (FULL_YOUTH * dt) * missed_sq, 64.0)
+        ending = ops.saturated(grown + YOUTH_ENDS * dt, 0.5)
+        older = young - young * ending - YOUTH_LSB + (FULL_YOUTH * dt) * missed_sq
+        older = ops.saturated(older, 64.0)
+        older = ops.saturated(ops.where(older < 0.0, 0.0, older), 64.0)  # of one format: no tie
         f_rate = ops.where(p.force_most_sq < change_sq, 0.0, f_rate)
         f_follow = ops.saturated(ops.where(leveling, 1.0, f_rate), 1.0)
         f_after = [

@@ -12,6 +12,7 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import FloatArray
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
+from boresight.model.front.sensed import board_params
 from boresight.sim.attitude.ma2014 import KI, KP, TABLE_2
 from boresight.sim.attitude.rotation import quaternion_to_euler, wrap_rad
 from boresight.sim.experiments.forms import run_forms
@@ -80,13 +81,14 @@ def gains_per_s(
 
 
 def _params(method: Method) -> dict[str, float]:
-    """The paper's settings in the parameters of the method's estimator."""
+    """The paper's settings in the parameters of the method's estimator, and its sensors'."""
     assert method.estimator is not None
+    sensors = board_params(ESTIMATORS[method.estimator].params)
     if method.key.startswith("gyro"):
-        return gains_per_s((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        return sensors | gains_per_s((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     if method.estimator.startswith("complementary"):
-        return gains_per_s()
-    return kalman_parameters(method.estimator)
+        return sensors | gains_per_s()
+    return sensors | kalman_parameters(method.estimator)
 
 
 def kalman_parameters(name: str) -> dict[str, float]:

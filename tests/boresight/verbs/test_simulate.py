@@ -2,12 +2,15 @@
 
 import importlib
 import json
+from threading import Event
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import boresight
 from boresight.gateware.system.programs import system_core
+from boresight.sim.board.faults import FaultTrial
 from tests.support.strangers import program
 
 #: The function has the module's name.
@@ -51,6 +54,31 @@ def test_data_in_memory_is_read() -> None:
 def test_unknown_fault_is_refused() -> None:
     with pytest.raises(boresight.InputError, match="found 'adis.gremlins'"):
         boresight.simulate_faults("mekf", faults=["adis.gremlins"])
+
+
+def test_faults_run_side_by_side(monkeypatch) -> None:
+    """The second ends first: the row of each is told as it ends, the result keeps the order."""
+    later, board, said = Event(), SimpleNamespace(verilog="module"), []
+
+    def trial(of, device, fault, log):
+        assert of is board
+        if fault == "absent":
+            assert later.wait(10.0)
+        return FaultTrial(device, fault, 0.2, 0.0, ("inertial_lost",), 0, 1.0, 1.0, 0.5, 0.01)
+
+    def say(text):
+        said.append(text)
+        later.set()
+
+    monkeypatch.setattr(module, "fault_board", lambda filters: board)
+    monkeypatch.setattr(module, "fault_trial", trial)
+    names = ["adis.absent", "hmr.silence"]
+    result = boresight.simulate_faults(faults=names, jobs=2, progress=say)
+    assert [f"{t.device}.{t.fault}" for t in result.trials] == names
+    assert [text.split()[1] for text in said] == ["silence", "absent"]
+    assert said[1] in str(result)
+    with pytest.raises(boresight.InputError, match="jobs: wanted"):
+        boresight.simulate_faults(jobs=0)
 
 
 @pytest.mark.parametrize(("name", "wanted"), [(program("kalman.py"), True), ("mekf", False)])

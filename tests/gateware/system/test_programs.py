@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from boresight.firmware.build import CModel
-from boresight.gateware.core import build_core
+from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.system.programs import system_core, system_estimators
@@ -14,6 +14,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import FILTERS
 from boresight.model.front import FRONT
+from boresight.model.front.sensed import board_params
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from tests.support.random_program import random_inputs
@@ -56,18 +57,28 @@ def test_all_fit(config: str) -> None:
     assert len(set(addresses)) == len(addresses)
 
 
+def initial(core: Core, filter: str, name: str) -> float:
+    """Value of a parameter at power-up."""
+    (program,) = (part.program for part in core.parts if part.program.name == filter)
+    (node,) = (n for n, v in enumerate(program.values) if v.name == name)
+    return program.format(node).real(program.values[node].initial)
+
+
 def test_a_filter_is_told_the_sensors_full_scales() -> None:
-    for filter, name, params, wanted in (
-        ("mekf", "gyro_most_sq", None, 5.1**2),
-        ("mekf", "gyro_most_sq", {"mekf": {"gyro_most_sq": 9.0}}, 9.0),
-        ("mekf", "force_most_sq", None, 38.2**2),
-        ("complementary", "gyro_max_sq", None, 5.1**2),
-    ):
-        core = system_core((filter,), restarts=0, params=params)
-        (program,) = (part.program for part in core.parts if part.program.name == filter)
-        (node,) = (n for n, v in enumerate(program.values) if v.name == name)
-        result = program.format(node).real(program.values[node].initial)
-        assert result == pytest.approx(wanted, rel=0.02)
+    """Every filter on every board: each parameter whose text asks for it; one's own value wins."""
+    told = [
+        (filter, p.name, board_params([p])[p.name])
+        for filter in FILTERS
+        for p in estimator_of(filter).params
+        if "full scale" in p.meaning and p.unit.endswith("^2")
+    ]
+    assert {name for _, name, _ in told} == {"gyro_most_sq", "force_most_sq", "gyro_max_sq"}
+    core = system_core(FILTERS, restarts=0)
+    for filter, name, wanted in told:
+        assert initial(core, filter, name) == pytest.approx(wanted, rel=1e-6), (filter, name)
+        assert wanted == pytest.approx({"g": 5.1, "f": 38.2}[name[0]] ** 2, rel=0.02)
+    own = system_core(("mekf",), restarts=0, params={"mekf": {"gyro_most_sq": 9.0}})
+    assert initial(own, "mekf", "gyro_most_sq") == pytest.approx(9.0)
 
 
 def estimator(*inputs: Input, outputs: int = 1) -> Estimator:

@@ -280,10 +280,8 @@ def test_mekf():
     horizontal, vertical, odd_sq and turn would count as proven, and 21 elements of P.
     """
     result = examine(Mekf(), updates=20_000)
-    claims = {"proven": 7, "conditional": 8, "checked": 14, "tight": 13, "open": 1, "excepted": 1}
+    claims = {"proven": 7, "conditional": 8, "checked": 14, "tight": 13, "open": 1}
     states = {"invariant": 0, "conditional": 0, "checked": 22, "observed": 7, "left": 1}
-    none = {"refuted": 0}
+    none = {"excepted": 0, "refuted": 0}
     assert result.good
-    assert result.counts == {"claims": claims | none, "states": states | none | {"excepted": 0}}
-    (excepted,) = [c for c in result.claims if c.status == "excepted"]
-    assert excepted.value.startswith("less than it was, unless") and excepted.witness is not None
+    assert result.counts == {"claims": claims | none, "states": states | none}

@@ -53,6 +53,15 @@ def test_table_2_reaches_the_kalman_filters(name):
         np.testing.assert_allclose(angles, (0.1955, 0.2211, 0.468), atol=1e-3)
 
 
+def test_the_filters_are_told_the_gyros_full_scale(monkeypatch):
+    seen = []
+    monkeypatch.setattr(methods, "run_forms", lambda *_, params, levels: seen.append(params) or [])
+    for key in ("gyro", "complementary", "ekf_quaternion"):
+        run_method(METHODS[key], [])
+    wanted = pytest.approx((0.98 * np.radians(300.0)) ** 2)
+    assert [p.get("gyro_max_sq") for p in seen] == [wanted, wanted, None]
+
+
 def test_gyro_alone_is_the_random_walk_of_table_2():
     logs = [make_log(E1, CASES["noise"], seed) for seed in range(60)]
     error = score(run_method(METHODS["gyro"], logs, ("float",))[0][0], logs)
