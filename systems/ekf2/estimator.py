@@ -15,11 +15,12 @@ import numpy as np
 
 from boresight import Input, Output, Param, ops
 from boresight.kalman import Attitude, Kalman, Measurement, State, vector
+from boresight.model.declarations import GRAVITY
 
-__all__ = ["DT", "GRAVITY", "KINDS", "UNITS", "Ekf2"]
+__all__ = ["DT", "GRAVITY_NED", "KINDS", "UNITS", "Ekf2"]
 
 DT = 0.01  #: s
-GRAVITY = np.array([0.0, 0.0, 9.80665])  #: m/s^2, north, east, down.
+GRAVITY_NED = np.array([0.0, 0.0, GRAVITY])  #: m/s^2, north, east, down.
 #: What is measured, by the number in the input ``kind``; 0 is nothing.
 KINDS = (
     "nothing",
@@ -97,7 +98,7 @@ class Ekf2(Kalman):
         """Strapdown, to the first order in the step."""
         return {
             "q": DT * (u.g - x.bg),
-            "v": x.v + DT * (x.q.to_nav(u.a - x.ba) + GRAVITY),
+            "v": x.v + DT * (x.q.to_nav(u.a - x.ba) + GRAVITY_NED),
             "p": x.p + DT * x.v,
         }
 

@@ -16,7 +16,7 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.systems.ekf2.estimator import DT, GRAVITY, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
+from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
 
 __all__ = ["NOISE", "Flight"]
 
@@ -119,7 +119,7 @@ class Flight(World):
         speed = (10.0 + 0.5 * np.sin(0.3 * t)) * (1.0 - np.exp(-t / 2.5))
         heading = 0.9 * np.sin(0.15 * t) + 0.12 * np.maximum(t - 6.0, 0.0)
         climb = 0.15 * np.sin(0.11 * t) + 0.15 * np.exp(-t / 30.0)
-        roll = np.arctan(speed * np.gradient(heading, DT) / GRAVITY[2])
+        roll = np.arctan(speed * np.gradient(heading, DT) / GRAVITY_NED[2])
         air = speed[:, None] * np.stack(
             [np.cos(climb) * np.cos(heading), np.cos(climb) * np.sin(heading), -np.sin(climb)],
             axis=1,
@@ -133,7 +133,7 @@ class Flight(World):
         turn = quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:])
         rate = quaternion_to_rotation_vector(turn) / DT
         middle = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * DT * rate))
-        force = rotate(quaternion_conjugate(middle), np.diff(v, axis=0) / DT - GRAVITY)
+        force = rotate(quaternion_conjugate(middle), np.diff(v, axis=0) / DT - GRAVITY_NED)
         truth = {
             **{"q": q[1:], "v": v[1:], "p": np.cumsum(DT * v[:-1], axis=0), "air": air[1:]},
             **{"wind_": wind[1:, :2], "terrain": 1.5 * np.sin(0.05 * t[1:, None])},

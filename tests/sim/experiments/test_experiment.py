@@ -138,7 +138,8 @@ def test_portions_and_processes_change_nothing(at_once: int, jobs: int) -> None:
     assert result["ten"].figures["rate"].tolist() == [30.0, 40.0]
     assert result["one"].shown == {"first": 3.0} and result["one"].each == [3, 4, 5, 6, 7]
     tasks = {5: 2, 2: 4}[at_once]
-    assert len(messages) == tasks and messages[-1].startswith(f"{tasks} of {tasks}: ")
+    assert messages[0] == f"2 cases, 7 runs in {tasks} tasks" and len(messages) == 1 + tasks
+    assert messages[-1].startswith(f"{tasks} of {tasks} after ")
 
 
 def test_pooled() -> None:

@@ -380,17 +380,18 @@ class Sensors(Estimator):
     """Triples between other inputs; a flag beside them."""
 
     inputs = (
-        Input("gx", -999.0, 999.0, "rad/s"),
+        Input("gx", -99.0, 99.0, "rad/s"),
         Input("ax", -9999.0, 9999.0, "m/s^2"),
         Input("mx", -1e6, 1e6, "uT"),
-        Input("gy", -999.0, 999.0, "rad/s"),
+        Input("gy", -99.0, 99.0, "rad/s"),
         Input("ay", -9999.0, 9999.0, "m/s^2"),
         Input("my", -1e6, 1e6, "uT"),
-        Input("gz", -999.0, 999.0, "rad/s"),
+        Input("gz", -99.0, 99.0, "rad/s"),
         Input("az", -9999.0, 9999.0, "m/s^2"),
         Input("mz", -1e6, 1e6, "uT"),
         Input("new_z", 0.0, 1.0, "uT", valid_of="mz"),
-        Input("spin", -999.0, 999.0, "rad/s"),
+        Input("spin", -99.0, 99.0, "rad/s"),
+        Input("shaft", -999.0, 999.0, "rad/s"),
         Input("thrust", -999.0, 999.0, "m/s^2"),
         Input("dt", -0.25, 0.25, "s", clamp=True),
     )
@@ -432,6 +433,7 @@ def test_odd(values: dict[str, float], text: str) -> None:
     "values",
     [
         {"gx": 10.0},
+        {"shaft": 500.0},
         {"az": 0.0, "ax": 0.89},
         {"az": 0.0, "ax": 1.11},
         {"az": 0.0, "ax": 890.0},

@@ -18,7 +18,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import Loop, close_loop, parting
 from boresight.systems.ekf2 import experiment
-from boresight.systems.ekf2.estimator import DT, GRAVITY, KINDS, UNITS, Ekf2
+from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, UNITS, Ekf2
 from boresight.systems.ekf2.runs import CASES, CONFIG, SETTLED_S, figures_of, run
 from boresight.systems.ekf2.world import NOISE, Flight
 from tests.support.experiments import result_of
@@ -51,7 +51,7 @@ def test_sensors_and_rows_lead_to_the_truth() -> None:
         for n, axes in (("q", "wxyz"), ("v", "ned"), ("p", "ned"))
     )
     force = np.stack([column[f"a{c}"] for c in "xyz"], axis=1)
-    apart = rotate(q, force)[1:] + GRAVITY - np.diff(v, axis=0) / DT
+    apart = rotate(q, force)[1:] + GRAVITY_NED - np.diff(v, axis=0) / DT
     # Bias of 0.05 m/s^2, noise of 0.2, and half a step of rotation.
     assert np.abs(apart.mean(axis=0)).max() < 0.3 and apart.std(axis=0).max() < 0.3
     assert np.abs(np.diff(p, axis=0) - DT * v[:-1]).max() < 1e-9
