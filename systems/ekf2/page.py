@@ -31,8 +31,8 @@ _COLUMNS = {
 }
 _SHOWN = ("flight", "outage")
 _AXES = {
-    **{"attitude": ("attitude, deg", "roll"), "v": ("m/s", "pitch")},
-    **{"p": ("m", "heading"), "wind": ("wind, m/s", "roll")},
+    **{"attitude": ("attitude, deg", "roll"), "v": ("velocity, m/s", "pitch")},
+    **{"p": ("position, m", "heading"), "wind": ("wind, m/s", "roll")},
 }
 
 

@@ -28,7 +28,11 @@ _COLUMNS = {
     **{"drift, most, m": "drift_max", "fixed less float64, most, deg": "fixed_float_max"},
 }
 _SHOWN = ("vehicle", "drone")
-_AXES = {"attitude": ("attitude, deg", "roll"), "v": ("m/s", "pitch"), "p": ("m", "heading")}
+_AXES = {
+    "attitude": ("attitude, deg", "roll"),
+    "v": ("velocity, m/s", "pitch"),
+    "p": ("position, m", "heading"),
+}
 
 
 def render(flown: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs: int) -> str:
