@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,17 @@ import numpy.typing as npt
 
 from boresight.model.tools.folders import matplotlib_environment
 
-__all__ = ["COLOUR", "INK", "RED", "band", "figure_and_axes", "legend", "settings", "svg"]
+__all__ = [
+    "COLOUR",
+    "INK",
+    "RED",
+    "band",
+    "error_history",
+    "figure_and_axes",
+    "legend",
+    "settings",
+    "svg",
+]
 
 #: Okabe and Ito's colours, distinct for every kind of colour vision.
 COLOUR = {
@@ -113,3 +124,34 @@ def svg(figure: Any, salt: str) -> str:
         r"<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>", r'<svg class="plot" role="img" \1>', out, count=1
     )
     return re.sub(r"\n\s*", "\n", out).strip()
+
+
+def error_history(
+    errors: Mapping[str, npt.NDArray[np.float64]],
+    axes: Mapping[str, tuple[str, str]],
+    *,
+    step_s: float,
+    height: float,
+    name: str,
+) -> str:
+    """SVG of errors (n,) over time, logarithmic, below one another; every tenth of them.
+
+    Parameters
+    ----------
+    errors : mapping
+        Each with a value every ``step_s``.
+    axes : mapping of str to (str, str)
+        Which of them: label with unit, and name in `COLOUR`.
+    height : float
+        In inches.
+    name : str
+        See `svg`.
+    """
+    with settings():
+        figure, plots = figure_and_axes(height, len(axes), sharex=True)
+        for plot, (key, (label, colour)) in zip(plots, axes.items(), strict=True):
+            values = errors[key][::10]
+            plot.semilogy(10 * step_s * np.arange(len(values)), values, color=COLOUR[colour])
+            plot.set_ylabel(label)
+        plots[-1].set_xlabel("time, s")
+        return svg(figure, name)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from boresight import Target
 from boresight.sim.experiments.page import render_cases
 from boresight.sim.experiments.seeds import Runs
-from boresight.sim.plotting import COLOUR, figure_and_axes, settings, svg
+from boresight.sim.plotting import error_history
 from boresight.systems.ekf2.estimator import DT
 from boresight.systems.ekf2.runs import CASES
 
@@ -48,16 +46,8 @@ def render(flown: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs
         meanings={name: case.meaning for name, case in CASES.items()},
         columns=_COLUMNS,
         text="Errors of attitude, velocity, position and wind.",
-        plots={name: _history(flown[name], name) for name in _SHOWN},
+        plots={
+            name: error_history(flown[name].shown, _AXES, step_s=DT, height=5.2, name=name)
+            for name in _SHOWN
+        },
     )
-
-
-def _history(runs: Runs, name: str) -> str:
-    with settings():
-        figure, axes = figure_and_axes(5.2, len(_AXES), sharex=True)
-        for one, (key, (label, colour)) in zip(axes, _AXES.items(), strict=True):
-            values = runs.shown[key][::10]
-            one.semilogy(10 * DT * np.arange(len(values)), values, color=COLOUR[colour])
-            one.set_ylabel(label)
-        axes[-1].set_xlabel("time, s")
-        return svg(figure, name)
