@@ -137,7 +137,7 @@ ECP5: Final = Family(
             "TRELLIS_FF": {"ff": 1},
             "MULT18X18D": {"dsp": 1},
             "DP16KD": {"ram": 1},
-            "EHXPLLL": {},
+            **{name: {} for name in ("EHXPLLL", "DCCA", "TRELLIS_IO", "SGSR")},
         }
     ),
     flip_flop=("TRELLIS_FF", {"CEMUX": "1 ", "GSR": "DISABLED"}, "CLK", "DI", "Q"),
@@ -154,6 +154,15 @@ ECP5: Final = Family(
         {(1, 7): 79.4, (1, 9): 129.5, (1, 10): 132.4, (1, 12): 147.1, (2, 9): 104.4, (2, 10): 115.0}
     ),
     clocks_source="clocks of four filters routed on ecp5-25k, speed 6, 1 to 5 seeds",
-    router=Router(program="nextpnr-ecp5", extra="ecp5", grade="--speed", options=("--tmg-ripup",)),
+    router=Router(
+        program="nextpnr-ecp5",
+        extra="ecp5",
+        pins=("--lpf", "top.lpf"),
+        placed=("--textcfg", "top.config"),
+        packer=("ecppack", "--compress"),
+        bitstream="top.bit",
+        grade="--speed",
+        options=("--tmg-ripup",),
+    ),
     absorb=lambda netlist, top: absorb(netlist, top, _READING, _RULES),
 )
