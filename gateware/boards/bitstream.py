@@ -15,7 +15,14 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import from_rtlil
 from boresight.model.tools.failure import ToolFailed
 
-__all__ = ["Bitstream", "ClockMissed", "OpenProject", "build_bitstream", "open_project", "write_open_project"]
+__all__ = [
+    "Bitstream",
+    "ClockMissed",
+    "OpenProject",
+    "build_bitstream",
+    "open_project",
+    "write_open_project",
+]
 
 
 class ClockMissed(ToolFailed):

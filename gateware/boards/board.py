@@ -59,10 +59,10 @@ class Pads:
         return Attrs(**self.all, **pull_up, **({} if line.input else self.output))
 
 
-_SPARTAN6_PADS = Pads({"IOSTANDARD": "LVCMOS33"}, {"PULLUP": "TRUE"}, {"SLEW": "SLOW", "DRIVE": "8"})
-_ECP5_PADS = Pads(
-    {"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", "DRIVE": "8"}
+_SPARTAN6_PADS = Pads(
+    {"IOSTANDARD": "LVCMOS33"}, {"PULLUP": "TRUE"}, {"SLEW": "SLOW", "DRIVE": "8"}
 )
+_ECP5_PADS = Pads({"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", "DRIVE": "8"})
 
 
 @dataclass(frozen=True)
@@ -116,9 +116,7 @@ class Board:
         if self.leds:
             platform.add_resources(
                 LEDResources(
-                    pins=" ".join(self.leds),
-                    conn=self.connector,
-                    attrs=Attrs(**self.pads.all),
+                    pins=" ".join(self.leds), conn=self.connector, attrs=Attrs(**self.pads.all)
                 )
             )
         return platform

@@ -1,4 +1,4 @@
-"""Clock of the core on a board with an ECP5: the oscillator's, or that of a PLL once it is locked."""
+"""Clock of the core on a board with an ECP5: the oscillator itself, or a PLL's."""
 
 from __future__ import annotations
 
@@ -123,7 +123,5 @@ class Ecp5PllClock(Elaboratable):
         )
         # Configuration clears these flip-flops, so they open the gate after it has ended.
         m.submodules.lock = FFSynchronizer(locked, started, o_domain="oscillator")
-        m.submodules.gate = Instance(
-            "DCCA", i_CLKI=fast, i_CE=started, o_CLKO=ClockSignal("sync")
-        )
+        m.submodules.gate = Instance("DCCA", i_CLKI=fast, i_CE=started, o_CLKO=ClockSignal("sync"))
         return m
