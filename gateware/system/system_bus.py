@@ -42,8 +42,8 @@ class SystemBus(wiring.Component):
     Other addresses read 0, writes there are acknowledged and do nothing, and both are an event, as
     of the counters' own ``bad_address``. Reads of what can only be written read 0.
 
-    **Latency** 1 cycle for reading; 1 for writing, but for the core's parameters, for which it
-    waits.
+    **Latency** ``read_cycles`` for reading; 1 for writing, but for the core's parameters, for which
+    it waits.
 
     Parameters
     ----------
@@ -55,6 +55,8 @@ class SystemBus(wiring.Component):
         Bits of a counter.
     feed : int
         Input registers.
+    read_cycles : 1 or 2
+        Cycles to read, here and of the results; 2: with a register behind the memories.
 
     Members
     -------
@@ -77,14 +79,23 @@ class SystemBus(wiring.Component):
     """
 
     def __init__(
-        self, *, registers: Sequence[Register], events: int, counter_bits: int = 32, feed: int = 0
+        self,
+        *,
+        registers: Sequence[Register],
+        events: int,
+        counter_bits: int = 32,
+        feed: int = 0,
+        read_cycles: int = 1,
     ) -> None:
         self.csr = Csr(registers)
         if self.csr.first != CSR:
             raise ValueError(f"registers must begin at {CSR:#x}, not {self.csr.first:#x}")
         if not isinstance(events, int) or not 0 <= events <= 255:
             raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
-        self.counters = EventCounters(count=events + 1, bits=counter_bits)
+        self.read_cycles = read_cycles
+        self.counters = EventCounters(
+            count=events + 1, bits=counter_bits, registered=read_cycles == 2
+        )
         self.feed = feed
         ports = {"feed_en": Out(1), "feed_index": Out(5), "feed_data": Out(32), "feed_busy": In(1)}
         super().__init__(
@@ -142,15 +153,16 @@ class SystemBus(wiring.Component):
             self.results.index.eq(Mux(is_result, low, _NO_RESULT)),
             counters.index.eq(Cat(low[:index_bits], ~is_counter)),
             bad.eq(access & ~elsewhere & ~csr.known),
-            counters.events.eq(Cat(self.events, bad)),
             counters.clear.eq(self.clear),
-            bus.r_data.eq(
-                csr.r_data
-                | counters.value
-                | self.results.value
-                | Mux(core_answers, core.r_data, Const(0, 32))
-            ),
         ]
+        others = csr.r_data | counters.value | Mux(core_answers, core.r_data, Const(0, 32))
+        happened = Cat(self.events, bad)
+        if self.read_cycles == 2:
+            behind = Signal(32)
+            noticed = Signal.like(happened)
+            m.d.sync += [behind.eq(others), noticed.eq(happened)]
+            others, happened = behind, noticed
+        m.d.comb += [bus.r_data.eq(others | self.results.value), counters.events.eq(happened)]
         if self.feed:
             self._feed(m, ours, elsewhere)
         for name, member in csr.ports.items():

@@ -124,7 +124,8 @@ ECP5: Final = Family(
     # no logic for the old word. A reset that waits for the enable would be the enable, late as it
     # is, and one more table on the way to LSR: such resets become logic in front of the data. A net
     # takes about 1 ns as routed; abc9, told so instead of synth_ecp5's 0.3 ns, makes fewer levels.
-    synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ecp5 -run :map_ffs; "
+    synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ecp5 -run :map_ram; "
+    "setattr -unset ram_style t:$mem_v2 r:SIZE<=64 %i; synth_ecp5 -run map_ram:map_ffs; "
     "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:map_luts; "
     "techmap -map +/lattice/latches_map.v; abc9 -W 1000; clean; synth_ecp5 -run map_cells:",
     cells=MappingProxyType(
