@@ -48,8 +48,8 @@ class WishboneSlave(wiring.Component):
     Address, word and direction are stored when a transfer begins. If the master aborts it, a write
     is still finished on the bus, without an ``ack``.
 
-    **Latency** ``ack`` comes 3 cycles after the strobe, of a read ``2 + read_cycles``, if the bus is
-    free and no write waits for the core; one transfer in a cycle more.
+    **Latency** ``ack`` comes 3 cycles after the strobe, of a read ``2 + read_cycles``, if the bus
+    is free and no write waits for the core; one transfer in a cycle more.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -155,14 +155,14 @@ class SystemBus(wiring.Component):
             bad.eq(access & ~elsewhere & ~csr.known),
             counters.clear.eq(self.clear),
         ]
-        others = csr.r_data | counters.value | Mux(core_answers, core.r_data, Const(0, 32))
-        happened = Cat(self.events, bad)
+        words = [csr.r_data, counters.value, Mux(core_answers, core.r_data, Const(0, 32))]
+        happened: Value = Cat(self.events, bad)
         if self.read_cycles == 2:
-            behind = Signal(32)
-            noticed = Signal.like(happened)
-            m.d.sync += [behind.eq(others), noticed.eq(happened)]
-            others, happened = behind, noticed
-        m.d.comb += [bus.r_data.eq(others | self.results.value), counters.events.eq(happened)]
+            words, happened = [_registered(m, w) for w in words], _registered(m, happened)
+        m.d.comb += [
+            bus.r_data.eq(words[0] | words[1] | words[2] | self.results.value),
+            counters.events.eq(happened),
+        ]
         if self.feed:
             self._feed(m, ours, elsewhere)
         for name, member in csr.ports.items():
@@ -187,3 +187,10 @@ class SystemBus(wiring.Component):
         ]
         with m.If(ours & ours_feed & self.feed_busy):
             m.d.comb += bus.w_ack.eq(0)
+
+
+def _registered(m: Module, value: Value) -> Signal:
+    """The value of the cycle before."""
+    before = Signal.like(value)
+    m.d.sync += before.eq(value)
+    return before
