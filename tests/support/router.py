@@ -38,7 +38,7 @@ FAKE = """#!/bin/sh
 ' '''
 import json, pathlib, sys
 if "--version" in sys.argv:
-    print('"nextpnr-ecp5" (Version nextpnr-9.8)', file=sys.stderr)
+    print('"nextpnr-ecp5" (Version nextpnr-{version})', file=sys.stderr)
     sys.exit(0)
 pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
 {act}
@@ -46,7 +46,10 @@ pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
 
 
 def stand_in(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str = "nextpnr-ecp5"
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    program: str = "nextpnr-ecp5",
+    version: str = "9.8",
 ) -> Callable[[str], Callable[[], Any]]:
     """Put a program first on the PATH that does what ``act`` says; the result reads its arguments.
 
@@ -57,7 +60,7 @@ def stand_in(
         path = tmp_path / "bin" / program
         log = tmp_path / f"{program}.log"
         path.parent.mkdir(exist_ok=True)
-        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(log)))
+        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(log), version=version))
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
         monkeypatch.setenv("PATH", str(path.parent), prepend=":")
         find_program.cache_clear()

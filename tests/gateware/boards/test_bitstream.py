@@ -1,6 +1,7 @@
 """Boards of open flows: the design and its pins without a router, bitstreams by a stand-in."""
 
 import re
+import time
 
 import pytest
 
@@ -37,9 +38,14 @@ SITES = {
 
 @pytest.fixture
 def tools(tmp_path, monkeypatch):
-    """Router and packer that do what a test says, and record their arguments; a build cache."""
-    monkeypatch.setenv("BORESIGHT_CACHE", str(tmp_path / "cache"))
-    router, packer = (stand_in(tmp_path, monkeypatch, p) for p in ("nextpnr-ecp5", "ecppack"))
+    """Router and packer that do what a test says, and record their arguments.
+
+    Their version is new each time: no build cache has their results.
+    """
+    version = f"9.{time.time_ns()}"
+    router, packer = (
+        stand_in(tmp_path, monkeypatch, program, version) for program in ("nextpnr-ecp5", "ecppack")
+    )
 
     def make(*mhz: float):
         """Clocks of the seeds 1, 2, ..."""

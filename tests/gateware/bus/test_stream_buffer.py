@@ -20,13 +20,12 @@ def test_words_in_order(offered: float, taken: float, simulate) -> None:
             word = {"data": rng.getrandbits(8), "last": rng.getrandbits(1)}
             valid, ready = rng.random() < offered, rng.random() < taken
             assert ctx.get(dut.empty) == (inside == 0)
-            before = ctx.get(dut.o.valid), ctx.get(dut.i.ready)
+            expected = (inside > 0, inside < 2)
+            assert (ctx.get(dut.o.valid), ctx.get(dut.i.ready)) == expected
             ctx.set(dut.i.payload, word)
             ctx.set(dut.i.valid, valid)
             ctx.set(dut.o.ready, ready)
-            assert (
-                (ctx.get(dut.o.valid), ctx.get(dut.i.ready)) == before == (inside > 0, inside < 2)
-            )
+            assert (ctx.get(dut.o.valid), ctx.get(dut.i.ready)) == expected
             put, got = valid and inside < 2, ready and inside > 0
             if got:
                 came.append((ctx.get(dut.o.payload.data), ctx.get(dut.o.payload.last)))
