@@ -18,6 +18,8 @@ __all__ = ["Ecp5Pll", "Ecp5PllClock", "ecp5_clock"]
 VCO_HZ = (400_000_000, 800_000_000)
 _VCO_BEST_HZ = 600_000_000
 _PHASE_DETECTOR_HZ = 10_000_000
+#: Fastest clock of the PLL's output, Hz.
+CLOCK_MAX_HZ = 400_000_000
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ def ecp5_pll(*, oscillator_hz: int, clock_hz: int) -> Ecp5Pll:
     for reference in references:
         feedback, rest = divmod(clock_hz * reference, oscillator_hz)
         outputs = [n for n in range(1, 129) if low <= clock_hz * n <= high]
-        if not rest and 1 <= feedback <= 80 and outputs:
+        if not rest and 1 <= feedback <= 80 and outputs and clock_hz <= CLOCK_MAX_HZ:
             output = min(outputs, key=lambda n: abs(clock_hz * n - _VCO_BEST_HZ))
             return Ecp5Pll(oscillator_hz, reference, feedback, output)
     step = oscillator_hz / references[-1] / 1e6
