@@ -93,8 +93,7 @@ def quaternion_running_product(start: npt.ArrayLike, turns: npt.ArrayLike) -> Fl
 
 def quaternion_conjugate(q: npt.ArrayLike) -> FloatArray:
     """Conjugate ``q*`` (..., 4); the inverse attitude if q has norm one."""
-    w, x, y, z = np.moveaxis(_components(q, (4,), "q"), -1, 0)
-    return _stack(w, -x, -y, -z)
+    return np.asarray(_components(q, (4,), "q") * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def quaternion_normalise(q: npt.ArrayLike) -> FloatArray:
