@@ -311,8 +311,8 @@ class OfOneSlice(Elaboratable):
         for name, factor, bits in (("ah", a[low:].as_signed(), b[:low]), ("b", b, a[:low])):
             own = register.after(factor, factor.shape(), f"{name}_1")
             digits = register.after(bits, low, f"{name}_digits_1")
-            for k in range(low):
-                m.d.comb += Assert(inside[f"{name}_row{k}"] == Mux(digits[k], own, 0))
+            for bit in range(low):
+                m.d.comb += Assert(inside[f"{name}_row{bit}"] == Mux(digits[bit], own, 0))
             product = own * digits
             product = register.after(product, product.shape(), f"{name}_2")
             m.d.comb += Assert(inside[f"{name}_product"] == product)
