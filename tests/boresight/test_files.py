@@ -552,7 +552,7 @@ def ended(*arguments):
     return record(*arguments)
 module._record = ended
 for suffix in sys.argv[2:]:
-    for number in (signal.SIGKILL, signal.SIGINT):
+    for number in (signal.SIGINT, signal.SIGKILL):
         if not (child := os.fork()):
             os._exit(main(["run", "complementary", sys.argv[1], "--on", "c", "-o", "out" + suffix]))
         print(suffix, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
@@ -566,16 +566,17 @@ def test_ended_between_pieces(tmp_path: Path) -> None:
         boresight.run("complementary", log, on="c", steps=9, output=tmp_path / f"out{suffix}")
     before = everything(tmp_path)
     done = subprocess.run(
-        [sys.executable, "-c", PIECES, str(log), *FORMATS],
+        [sys.executable, "-c", PIECES, str(log), *reversed(FORMATS)],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
-    codes = [f"{suffix} {code}" for suffix in FORMATS for code in (-9, 130)]
+    codes = [f"{suffix} {code}" for suffix in reversed(FORMATS) for code in (130, -9)]
     assert done.stdout.splitlines() == codes and "Traceback" not in done.stderr
     left = everything(tmp_path)
     assert {n: left[n] for n in before} == before
-    assert all(Path(n).name.startswith(".") for n in set(left) - set(before))
+    parts = set(left) - set(before)
+    assert all(n.startswith(".") for n in parts) and any(n.endswith("/out.csv") for n in parts)
     assert log_files([tmp_path]) == sorted(tmp_path / f"out{suffix}" for suffix in FORMATS)
 
 
