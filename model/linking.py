@@ -91,9 +91,7 @@ def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> lis
 def _check_shared(estimator: Estimator, owner: Estimator, estimators: Sequence[Estimator]) -> None:
     """Refuse to share states that are not the same, or that another estimator reads."""
     where = f"estimator {estimator.name}"
-    if estimator.shares == estimator.name or families(estimators)[estimators.index(owner)] != (
-        estimators.index(owner)
-    ):
+    if families(estimators)[estimators.index(owner)] != estimators.index(owner):
         raise InputError.at(
             where,
             wanted="the estimator that has the states, which shares no other's",

@@ -23,7 +23,7 @@ from itertools import zip_longest
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.check import check_schedule
-from boresight.gateware.schedule.links import Window, open_states
+from boresight.gateware.schedule.links import Window
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.model.linking import families
 from boresight.model.words.program import Kind, Program
@@ -92,13 +92,6 @@ def _check_families(
             raise ScheduleError(
                 f"{programs[k].name} must have the states of {programs[owner].name}, in their "
                 f"registers and formats: {wrong and wrong[0]} differs"
-            )
-    opened = {k for k, states in enumerate(open_states(programs)) if states}
-    for k, owner in enumerate(family):
-        if k != owner and {k, owner} & opened:
-            raise ScheduleError(
-                f"{programs[k].name} and {programs[owner].name} share states, which no other "
-                "program may read"
             )
 
 
