@@ -183,3 +183,9 @@ def test_the_cycles_on_the_page() -> None:
     (row,) = re.findall(r"predicted state in (\d+) to (\d+) cycles.*?after ([\d,]+)", page)
     cycles = (min(schedule.latencies), max(schedule.latencies), schedule.interval)
     assert tuple(int(x.replace(",", "")) for x in row) == cycles
+    parts = Build(Ekf2Motion(), Ekf2Row(), config=CONFIG).core.parts
+    for part, of in zip(parts, ("Motion", "Row"), strict=True):
+        ((interval, *span),) = re.findall(rf"`Ekf2{of}` \| ([\d,]+) \| (\d+) to (\d+) ", page)
+        latencies = part.schedule.latencies
+        assert int(interval.replace(",", "")) == part.schedule.interval
+        assert [int(x) for x in span] == [min(latencies), max(latencies)]
