@@ -14,7 +14,7 @@ from boresight.model.step import Values
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
-from tests.model.kalman.test_random_models import Drawn, inputs_of
+from tests.support.random_kalman import Drawn, inputs_of
 
 
 class Motion(Drawn):
