@@ -34,7 +34,7 @@ endmodule
 def run_in_icarus(
     board: Board, what: Stimulus, *, updates: int, settings: Mapping[str, int]
 ) -> BoardRun:
-    """Run the bench until so many updates are done: some 6,000 cycles a second.
+    """Run the bench until so many updates are done: some 9,000 cycles a second.
 
     Raises
     ------
