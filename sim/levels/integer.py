@@ -104,10 +104,10 @@ class Emitted(Level):
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
-        words = words_of(self.program, records)
+        inputs = words_of(self.program, records).astype(np.int32, order="C")
         if not self.traced:
-            return run_of_words(self.program, *self._model.update(words))
-        words, saturated, states = self._model.trajectory(words)
+            return run_of_words(self.program, *self._model.update(inputs))
+        words, saturated, states = self._model.trajectory(inputs)
         return run_of_words(self.program, words, saturated, states=states)
 
     @classmethod

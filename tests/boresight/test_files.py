@@ -22,12 +22,15 @@ from typing import Any
 
 import pytest
 
+import boresight
 from boresight.cli import main
 from boresight.core_files import core_files, project_files
 from boresight.disk.manifest import NAME
 from boresight.disk.output import OutputFile, output_folder
 from boresight.sim.data import convert_ximu, make_synthetic
 from boresight.sim.experiments.experiment import Result
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import FORMATS, log_files
 from boresight.sim.soc import __main__ as firmware
 
 pytestmark = pytest.mark.pythons
@@ -533,6 +536,47 @@ def test_ended_in_the_middle(verb: str, number: signal.Signals, code: int, home:
     before = everything(home)
     assert interrupted((FILES | FOLDERS)[verb], number, home) == code
     assert everything(home) == before
+
+
+#: A run of several pieces, for each suffix one process, which ends itself in the third piece.
+PIECES = """
+import importlib, os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+module = importlib.import_module("boresight.verbs.run")
+from boresight.cli import main
+module._ROWS, record, done = 1000, module._record, []
+def ended(*arguments):
+    done.append(arguments)
+    if len(done) == 3:
+        os.kill(os.getpid(), number)
+    return record(*arguments)
+module._record = ended
+for suffix in sys.argv[2:]:
+    for number in (signal.SIGKILL, signal.SIGINT):
+        if not (child := os.fork()):
+            os._exit(main(["run", "complementary", sys.argv[1], "--on", "c", "-o", "out" + suffix]))
+        print(suffix, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+def test_ended_between_pieces(tmp_path: Path) -> None:
+    """What was there before stays, and no part of a log under any name that is read."""
+    log = bundled("synthetic_60s")
+    for suffix in FORMATS:
+        boresight.run("complementary", log, on="c", steps=9, output=tmp_path / f"out{suffix}")
+    before = everything(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-c", PIECES, str(log), *FORMATS],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    codes = [f"{suffix} {code}" for suffix in FORMATS for code in (-9, 130)]
+    assert done.stdout.splitlines() == codes and "Traceback" not in done.stderr
+    left = everything(tmp_path)
+    assert {n: left[n] for n in before} == before
+    assert all(Path(n).name.startswith(".") for n in set(left) - set(before))
+    assert log_files([tmp_path]) == sorted(tmp_path / f"out{suffix}" for suffix in FORMATS)
 
 
 def test_killed_in_the_middle_and_run_again(home: Path, monkeypatch: Any, capsys: Any) -> None:

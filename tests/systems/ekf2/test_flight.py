@@ -170,7 +170,7 @@ def test_figures_of_known_errors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch) -> None:
-    result = result_of(experiment, experiment.Ekf2(jobs=1), run, CASES, flown, monkeypatch)
+    result = result_of(experiment.Ekf2(jobs=1), run, CASES, flown, monkeypatch)
     missed = {t.part for t in result.targets if not t.good}
     assert missed == {"wind"}  # that case has the runs of another here
     assert result.pages["ekf2.html"].count("<svg") == 2
