@@ -246,7 +246,9 @@ class Kalman(Estimator):
             known = self.__dict__["_recorded"] = self.trace()
         return known
 
-    def textbook(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> SecondForm:
+    def textbook(
+        self, inputs: FloatArray, params: Mapping[str, float] | None = None
+    ) -> SecondForm | None:
         """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
         if self.part:  # the filter of which it is a part has one
             return None

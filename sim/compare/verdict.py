@@ -206,14 +206,14 @@ class Judge:
             return Accuracy(errors, 0, {}, (), clamped, "")
         program, nodes = self._program, self._nodes
         if self._shared:
-            left = "; ".join(
+            beyond = tuple(
                 f"state {declared_name(program, nodes, program.states[k][0])} is {reached:.6g} in "
                 f"step {step}, BEYOND its declared range"
                 for k, (step, reached) in sorted(self._left.items())
             )
-            found = f"step {self._clamp} saturates first" if self._clamp is not None else left
-            text = f"{found or 'beyond a tolerance'}; causes are not sought in shared states"
-            return Accuracy(errors, self._saturated, {}, (left,) if left else (), clamped, text)
+            clamp = "" if self._clamp is None else f"the first to saturate is step {self._clamp}; "
+            text = f"{clamp}causes are not sought where states are shared"
+            return Accuracy(errors, self._saturated, {}, beyond, clamped, text)
         steps = {step for step, _ in self._left.values()}
         steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
         steps |= set() if self._clamp is None else {self._clamp}

@@ -61,7 +61,7 @@ class Ekf2(Kalman):
         Input("z", -4096.0, 4096.0, missing=0.0, meaning="measured value, in its part of UNITS"),
         Input("r", 0.015625, 64.0, missing=1.0, meaning="variance of its noise, likewise"),
     )
-    params = (
+    params: tuple[Param, ...] = (
         Param("q_g", 2.25e-8, 1e-10, 1e-5, "rad^2", "noise of the turn in a step"),
         Param("q_a", 1.2e-5, 1e-8, 0.01, "m^2/s^2", "noise of the velocity in a step"),
         Param("q_bg", 1e-10, 1e-12, 1e-8, "rad^2/s^2", "walk of the gyro's bias in a step"),

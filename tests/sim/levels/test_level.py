@@ -1,5 +1,6 @@
 """Levels: builds, registry, one update and many."""
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -293,6 +294,26 @@ def test_shared_states_go_on_where_the_other_ended(sharing: Build) -> None:
                 assert abs(runs[k].outputs[output][turn.start] - value) < 1e-7, (name, k, turn)
         own = kind.run_together(levels, records)[2]
         assert (own.outputs["place"] - runs[0].outputs["place"]).any()
+
+
+def test_what_is_wrong_with_shared_states_is_said() -> None:
+    """Beyond a tolerance, and clamped: without the value, which a run from a reset would need."""
+
+    class Fine(Motion):
+        name, outputs = "motion", (Output("place", "m", tolerance=7.5e-9),)
+
+    class Narrow(Row):
+        name = "row"
+
+        def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+            states, outputs = super().step(x, u, p)
+            return states, {**outputs, "weight": ops.bounded(4.0 * u.seen, -0.5, 0.5, "wrong")}
+
+    results = Check(Build(Narrow(), Fine()), levels=("c",)).run(record(3))
+    narrow, fine = (result.accuracy for result in results)
+    assert not narrow.good and narrow.saturated_updates > 10
+    assert re.match(r"the first to saturate is step \d+; causes are not sought", narrow.culprit)
+    assert not fine.good and fine.culprit == "causes are not sought where states are shared"
 
 
 def together(what: str) -> list[Estimator]:
