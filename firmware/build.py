@@ -188,6 +188,12 @@ class CModel:
                 run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
             )
 
+    @property
+    def states(self) -> npt.NDArray[np.int32]:
+        """Words of the states, (n_states,): the estimator's memory itself."""
+        states = np.frombuffer(self._memory, np.int32)[max(1, len(self._params)) :]
+        return states[: len(self.program.states)]
+
     @functools.cached_property
     def _observe(self) -> Callable[..., None]:
         """Function of a second library that works on the same states."""
@@ -273,7 +279,8 @@ class CModel:
         saturated = np.empty(len(words), dtype=np.uint8)
         state_words = None if states is None else states.ctypes
         self._call["run"](len(words), words, outputs, saturated, state_words)
-        return outputs.astype(np.int64), saturated.astype(np.bool_)
+        # Each output's words side by side in memory, as they are used.
+        return outputs.astype(np.int64, order="F"), saturated.view(np.bool_)
 
     def values_of_update(self, inputs: npt.ArrayLike) -> dict[int, int]:
         """Run one update and return all its words by value number.

@@ -35,7 +35,7 @@ from boresight.options import (
     outcome,
 )
 from boresight.sim.answer import Answer, JsonObject
-from boresight.sim.attitude.accuracy import NO_SAMPLE, AttitudeRmse, attitude_rmse
+from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -83,10 +83,8 @@ class RunAttitude:
         """Summaries of parts of a run, or its only part, as one."""
         first = parts[0]
         counted = [(p.samples, p.rmse_deg) for p in parts if p.samples and p.rmse_deg]
-        if first.samples is None or len(counted) == len(parts) == 1:
+        if not counted or len(counted) == len(parts) == 1:
             return first
-        if not counted:
-            raise InputError(NO_SAMPLE)
         samples = [n for n, _ in counted]
         mean = np.average([np.square(x) for _, x in counted], axis=0, weights=samples)
         return replace(first, rmse_deg=AttitudeRmse(*np.sqrt(mean).tolist()), samples=sum(samples))
@@ -142,15 +140,6 @@ class RunResult(Answer):
     def __len__(self) -> int:
         """Count the rows."""
         return self.rows
-
-    def summary(self) -> RunResult:
-        """What is said of it, without its rows."""
-        attitude = self.attitude and replace(
-            self.attitude,
-            **{n: getattr(self.attitude, n)[:0].copy() for n in ("q", "euler_deg", "status")},
-        )
-        truth = tuple(replace(d, apart=np.zeros(0)) for d in self.truth)
-        return replace(self, t=None, outputs={}, truth=truth, attitude=attitude)
 
     @classmethod
     def joined(cls, parts: Sequence[RunResult]) -> RunResult:
@@ -244,7 +233,8 @@ def run(
         ESTIMATOR-LEVEL.csv by default, with --json none.
     rows : int, optional
         Read, run and write a file in pieces of so many rows, for a log that memory does not hold;
-        the result has no rows then. By default all at once.
+        the result has no rows then, and no ``truth`` of an attitude whose error it gives. By
+        default all at once.
 
     Returns
     -------
@@ -286,9 +276,8 @@ def run(
     def written(level: Level) -> Iterator[Record]:
         """Outputs, piece by piece; what the result needs of each goes to ``parts``."""
         for columns, loop in runs(level) if rows is None else ahead(runs(level)):
-            part = _result(estimator, on, columns, loop)
-            parts.append(part if rows is None else part.summary())
-            yield _record(of, units, part.t, part.outputs)
+            parts.append(_result(estimator, on, columns, loop, whole=rows is None))
+            yield _record(of, units, columns.t, loop.outputs)
 
     with make_level(on, build) as level:
         level.traced = False
@@ -297,24 +286,29 @@ def run(
             return RunResult.joined(parts)
         with target.opened() as file:
             write_pieces(str(output), file, written(level))
-            return RunResult.joined(parts)  # what it refuses leaves no file
+        return RunResult.joined(parts)
 
 
-def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop) -> RunResult:
-    """What is said of a log, or of a piece of it."""
+def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop, *, whole: bool) -> RunResult:
+    """What is said of a log, or of a piece of it: no rows then, and of an attitude its error."""
+    attitude, truth = _attitude(columns, loop.outputs, whole), list[Difference]()
+    if whole or attitude is None or attitude.samples is None:
+        truth = differences(
+            estimator.outputs, loop.outputs, columns.truth, judged=False, curves=whole
+        )
     return RunResult(
         estimator=estimator.name,
         on=on,
         log=columns.record.name,
-        t=columns.t,
-        outputs=loop.outputs,
+        t=columns.t if whole else None,
+        outputs=loop.outputs if whole else {},
         units={o.name: o.unit for o in estimator.outputs},
-        truth=tuple(differences(estimator.outputs, loop.outputs, columns.truth, judged=False)),
+        truth=tuple(truth),
         warnings=tuple(columns.warnings),
         clamped=dict(columns.clamped),
         fault=loop.run.fault,
         rows=len(columns),
-        attitude=_attitude(columns, loop.outputs),
+        attitude=attitude,
     )
 
 
@@ -347,7 +341,7 @@ def _record(
     return Record(name, columns)
 
 
-def _attitude(columns: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude | None:
+def _attitude(columns: Feed, outputs: Mapping[str, FloatArray], whole: bool) -> RunAttitude | None:
     """What is said of an attitude besides; None if the outputs are none."""
     if not {*QUATERNION, "heading", "pitch", "roll", "status"} <= set(outputs):
         return None
@@ -356,6 +350,8 @@ def _attitude(columns: Feed, outputs: Mapping[str, FloatArray]) -> RunAttitude |
         reference = attitude_of(columns.truth)
         samples = int(np.count_nonzero(~np.isnan(reference).any(axis=1) & columns.counts))
         rmse = attitude_rmse(q, reference, columns.counts) if samples else None
+    if not whole:
+        q, outputs = np.zeros((0, 4)), {n: np.zeros(0) for n in outputs}
     return RunAttitude(q, euler_deg_of(outputs), status_of(outputs), rmse, samples)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Cat, Module, Signal, Value, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -18,8 +18,21 @@ __all__ = ["Multiplier"]
 class Multiplier(wiring.Component):
     """Signed word times word, exact, one product per cycle.
 
-    A word above 18 bits is cut into an unsigned low part of `CUT` = 17 bits and a signed high
-    part; the four partial products are summed along the slices' post-adders::
+    The slice multiplies 18 x 18 bits signed. What words of up to `ONE_SLICE` = 20 bits have below
+    their upper 18, al and bl of k bits, is added up in tables: a row of the other factor for each
+    bit that is set, summed in pairs and into the post-adder::
+
+        a = ah 2^k + al, b = bh 2^k + bl
+        a b = ah bh 4^k + rest, rest = ah bl 2^k + al b
+
+        cycle     slice                            tables
+        0         A, B                             rows of ah for bl, of b for al
+        1         M = ah bh                        ah bl, al b
+        2         P = C(rest >> 2 k) + M           rest
+        3         product = P : rest[2 k - 1:0]
+
+    A wider word is cut into an unsigned low part of `CUT` = 17 bits and a signed high part; the
+    four partial products are summed along the slices' post-adders::
 
         a = ah 2^17 + al, b = bh 2^17 + bl
         a b = al bl + (ah bl + al bh) 2^17 + ah bh 2^34
@@ -31,7 +44,8 @@ class Multiplier(wiring.Component):
         3         product = hh.P : lh.P[16:0] : ll.M[16:0]
 
     With ``factors`` every slice registers its factors (once more) in cycle 0, and all else is a
-    cycle later. With ``sums`` slice lh registers its sum, and slice hh waits for it.
+    cycle later. With ``sums`` slice lh registers its sum, and slice hh waits for it; of one slice
+    the product is registered.
 
     **Latency** 3 cycles, and one for each of ``factors`` and ``sums``: factors at the ports in
     cycle 0 give the product at the port in cycle 3, 4 or 5.
@@ -39,7 +53,7 @@ class Multiplier(wiring.Component):
     Parameters
     ----------
     word : int, 18..32
-        Bits of a factor, W. One slice for 18, else four.
+        Bits of a factor, W. One slice up to 20, else four.
     factors : bool
         Whether factors are registered before any use.
     sums : bool
@@ -55,8 +69,10 @@ class Multiplier(wiring.Component):
         Product.
     """
 
-    #: Bits of the unsigned low part: a slice multiplies 18 x 18 signed.
+    #: Bits of the unsigned low part of a word that four slices multiply.
     CUT = 17
+    #: Bits of the widest word that one slice multiplies; each bit more takes 20 to 45 tables.
+    ONE_SLICE = 20
 
     def __init__(self, *, word: int = 32, factors: bool = False, sums: bool = False) -> None:
         if not isinstance(word, int) or word not in WORDS:
@@ -78,21 +94,57 @@ class Multiplier(wiring.Component):
     @property
     def slices(self) -> int:
         """DSP48A1 slices in use."""
-        return 1 if self.word == 18 else 4
+        return 1 if self.word <= self.ONE_SLICE else 4
 
     def elaborate(self, platform: Any) -> Module:
-        """The slices and the delays of the low bits."""
+        """The slices and the bits that need no more addition."""
         m = Module()
-        f = self.factors
         if self.slices == 1:
-            m.submodules.slice = dsp = DSP48A1(
-                a0reg=f, b0reg=f, a1reg=True, b1reg=True, mreg=True, preg=True
-            )
-            product = delayed(m, dsp.p, en=self.en, names=["product"] if self.sums else [])
-            m.d.comb += [dsp.en.eq(self.en), dsp.a.eq(self.a), dsp.b.eq(self.b)]
-            m.d.comb += self.p.eq(product)
-            return m
+            self._one_slice(m)
+        else:
+            self._four_slices(m)
+        return m
 
+    def _one_slice(self, m: Module) -> None:
+        """The upper 18 bits of both factors, and in tables what the others add."""
+        f, low = self.factors, self.word - 18
+        m.submodules.slice = dsp = DSP48A1(
+            a0reg=f, b0reg=f, a1reg=True, b1reg=True, mreg=True, preg=True, z=Z.C if low else Z.ZERO
+        )
+        m.d.comb += [dsp.en.eq(self.en), dsp.a.eq(self.a[low:]), dsp.b.eq(self.b[low:])]
+        product: Value = dsp.p
+        if low:
+            a, b = (
+                delayed(m, x, en=self.en, names=[f"{name}_late"] if f else [])
+                for name, x in (("a", self.a), ("b", self.b))
+            )
+            rest = Signal(signed(self.word + 2 * low))
+            parts = [
+                self._by_bits(m, name, factor, bits)
+                for name, factor, bits in (("ah", a[low:].as_signed(), b[:low]), ("b", b, a[:low]))
+            ]
+            m.d.comb += [
+                rest.eq((parts[0] << low) + parts[1]),
+                dsp.c.eq(rest[2 * low :].as_signed()),
+            ]
+            last = delayed(m, rest[: 2 * low], en=self.en, names=["rest_low"])
+            product = Cat(last, dsp.p)
+        last = delayed(m, product, en=self.en, names=["product"] if self.sums else [])
+        m.d.comb += self.p.eq(last)
+
+    def _by_bits(self, m: Module, name: str, factor: Value, bits: Value) -> Value:
+        """``factor`` times unsigned ``bits``, two enabled cycles later."""
+        rows = []
+        for k, bit in enumerate(bits):
+            row = Signal(factor.shape(), name=f"{name}_row{k}", reset_less=True)
+            with m.If(self.en):
+                m.d.sync += row.eq(Mux(bit, factor, 0))
+            rows.append(row << k)
+        return delayed(m, sum(rows[1:], rows[0]), en=self.en, names=[f"{name}_product"])
+
+    def _four_slices(self, m: Module) -> None:
+        """Partial products, and the delays of the low bits."""
+        f = self.factors
         cut = self.CUT
         late: dict[str, Any] = {"a0reg": f, "b0reg": f, "a1reg": True, "b1reg": True, "mreg": True}
         m.submodules.ll = ll = DSP48A1(a1reg=f, b1reg=f, mreg=True, x=X.ZERO)
@@ -118,4 +170,3 @@ class Multiplier(wiring.Component):
             m.d.sync += [low.eq(ll.m[:cut]), low_next.eq(low), middle.eq(lh.p[:cut])]
         low_last = delayed(m, low_next, en=self.en, names=["low_last"] if self.sums else [])
         m.d.comb += self.p.eq(Cat(low_last, middle, hh.p))
-        return m

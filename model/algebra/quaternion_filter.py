@@ -46,6 +46,7 @@ __all__ = [
     "gyro_params",
     "kept_positive",
     "moved",
+    "named_outputs",
     "normalised",
     "predicted_attitude",
     "restarted",
@@ -301,7 +302,12 @@ def restarted(q: list[Any], u: Any) -> dict[str, Any]:
 
 def attitude_outputs(raw: list[Any], q: list[Any], shrink: Any, status: Any) -> dict[str, Any]:
     """Outputs of an attitude filter by name; angles from the quaternion before it is normalised."""
-    pitch, roll, heading = euler_ht(raw, shrink)
+    return named_outputs(euler_ht(raw, shrink), q, status)
+
+
+def named_outputs(angles: Any, q: Any, status: Any) -> dict[str, Any]:
+    """Outputs by name of pitch, roll, heading, of a quaternion and a status word."""
+    pitch, roll, heading = angles
     return {
         "pitch": pitch,
         "roll": roll,

@@ -21,7 +21,7 @@ import math
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion_filter import status_word
+from boresight.model.algebra.quaternion_filter import named_outputs, status_word
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
 from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
@@ -308,16 +308,7 @@ class Complementary(Estimator):
             "since_mag": ops.where(mag_missing, since_mag, 0.0),
             "field_sq": field_mean,
         }
-        out = {
-            "pitch": pitch,
-            "roll": roll,
-            "heading": heading,
-            "qw": q[0],
-            "qx": q[1],
-            "qy": q[2],
-            "qz": q[3],
-            "status": status,
-        }
+        out = named_outputs((pitch, roll, heading), q, status)
         return after, out
 
     def _predict(self, x: Any, r: tuple[Any, ...], r_ht: tuple[Any, ...]) -> tuple[Any, Any, Any]:

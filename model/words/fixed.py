@@ -150,9 +150,11 @@ class Format:
 
     def quantise(self, value: Any) -> IntArray:
         """Nearest word to each value (ties up, as RND), saturated to the format."""
-        scaled = np.floor(_scaled(value, self.frac) + 0.5)
+        scaled = np.asarray(_scaled(value, self.frac) + 0.5)
         limit = 2 ** (self.word - 1)
-        return np.clip(scaled, -limit, limit - 1).astype(np.int64)
+        np.floor(scaled, out=scaled)
+        words: IntArray = np.clip(scaled, -limit, limit - 1, out=scaled).astype(np.int64)
+        return words[()]  # of one value a scalar
 
     def real(self, integer: Any) -> npt.NDArray[np.float64]:
         """Value of each word."""

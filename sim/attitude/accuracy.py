@@ -10,7 +10,6 @@ Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -28,11 +27,10 @@ __all__ = [
     "NO_SAMPLE",
     "AttitudeError",
     "AttitudeRmse",
+    "ConstantOffset",
     "attitude_error",
     "attitude_rmse",
-    "constant_offset",
     "largest_turn_deg",
-    "pieces",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -67,15 +65,25 @@ def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
     ``2 acos sqrt(w^2 + z^2)``; they are computed as arc tangents, which keep their digits near
     zero. Attitudes (..., 4) are b to n (ENU), of either sign; `InputError` if one has norm zero.
     """
-    error = quaternion_multiply(
-        quaternion_normalise(q_est), quaternion_conjugate(quaternion_normalise(q_ref))
-    )
+    error = quaternion_multiply(_near_one(q_est), quaternion_conjugate(_near_one(q_ref)))
     w, x, y, z = np.moveaxis(np.abs(error), -1, 0)
+    tilt, turn = x * x + y * y, z * z
     return AttitudeError(
-        total=np.degrees(2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), w)),
+        total=np.degrees(2.0 * np.arctan2(np.sqrt(tilt + turn), w)),
         heading=np.degrees(2.0 * np.arctan2(z, w)),
-        inclination=np.degrees(2.0 * np.arctan2(np.hypot(x, y), np.hypot(w, z))),
+        inclination=np.degrees(2.0 * np.arctan2(np.sqrt(tilt), np.sqrt(w * w + turn))),
     )
+
+
+def _near_one(q: npt.ArrayLike) -> FloatArray:
+    """Quaternions with norms near one, for angles, which are those of ratios: as they are."""
+    q = np.asarray(q, dtype=np.float64)
+    with np.errstate(over="ignore"):
+        other = ~(np.abs((q * q).sum(axis=-1) - 1.0) < 0.5)
+    if other.any():
+        q = q.copy()
+        q[other] = quaternion_normalise(q[other])
+    return q
 
 
 def attitude_rmse(
@@ -116,29 +124,35 @@ def attitude_rmse(
     return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
 
 
-def constant_offset(q_est: FloatArray, q_ref: FloatArray, align: str) -> FloatArray:
-    """Turn (4,) in navigation axes that takes references (n, 4) nearest to estimates.
+class ConstantOffset:
+    """Turn in navigation axes that takes references nearest to estimates, piece by piece.
 
     The quaternion ``o`` of norm one with the components of `ALIGNMENTS` that maximises the sum of
     ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
     Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
     """
-    free, products = list(ALIGNMENTS[align]), list[FloatArray]()
-    for some in pieces(len(q_est)):
+
+    def __init__(self, align: str) -> None:
+        self._free = list(ALIGNMENTS[align])
+        self._products = np.zeros((len(self._free), len(self._free)))
+
+    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: npt.NDArray[np.bool_]) -> None:
+        """The next rows, (n, 4): those that count and have both attitudes."""
+        rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
+        rows &= q_est.any(axis=1)
         error = quaternion_multiply(
-            quaternion_normalise(q_est[some]),
-            quaternion_conjugate(quaternion_normalise(q_ref[some])),
-        )
-        products.append(error[:, free].T @ error[:, free])
-    offset = np.zeros(4)
-    offset[free] = np.linalg.eigh(np.sum(products, axis=0))[1][:, -1]
-    return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
+            quaternion_normalise(q_est[rows]),
+            quaternion_conjugate(quaternion_normalise(q_ref[rows])),
+        )[:, self._free]
+        self._products += error.T @ error
 
-
-def pieces(rows: int) -> Iterator[slice]:
-    """Rows of a long run, 65,536 at a time."""
-    for start in range(0, rows, 1 << 16):
-        yield slice(start, min(start + (1 << 16), rows))
+    def result(self) -> FloatArray | None:
+        """The quaternion (4,); None of no row, or of nothing to turn."""
+        if len(self._free) == 1 or not self._products.any():
+            return None
+        offset = np.zeros(4)
+        offset[self._free] = np.linalg.eigh(self._products)[1][:, -1]
+        return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from boresight.model.errors import InputError
 
 __all__ = [
+    "angle_between",
     "euler_to_matrix",
     "euler_to_quaternion",
     "matrix_to_euler",
@@ -92,8 +93,7 @@ def quaternion_running_product(start: npt.ArrayLike, turns: npt.ArrayLike) -> Fl
 
 def quaternion_conjugate(q: npt.ArrayLike) -> FloatArray:
     """Conjugate ``q*`` (..., 4); the inverse attitude if q has norm one."""
-    w, x, y, z = np.moveaxis(_components(q, (4,), "q"), -1, 0)
-    return _stack(w, -x, -y, -z)
+    return np.asarray(_components(q, (4,), "q") * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def quaternion_normalise(q: npt.ArrayLike) -> FloatArray:
@@ -245,6 +245,13 @@ def quaternion_to_rotation_vector(q: npt.ArrayLike) -> FloatArray:
 def turns_between(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
     """Rotation vectors (..., 3) [rad], in body axes, that take attitudes p to attitudes q."""
     return quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(p), q))
+
+
+def angle_between(p: npt.ArrayLike, q: npt.ArrayLike) -> FloatArray:
+    """Angles (...,) [rad], 0 to pi, of the turns that take attitudes p to attitudes q (..., 4)."""
+    p, q = np.asarray(p), np.asarray(q)
+    chord = np.minimum(np.linalg.norm(p - q, axis=-1), np.linalg.norm(p + q, axis=-1))
+    return np.asarray(4.0 * np.arcsin(0.5 * chord))  # |p - q| = 2 sin(angle / 4)
 
 
 def wrap_rad(angle: npt.ArrayLike) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from boresight.sim.processes import dispatch, duration
 
-__all__ = ["Runs", "run_cases", "spreads_of"]
+__all__ = ["Runs", "figures_of", "run_cases", "spreads_of"]
 
 FloatArray = npt.NDArray[np.float64]
 Case = TypeVar("Case")
@@ -54,6 +54,15 @@ class Runs:
             )
             for name, values in self.figures.items()
         }
+
+
+def figures_of(cases: Mapping[str, Runs], prefix: str = "") -> dict[str, float]:
+    """Figures of all runs (`Runs.pooled`), by ``CASE_FIGURE``."""
+    return {
+        f"{prefix}{case}_{name}": value
+        for case, runs in cases.items()
+        for name, value in runs.pooled().items()
+    }
 
 
 def spreads_of(cases: Mapping[str, Runs], prefix: str = "") -> dict[str, tuple[float, float]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from importlib.resources import files
+from pathlib import Path
 
 from boresight.sim.experiments.experiment import Target
 
@@ -12,11 +13,11 @@ __all__ = ["targets_of"]
 
 
 def targets_of(
-    package: str,
+    place: str | Path,
     figures: Mapping[str, float],
     spreads: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[Target, ...]:
-    """The rows of a package's ``targets.csv``, judged by the figures.
+    """The rows of the ``targets.csv`` of a package, or of a folder, judged by the figures.
 
     Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
     ``part``, ``over`` and ``less`` (the figure is divided by that one, or less that one), ``unit``,
@@ -24,7 +25,8 @@ def targets_of(
     figure for the same by whom it is named after. ``spreads``: least and greatest of the runs, by
     figure.
     """
-    text = files(package).joinpath("targets.csv").read_text(encoding="utf-8")
+    folder = files(place) if isinstance(place, str) else place
+    text = folder.joinpath("targets.csv").read_text(encoding="utf-8")
     return tuple(_target(row, figures, spreads or {}) for row in csv.DictReader(text.splitlines()))
 
 

@@ -87,7 +87,8 @@ class InputReader:
             An input has no column, is not a finite number, is missing without ``missing``, or lies
             outside its declared range.
         """
-        values = np.zeros((n, self.runs, len(self.estimator.inputs)))
+        # Each input's values side by side in memory: most of what follows is input by input.
+        values = np.zeros((len(self.estimator.inputs), n, self.runs)).transpose(1, 2, 0)
         for k, name in self._read.items():
             if name not in columns:
                 wanted = f"a value for every input of {self.estimator.name}"

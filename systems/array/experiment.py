@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from boresight import Experiment, Result
 from boresight.model.errors import require
+from boresight.sim.experiments import seeds
 from boresight.sim.experiments.forms import schedules_of
 from boresight.sim.experiments.seeds import Runs, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
@@ -74,13 +75,7 @@ class Array(Experiment):
 
 def figures_of(flown: Mapping[str, Runs], words: Mapping[str, Runs]) -> dict[str, float]:
     """Every number, by name."""
-    figures = {
-        f"array_{name}_{key}": value
-        for name, runs in flown.items()
-        for key, value in runs.pooled().items()
-    }
-    for name, runs in words.items():
-        figures |= {f"array_words_{name}_{key}": value for key, value in runs.pooled().items()}
+    figures = seeds.figures_of(flown, "array_") | seeds.figures_of(words, "array_words_")
 
     def of(end: str) -> list[float]:
         return [figures[f"array_{name}_{end}"] for name in flown]

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.rotation import angle_between
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
@@ -18,8 +19,6 @@ from boresight.systems.ekf2.estimator import DT, Ekf2
 from boresight.systems.ekf2.world import Flight
 
 __all__ = ["CASES", "CONFIG", "SETTLED_S", "Case", "figures_of", "run"]
-
-FloatArray = npt.NDArray[np.float64]
 
 CONFIG = "small-2048"
 SETTLED_S = 30.0  #: time before which nothing is judged.
@@ -59,7 +58,7 @@ def figures_of(world: Flight, loop: Loop) -> Runs:
     assert loop.run.saturated is not None
     out, truth = loop.outputs, loop.truth
     begun, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
-    attitude = _angle_deg(out, truth)
+    attitude = np.degrees(angle_between(attitude_of(out), attitude_of(truth)))
     parts = {"v": ("vn", "ve", "vd"), "p": ("pn", "pe", "pd"), "wind": ("wind_n", "wind_e")}
     apart = {
         what: np.sqrt(sum((out[n] - truth[n]) ** 2 for n in names)) for what, names in parts.items()
@@ -69,7 +68,7 @@ def figures_of(world: Flight, loop: Loop) -> Runs:
     seen, lost = ~blind, blind.copy()
     seen[:begun] = lost[:begun] = False
     ((reference,),) = run_forms(Ekf2(), [loop.inputs[:, 0]], levels=("float",))
-    fixed = _angle_deg({name: values[:, 0] for name, values in out.items()}, reference.outputs)
+    fixed = angle_between(attitude_of(out)[:, 0], attitude_of(reference.outputs))
     ground = out["terrain"] - truth["terrain"]
     figures = {
         "attitude_rms": np.sqrt(np.mean(attitude[begun:] ** 2, axis=0)),
@@ -79,16 +78,8 @@ def figures_of(world: Flight, loop: Loop) -> Runs:
         "wind_rms": np.sqrt(np.mean(apart["wind"][begun:] ** 2, axis=0)),
         "terrain_rms": np.sqrt(np.mean(ground[begun:] ** 2, axis=0)),
         "drift_max": apart["p"][lost].max(axis=0, initial=0.0),
-        "fixed_float_max": np.full(world.runs, fixed.max()),
+        "fixed_float_max": np.full(world.runs, np.degrees(fixed.max())),
         "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
     }
     shown = {name: values[:, 0] for name, values in apart.items()}
     return Runs(figures, {"attitude": attitude[:, 0], **shown})
-
-
-def _angle_deg(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> FloatArray:
-    """Angle between attitudes ``qw`` to ``qz``."""
-    p, q = (np.stack([x[f"q{c}"] for c in "wxyz"]) for x in (a, b))
-    chord = np.minimum(np.linalg.norm(p - q, axis=0), np.linalg.norm(p + q, axis=0))
-    angle: FloatArray = np.degrees(4.0 * np.arcsin(0.5 * chord))
-    return angle

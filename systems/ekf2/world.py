@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from boresight import InputError, World
 from boresight.sim.attitude.rotation import (
-    quaternion_conjugate,
     quaternion_multiply,
-    quaternion_to_rotation_vector,
     rotate,
     rotation_vector_to_quaternion,
 )
+from boresight.sim.attitude.zyx import quaternions_of
+from boresight.sim.worlds.inertial.sampled import rates_and_forces
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
 
 __all__ = ["NOISE", "Flight"]
@@ -127,13 +127,10 @@ class Flight(World):
         v = air + wind
         # not where the filter begins: the whole flight is turned a little
         start = rotation_vector_to_quaternion(draw.normal(0.0, START_RAD))
-        q = quaternion_multiply(start, _quaternions(np.stack([roll, climb, heading], axis=1)))
+        q = quaternion_multiply(start, quaternions_of(np.stack([roll, climb, heading], axis=1)))
         air = rotate(start, air)
         v = air + wind
-        turn = quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:])
-        rate = quaternion_to_rotation_vector(turn) / DT
-        middle = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * DT * rate))
-        force = rotate(quaternion_conjugate(middle), np.diff(v, axis=0) / DT - GRAVITY_NED)
+        rate, force = rates_and_forces(q, v, GRAVITY_NED, DT)
         truth = {
             **{"q": q[1:], "v": v[1:], "p": np.cumsum(DT * v[:-1], axis=0), "air": air[1:]},
             **{"wind_": wind[1:, :2], "terrain": 1.5 * np.sin(0.05 * t[1:, None])},
@@ -206,10 +203,3 @@ def measured(
         rate = np.sum(along * truth["v"], axis=1) * upright / np.maximum(above, LOWEST)
         return rate, above > LOWEST + 2.0
     return 0.0 * speed, ~always
-
-
-def _quaternions(euler: FloatArray) -> FloatArray:
-    """Body to navigation (n, 4) of Rz(heading) Ry(pitch) Rx(roll), angles (n, 3)."""
-    parts = [rotation_vector_to_quaternion(euler[:, i : i + 1] * np.eye(3)[i]) for i in range(3)]
-    turned: FloatArray = quaternion_multiply(quaternion_multiply(parts[2], parts[1]), parts[0])
-    return turned

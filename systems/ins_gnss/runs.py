@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.rotation import angle_between
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
@@ -17,9 +18,7 @@ from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.ins_gnss.estimator import DT, InsGnss
 from boresight.systems.ins_gnss.world import Journey
 
-__all__ = ["CASES", "CONFIG", "SETTLED_S", "Case", "angle_deg", "figures_of", "run"]
-
-FloatArray = npt.NDArray[np.float64]
+__all__ = ["CASES", "CONFIG", "SETTLED_S", "Case", "figures_of", "run"]
 
 CONFIG = "small-1024"
 SETTLED_S = 30.0  #: time before which nothing is judged.
@@ -65,7 +64,7 @@ def figures_of(case: Case, world: Journey, loop: Loop) -> Runs:
     assert loop.run.saturated is not None
     out, truth = loop.outputs, loop.truth
     begun, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
-    attitude = angle_deg(out, truth)
+    attitude = np.degrees(angle_between(attitude_of(out), attitude_of(truth)))
     apart = {
         what: np.sqrt(sum((out[what + c] - truth[what + c]) ** 2 for c in "enu")) for what in "vp"
     }
@@ -77,23 +76,15 @@ def figures_of(case: Case, world: Journey, loop: Loop) -> Runs:
     ((reference,),) = run_forms(
         InsGnss(), [loop.inputs[:, 0]], params=case.params, levels=("float",)
     )
-    fixed = angle_deg({name: values[:, 0] for name, values in out.items()}, reference.outputs)
+    fixed = angle_between(attitude_of(out)[:, 0], attitude_of(reference.outputs))
     figures = {
         "attitude_rms": np.sqrt(np.mean(attitude[begun:] ** 2, axis=0)),
         "attitude_max": attitude[begun:].max(axis=0),
         "velocity_rms": np.sqrt(np.mean(apart["v"][seen] ** 2, axis=0)),
         "position_rms": np.sqrt(np.mean(apart["p"][seen] ** 2, axis=0)),
         "drift_max": apart["p"][lost].max(axis=0, initial=0.0),
-        "fixed_float_max": np.full(world.runs, fixed.max()),
+        "fixed_float_max": np.full(world.runs, np.degrees(fixed.max())),
         "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
     }
     shown = {"attitude": attitude[:, 0], "v": apart["v"][:, 0], "p": apart["p"][:, 0]}
     return Runs(figures, shown)
-
-
-def angle_deg(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> FloatArray:
-    """Angle between attitudes ``qw`` to ``qz``."""
-    p, q = (np.stack([x[f"q{c}"] for c in "wxyz"]) for x in (a, b))
-    chord = np.minimum(np.linalg.norm(p - q, axis=0), np.linalg.norm(p + q, axis=0))
-    angle: FloatArray = np.degrees(4.0 * np.arcsin(0.5 * chord))
-    return angle

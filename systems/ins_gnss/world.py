@@ -9,12 +9,12 @@ import numpy.typing as npt
 
 from boresight import InputError, World
 from boresight.sim.attitude.rotation import (
-    quaternion_conjugate,
     quaternion_multiply,
-    quaternion_to_rotation_vector,
     rotate,
     rotation_vector_to_quaternion,
 )
+from boresight.sim.attitude.zyx import quaternions_of
+from boresight.sim.worlds.inertial.sampled import rates_and_forces
 from boresight.systems.ins_gnss.estimator import DT, GRAVITY
 
 __all__ = ["CARRIERS", "Journey"]
@@ -114,12 +114,9 @@ class Journey(World):
         t = DT * np.arange(-first, n)
         v, euler = CARRIERS[self.carrier](np.maximum(t, 0.0))
         q = quaternion_multiply(
-            rotation_vector_to_quaternion(draw.normal(0.0, START_RAD)), _quaternions(euler)
+            rotation_vector_to_quaternion(draw.normal(0.0, START_RAD)), quaternions_of(euler)
         )
-        turn = quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:])
-        rate = quaternion_to_rotation_vector(turn) / DT
-        middle = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * DT * rate))
-        force = rotate(quaternion_conjugate(middle), np.diff(v, axis=0) / DT + GRAVITY)
+        rate, force = rates_and_forces(q, v, -GRAVITY, DT)
         v, q = v[1:], q[1:]
         p = np.cumsum(DT * v, axis=0)
         p -= p[first - 1]
@@ -145,10 +142,3 @@ class Journey(World):
         return named | {
             f"{n}{c}_true": x[:, i] for n, (axes, x) in truth.items() for i, c in enumerate(axes)
         }
-
-
-def _quaternions(euler: FloatArray) -> FloatArray:
-    """Body to navigation (n, 4) of Rz(heading) Ry(pitch) Rx(roll), angles (n, 3)."""
-    parts = [rotation_vector_to_quaternion(euler[:, i : i + 1] * np.eye(3)[i]) for i in range(3)]
-    turned: FloatArray = quaternion_multiply(quaternion_multiply(parts[2], parts[1]), parts[0])
-    return turned

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from boresight import Experiment, Result
 from boresight.sim.experiments.forms import schedules_of
-from boresight.sim.experiments.seeds import run_cases, spreads_of
+from boresight.sim.experiments.seeds import figures_of, run_cases, spreads_of
 from boresight.sim.experiments.targets import targets_of
 from boresight.systems.satcom.cases import CASES, WHAT_IF, Case
 from boresight.systems.satcom.drive import drive
@@ -40,11 +40,7 @@ class Satcom(Experiment):
         cases += [(name, case, min(runs, FEW)) for name, case in WHAT_IF.items()]
         cases.sort(key=lambda item: item[0] != "city")  # the longest first
         flown = run_cases(fly, cases, seed=seed, at_once=_at_once, jobs=self.jobs, say=say)
-        figures = {
-            f"satcom_{name}_{key}": value
-            for name, of_case in flown.items()
-            for key, value in of_case.pooled().items()
-        }
+        figures = figures_of(flown, "satcom_")
         figures |= {f"satcom_{name}": figures[f"satcom_{key}"] for name, key in _NAMED.items()}
         for config, (schedule,) in schedules_of(Filter()).items():
             figures[f"satcom_interval_cycles_{config}"] = float(schedule.interval)

@@ -5,17 +5,16 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from importlib.resources import files
-from types import ModuleType
 from typing import Any
 
 import pytest
 
+import boresight.sim.experiments.cases as cases_module
 from boresight.sim.experiments.experiment import Experiment, Result
 from boresight.sim.experiments.seeds import Runs
 
 
 def result_of(
-    module: ModuleType,
     experiment: Experiment,
     task: Any,
     cases: Mapping[str, Any],
@@ -33,9 +32,13 @@ def result_of(
         assert options["seed"] == 7 and {count for _, _, count in dealt} == {2}
         return {name: runs.get(name, [*runs.values()][-1]) for name in cases}
 
-    patch.setattr(module, "run_cases", run_cases)
+    patch.setattr(cases_module, "run_cases", run_cases)
     result = experiment.run(seed=7, runs=2, say=lambda text: None)
-    table = files(module.__package__ or "").joinpath("targets.csv").read_text(encoding="utf-8")
+    table = (
+        files(type(experiment).__module__.rpartition(".")[0])
+        .joinpath("targets.csv")
+        .read_text(encoding="utf-8")
+    )
     assert len(result.targets) == len(list(csv.DictReader(table.splitlines())))
     (page,) = result.pages.values()
     assert all(case.meaning in page for case in cases.values()) and "seeds 7 to 8" in page

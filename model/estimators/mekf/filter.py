@@ -45,7 +45,7 @@ from boresight.model import ops
 from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
-from boresight.model.algebra.quaternion_filter import status_word
+from boresight.model.algebra.quaternion_filter import named_outputs, status_word
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.mekf.alignment import turned_over, turns
@@ -409,16 +409,7 @@ class Mekf(Estimator):
             "rest_s": rest_s,
             "field_left": ops.where(no_field, field_left, FIELD_AGE),
         }
-        out = {
-            "pitch": pitch,
-            "roll": roll,
-            "heading": heading,
-            "qw": q[0],
-            "qx": q[1],
-            "qy": q[2],
-            "qz": q[3],
-            "status": status,
-        }
+        out = named_outputs((pitch, roll, heading), q, status)
         kept = {s.name for s in self.states}
         return {name: value for name, value in states.items() if name in kept}, out
 

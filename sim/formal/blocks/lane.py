@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Const, Elaboratable, Module, Mux, Signal, Value, signed
+from amaranth.hdl import Assert, Cat, Const, Elaboratable, Module, Mux, Signal, Value, signed
 
 from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.multiplier import Multiplier
@@ -18,7 +18,7 @@ from boresight.sim.formal.harness import reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
-__all__ = ["PROOFS", "InStages", "OfPartialProducts", "machine"]
+__all__ = ["PROOFS", "InStages", "OfOneSlice", "OfPartialProducts", "machine"]
 
 
 class _Registers:
@@ -272,6 +272,60 @@ class OfPartialProducts(Elaboratable):
         return m
 
 
+class OfOneSlice(Elaboratable):
+    """The slice gets the upper 18 bits of the factors, and what the others add is summed to it.
+
+    With a = ah 2^k + al and b = bh 2^k + bl, `p` is ah bh 4^k + ah bl 2^k + al b of the factors of
+    `Multiplier.latency` enabled cycles before, where ah bh is that of the slice.
+
+    Parameters
+    ----------
+    dut : Multiplier
+        Component, of one slice and a word above 18 bits.
+    """
+
+    def __init__(self, dut: Multiplier) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """Every register, cycle by cycle; a number in a name is the cycle that reads it."""
+        m, dut, low = Module(), self.dut, self.dut.word - 18
+        m.submodules.dut = (inside := Inside(dut, platform)).module
+        for name in ("en", "a", "b"):
+            port = getattr(dut, name)
+            m.d.comb += port.eq(unknown(m, port.shape(), name))
+        register, part = _Registers(m, dut.en), inside.parts["slice"]
+        m.d.comb += Assert(part.component.en == dut.en)
+        words: dict[str, Value] = {"a": dut.a, "b": dut.b}
+        for side, word in words.items():
+            value: Value = word[low:].as_signed()
+            m.d.comb += Assert(getattr(part.component, side) == value)
+            for k in ["0"] * dut.factors + ["1"]:
+                value = register.after(value, signed(18), f"slice_{side}{k}")
+                m.d.comb += Assert(part[f"{side}{k}"] == value)
+            if dut.factors:
+                words[side] = register.after(word, word.shape(), f"late_{side}")
+                m.d.comb += Assert(inside[f"{side}_late"] == words[side])
+        a, b = words.values()
+        rest: Value = Const(0)
+        for name, factor, bits in (("ah", a[low:].as_signed(), b[:low]), ("b", b, a[:low])):
+            own = register.after(factor, factor.shape(), f"{name}_1")
+            digits = register.after(bits, low, f"{name}_digits_1")
+            for bit in range(low):
+                m.d.comb += Assert(inside[f"{name}_row{bit}"] == Mux(digits[bit], own, 0))
+            product = own * digits
+            product = register.after(product, product.shape(), f"{name}_2")
+            m.d.comb += Assert(inside[f"{name}_product"] == product)
+            rest += product << (low if name == "ah" else 0)
+        shape = signed(2 * dut.word)
+        total: Value = register.after((part.component.m << (2 * low)) + rest, shape, "total_3")
+        m.d.comb += Assert(Cat(inside["rest_low"], part["p0"])[: 2 * dut.word].as_signed() == total)
+        if dut.sums:
+            total = register.after(total, shape, "total_4")
+        m.d.comb += [Assert(dut.p == total), reached(m, dut.p < -1, "negative")]
+        return m
+
+
 def machine(word: int, depth: int = 7) -> Machine:
     """A machine with words of ``word`` bits; its lane does not depend on the rest."""
     return Machine(name="lane", lanes=1, arithmetic=Arithmetic(word), depth=depth)
@@ -303,17 +357,22 @@ def _lane(word: int, sources: int, depth: int) -> Proof:
 def _product(word: int, depth: int) -> Proof:
     lane = machine(word, depth)
     registers = {"factors": lane.has("factor"), "sums": lane.has("sum")}
-    latency = Multiplier(word=word, **registers).latency
+    dut = Multiplier(word=word, **registers)
+    harness, how = (
+        OfPartialProducts,
+        "its slices get halves of the factors, the product is the sum of theirs",
+    )
+    if dut.slices == 1:
+        harness, how = OfOneSlice, "its slice gets the upper bits, tables add what the others make"
     return Proof(
         name=f"lane.product_{word}{_at(depth)}",
         depth=2,
         induction=1,
-        cover=range(latency + 3, latency + 4),
-        short=word == 32 and depth in (7, Machine.DEPTHS[-1]),
-        claim=f"Multiplier of {word}-bit words, depth {depth}, any factors and stalls: its slices "
-        f"get the halves of the factors, and the product is the sum of theirs, {latency} cycles "
-        "later",
-        harness=lambda: OfPartialProducts(Multiplier(word=word, **registers)),
+        cover=range(dut.latency + 3, dut.latency + 4),
+        short=word == 32 and depth == 7 or word in (20, 32) and depth == Machine.DEPTHS[-1],
+        claim=f"Multiplier of {word}-bit words, depth {depth}, any factors and stalls: {how}, "
+        f"{dut.latency} cycles later",
+        harness=lambda: harness(Multiplier(word=word, **registers)),
     )
 
 
@@ -323,5 +382,5 @@ PROOFS = (
         for depth in Machine.DEPTHS
         for word, sources in ((32, 1), (32, 2), (24, 1), (18, 1))
     ),
-    *(_product(word, depth) for depth in Machine.DEPTHS for word in (32, 24)),
+    *(_product(word, depth) for depth in Machine.DEPTHS for word in (32, 24, 20, 19)),
 )

@@ -30,7 +30,7 @@ def test_primitive_equals_behaviour(use, proves_equal) -> None:
     assert proves_equal(DSP48A1(**use), DSP48A1(**use), multipliers=1)
 
 
-@pytest.mark.parametrize("word, multipliers", [(18, 1), (32, 4)])
+@pytest.mark.parametrize("word, multipliers", [(18, 1), (20, 1), (32, 4)])
 def test_multiplier_of_primitives_equals_behaviour(word, multipliers, proves_equal) -> None:
     assert proves_equal(Multiplier(word=word), Multiplier(word=word), multipliers=multipliers)
 

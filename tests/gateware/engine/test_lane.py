@@ -185,11 +185,11 @@ def test_the_shifter_has_the_bits_of_a_product_and_no_more(word: int) -> None:
 def corners(word: int) -> list[int]:
     """Words at the edges of the format and of the slices' 17-bit cut."""
     half = 1 << (word - 1)
-    near = {0, 1, half - 1, 1 << 16, (1 << 17) - 1, 1 << 17, (1 << 17) + 1}
+    near = {0, 1, 2, 3, half - 1, 1 << 16, (1 << 17) - 1, 1 << 17, (1 << 17) + 1}
     return sorted(v for x in near for v in {x, -x, ~x} if -half <= v < half) + [-half]
 
 
-@pytest.mark.parametrize("word", [18, 19, 24, 31, 32])
+@pytest.mark.parametrize("word", [18, 19, 20, 21, 31, 32])
 @pytest.mark.parametrize("stalls", [0.0, 0.3])
 def test_product(word: int, stalls: float) -> None:
     rng = random.Random(word)
@@ -217,7 +217,7 @@ def test_product(word: int, stalls: float) -> None:
     run_bench(dut, bench)
 
 
-@pytest.mark.parametrize("word, slices", [(18, 1), (19, 4), (32, 4)])
+@pytest.mark.parametrize("word, slices", [(18, 1), (20, 1), (21, 4), (32, 4)])
 def test_slices(word: int, slices: int) -> None:
     assert Multiplier(word=word).slices == slices
 

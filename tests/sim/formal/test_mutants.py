@@ -105,6 +105,10 @@ PARTS = {
         *("engine.multiplier", "lane.product_24"),
         *(lambda b: lane.OfPartialProducts(b.Multiplier(word=24)), 5),
     ),
+    "multiplier of one slice": (
+        *("engine.multiplier", "lane.product_20"),
+        *(lambda b: lane.OfOneSlice(b.Multiplier(word=20)), 5),
+    ),
 }
 
 
@@ -237,6 +241,8 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ),
         ("multiplier", "hl.c.eq(ll.m[cut:])", "hl.c.eq(ll.m[cut - 1 :])"),
         ("multiplier", "low_next.eq(low)", "low_next.eq(ll.m[:cut])"),
+        ("multiplier of one slice", "(parts[0] << low)", "(parts[0] << 1)"),
+        ("multiplier of one slice", "rows.append(row << k)", "rows.append(row)"),
     ],
 )
 def test_broken_in_one_place(part: str, old: str, new: str, mutant) -> None:

@@ -117,5 +117,5 @@ def test_figures_of_known_errors() -> None:
 
 def test_the_experiment(drained: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
     system = experiment.Battery(jobs=1)
-    result = result_of(experiment, system, run, CASES, {"known": drained}, monkeypatch)
+    result = result_of(system, run, CASES, {"known": drained}, monkeypatch)
     assert result.pages["battery.html"].count("<svg") == 3

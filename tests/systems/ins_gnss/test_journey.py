@@ -111,7 +111,7 @@ def test_figures_of_known_errors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_experiment(flown: dict[str, Runs], monkeypatch: pytest.MonkeyPatch) -> None:
-    result = result_of(experiment, experiment.InsGnss(jobs=1), run, CASES, flown, monkeypatch)
+    result = result_of(experiment.InsGnss(jobs=1), run, CASES, flown, monkeypatch)
     missed = {t.part for t in result.targets if not t.good}
     assert missed == {"velocity", "position"} | {t.part for t in result.targets if "5 s" in t.name}
     assert result.pages["ins_gnss.html"].count("<svg") == 2

@@ -109,7 +109,7 @@ def _loop(outputs: Any, truth: Any, inputs: Any) -> Any:
 
 def test_the_experiment(driven: Runs, monkeypatch: pytest.MonkeyPatch) -> None:
     system = experiment.Pmsm(jobs=1)
-    result = result_of(experiment, system, run, MACHINES, {"known": driven}, monkeypatch)
+    result = result_of(system, run, MACHINES, {"known": driven}, monkeypatch)
     assert [t.name for t in result.targets if not t.good] == []
     assert result.pages["pmsm.html"].count("<svg") == 3
 
