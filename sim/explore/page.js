@@ -247,7 +247,7 @@ function start() {
   }
 
   function drawTable() {
-    const own = [set.y, ...set.demands.map((d) => d.name), "tolerance", "cycles", "us", "interval", "lut", "dsp", "ram", "clock", "saturated"];
+    const own = [set.y, ...set.demands.map((d) => d.name), "tolerance", "cycles", "us", "interval", "lut", "dsp", "ram", "clock", "toggles", "saturated"];
     const names = [...new Set(own)].filter((n) => n in byName);
     const box = at("table");
     box.replaceChildren();
