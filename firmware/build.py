@@ -188,6 +188,12 @@ class CModel:
                 run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
             )
 
+    @property
+    def states(self) -> npt.NDArray[np.int32]:
+        """Words of the states, (n_states,): the estimator's memory itself."""
+        states = np.frombuffer(self._memory, np.int32)[max(1, len(self._params)) :]
+        return states[: len(self.program.states)]
+
     @functools.cached_property
     def _observe(self) -> Callable[..., None]:
         """Function of a second library that works on the same states."""

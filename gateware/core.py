@@ -19,6 +19,7 @@ from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule.state_quotas import state_quotas
 from boresight.gateware.schedule_cache import cached_schedule
+from boresight.model.linking import families
 from boresight.model.words.program import Kind, Program
 
 
@@ -215,7 +216,13 @@ def build_shared_core(
         assemble(plan, allocation) for plan, allocation in zip(plans, allocations, strict=True)
     ]
     try:
-        image = Image.join(images, digest=int(_digest(programs), 16), window=window)
+        family = families(programs)
+        image = Image.join(
+            images,
+            digest=int(_digest(programs), 16),
+            window=window,
+            families=() if family == tuple(range(len(programs))) else family,
+        )
     except ValueError as error:
         raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
     image.check(machine)
@@ -240,6 +247,7 @@ def _schedule(
 def _digest(programs: Sequence[Program]) -> str:
     if len(programs) == 1:
         return programs[0].digest
-    return hashlib.sha256(" ".join(p.digest for p in programs).encode()).hexdigest()[
-        : len(programs[0].digest)
-    ]
+    family = families(programs)
+    shared = [f"{k} has the states of {n}" for k, n in enumerate(family) if n != k]
+    text = " ".join([*(p.digest for p in programs), *shared])
+    return hashlib.sha256(text.encode()).hexdigest()[: len(programs[0].digest)]

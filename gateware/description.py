@@ -98,7 +98,8 @@ class Records:
     """The records of a program.
 
     ``interval`` is the number of cycles from the first word of a record to that of the next;
-    ``links`` are the inputs that read another program: name, that program, its output.
+    ``links`` are the inputs that read another program: name, that program, its output. ``shares``
+    names the program whose states it updates, too.
     """
 
     program: str
@@ -108,6 +109,7 @@ class Records:
     summary: str = ""
     interval: int = 0
     links: tuple[tuple[str, str, str], ...] = ()
+    shares: str = ""
 
     @property
     def latencies(self) -> tuple[int, ...]:
@@ -324,6 +326,7 @@ def _records(core: Core, summary: str) -> Records:
             (program.values[number].name, link.program, link.output)
             for number, link in program.linked.items()
         ),
+        program.shares if program.shares in core.names else "",
     )
 
 

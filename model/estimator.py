@@ -97,6 +97,8 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
+    #: Name of the estimator whose states this one updates too, in a core with both; else its own.
+    shares: str = ""
     #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.
     rates_hz: Mapping[str, float] = {}
     #: Degrees of freedom of an output ``nis``, the normalised innovation squared; 0: without.
@@ -282,7 +284,14 @@ class Estimator:
         )
         in_ports = tuple(InPort(i.missing, i.flags, i.meaning) for i in self.inputs)
         return (
-            replace(program, ports=ports, urgent=self.urgent, links=links, in_ports=in_ports),
+            replace(
+                program,
+                ports=ports,
+                urgent=self.urgent,
+                links=links,
+                in_ports=in_ports,
+                shares=self.shares,
+            ),
             nodes,
         )
 

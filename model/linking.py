@@ -1,15 +1,19 @@
-"""Linked inputs, which read an output of another program in the same core: `Input.source`.
+"""What programs of a core have of each other: words that they read, states that they share.
 
-In a core with both programs, the reader reads the word in the register of the other program
-(`gateware.schedule.links`). Everywhere else its records contain that word (`linked_words`), so all
-levels compute the same.
+Linked inputs (`Input.source`) read an output of another program. In a core with both programs, the
+reader reads the word in the register of the other program (`gateware.schedule.links`). Everywhere
+else its records contain that word (`linked_words`), so all levels compute the same.
+
+An estimator that `shares` the states of another one updates those, in a core with both: each update
+of either begins with what the last complete one of both has left. Everywhere else it has its own.
 """
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Sequence
-from typing import Any
+from itertools import zip_longest
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +25,22 @@ from boresight.model.places import placed
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 
-__all__ = ["first_word", "linked_words", "linked_estimators"]
+__all__ = ["families", "first_word", "linked_words", "linked_estimators"]
+
+
+class _Sharing(Protocol):
+    """An estimator or program."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def shares(self) -> str: ...
+
+
+def families(programs: Sequence[_Sharing]) -> tuple[int, ...]:
+    """For each estimator or program of a core, the number of the one whose states it updates."""
+    numbers = {program.name: k for k, program in enumerate(programs)}
+    return tuple(numbers.get(program.shares, k) for k, program in enumerate(programs))
 
 
 def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> list[Estimator]:
@@ -38,8 +57,12 @@ def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> lis
     ------
     InputError
         A source that is not an output of its program, has another unit, or exceeds the input's
-        range; programs that read each other; an estimator without an input from the record.
+        range; programs that read each other; an estimator without an input from the record; shared
+        states that differ, or are read by a third program.
     """
+    for estimator, family in zip(estimators, families(estimators), strict=True):
+        if estimator is not estimators[family]:
+            _check_shared(estimator, estimators[family], estimators)
     linked = {e.name: e for e in estimators}
     programs: dict[str, Program] = {}
     at_work: list[str] = []
@@ -63,6 +86,45 @@ def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> lis
         if any(i.source.partition(".")[0] in linked for i in estimator.inputs):
             program_of(estimator.name)
     return [linked[e.name] for e in estimators]
+
+
+def _check_shared(estimator: Estimator, owner: Estimator, estimators: Sequence[Estimator]) -> None:
+    """Refuse to share states that are not the same, or that another estimator reads."""
+    where = f"estimator {estimator.name}"
+    if families(estimators)[estimators.index(owner)] != estimators.index(owner):
+        raise InputError.at(
+            where,
+            wanted="the estimator that has the states, which shares no other's",
+            found=f"shares = {estimator.shares!r}",
+            fix="name that one in all others",
+        )
+    for mine, theirs in zip_longest(estimator.states, owner.states):
+        if mine != theirs:
+            raise InputError.at(
+                placed(getattr(mine or theirs, "line", ""), where),
+                wanted=f"the states of {owner.name}: {theirs or 'no more'}",
+                found=f"{mine or 'no more'}",
+                fix="declare them once, for both",
+            )
+    if estimator.profile is not owner.profile:
+        raise InputError.at(
+            where,
+            wanted=f"states in the formats of those of {owner.name}",
+            found="ranges of a profile for one of the two",
+            fix="compile both without a profile",
+        )
+    pair = {estimator.name, owner.name}
+    for reader in estimators:
+        for declared in reader.inputs:
+            name = declared.source.partition(".")[0]
+            linked = name in {e.name for e in estimators}
+            if linked and (name in pair or reader.name in pair):
+                raise InputError.at(
+                    placed(declared.line, f"estimator {reader.name}, input {declared.name}"),
+                    wanted="no link to or from programs that share states",
+                    found=f"source = {declared.source!r}",
+                    fix="feed it with the record",
+                )
 
 
 def _fed(

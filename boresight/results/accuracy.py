@@ -38,7 +38,8 @@ class AccuracyLog:
     """A log.
 
     ``reference`` is "truth", "comparison" (another device's estimate) or the name of a published
-    filter that stands in; ``rate_hz`` is the median, None where nothing tells the time.
+    filter that stands in; ``rate_hz`` is the median, of a long file over the first 65,536 rows,
+    None where nothing tells the time.
     """
 
     trial: str
@@ -50,11 +51,12 @@ class AccuracyLog:
     @classmethod
     def of(cls, trial: Trial) -> AccuracyLog:
         """The log of a trial."""
-        timed = {"t", "dt"} & set(trial.record.columns)
+        first = trial.log.first
+        timed = {"t", "dt"} & set(first.columns)
         return cls(
             trial=trial.name,
-            samples=len(trial.record),
-            rate_hz=round(1.0 / float(np.median(trial.record.steps())), 3) if timed else None,
+            samples=len(trial.log),
+            rate_hz=round(1.0 / float(np.median(first.steps())), 3) if timed else None,
             reference=trial.reference,
             folder=trial.folder,
         )

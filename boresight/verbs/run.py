@@ -35,7 +35,7 @@ from boresight.options import (
     outcome,
 )
 from boresight.sim.answer import Answer, JsonObject
-from boresight.sim.attitude.accuracy import NO_SAMPLE, AttitudeRmse, attitude_rmse
+from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -83,10 +83,8 @@ class RunAttitude:
         """Summaries of parts of a run, or its only part, as one."""
         first = parts[0]
         counted = [(p.samples, p.rmse_deg) for p in parts if p.samples and p.rmse_deg]
-        if first.samples is None or len(counted) == len(parts) == 1:
+        if not counted or len(counted) == len(parts) == 1:
             return first
-        if not counted:
-            raise InputError(NO_SAMPLE)
         samples = [n for n, _ in counted]
         mean = np.average([np.square(x) for _, x in counted], axis=0, weights=samples)
         return replace(first, rmse_deg=AttitudeRmse(*np.sqrt(mean).tolist()), samples=sum(samples))
@@ -288,7 +286,7 @@ def run(
             return RunResult.joined(parts)
         with target.opened() as file:
             write_pieces(str(output), file, written(level))
-            return RunResult.joined(parts)  # what it refuses leaves no file
+        return RunResult.joined(parts)
 
 
 def _result(estimator: Estimator, on: str, columns: Feed, loop: Loop, *, whole: bool) -> RunResult:

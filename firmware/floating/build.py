@@ -74,7 +74,7 @@ class FloatCModel:
         with compiled_library(
             files, cflags=cflags, libraries=("-lm",), cache=cache
         ) as self.library:
-            _, self._call = instance(
+            self._memory, self._call = instance(
                 self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)
             )
         self.set_params(params)
@@ -83,6 +83,12 @@ class FloatCModel:
         """Set these parameter values, and the others to their defaults."""
         values = list(self.estimator.param_values(params).values())
         self._call["set_params"](np.array(values, dtype=self.precision.numpy))
+
+    @property
+    def states(self) -> npt.NDArray[np.floating[Any]]:
+        """Values of the states, (n_states,): the estimator's memory itself."""
+        states = np.frombuffer(self._memory, self.precision.numpy)
+        return states[max(1, len(self.estimator.params)) :][: len(self.estimator.states)]
 
     def reset(self) -> None:
         """Set the states to their start values; parameters stay as they are."""

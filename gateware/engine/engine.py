@@ -192,8 +192,18 @@ class Engine(wiring.Component):
         return saturated
 
     def _parity(self, m: Module, sequencer: Sequencer, program: Signal) -> tuple[Signal, Signal]:
-        """Parity, the current copy of the states, of the selected program and of each program."""
+        """Parity, the current copy of the states, of the selected program and of each program.
+
+        Programs that share states have that of their owner.
+        """
         parity = Signal(reset_less=True)
+        if self.image.families:
+            owner = Signal.like(program)
+            with m.Switch(program):
+                for number, family in enumerate(self.image.families):
+                    with m.Case(number):
+                        m.d.comb += owner.eq(family)
+            program = owner
         kept = Signal(len(self.image.lengths), reset_less=True)
         with m.If(sequencer.commit):
             m.d.sync += parity.eq(~parity)

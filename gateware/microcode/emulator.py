@@ -97,7 +97,8 @@ class Emulator:
     number : int
         Number of the selected program.
     parities : list of int
-        Parity of each program: the current copy of its states.
+        Parity of each program: the current copy of its states. Programs that share states have
+        that of their owner (`Image.family`).
     saturated, framing : bool
         Sticky flags.
     """
@@ -146,7 +147,7 @@ class Emulator:
     @property
     def parity(self) -> int:
         """Current copy of the selected program's states."""
-        return self.parities[self.number]
+        return self.parities[self.image.family(self.number)]
 
     def physical(self, address: int, parity: int) -> int:
         """Register address with the parity in bit c of the state region."""
@@ -230,7 +231,7 @@ class Emulator:
             self.pc = 0
             return
         if word["home"]:
-            self.parities[self.number] ^= 1
+            self.parities[self.image.family(self.number)] ^= 1
         self.pc = 0 if word["home"] else self.pc + 1
 
     def _stages(self, lane: Lane, f: dict[str, int], input_word: int | None) -> int | None:

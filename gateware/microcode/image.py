@@ -41,6 +41,8 @@ class Image:
         Identifier of the build; its low 2 W bits can be read on the bus.
     window : Window, optional
         States that other programs read.
+    families : tuple of int
+        For each program, the number of the one whose states and parity it has; empty: its own.
     """
 
     rom: list[int]
@@ -49,6 +51,11 @@ class Image:
     lengths: tuple[int, ...]
     digest: int = 0
     window: Window | None = None
+    families: tuple[int, ...] = ()
+
+    def family(self, number: int) -> int:
+        """Number of the program whose states and parity a program has."""
+        return self.families[number] if self.families else number
 
     @property
     def bases(self) -> tuple[int, ...]:
@@ -61,7 +68,14 @@ class Image:
         return self.rom[base : base + self.lengths[number]]
 
     @classmethod
-    def join(cls, images: Sequence[Image], *, digest: int, window: Window | None = None) -> Image:
+    def join(
+        cls,
+        images: Sequence[Image],
+        *,
+        digest: int,
+        window: Window | None = None,
+        families: tuple[int, ...] = (),
+    ) -> Image:
         """Join the images of programs with common registers.
 
         Raises
@@ -82,6 +96,7 @@ class Image:
             lengths=tuple(n for x in images for n in x.lengths),
             digest=digest,
             window=window,
+            families=families,
         )
 
     def check(self, machine: Machine) -> None:
@@ -118,7 +133,13 @@ class Image:
             and set(w.owners) <= set(range(len(self.lengths)))
         ):
             raise ValueError(f"window must be blocks of state slots of programs, not {w!r}")
-        for number in range(len(self.lengths)):
+        numbers = range(len(self.lengths))
+        if self.families and not (
+            len(self.families) == len(numbers)
+            and all(k in numbers and self.families[k] == k for k in self.families)
+        ):
+            raise ValueError(f"families must be programs with states, not {self.families!r}")
+        for number in numbers:
             self._check_program(machine, number)
 
     def _check_program(self, machine: Machine, number: int) -> None:

@@ -57,7 +57,7 @@ def validate_microcode(
     for number, program in enumerate(programs):
         # Which copy of its states each program reads; only its own and its sources' matter.
         others = {core.numbers[link.program] for link in program.linked.values()}
-        free = sorted({number, *others})
+        free = sorted({image.family(number), *others})
         for bits in product((0, 1), repeat=len(free)):
             parities = [0] * len(programs)
             for k, bit in zip(free, bits, strict=True):
@@ -80,12 +80,20 @@ class _Core:
         self.image = image
         self.programs = programs
         self.numbers = {program.name: k for k, program in enumerate(programs)}
-        #: Register of each parameter and (current) state: (program, value) to address.
+        #: Register of each parameter and (current) state: (program, value) to address. Shared
+        #: states are those of their owner.
         self.lasting = {
             (k, n): where[n]
             for k, (program, where) in enumerate(zip(programs, registers, strict=True))
-            for n in (*program.of_kind(Kind.PARAM), *(state for state, _ in program.states))
+            for n in (
+                *program.of_kind(Kind.PARAM),
+                *(state for state, _ in program.states if image.family(k) == k),
+            )
         }
+        for k, (program, where) in enumerate(zip(programs, registers, strict=True)):
+            for state, _ in program.states:
+                if self.lasting[self.owned(k, state)] != where[state]:
+                    raise Refuted(f"{program.name}: {program.values[state].name} is not shared")
         half = machine.bank_depth // 2
         words = {
             (lane * machine.bank_depth + fields[f"dest{lane}"])
@@ -99,6 +107,12 @@ class _Core:
             for address in range(machine.bank_depth * machine.lanes)
             if address % machine.bank_depth < half
         } - {*words, *self.lasting.values()}
+
+    def owned(self, number: int, state: int) -> tuple[int, int]:
+        """Program and value of a state of a program: those of the owner if it is shared."""
+        owner = self.image.family(number)
+        own = [n for n, _ in self.programs[number].states]
+        return owner, self.programs[owner].states[own.index(state)][0]
 
     def check_first_words(self) -> None:
         """Check the words of parameters, states and tables before the first update."""
@@ -223,6 +237,7 @@ class _Update:
         if self.emulator.framing or self.emulator.pc != 0 or not record.cycles:
             raise Refuted(f"{program.name}: the microcode must take {len(inputs)} words, once")
         symbols = {n: s for (k, n), s in self.symbols.items() if k == number}
+        symbols |= {n: self.symbols[self.core.owned(number, n)] for n, _ in program.states}
         for n, link in program.linked.items():
             assert link.state is not None
             symbols[n] = self.symbols[self.core.numbers[link.program], link.state]
@@ -250,9 +265,9 @@ class _Update:
             program.output_names, record.outputs, program.outputs, strict=True
         ):
             yield f"output {name}", word, meaning.values[n]
-        parity = self.emulator.parities[number]
         for state, after in program.states:
-            address = self._physical(self.core.lasting[number, state], parity)
+            lasting = self.core.lasting[self.core.owned(number, state)]
+            address = self._physical(lasting, self.emulator.parity)
             name = program.values[state].name
             yield f"next {name}", self.emulator.registers[address], meaning.values[after]
 
@@ -260,7 +275,8 @@ class _Update:
         """Check that the update writes no word that lasts: it may be abandoned in any cycle."""
         lasting = {address: item for item, address in self.registers.items()}
         for (k, n), address in self.core.lasting.items():
-            if k != self.emulator.number:  # either copy of another program's state is its own
+            # Either copy of another program's state is its own.
+            if k not in (self.emulator.number, self.core.image.family(self.emulator.number)):
                 lasting |= {self._physical(address, parity): (k, n) for parity in (0, 1)}
         for write in record.writes:
             if write.address in lasting:

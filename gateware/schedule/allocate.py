@@ -6,8 +6,8 @@ temporary values (inputs in bank 0, results in the bank of their lane), then the
 program runs at a time, so all share the registers of inputs and results; constants with the same
 word share a register, too. The upper half holds the states, current ones at ``1 0 ...`` and next
 ones at ``1 1 ...``, in the bank of the lane that computes the next value. Programs do not share
-them, so a program that does not run preserves its states. States that other programs read are in
-the window (`gateware.schedule.links`), at the end.
+them unless they say so (`Estimator.shares`), so a program that does not run preserves its states.
+States that other programs read are in the window (`gateware.schedule.links`), at the end.
 
 If the lower half does not suffice, temporary values also use the registers of next states of their
 own program, until these are written.
@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.links import open_states, window_of
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.model.linking import families
 from boresight.model.words.program import Kind
 
 
@@ -97,9 +98,15 @@ def allocate_together(schedules: Sequence[Schedule]) -> tuple[Allocation, ...]:
     parts = [_Allocator(schedule, core) for schedule in schedules]
     for part in parts:
         part.parameters()
+    family = families([part.program for part in parts])
     for number, part in enumerate(parts):
+        if family[number] != number:
+            continue
         first = window.first(number, core.machine.state_slots) if window and opened[number] else 0
         part.states(opened[number], first)
+    for part, owner in zip(parts, family, strict=True):
+        if part is not parts[owner]:
+            part.shared_states(parts[owner])
     for part in parts:
         part.links({p.program.name: p for p in parts})
     words = {word for part in parts for word in part.constant_words()}
@@ -143,6 +150,7 @@ class _Allocator:
         self.program = schedule.program
         self.machine = schedule.machine
         self.last_read = _last_reads(schedule)
+        self.producer = {op.dest: k for k, op in enumerate(self.program.ops)}
         self.live_ranges: dict[int, LiveRange] = {}
         self.end = schedule.length - 1
 
@@ -191,19 +199,28 @@ class _Allocator:
     def states(self, opened: set[int], first: int) -> None:
         """Pairs of current and next states; those read by other programs from slot ``first`` on."""
         machine, core = self.machine, self.core
-        producer = {op.dest: k for k, op in enumerate(self.program.ops)}
         shown = [first] * machine.lanes
         for state, after in self.program.states:
-            bank = result_bank(self.schedule, producer[after])
+            bank = result_bank(self.schedule, self.producer[after])
             slots = shown if state in opened else core.states
             base = bank * machine.bank_depth + core.half + slots[bank]
-            self.assign(state, base, 0, self.end)
-            written = self.schedule.write_cycle(producer[after])
-            self.assign(after, base + machine.state_slots, written + 1, self.end)
+            self.state(state, after, base)
             slots[bank] += 1
         for bank, n in enumerate(core.states):
             if n > machine.state_slots:
                 raise self.full("states", bank, n, machine.state_slots)
+
+    def state(self, state: int, after: int, base: int) -> None:
+        """A pair of current and next state."""
+        self.assign(state, base, 0, self.end)
+        written = self.schedule.write_cycle(self.producer[after])
+        self.assign(after, base + self.machine.state_slots, written + 1, self.end)
+
+    def shared_states(self, owner: _Allocator) -> None:
+        """The pairs of another program."""
+        pairs = zip(self.program.states, owner.program.states, strict=True)
+        for (state, after), (theirs, _) in pairs:
+            self.state(state, after, owner.live_ranges[theirs].address)
 
     def links(self, parts: Mapping[str, _Allocator]) -> None:
         """Linked inputs: registers of other programs."""

@@ -8,17 +8,24 @@ in the same format, in the window block of that program, and its current copy. T
 exchanged only at the end of a complete update (`home` is the last word of a program,
 `gateware.microcode.image`), and one program runs at a time, so a reader sees the words of one
 complete update.
+
+Programs that share states have one parity. Each has all of these states, in the same registers and
+formats, and writes all their next copies in every update (`gateware.schedule.check`: a state's next
+value is the result of an operation), so whichever was last, the current copies are those of one
+complete update.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import zip_longest
 
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.allocate import Allocation
 from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.links import Window
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
+from boresight.model.linking import families
 from boresight.model.words.program import Kind, Program
 
 
@@ -41,6 +48,7 @@ def check_core(
     for program, schedule, allocation in zip(programs, schedules, allocations, strict=True):
         check_schedule(program, schedule, allocation, parameters_before=before)
         before += len(program.of_kind(Kind.PARAM))
+    family = families(programs)
     for k, (mine, registers) in enumerate(zip(schedules, allocations, strict=True)):
         preserved = _preserved(mine, registers)
         for j, (other, foreign) in enumerate(zip(schedules, allocations, strict=True)):
@@ -50,6 +58,8 @@ def check_core(
                     "machine and its first words"
                 )
             common = preserved & _written(other, foreign) if j != k else set()
+            if family[j] == family[k]:
+                common -= _of_states(mine, registers)
             if common:
                 raise ScheduleError(
                     f"{other.program.name} writes register {min(common)}, which "
@@ -57,6 +67,32 @@ def check_core(
                 )
 
     _check_links(programs, allocations, schedules[0].machine, window)
+    _check_families(programs, schedules, allocations)
+
+
+def _check_families(
+    programs: Sequence[Program], schedules: Sequence[Schedule], allocations: Sequence[Allocation]
+) -> None:
+    """Check that programs with one parity have the same states in the same registers."""
+    family = families(programs)
+    for k, owner in enumerate(family):
+        if family[owner] != owner:
+            raise ScheduleError(f"{programs[owner].name}, whose states others have, must own them")
+        mine, theirs = (
+            [
+                (program.values[s].name, program.format(s), program.values[s].initial, where[s])
+                for s, _ in program.states
+            ]
+            for program, where in (
+                (schedules[n].program, allocations[n].addresses()) for n in (k, owner)
+            )
+        )
+        if mine != theirs:
+            wrong = next((a or b for a, b in zip_longest(mine, theirs) if a != b), None)
+            raise ScheduleError(
+                f"{programs[k].name} must have the states of {programs[owner].name}, in their "
+                f"registers and formats: {wrong and wrong[0]} differs"
+            )
 
 
 def _check_links(
@@ -128,6 +164,12 @@ def _preserved(schedule: Schedule, allocation: Allocation) -> set[int]:
         if values[n].kind in lasting
         for r in _pair(schedule, address)
     }
+
+
+def _of_states(schedule: Schedule, allocation: Allocation) -> set[int]:
+    """Registers of the states, both copies."""
+    where = allocation.addresses()
+    return {r for state, _ in schedule.program.states for r in _pair(schedule, where[state])}
 
 
 def _written(schedule: Schedule, allocation: Allocation) -> set[int]:

@@ -38,6 +38,13 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
     chosen = [estimator_of(f) for f in filters]
     front = [FRONT[name]() for name in FRONT_NAMES]
     names = {e.name for e in chosen}
+    for sharing in (e for e in chosen if e.shares in names - {e.name}):
+        raise InputError.at(
+            f"estimator {sharing.name}",
+            wanted="states of its own on a board, which runs one estimator for each sample",
+            found=f"those of {sharing.shares}",
+            fix="take the core alone (no --board) and select programs by its register",
+        )
     if len(chosen) > _MOST:
         raise InputError.at(
             "estimators",

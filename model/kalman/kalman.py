@@ -15,7 +15,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
-from boresight.model.kalman.update import Update
+from boresight.model.kalman.update import PARTS, PREDICT, Update
 from boresight.model.lowering.trace import Scalar, Trace
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
@@ -56,6 +56,9 @@ class Kalman(Estimator):
     prior : bool
         Outputs, except ``nis``, are those of the predicted state, known before any measurement of
         the update is taken into account.
+    part : str
+        "predict" or "update": this part of an update alone, as a program of its own. A program that
+        updates `shares` the states of one that predicts, and may run any number of times after it.
     floor : float
         Process noise that each of n states has besides its own, for the rounding of P: this share
         of its largest variance, n times. 2^-31 is the last bit of a word of 32.
@@ -65,6 +68,7 @@ class Kalman(Estimator):
     memory: tuple[declarations.State, ...] = ()
     counters: Mapping[str, int] = {}
     prior: bool = False
+    part: str = ""
     floor: float = 2.0**-31
 
     def __init__(self) -> None:
@@ -198,7 +202,14 @@ class Kalman(Estimator):
     def check_declarations(self) -> None:
         """See `Estimator`; and that there is a method ``measure``."""
         super().check_declarations()
-        if type(self).measure is Kalman.measure:
+        if self.part not in ("", *PARTS):
+            raise InputError.at(
+                placed(self._line, f"estimator {self.name}, part"),
+                wanted=f"one of {', '.join(PARTS)}",
+                found=repr(self.part),
+                fix="choose one, or leave it out",
+            )
+        if type(self).measure is Kalman.measure and self.part != PREDICT:
             raise InputError.at(
                 placed(self._line, f"estimator {self.name}"),
                 wanted="a method measure(self, x, u, p)",
@@ -235,8 +246,12 @@ class Kalman(Estimator):
             known = self.__dict__["_recorded"] = self.trace()
         return known
 
-    def textbook(self, inputs: FloatArray, params: Mapping[str, float] | None = None) -> SecondForm:
+    def textbook(
+        self, inputs: FloatArray, params: Mapping[str, float] | None = None
+    ) -> SecondForm | None:
         """See `Estimator`: with numerical Jacobians, all measurements at once, Joseph's form."""
+        if self.part:  # the filter of which it is a part has one
+            return None
         run = Textbook(self).run(inputs, params)
         return SecondForm(run.outputs, run.remarks)
 

@@ -22,8 +22,10 @@ from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
-__all__ = ["Update", "checked_measurements", "moved", "noise_of"]
+__all__ = ["PARTS", "PREDICT", "Update", "checked_measurements", "moved", "noise_of"]
 
+#: Parts of an update that may be programs of their own.
+PARTS = PREDICT, UPDATE = "predict", "update"
 #: Most by which one prediction may exceed the bound of a standard deviation.
 _REACH = 64.0
 #: Bound of an innovation over its standard deviation.
@@ -61,9 +63,16 @@ class Update:
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Next states and outputs, by name."""
         k = self.kalman
-        self._predict()
+        if k.part == UPDATE:
+            own = {s.name for s in k.memory}
+            names = [n for n in self.before if n not in own and n not in k.covariance_states]
+            self.states = {name: self.before[name] for name in names}
+            self.memory = {name: self.before[name] for name in own}
+        else:
+            self._predict()
         prior = self._outputs(self.states) if k.prior else None
-        self._correct()
+        if k.part != PREDICT:
+            self._correct()
         reduced = self._reduced()
         self.cov = {pair: reduced[name] for name, pair in k.covariance_states.items()}
         states = {**self.states, **self.memory, **reduced}

@@ -119,7 +119,7 @@ def _of_types(p: Program) -> Iterator[str]:
     numbers: tuple[Any, ...] = (*p.inputs, *p.outputs, *p.table_memory, *chain(*p.states))
     if any(type(number) is not int for number in numbers):
         yield "a reference that is not a number"
-    if not all(isinstance(name, str) for name in (p.name, *p.output_names)):
+    if not all(isinstance(name, str) for name in (p.name, p.shares, *p.output_names)):
         yield "a name that is not a text"
 
 
@@ -141,7 +141,8 @@ def _foreign(p: Program) -> Iterator[str]:
         yield "an arithmetic without a core"
     if max(len(p.values), len(p.ops), len(p.table_memory)) > _MOST:
         yield "a program too large for any core"
-    for name in (p.name, *p.output_names, *(v.name for v in p.values)):
+    shares = (p.shares,) if p.shares else ()
+    for name in (p.name, *shares, *p.output_names, *(v.name for v in p.values)):
         if not _NAME.fullmatch(name):
             yield f"the name {name[:40]!r}"
     if len(set(p.output_names)) != len(p.outputs):

@@ -124,6 +124,17 @@ class Interpreter:
                 progress(k)
         return out, sat
 
+    @property
+    def states(self) -> IntArray:
+        """Words of the states that the next update reads, (n_states, runs); assign to change."""
+        words = [self.values[state] for state, _ in self.program.states]
+        return np.array(words, dtype=np.int64).reshape(-1, self.runs)
+
+    @states.setter
+    def states(self, words: IntArray) -> None:
+        for (state, _), word in zip(self.program.states, words, strict=True):
+            self.values[state] = word
+
     def values_before_commit(self) -> list[IntArray]:
         """`values` of the last update, with the states that it read instead of the next states."""
         words = list(self.values)

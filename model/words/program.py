@@ -203,6 +203,7 @@ class Program:
     outputs; ``urgent`` is the number of leading outputs whose latency counts first (None: all);
     none of them is part of the `digest`.
     ``links`` are inputs that may read another program; those that do are not `streamed`.
+    ``shares`` names the program whose states it updates too, in a core with both (`families`).
     """
 
     name: str
@@ -218,6 +219,7 @@ class Program:
     urgent: int | None = None
     links: tuple[Link, ...] = ()
     in_ports: tuple[InPort, ...] = ()
+    shares: str = ""
 
     @property
     def linked(self) -> dict[int, Link]:
@@ -268,7 +270,8 @@ class Program:
         derived ranges of values in between.
         """
         plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
-        documentation = {"in_ports", "ports", "urgent", *(() if self.linked else ("links",))}
+        documentation = {"in_ports", "ports", "urgent", "shares"}
+        documentation |= set() if self.linked else {"links"}
         text = json.dumps({key: plain[key] for key in plain if key not in documentation})
         return hashlib.sha256(text.encode()).hexdigest()
 

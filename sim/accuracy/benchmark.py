@@ -8,7 +8,7 @@ script that calls `benchmark` with more than one needs ``if __name__ == "__main_
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from queue import SimpleQueue
@@ -16,26 +16,18 @@ from queue import SimpleQueue
 import numpy as np
 
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import (
-    ANGLES,
-    aligned,
-    aligned_outputs,
-    attitude_errors,
-    errors,
-    units_of,
-)
+from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, attitude_errors
 from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
-from boresight.sim.attitude.accuracy import pieces
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.level import Level
 from boresight.sim.processes import dispatch
-from boresight.sim.records.feed import Feed
+from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.loop import drive
+from boresight.sim.worlds.loop import Loop, drive
 
 __all__ = ["Result", "benchmark"]
 
@@ -74,7 +66,7 @@ def _ours(
     align: str,
 ) -> list[Result]:
     """One of our estimators on all records, made anew for each rate that it needs to know."""
-    made: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed]]]] = {}
+    made: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed | LongFeed]]]] = {}
     for t in trials:
         member, columns = t.fed(estimator)
         made.setdefault(tuple(member.rates_hz.values()), (member, []))[1].append((t.name, columns))
@@ -86,7 +78,7 @@ def _ours(
 
 def _at_one_rate(
     estimator: Estimator,
-    named: Sequence[tuple[str, Feed]],
+    named: Sequence[tuple[str, Feed | LongFeed]],
     params: Mapping[str, float] | None,
     word: int,
     with_float: bool,
@@ -115,29 +107,34 @@ def _at_one_rate(
     return list(chain.from_iterable(zip(*scorer.each(judged, params), strict=True)))
 
 
+def _runs(columns: Feed | LongFeed, levels: Sequence[Level]) -> Iterator[tuple[Feed, list[Loop]]]:
+    """Levels on a log from a reset on, part by part."""
+    for k, part in enumerate(columns.parts()):
+        yield part, [loop for level in levels for loop in drive(part, level, anew=not k)]
+
+
 def _on_log(
-    estimator: Estimator, trial: str, columns: Feed, levels: Sequence[Level], align: str
+    estimator: Estimator, trial: str, columns: Feed | LongFeed, levels: Sequence[Level], align: str
 ) -> list[Result]:
-    """Fixed point, and float64, on a log in pieces: of outputs those with a truth are held."""
-    held = [{n: np.empty(len(columns)) for n in columns.truth} for _ in levels]
+    """Fixed point, and float64, on a log; where an offset is taken out, twice: first to see it."""
+    offsets = [Alignment(align) for _ in levels]
+    for part, loops in _runs(columns, levels) if align != "none" else ():
+        for offset, loop in zip(offsets, loops, strict=True):
+            offset.add_outputs(part, loop.outputs)
     near = Differences(estimator.outputs, [o.name for o in estimator.outputs])
+    made = [Errors(estimator) for _ in levels]
     seconds, saturated = [0.0 for _ in levels], 0
-    for some in pieces(len(columns)):
-        loops = []
-        for k, level in enumerate(levels):
-            (loop,) = drive(columns.rows(some.start, some.stop), level, anew=not some.start)
-            loops.append(loop)
+    for part, loops in _runs(columns, levels):
+        for k, loop in enumerate(loops):
+            made[k].add(part, offsets[k].turned_outputs(loop.outputs))
             seconds[k] += loop.seconds
-            for name, values in held[k].items():
-                values[some] = loop.outputs[name]
         saturated += loops[0].run.n_saturated
         if len(loops) > 1:
             near.add(loops[0].outputs, loops[1].outputs)
-    out = []
-    for of, outputs, took in zip(("fixed", "float"), held, seconds, strict=False):
-        turned, offset = aligned_outputs(estimator, columns, outputs, align)
-        error, units = errors(estimator, columns, turned), units_of(estimator, columns)
-        out.append(Result(estimator.name, of, trial, error, units, took, offset_deg=offset))
+    out = [
+        Result(estimator.name, of, trial, e.result(), e.units, took, offset_deg=o.offset_deg)
+        for of, e, took, o in zip(("fixed", "float"), made, seconds, offsets, strict=False)
+    ]
     apart = tuple(near.result()) if len(levels) > 1 else ()
     return [replace(out[0], saturated=saturated, near=apart), *out[1:]]
 
@@ -165,10 +162,20 @@ def _peer(
         start = time.perf_counter()
         q = run_peer(peer(name), trial.record, dips.get(trial.folder))
         seconds = time.perf_counter() - start
-        q, offset = aligned(q, log.attitude, log.counts, align)
-        error = attitude_errors(q, log.attitude, log.counts)
-        units = dict.fromkeys(ANGLES, "deg")
-        out.append(Result(name, "package", trial.name, error, units, seconds, offset_deg=offset))
+        offset = Alignment(align)
+        offset.add(q, log.attitude, log.counts)
+        error = attitude_errors(offset.turned(q), log.attitude, log.counts)
+        out.append(
+            Result(
+                name,
+                "package",
+                trial.name,
+                error,
+                dict.fromkeys(ANGLES, "deg"),
+                seconds,
+                offset_deg=offset.offset_deg,
+            )
+        )
     return out
 
 
@@ -219,7 +226,7 @@ def benchmark(
         (f"{name} on {t.name}", _peer, (name, [t], dips, align))
         for name in peers
         if PEERS[name].slow
-        for t in sorted(bare, key=lambda t: -len(t.record))
+        for t in sorted(bare, key=lambda t: -len(t.log))
     ]
     tasks += [(name, _peer, (name, bare, dips, align)) for name in peers if not PEERS[name].slow]
     count = len(estimators) + len(tasks)

@@ -6,7 +6,7 @@ qy qz`` the three angles of `sim.attitude.accuracy` instead.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -14,13 +14,7 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.accuracy import (
-    NO_SAMPLE,
-    AttitudeRmse,
-    attitude_error,
-    constant_offset,
-    pieces,
-)
+from boresight.sim.attitude.accuracy import NO_SAMPLE, AttitudeRmse, ConstantOffset, attitude_error
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
@@ -28,13 +22,13 @@ from boresight.sim.attitude.rotation import (
     quaternion_to_rotation_vector,
 )
 from boresight.sim.compare.difference import Differences, Spread
-from boresight.sim.records.feed import Feed
+from boresight.sim.records.feed import Feed, LongFeed
 
 __all__ = [
     "ANGLES",
+    "Alignment",
     "Angles",
-    "aligned",
-    "aligned_outputs",
+    "Errors",
     "attitude_errors",
     "errors",
     "gives_attitude",
@@ -53,48 +47,70 @@ def gives_attitude(estimator: Estimator) -> bool:
     return {*QUATERNION} <= {o.name for o in estimator.outputs}
 
 
-def units_of(estimator: Estimator, columns: Feed) -> dict[str, str]:
+def units_of(estimator: Estimator, columns: Feed | LongFeed) -> dict[str, str]:
     """Units of the figures that a record's truth allows, by name; empty without any truth."""
-    units, judged = {}, _apart(estimator, columns)
-    if judged and _rows(columns, QUATERNION).any():
-        units = dict.fromkeys(ANGLES, "deg")
-    for o in estimator.outputs:
-        if o.name in columns.truth and o.name not in judged and _rows(columns, (o.name,)).any():
-            units[o.name] = "words" if o.unit in EXACT_UNITS else o.unit
-    return units
+    known = set[str]()
+    for part in columns.parts():
+        judged = _apart(estimator, part)
+        if judged and _rows(part, QUATERNION).any():
+            known |= {*ANGLES}
+        known |= {n for n in part.truth if n not in judged and _rows(part, (n,)).any()}
+    return _units(estimator, known)
+
+
+def _units(estimator: Estimator, names: Collection[str]) -> dict[str, str]:
+    angles = dict.fromkeys(ANGLES, "deg") if ANGLES[0] in names else {}
+    declared = {o.name: "words" if o.unit in EXACT_UNITS else o.unit for o in estimator.outputs}
+    return angles | {n: u for n, u in declared.items() if n in names and n not in angles}
+
+
+class Errors:
+    """Figures of a run's outputs, those of `units_of`: the same whatever the pieces.
+
+    An attitude of norm zero counts as NaN. Of words that are compared exactly the figure is the
+    root of the share that differs.
+    """
+
+    def __init__(self, estimator: Estimator) -> None:
+        self.estimator = estimator
+        self._angles, self._rest = Angles(), list[Differences]()
+
+    def add(self, columns: Feed, outputs: Mapping[str, FloatArray]) -> None:
+        """The next rows, with their outputs (n,) by name."""
+        judged = _apart(self.estimator, columns)
+        if judged:
+            self._angles.add(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
+        names = [n for n in columns.truth if n not in judged]
+        if not self._rest:
+            self._rest = [Differences(self.estimator.outputs, names, judged=False)]
+        rows = columns.counts
+        self._rest[0].add(*({n: x[n][rows] for n in names} for x in (outputs, columns.truth)))
+
+    def result(self) -> dict[str, float]:
+        """The figures, by name."""
+        angles = self._angles.result() if self._angles.samples else {}
+        rest = (d for made in self._rest for d in made.result())
+        return angles | {d.output: d.rms for d in rest if d.samples}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Their units."""
+        return _units(self.estimator, self.result())
 
 
 def errors(
     estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray]
 ) -> dict[str, float]:
-    """Figures of a run's outputs (n,), by name; those of `units_of`.
-
-    An attitude of norm zero counts as NaN. Of words that are compared exactly the figure is the
-    root of the share that differs.
-    """
-    metrics: dict[str, float] = {}
-    units, judged = units_of(estimator, columns), _apart(estimator, columns)
-    if judged and ANGLES[0] in units:
-        angles = Angles()
-        for some in pieces(len(columns.counts)):
-            q, reference = (
-                attitude_of({n: x[n][some] for n in QUATERNION}) for x in (outputs, columns.truth)
-            )
-            angles.add(q, reference, columns.counts[some])
-        metrics = angles.result()
-    names = [n for n in units if n not in metrics]
-    made = Differences(estimator.outputs, names, judged=False)
-    for some in pieces(len(columns.counts)):
-        rows = columns.counts[some]
-        made.add(*({n: x[n][some][rows] for n in names} for x in (outputs, columns.truth)))
-    return metrics | {d.output: d.rms for d in made.result()}
+    """`Errors` of a whole run."""
+    made = Errors(estimator)
+    made.add(columns, outputs)
+    return made.result()
 
 
 def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
     """The figures of attitudes (n, 4)."""
     angles = Angles()
-    for some in pieces(len(q)):
-        angles.add(q[some], reference[some], counts[some])
+    angles.add(q, reference, counts)
     return angles.result()
 
 
@@ -125,33 +141,32 @@ class Angles:
         return {name: spread.rms for name, spread in self._spreads.items()}
 
 
-def aligned(
-    q: FloatArray, reference: FloatArray, counts: BoolArray, align: str
-) -> tuple[FloatArray, tuple[float, ...]]:
-    """Attitudes (n, 4) without their constant offset from a reference, over samples that count.
+class Alignment(ConstantOffset):
+    """The constant offset of attitudes from a reference, over samples that count."""
 
-    Returns
-    -------
-    q : float64 (n, 4)
-    offset_deg : tuple of 3 float
-        The offset as a rotation vector about east, north and up [deg]; none taken out: empty.
-    """
-    rows = counts & np.isfinite(reference).all(axis=1) & np.isfinite(q).all(axis=1) & q.any(axis=1)
-    if align == "none" or not rows.any():
-        return q, ()
-    offset = constant_offset(q[rows], reference[rows], align)
-    turned = quaternion_multiply(quaternion_conjugate(offset), q)
-    return turned, tuple(np.degrees(quaternion_to_rotation_vector(offset)).tolist())
+    def turned(self, q: FloatArray) -> FloatArray:
+        """Attitudes (n, 4) without it."""
+        offset = self.result()
+        return q if offset is None else quaternion_multiply(quaternion_conjugate(offset), q)
 
+    @property
+    def offset_deg(self) -> tuple[float, ...]:
+        """The offset as a rotation vector (3,) about east, north and up; of none: empty."""
+        if (offset := self.result()) is None:
+            return ()
+        return tuple(np.degrees(quaternion_to_rotation_vector(offset)).tolist())
 
-def aligned_outputs(
-    estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray], align: str
-) -> tuple[Mapping[str, FloatArray], tuple[float, ...]]:
-    """`aligned` of a run's outputs: of those ``qw qx qy qz``, where the record has their truth."""
-    if align == "none" or not _apart(estimator, columns):
-        return outputs, ()
-    q, offset = aligned(attitude_of(outputs), attitude_of(columns.truth), columns.counts, align)
-    return {**outputs, **dict(zip(QUATERNION, q.T, strict=True))}, offset
+    def add_outputs(self, columns: Feed, outputs: Mapping[str, FloatArray]) -> None:
+        """The next rows of a run; of one without attitude, or without its truth, nothing."""
+        if {*QUATERNION} <= columns.truth.keys() & outputs.keys():
+            self.add(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
+
+    def turned_outputs(self, outputs: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+        """Outputs of a run without it."""
+        if self.result() is None:
+            return outputs
+        q = self.turned(attitude_of(outputs))
+        return {**outputs, **dict(zip(QUATERNION, np.moveaxis(q, -1, 0), strict=True))}
 
 
 def _apart(estimator: Estimator, columns: Feed) -> tuple[str, ...]:

@@ -9,18 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from queue import SimpleQueue
 from typing import TypeVar
 
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import errors, units_of
-from boresight.sim.attitude.accuracy import pieces
+from boresight.sim.accuracy.figures import Errors
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.levels.level import Run
 from boresight.sim.processes import processes
-from boresight.sim.records.feed import Feed
+from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.worlds.loop import drive
 
 __all__ = ["Scorer"]
@@ -34,7 +33,7 @@ class Scorer:
     Parameters
     ----------
     estimator : Estimator
-    feeds : sequence of Feed
+    feeds : sequence of Feed or LongFeed
     word : int
         Word width, 18 to 32.
     jobs : int, optional
@@ -46,7 +45,7 @@ class Scorer:
     def __init__(
         self,
         estimator: Estimator,
-        feeds: Sequence[Feed],
+        feeds: Sequence[Feed | LongFeed],
         *,
         word: int = 32,
         jobs: int | None = None,
@@ -79,7 +78,8 @@ class Scorer:
         if self.jobs == 1:
             return [item(index) for index in which]
         with ThreadPoolExecutor(self.jobs) as pool:
-            return list(pool.map(item, which))
+            contexts = [copy_context() for _ in which]  # what is selected of logs
+            return list(pool.map(lambda context, k: context.run(item, k), contexts, which))
 
     def each(
         self, work: Callable[[int, Emitted], _T], params: Mapping[str, float] | None = None
@@ -99,20 +99,18 @@ class Scorer:
         """
 
         def score(index: int, level: Emitted) -> dict[str, float]:
-            columns = self.feeds[index]
-            if not units_of(self.estimator, columns):
+            made, where = Errors(self.estimator), ""
+            for k, part in enumerate(self.feeds[index].parts()):
+                (loop,) = drive(part, level, anew=not k)
+                made.add(part, loop.outputs)
+                where = part.record.where
+            if not (metrics := made.result()):
                 raise InputError.at(
-                    columns.record.where,
+                    where,
                     wanted=f"a truth of {self.estimator.name}'s outputs",
                     found="none",
                     fix="leave this log out",
                 )
-            runs = []
-            for some in pieces(len(columns)):
-                part = columns.rows(some.start, some.stop)
-                (loop,) = drive(part, level, anew=not some.start)
-                runs.append(loop.run.outputs_alone(columns.truth))
-            metrics = errors(self.estimator, columns, Run.joined(runs).outputs)
             if self.scored is None:
                 return metrics
             name, figure = self.scored[index]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,9 @@ from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.peers import PEERS, run_peer
 from boresight.sim.attitude.rotation import quaternion_multiply
-from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.records.feed import Feed, feed, fitted
-from boresight.sim.records.files import read_logs
+from boresight.sim.records.bundled import bundled, bundled_names
+from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
+from boresight.sim.records.log import Log, logs_of
 from boresight.sim.records.nine_axis import NineAxis, truth_names
 from boresight.sim.records.record import Column, Record
 
@@ -29,31 +29,37 @@ STAND_IN = "vqf_offline"
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A record with a truth.
+    """A log with a truth.
 
     ``reference``: "truth"; "comparison" (another device's estimate, in the log); or the name of
     the peer whose estimate stands for it. Only truth enters means. ``folder``: where the log is
-    from. ``feeds``: estimators made for the record's rates and what they read of it, by name.
+    from. ``feeds``: estimators made for the log's rates and what they read of it, by name.
     """
 
-    record: Record
+    log: Log
     reference: str = "truth"
     folder: str = ""
-    feeds: Mapping[str, tuple[Estimator, Feed]] = field(default_factory=dict)
+    feeds: Mapping[str, tuple[Estimator, Feed | LongFeed]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        """Name of the record."""
-        return self.record.name
+        """Name of the log."""
+        return self.log.name
 
-    def fed(self, estimator: Estimator) -> tuple[Estimator, Feed]:
-        """The estimator made for the record's rates, and what it reads of it."""
-        return self.feeds.get(estimator.name) or _fed(estimator, self.record)
+    @property
+    def record(self) -> Record:
+        """The log in memory, for published filters."""
+        return self.log.first
+
+    def fed(self, estimator: Estimator) -> tuple[Estimator, Feed | LongFeed]:
+        """The estimator made for the log's rates, and what it reads of it."""
+        return self.feeds.get(estimator.name) or _fed(estimator, self.log)
 
 
-def _fed(estimator: Estimator, record: Record) -> tuple[Estimator, Feed]:
-    made = fitted(estimator, record)
-    return made, feed(made, record)
+def _fed(estimator: Estimator, log: Log) -> tuple[Estimator, Feed | LongFeed]:
+    """The estimator made for the rates of a log, or of its first part, and what it reads."""
+    made = fitted(estimator, log.first)
+    return made, feed_of(made, log)
 
 
 def read_trials(
@@ -83,22 +89,22 @@ def read_trials(
     """
     trials: dict[str, Trial] = {}
     left_out: list[str] = []
-    for record, path in read_logs(logs or [bundled(name) for name in bundled_names()]):
-        if record.name in trials or record.name in left_out:
+    # Published filters hold a whole log.
+    for log in logs_of(logs or [bundled(name) for name in bundled_names()], whole=peers):
+        if log.name in trials or log.name in left_out:
             raise InputError.at(
-                record.where,
+                log.first.where,
                 wanted="logs of different names",
-                found=record.name,
+                found=log.name,
                 fix="name each log once, or rename one",
             )
-        record = _from_magnetic_north(record, declination_deg)
-        other = record.comparison or (path is not None and is_comparison(path))
-        other |= record.name in comparisons
-        trial = _trial(record, estimators, "comparison" if other else "truth", path, peers)
+        log = log.through(partial(_from_magnetic_north, declination_deg))
+        other = log.comparison or log.name in comparisons
+        trial = _trial(log, estimators, "comparison" if other else "truth", peers)
         if trial is None:
-            left_out.append(record.name)
+            left_out.append(log.name)
         else:
-            trials[record.name] = trial
+            trials[log.name] = trial
     for name in comparisons:
         if name not in trials or trials[name].reference != "comparison":
             raise InputError.at(
@@ -110,7 +116,7 @@ def read_trials(
     return sorted(trials.values(), key=lambda t: t.name), sorted(left_out)
 
 
-def _from_magnetic_north(record: Record, declination_deg: float) -> Record:
+def _from_magnetic_north(declination_deg: float, record: Record) -> Record:
     """A record whose reference counts from magnetic north, of one from true north."""
     names = truth_names(record)
     if not declination_deg or not all(n in names for n in QUATERNION):
@@ -120,23 +126,21 @@ def _from_magnetic_north(record: Record, declination_deg: float) -> Record:
     # v_magnetic = Rz(D) v_true: magnetic north (sin D, cos D, 0) becomes (0, 1, 0).
     q = quaternion_multiply((np.cos(half), 0.0, 0.0, np.sin(half)), true)
     columns = {names[n]: Column(q[:, k]) for k, n in enumerate(QUATERNION)}
-    return replace(record, columns={**record.columns, **columns})
+    return record.derived({**record.columns, **columns})
 
 
-def _trial(
-    record: Record, estimators: Sequence[Estimator], reference: str, path: Path | None, peers: bool
-) -> Trial | None:
-    """A record as a trial; None where it has no truth and nothing stands in."""
-    folder = "" if path is None else path.absolute().parent.name
-    feeds = {e.name: _fed(e, record) for e in estimators}
+def _trial(log: Log, estimators: Sequence[Estimator], reference: str, peers: bool) -> Trial | None:
+    """A log as a trial; None where it has no truth and nothing stands in."""
+    folder = "" if log.path is None else log.path.absolute().parent.name
+    feeds = {e.name: _fed(e, log) for e in estimators}
     if any(units_of(*fed) for fed in feeds.values()):
-        return Trial(record, reference, folder, feeds)
+        return Trial(log, reference, folder, feeds)
     if not peers:
         return None
-    log = NineAxis.of(record)
-    if log.q is not None and (np.isfinite(log.q).all(axis=1) & log.counts).any():
-        return Trial(record, reference, folder, feeds)
-    if not log.mag_new.any():
+    nine = NineAxis.of(log.first)
+    if nine.q is not None and (np.isfinite(nine.q).all(axis=1) & nine.counts).any():
+        return Trial(log, reference, folder, feeds)
+    if not nine.mag_new.any():
         return None
-    record = replace(log, q=run_peer(PEERS[STAND_IN], record)).record()
-    return Trial(record, STAND_IN, folder, {e.name: _fed(e, record) for e in estimators})
+    log = Log.held(replace(nine, q=run_peer(PEERS[STAND_IN], log.first)).record())
+    return Trial(log, STAND_IN, folder, {e.name: _fed(e, log) for e in estimators})

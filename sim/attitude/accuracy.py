@@ -10,7 +10,6 @@ Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -28,11 +27,10 @@ __all__ = [
     "NO_SAMPLE",
     "AttitudeError",
     "AttitudeRmse",
+    "ConstantOffset",
     "attitude_error",
     "attitude_rmse",
-    "constant_offset",
     "largest_turn_deg",
-    "pieces",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -126,29 +124,35 @@ def attitude_rmse(
     return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
 
 
-def constant_offset(q_est: FloatArray, q_ref: FloatArray, align: str) -> FloatArray:
-    """Turn (4,) in navigation axes that takes references (n, 4) nearest to estimates.
+class ConstantOffset:
+    """Turn in navigation axes that takes references nearest to estimates, piece by piece.
 
     The quaternion ``o`` of norm one with the components of `ALIGNMENTS` that maximises the sum of
     ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
     Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
     """
-    free, products = list(ALIGNMENTS[align]), list[FloatArray]()
-    for some in pieces(len(q_est)):
+
+    def __init__(self, align: str) -> None:
+        self._free = list(ALIGNMENTS[align])
+        self._products = np.zeros((len(self._free), len(self._free)))
+
+    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: npt.NDArray[np.bool_]) -> None:
+        """The next rows, (n, 4): those that count and have both attitudes."""
+        rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
+        rows &= q_est.any(axis=1)
         error = quaternion_multiply(
-            quaternion_normalise(q_est[some]),
-            quaternion_conjugate(quaternion_normalise(q_ref[some])),
-        )
-        products.append(error[:, free].T @ error[:, free])
-    offset = np.zeros(4)
-    offset[free] = np.linalg.eigh(np.sum(products, axis=0))[1][:, -1]
-    return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
+            quaternion_normalise(q_est[rows]),
+            quaternion_conjugate(quaternion_normalise(q_ref[rows])),
+        )[:, self._free]
+        self._products += error.T @ error
 
-
-def pieces(rows: int) -> Iterator[slice]:
-    """Rows of a long run, 65,536 at a time."""
-    for start in range(0, rows, 1 << 16):
-        yield slice(start, min(start + (1 << 16), rows))
+    def result(self) -> FloatArray | None:
+        """The quaternion (4,); None of no row, or of nothing to turn."""
+        if len(self._free) == 1 or not self._products.any():
+            return None
+        offset = np.zeros(4)
+        offset[self._free] = np.linalg.eigh(self._products)[1][:, -1]
+        return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
 
 
 def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:

@@ -152,10 +152,24 @@ class _Case:
         if whole or not self.feeds:
             self.feeds.append(block)
 
-    def differs(self, attempt: int, row: int, records: FloatArray, wanted: Run) -> None:
-        """The first update in which an attempt differs is a row of the piece at hand."""
+    def differs(
+        self,
+        attempt: int,
+        row: int,
+        records: FloatArray,
+        wanted: Run,
+        shared: IntArray | None = None,
+    ) -> None:
+        """The first update in which an attempt differs is a row of the piece at hand.
+
+        ``shared`` are the states before each row where other programs update them, too.
+        """
         assert wanted.states is not None
-        self.wrong[attempt] = wanted.states[row - 1] if row else self.before, records[row]
+        before = wanted.states[row - 1] if row else self.before
+        if shared is not None:  # it is run again by itself
+            before = shared[row]
+            self.origins[attempt] = self.rows + row, before, [records[row : row + 1]]
+        self.wrong[attempt] = before, records[row]
 
     @property
     def complete(self) -> bool:
@@ -382,6 +396,7 @@ class Check:
         """
         tried = [attempt.advance(piece) for attempt in attempts]
         shown = next((runs for runs in tried if runs and runs[0].states is not None), None)
+        shown = None if self.build.sharing else shown
         for k, level in enumerate(interpreter.levels):
             level.shown = None if shown is None else shown[k].states
         fixed = interpreter.advance(piece)
@@ -390,11 +405,12 @@ class Check:
             if not len(piece[k]):
                 continue
             records = interpreter.exchange.records[k]
+            shared = interpreter.exchange.before.get(k)
             interpreter.agreements[k].add(wanted, wanted)
             for n, (attempt, runs) in enumerate(zip(attempts, tried, strict=True)):
                 row = None if runs is None else attempt.agreements[k].add(runs[k], wanted)
                 if row is not None:
-                    case.differs(n, row, records, wanted)
+                    case.differs(n, row, records, wanted, shared)
                 for place, run in attempt.sliced(records, case.rows, wanted, case.before):
                     part = wanted.rows(place, place + len(run.outputs[min(run.outputs)]))
                     row = attempt.agreements[k].add(run, part, case.rows + place)

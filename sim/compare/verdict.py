@@ -141,6 +141,8 @@ class Judge:
     def __init__(self, build: Build, number: int, *, curves: bool = False) -> None:
         self._estimator, self._program = build.estimators[number], build.programs[number]
         self._nodes = build.nodes[number]
+        #: Other programs update its states, too: updates do not follow from those before.
+        self._shared = number in build.sharing
         names = [o.name for o in self._estimator.outputs]
         self._errors = Differences(self._estimator.outputs, names, curves=curves)
         self._rows = self._saturated = 0
@@ -203,6 +205,15 @@ class Judge:
         if clean or not self._words:
             return Accuracy(errors, 0, {}, (), clamped, "")
         program, nodes = self._program, self._nodes
+        if self._shared:
+            beyond = tuple(
+                f"state {declared_name(program, nodes, program.states[k][0])} is {reached:.6g} in "
+                f"step {step}, BEYOND its declared range"
+                for k, (step, reached) in sorted(self._left.items())
+            )
+            clamp = "" if self._clamp is None else f"the first to saturate is step {self._clamp}; "
+            text = f"{clamp}causes are not sought where states are shared"
+            return Accuracy(errors, self._saturated, {}, beyond, clamped, text)
         steps = {step for step, _ in self._left.values()}
         steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
         steps |= set() if self._clamp is None else {self._clamp}

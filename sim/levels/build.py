@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from graphlib import TopologicalSorter
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ import numpy.typing as npt
 from boresight.gateware.core import Core, build_shared_core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.estimator import Estimator, with_params
-from boresight.model.linking import first_word, linked_estimators, linked_words
+from boresight.model.linking import families, first_word, linked_estimators, linked_words
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.heaviest import heaviest
 from boresight.model.words.program import Program
@@ -149,6 +150,13 @@ class Build:
         before = {k: {other for other, _ in links.values()} for k, links in enumerate(self.links)}
         return list(TopologicalSorter(before).static_order())
 
+    @cached_property
+    def sharing(self) -> dict[int, int]:
+        """Estimators that share states, by number, with the number of the one that has them."""
+        owners = families(self.estimators)
+        shared = {owner for k, owner in enumerate(owners) if k != owner}
+        return {k: owner for k, owner in enumerate(owners) if owner in shared}
+
     def streamed(self, number: int) -> list[int]:
         """Columns of an estimator's inputs in its record."""
         columns = range(len(self.estimators[number].inputs))
@@ -156,7 +164,7 @@ class Build:
 
 
 class Exchange:
-    """Words of other estimators that linked estimators of a build read, piece by piece.
+    """What the estimators of a build have of each other, piece by piece: words, states.
 
     They take turns as in `sim.rtl.sharing.Rounds`.
 
@@ -169,19 +177,24 @@ class Exchange:
 
     def __init__(self, build: Build, *, clamp: bool = False) -> None:
         self.build, self.clamp = build, clamp
-        self._rounds, self._linked = Rounds(), any(build.links)
-        #: Turns of the piece at hand, where estimators are linked, and pieces before it.
+        self._rounds, self._coupled = Rounds(), any(build.links) or bool(build.sharing)
+        #: Turns of the piece at hand, where estimators are linked or share states, and pieces
+        #: before it.
         self.turns: list[Turn] | None = None
         self.pieces = -1
         #: Records of each estimator in the piece, filled.
         self.records: dict[int, FloatArray] = {}
+        #: Of shared states, by the number of their owner, which level has the last ones.
+        self.holders: dict[int, int] = {}
+        #: Of each estimator that shares states, those before each record of the piece.
+        self.before: dict[int, npt.NDArray[Any]] = {}
         self._outputs: dict[int, Mapping[str, FloatArray]] = {}
         self._last: dict[tuple[int, str], float] = {}
 
     def begin(self, counts: Sequence[int]) -> None:
         """Begin a piece of so many records of each estimator."""
         self.pieces += 1
-        if self._linked:
+        if self._coupled:
             self.turns = self._rounds.piece(counts)
             for number, outputs in self._outputs.items():
                 self._last |= {(number, n): float(v[-1]) for n, v in outputs.items() if len(v)}

@@ -42,6 +42,16 @@ class Interpreted(Level):
         self._ahead: CModel | None = None
         self._rows = 0
 
+    @property
+    def kept(self) -> IntArray:
+        """See `Level`."""
+        return (self._machine or Interpreter(self.program)).states[:, 0]
+
+    @kept.setter
+    def kept(self, states: IntArray) -> None:
+        self._machine = self._machine or Interpreter(self.program)
+        self._machine.states = states[:, None]
+
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         program, lent, self.shown = self.program, self.shown, None
@@ -83,6 +93,15 @@ class Emitted(Level):
         """Set the states to their start words."""
         self._model.reset()
 
+    @property
+    def kept(self) -> IntArray:
+        """See `Level`."""
+        return self._model.states.astype(np.int64)
+
+    @kept.setter
+    def kept(self, states: IntArray) -> None:
+        self._model.states[:] = states
+
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
         inputs = words_of(self.program, records).astype(np.int32, order="C")
@@ -101,6 +120,8 @@ class Emitted(Level):
     ) -> Sequence[Seen]:
         """Every word of the last update."""
         self.reset()
+        if states is not None:
+            self.kept = states
         for piece in (*before, records[:-1]):
             self._model.update(words_of(self.program, piece))
         words = self._model.values_of_update(words_of(self.program, records[-1]))

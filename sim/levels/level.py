@@ -170,6 +170,15 @@ class Level(ABC):
         """Set the states to these words, (n_states,)."""
         raise NotImplementedError
 
+    @property
+    def kept(self) -> Any:
+        """States in the level's own numbers, (n_states,), which may be set, too."""
+        raise NotImplementedError
+
+    @kept.setter
+    def kept(self, states: Any) -> None:
+        raise NotImplementedError
+
     @abstractmethod
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other: inputs (n, n_inputs) in their units."""
@@ -212,16 +221,41 @@ class Level(ABC):
     ) -> list[Run]:
         """Run every estimator of a build on its own records.
 
-        Estimators with links run after their sources. With ``exchange``, which goes along, records
-        go on where the last ones ended; by default each estimator begins with a reset.
+        Estimators with links run after their sources, those that share states in turns. With
+        ``exchange``, which goes along, records go on where the last ones ended; by default each
+        estimator begins with a reset.
         """
         exchange = exchange or cls.exchange(levels)
         exchange.begin([len(inputs) for inputs in records])
         runs: dict[int, Run] = {}
         for k in exchange.build.order:
-            runs[k] = levels[k].run(exchange.filled(k, records[k]))
-            exchange.give(k, runs[k].outputs)
+            inputs = exchange.filled(k, records[k])
+            if k not in exchange.build.sharing:
+                runs[k] = levels[k].run(inputs)
+                exchange.give(k, runs[k].outputs)
+        runs |= cls._in_turns(levels, exchange)
         return [runs[k] for k in range(len(levels))]
+
+    @classmethod
+    def _in_turns(cls, levels: Sequence[Level], exchange: Exchange) -> dict[int, Run]:
+        """Runs of the estimators that share states: each record begins with those of the last."""
+        sharing = exchange.build.sharing
+        parts: dict[int, list[Run]] = {k: [] for k in sharing}
+        before: dict[int, list[Any]] = {k: [] for k in sharing}
+        for turn in exchange.turns or ():
+            if (k := turn.number) not in sharing:
+                continue
+            last = exchange.holders.get(sharing[k], k)
+            if last != k:
+                levels[k].kept = levels[last].kept
+            exchange.holders[sharing[k]] = k
+            before[k].append(levels[k].kept)
+            parts[k].append(levels[k].run(exchange.records[k][turn.start : turn.stop]))
+        exchange.before = {k: np.array(rows) for k, rows in before.items()}
+        return {
+            k: Run.joined(runs) if runs else levels[k].run(exchange.records[k])
+            for k, runs in parts.items()
+        }
 
     @classmethod
     def exchange(cls, levels: Sequence[Level]) -> Exchange:

@@ -42,6 +42,7 @@ def recorded(build: Build) -> list[Recorded]:
     """
     records: dict[int, Recorded] = {}
     last_outputs: dict[int, IntArray] = {}
+    shared: dict[int, IntArray] = {}
     for number in build.order:
         program = build.programs[number]
         interval = build.core.parts[number].schedule.interval
@@ -50,11 +51,12 @@ def recorded(build: Build) -> list[Recorded]:
         for column, (other, name) in build.links[number].items():
             position = build.programs[other].output_names.index(name)
             words[:, column] = last_outputs[other][position]
-        machine = Interpreter(program)
+        machine, owner = Interpreter(program), build.sharing.get(number, number)
+        machine.states = shared.get(owner, machine.states)
         answers = [machine.update(row[:, None]) for row in words]
         outputs = np.stack([out[:, 0] for out, _ in answers])
         saturated = np.array([bool(flag[0]) for _, flag in answers])
-        last_outputs[number] = outputs[-1]
+        last_outputs[number], shared[owner] = outputs[-1], machine.states
         streamed = words[:, build.streamed(number)]
         records[number] = Recorded(number, streamed, outputs, saturated, source)
     return list(records.values())

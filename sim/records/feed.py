@@ -12,12 +12,17 @@ from boresight.model.declarations import QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.words.program import Program
+from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Record, index_place, joined
+from boresight.sim.records.stream import ahead
 
-__all__ = ["Feed", "Feeder", "feed", "feeds", "fitted"]
+__all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted"]
+
+#: Rows of a part.
+ROWS = 1 << 16
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
@@ -93,6 +98,11 @@ class Feed:
             tuple(dict.fromkeys(text for part in parts for text in part.warnings)),
         )
 
+    def parts(self) -> Iterator[Feed]:
+        """The rows, `ROWS` at a time."""
+        for start in range(0, len(self), ROWS):
+            yield self.rows(start, min(start + ROWS, len(self)))
+
     def words(self, program: Program) -> npt.NDArray[np.int64]:
         """Input words (n, n_inputs)."""
         return input_words(program, self.inputs[:, :, None])[:, :, 0]
@@ -117,6 +127,33 @@ def feeds(
 ) -> Iterator[Feed]:
     """`feed` of a record in pieces; see `Feeder`."""
     return map(Feeder(estimator, linked=linked).take, records)
+
+
+@dataclass(frozen=True, eq=False)
+class LongFeed:
+    """Inputs of an estimator from a log of which no more than a part is held at a time."""
+
+    estimator: Estimator
+    log: Log
+
+    def __len__(self) -> int:
+        """Count the samples; the log is read for it."""
+        return len(self.log)
+
+    def parts(self) -> Iterator[Feed]:
+        """The rows, `ROWS` at a time: the log is read and checked each time.
+
+        Raises
+        ------
+        InputError
+            As `feed`, and as the log's reader.
+        """
+        yield from ahead(feeds(self.estimator, self.log.blocks(ROWS)))
+
+
+def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
+    """The inputs of an estimator from a log; raises InputError as `feed`, of one in memory."""
+    return feed(estimator, log.data) if isinstance(log.data, Record) else LongFeed(estimator, log)
 
 
 class Feeder:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from boresight.sim.records.bundled import is_comparison
 from boresight.sim.records.files import in_pieces, log_files, read_pieces, read_record
 from boresight.sim.records.record import Record
 from boresight.sim.records.stream import resized, timed
@@ -17,6 +18,10 @@ __all__ = ["Log", "logs_of"]
 
 #: Bytes of a file that is read whole.
 _WHOLE = 8 << 20
+
+
+def _same(record: Record) -> Record:
+    return record
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +36,25 @@ class Log:
         The samples, or the file with them, of which no more than a block is held.
     steps : int, optional
         Leading samples; by default all.
+    path : Path, optional
+        The file that it is from.
+    derived : callable
+        Each block goes through it.
     """
 
     name: str
     data: Record | Path
     steps: int | None = None
+    path: Path | None = None
+    derived: Callable[[Record], Record] = _same
 
     @classmethod
-    def of(cls, data: Any, steps: int | None = None, *, name: str = "record") -> Log:
+    def of(
+        cls, data: Any, steps: int | None = None, *, name: str = "record", whole: bool = False
+    ) -> Log:
         """The leading samples of a log file, or of data in memory (`Record.of`).
+
+        A file of more than 8 MB is not held, but for ``whole``.
 
         Raises
         ------
@@ -50,11 +65,32 @@ class Log:
             return data
         if isinstance(data, str | Path):
             path = Path(data)
-            if in_pieces(path) and os.path.isfile(path) and os.path.getsize(path) > _WHOLE:
-                return cls(next(read_pieces(path)).name, path, steps)
-            data = read_record(path)
-        record = Record.of(data, name=name).head(steps)
-        return cls(record.name, record)
+            long = not whole and in_pieces(path) and os.path.isfile(path)
+            if long and os.path.getsize(path) > _WHOLE:
+                return cls(next(read_pieces(path)).name, path, steps, path)
+            return cls.held(read_record(path).head(steps), path)
+        return cls.held(Record.of(data, name=name).head(steps))
+
+    @classmethod
+    def held(cls, record: Record, path: Path | None = None) -> Log:
+        """A log in memory."""
+        return cls(record.name, record, path=path)
+
+    def through(self, work: Callable[[Record], Record]) -> Log:
+        """The log of whose samples something else is made, block by block."""
+        if isinstance(self.data, Record):
+            return replace(self, data=work(self.data))
+        return replace(self, derived=lambda block: work(self.derived(block)))
+
+    @property
+    def comparison(self) -> bool:
+        """Its reference is another device's estimate, not truth."""
+        return self.first.comparison or (self.path is not None and is_comparison(self.path))
+
+    @property
+    def first(self) -> Record:
+        """All of a log in memory, of a file the first 65,536 rows."""
+        return self.data if isinstance(self.data, Record) else next(self.blocks(1 << 16))
 
     def __len__(self) -> int:
         """Count the samples; a file is read for it."""
@@ -76,14 +112,16 @@ class Log:
             return
         done = 0
         for block in read_pieces(self.data, rows):
-            yield block if self.steps is None else block.head(self.steps - done)
+            yield self.derived(block if self.steps is None else block.head(self.steps - done))
             done += len(block)
             if self.steps is not None and done >= self.steps:
                 return
 
 
-def logs_of(logs: Iterable[Any], steps: int | None = None) -> list[Log]:
+def logs_of(logs: Iterable[Any], steps: int | None = None, *, whole: bool = False) -> list[Log]:
     """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ...
+
+    ``whole``: see `Log.of`.
 
     Raises
     ------
@@ -94,5 +132,6 @@ def logs_of(logs: Iterable[Any], steps: int | None = None) -> list[Log]:
     out, unnamed = list[Log](), 0
     for log in chain.from_iterable(paths):
         unnamed += not isinstance(log, Record | Path)
-        out.append(Log.of(log, steps, name=f"record{unnamed if unnamed > 1 else ''}"))
+        name = f"record{unnamed if unnamed > 1 else ''}"
+        out.append(Log.of(log, steps, name=name, whole=whole))
     return out

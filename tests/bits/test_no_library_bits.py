@@ -66,6 +66,7 @@ EXACT_NUMPY = set(
         "errstate",
         "float64",
         "floor",
+        "frombuffer",
         "frompyfunc",
         "full",
         "generic",

@@ -22,12 +22,15 @@ from typing import Any
 
 import pytest
 
+import boresight
 from boresight.cli import main
 from boresight.core_files import core_files, project_files
 from boresight.disk.manifest import NAME
 from boresight.disk.output import OutputFile, output_folder
 from boresight.sim.data import convert_ximu, make_synthetic
 from boresight.sim.experiments.experiment import Result
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import FORMATS, log_files
 from boresight.sim.soc import __main__ as firmware
 
 pytestmark = pytest.mark.pythons
@@ -533,6 +536,61 @@ def test_ended_in_the_middle(verb: str, number: signal.Signals, code: int, home:
     before = everything(home)
     assert interrupted((FILES | FOLDERS)[verb], number, home) == code
     assert everything(home) == before
+
+
+#: A run of several pieces, for each suffix one process, which ends itself in the third piece.
+PIECES = """
+import importlib, os, signal, sys
+import pyarrow.compute, pyarrow.csv, pyarrow.feather, pyarrow.parquet, scipy.io  # once
+signal.signal(signal.SIGINT, signal.default_int_handler)
+module = importlib.import_module("boresight.verbs.run")
+from boresight.cli import main
+module._ROWS, record, done = 1000, module._record, []
+def ended(*arguments):
+    done.append(arguments)
+    if len(done) == 3:
+        os.kill(os.getpid(), number)
+    return record(*arguments)
+module._record = ended
+for suffix in sys.argv[2:]:
+    for number in (signal.SIGINT, signal.SIGKILL):
+        if not (child := os.fork()):
+            os._exit(main(["run", "rate.py", sys.argv[1], "--on", "c", "-o", "out" + suffix]))
+        print(suffix, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+RATE = """
+from boresight import Estimator, Input, Output
+class Rate(Estimator):
+    inputs = (Input("gx", -40.0, 40.0, "rad/s"),)
+    outputs = (Output("y", "rad/s"),)
+    def step(self, x, u, p):
+        return {}, {"y": u.gx}
+"""
+
+
+def test_ended_between_pieces(tmp_path: Path) -> None:
+    """What was there before stays, and no part of a log under any name that is read."""
+    log = bundled("synthetic_60s")
+    (tmp_path / "rate.py").write_text(RATE)
+    for suffix in FORMATS:
+        output = tmp_path / f"out{suffix}"
+        boresight.run(str(tmp_path / "rate.py"), log, on="c", steps=9, output=output)
+    before = everything(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-c", PIECES, str(log), *reversed(FORMATS)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    codes = [f"{suffix} {code}" for suffix in reversed(FORMATS) for code in (130, -9)]
+    assert done.stdout.splitlines() == codes and "Traceback" not in done.stderr
+    left = everything(tmp_path)
+    assert {n: left[n] for n in before} == before
+    parts = set(left) - set(before)
+    assert all(n.startswith(".") for n in parts) and any(n.endswith("/out.csv") for n in parts)
+    assert log_files([tmp_path]) == sorted(tmp_path / f"out{suffix}" for suffix in FORMATS)
 
 
 def test_killed_in_the_middle_and_run_again(home: Path, monkeypatch: Any, capsys: Any) -> None:

@@ -1,6 +1,8 @@
 """Estimators of one core whose inputs others give: formats, first words, mistakes."""
 
 import dataclasses
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,9 +10,11 @@ import pytest
 from boresight.model.declarations import Input, Output, SourceFormat
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.linking import first_word, linked_estimators, linked_words
+from boresight.model.linking import families, first_word, linked_estimators, linked_words
+from boresight.model.lowering.profile import Profile
 from boresight.model.words.interpreter import Interpreter
 from tests.support.linked import Inner, Middle, Outer
+from tests.support.shared import STATES, Motion, Row
 
 
 def reader(*inputs: Input) -> Estimator:
@@ -125,3 +129,46 @@ def test_a_source_is_a_program_and_its_output(source: str) -> None:
         match=r'^test_linking\.py, line \d+, input x: wanted source="PROGRAM.OUTPUT", found',
     ):
         Input("x", -1.0, 1.0, source=source)
+
+
+def test_families() -> None:
+    """The owner need not be there; and an estimator alone has its own states."""
+    assert families([Row(), Inner(), Motion()]) == (2, 1, 2)
+    assert families([Row(), Inner()]) == (0, 1)
+    made = [Row(), Motion()]
+    assert linked_estimators(made) == made
+
+
+def changed(of: type[Estimator], **attributes: Any) -> Estimator:
+    return type(of.__name__, (of,), {"name": of.name, **attributes})()
+
+
+WIDER = (STATES[0], replace(STATES[1], high=4.0), STATES[2])
+
+
+@pytest.mark.parametrize(
+    ("others", "message"),
+    [
+        (
+            [Row(), changed(Motion, shares="last"), changed(Row, name="last", shares="")],
+            r"estimator row: wanted the estimator that has the states, which shares no other's, "
+            r"found shares = 'motion'",
+        ),
+        (
+            [Row(), changed(Motion, states=WIDER)],
+            r"wanted the states of motion: State\(name='pace', .*high=4.0.*, found .*high=2.0",
+        ),
+        ([Row(), changed(Motion, states=STATES[:2])], r"wanted .* no more, found State\(name='wei"),
+        (
+            [changed(Row, profile=Profile("row", "", (), {})), Motion()],
+            r"estimator row: wanted states in the formats of those of motion",
+        ),
+        (
+            [Row(), Motion(), reader(Z, Input("x", -8.0, 8.0, "m", source="motion.place"))],
+            r"estimator reader, input x: wanted no link to or from programs that share states",
+        ),
+    ],
+)
+def test_states_that_cannot_be_shared(others: list[Estimator], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        linked_estimators(others)

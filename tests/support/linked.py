@@ -9,7 +9,7 @@ from boresight.gateware.core import Core, build_shared_core
 from boresight.model import ops
 from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
-from boresight.model.linking import first_word, linked_estimators
+from boresight.model.linking import families, first_word, linked_estimators
 from boresight.model.words.interpreter import Interpreter
 
 
@@ -69,11 +69,16 @@ def linked_core(config: str = "small", *, restarts: int = 0) -> Core:
 
 
 class Models:
-    """Interpreters of a core's programs that pass words to each other as their links say."""
+    """Interpreters of a core's programs that pass words to each other as their links say.
+
+    Programs that share states pass these on.
+    """
 
     def __init__(self, core: Core) -> None:
         self.programs = [part.program for part in core.parts]
         self._models = [Interpreter(p) for p in self.programs]
+        self._family = families(self.programs)
+        self._states = [model.states for model in self._models]
         self._kept = {
             (p.name, output): first_word(p, output)
             for p in self.programs
@@ -91,6 +96,9 @@ class Models:
         """Output words of an update."""
         program = self.programs[number]
         rows = [[word] for word in self.record(number, streamed)]
-        out: list[int] = self._models[number].update(rows)[0][:, 0].tolist()
+        model, owner = self._models[number], self._family[number]
+        model.states = self._states[owner]
+        out: list[int] = model.update(rows)[0][:, 0].tolist()
+        self._states[owner] = model.states
         self._kept |= {(program.name, n): w for n, w in zip(program.output_names, out, strict=True)}
         return out

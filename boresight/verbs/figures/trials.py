@@ -10,9 +10,8 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.protocol.cells import cells
-from boresight.sim.records.bundled import is_comparison
-from boresight.sim.records.feed import Feed, feed
-from boresight.sim.records.files import read_logs
+from boresight.sim.records.feed import Feed, LongFeed, feed_of
+from boresight.sim.records.log import Log, logs_of
 
 __all__ = ["Trials", "trials_of"]
 
@@ -23,7 +22,7 @@ class Trials:
 
     Attributes
     ----------
-    feeds : tuple of Feed
+    feeds : tuple of Feed or LongFeed
     names, logs : tuple of str
         Of each its name, and the log that it is made of.
     units : dict of str to str
@@ -34,7 +33,7 @@ class Trials:
         Of each the figure that counts, by the name of its group of cases.
     """
 
-    feeds: tuple[Feed, ...]
+    feeds: tuple[Feed | LongFeed, ...]
     names: tuple[str, ...]
     logs: tuple[str, ...]
     units: dict[str, str]
@@ -69,16 +68,15 @@ def trials_of(estimator: Estimator, logs: Sequence[Any], protocol: str | None) -
     InputError
         Bad logs, none with truth, no such protocol or none for this estimator.
     """
-    feeds: list[Feed] = []
+    trials: list[tuple[Log, Feed | LongFeed, dict[str, str]]] = []
     left_out: list[str] = []
-    for record, path in read_logs(logs):
-        columns = feed(estimator, record)
-        other = record.comparison or (path is not None and is_comparison(path))
-        if units_of(estimator, columns) and not other:
-            feeds.append(columns)
+    for log in logs_of(logs, whole=protocol is not None):
+        columns = feed_of(estimator, log)
+        if (units := units_of(estimator, columns)) and not log.comparison:
+            trials.append((log, columns, units))
         else:
-            left_out.append(columns.record.name)
-    if not feeds:
+            left_out.append(log.name)
+    if not trials:
         raise InputError.at(
             "logs",
             wanted=f"at least one log with a truth of {estimator.name}'s outputs, as "
@@ -86,13 +84,13 @@ def trials_of(estimator: Estimator, logs: Sequence[Any], protocol: str | None) -
             found="none",
             fix="name logs with truth",
         )
-    feeds.sort(key=lambda t: t.record.name)
+    trials.sort(key=lambda t: t[0].name)
     lost = tuple(sorted(left_out))
     if protocol is None:
-        units = {n: u for t in feeds for n, u in units_of(estimator, t).items()}
-        names = tuple(t.record.name for t in feeds)
-        return Trials(tuple(feeds), names, names, units, lost)
-    held = cells(estimator, [t.record for t in feeds], protocol)
+        units = {n: u for _, _, of in trials for n, u in of.items()}
+        names = tuple(log.name for log, _, _ in trials)
+        return Trials(tuple(columns for _, columns, _ in trials), names, names, units, lost)
+    held = cells(estimator, [log.first for log, _, _ in trials], protocol)
     return Trials(
         tuple(c.given for c in held),
         tuple(f"{c.log}, {c.case.name}" for c in held),

@@ -265,6 +265,15 @@ def test_attitudes_without_truth() -> None:
     assert data.attitude.q.shape == (30, 4) and data.attitude.euler_deg.shape == (30, 3)
 
 
+def test_a_reference_without_numbers(here: Path) -> None:
+    columns = {n: c.values.copy() for n, c in read_record(SYNTHETIC).head(30).columns.items()}
+    columns |= dict.fromkeys(("qw", "qx", "qy", "qz"), np.full(30, np.nan))
+    for rows in (None, 10):
+        data = boresight.run("complementary", columns, on="c", output="out.csv", rows=rows)
+        assert data.attitude.rmse_deg is None and data.attitude.samples == 0
+        assert str(data) == "30 rows" and Path("out.csv").exists()
+
+
 def test_command_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "mine.py", "log.csv", "--param", "k=0.5"]) == 0
     assert capsys.readouterr().out == (

@@ -21,6 +21,7 @@ from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
 from tests.support.linked import linked_core
 from tests.support.random_program import random_inputs, random_program, random_programs
+from tests.support.shared import shared_core
 
 CONFIG = pytest.mark.parametrize("config", ALL_CONFIGS)
 
@@ -49,6 +50,16 @@ def test_linked_programs(config: str) -> None:
     """Either copy of each state, of the program that runs and of those that it reads."""
     core = linked_core(config)
     assert prove(core) == sum(len(part.program.ops) for part in core.parts)
+
+
+def test_programs_that_share_states() -> None:
+    """From either copy, whichever program was the last; with another owner it is refused."""
+    core = shared_core()
+    assert prove(core) == sum(len(part.program.ops) for part in core.parts)
+    with pytest.raises(Refuted, match=r"^row: place is not shared$"):
+        prove(core, replace(core.image, families=(2, 1, 2)))
+    with pytest.raises(Refuted, match=r"^row: cycle \d+ writes motion\.(place|pace|weight), "):
+        prove(core, replace(core.image, families=()))
 
 
 @CONFIG

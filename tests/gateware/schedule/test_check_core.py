@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
+from typing import Any
 
 import pytest
 
+from boresight.gateware.core import build_shared_core
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule import check_core as module
 from boresight.gateware.schedule.allocate import Allocation, allocate, allocate_together
@@ -13,9 +16,11 @@ from boresight.gateware.schedule.check_core import check_core
 from boresight.gateware.schedule.links import Window
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.words.program import Kind
 from tests.support.linked import linked_core
 from tests.support.random_program import random_programs
+from tests.support.shared import STATES, Motion, Row, shared_core
 
 MACHINES = pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 
@@ -284,3 +289,73 @@ def test_the_owner_of_every_state_register(machine: Machine) -> None:
             ]
             assert results == [None] * (slots - 8) + [1] * 4 + [0] * 4
     assert module._owner(half, machine, None) is None
+
+
+# -- shared states ---------------------------------------------------------------------------------
+
+
+def shared(made: Sequence[Estimator] = ()):
+    """The parts of a core: a row, the owner of the states, one with its own."""
+    core = build_shared_core([e.compile() for e in made], "small") if made else shared_core()
+    return (
+        [part.program for part in core.parts],
+        [part.schedule for part in core.parts],
+        [part.allocation for part in core.parts],
+    )
+
+
+def test_shared_states_pass() -> None:
+    check_core(*shared())
+
+
+def test_states_that_are_not_shared() -> None:
+    """The same registers, but for a program that does not say so."""
+    programs, plans, allocations = shared()
+    programs[0] = dataclasses.replace(programs[0], shares="")
+    with pytest.raises(ScheduleError, match=r"^motion writes register \d+, which row keeps a word"):
+        check_core(programs, plans, allocations)
+
+
+def test_shared_states_in_other_registers() -> None:
+    """Two of them exchanged, which begin with the same word."""
+
+    class Still(Motion):
+        name = "motion"
+        states = (STATES[0], dataclasses.replace(STATES[1], low=-8.0, high=8.0, initial=1.5))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"place": 0.5 * x.place + u.dt, "pace": 0.5 * x.pace}, {"place": x.place}
+
+    class Same(Still):
+        name, shares = "row", "motion"
+
+    programs, plans, allocations = shared([Same(), Still()])
+    where, slots = allocations[0].addresses(), plans[0].machine.state_slots
+    a, b = (where[s] for s, _ in plans[0].program.states)
+    spare = plans[0].machine.bank_depth * 5 // 8
+    for old, new in ((a, spare), (b, a), (spare, b)):
+        for offset in (0, slots):
+            allocations[0] = moved(allocations[0], old + offset, new + offset)
+    with pytest.raises(
+        ScheduleError,
+        match=r"^row must have the states of motion, in their .* and formats: place differs$",
+    ):
+        check_core(programs, plans, allocations)
+
+
+@pytest.mark.parametrize("source", ["motion", "row"])
+def test_shared_states_are_read_by_no_other(source: str) -> None:
+    class Reader(Estimator):
+        inputs = (Input("z", -1.0, 1.0), Input("x", -8.0, 8.0, "m", source=f"{source}.place"))
+        outputs = (Output("sum"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"sum": u.z + u.x}
+
+    with pytest.raises(ScheduleError, match=rf" in the window of {source}(, not in \d+)?$"):
+        shared([Reader(), Row(), Motion()])
+
+
+def test_several_lanes_do_not_share() -> None:
+    with pytest.raises(ScheduleError, match=r"^row shares the states of motion, for which .* fast"):
+        shared_core("fast")

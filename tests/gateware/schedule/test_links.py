@@ -2,12 +2,13 @@
 
 import dataclasses
 import random
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from amaranth.hdl import ResetInserter, Signal
 
-from boresight.gateware.core import build_shared_core
+from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.emulator import Emulator
@@ -17,6 +18,7 @@ from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.linking import linked_estimators
 from tests.support.bench import pulse, run_bench
 from tests.support.linked import Inner, Middle, Models, Outer, linked_core
+from tests.support.shared import shared_core
 
 CONFIG = pytest.mark.parametrize("config", sorted(CONFIGS))
 MASK = (1 << 32) - 1
@@ -163,14 +165,25 @@ def test_no_room_for_the_window() -> None:
         window_of(tight)
 
 
-@CONFIG
-def test_emulator_in_turns(config: str) -> None:
-    core = linked_core(config)
+def cores() -> list[Any]:
+    """Programs that read each other, and those that share states, which need one lane."""
+    linked = [pytest.param(linked_core, c, id=f"linked-{c}") for c in sorted(CONFIGS)]
+    shared = [c for c in sorted(CONFIGS) if CONFIGS[c].lanes == 1]
+    return [*linked, *(pytest.param(shared_core, c, id=f"shared-{c}") for c in shared)]
+
+
+def record_of(core: Core, number: int, rng: random.Random) -> list[int]:
+    return words(rng, len(core.parts[number].program.streamed))
+
+
+@pytest.mark.parametrize(("made", "config"), cores())
+def test_emulator_in_turns(made: Callable[[str], Core], config: str) -> None:
+    core = made(config)
     machine, models = Emulator(core.machine, core.image), Models(core)
     rng = random.Random(5)
     for _ in range(400):
         number = rng.randrange(3)
-        record = words(rng, 2)
+        record = record_of(core, number, rng)
         machine.select(number)
         if rng.random() < 0.2:  # a record that is too short: nothing of it is seen
             assert not machine.update(record[:1]).outputs
@@ -180,10 +193,10 @@ def test_emulator_in_turns(config: str) -> None:
         assert result.cycles == core.parts[number].schedule.length
 
 
-@CONFIG
-def test_hardware_in_turns_with_faults_and_resets(config: str) -> None:
+@pytest.mark.parametrize(("made", "config"), cores())
+def test_hardware_in_turns_with_faults_and_resets(made: Callable[[str], Core], config: str) -> None:
     """An update that is abandoned or reset at any cycle leaves the words of the one before."""
-    core = linked_core(config)
+    core = made(config)
     models, rng = Models(core), random.Random(11)
     engine = Engine(machine=core.machine, image=core.image, selector=True)
     reset = Signal()
@@ -229,20 +242,22 @@ def test_hardware_in_turns_with_faults_and_resets(config: str) -> None:
         ctx.set(engine.o.ready, 1)
         await ctx.tick().repeat(8)
         for _ in range(60):
-            number, record = rng.randrange(3), words(rng, 2)
+            number = rng.randrange(3)
+            record = record_of(core, number, rng)
             fault = rng.random()
             ctx.set(engine.choice, number)
             await ctx.tick().repeat(8)
             if fault < 0.3:
                 length = core.parts[number].schedule.length
-                await feed(ctx, number, words(rng, 2), cycles=rng.randrange(2, length - 1))
+                other = record_of(core, number, rng)
+                await feed(ctx, number, other, cycles=rng.randrange(len(other), length - 1))
                 got.clear()
                 await ctx.tick().repeat(8)
             elif fault < 0.5:
                 await feed(ctx, number, record[:1])
                 await ctx.tick().repeat(8)
             await feed(ctx, number, record)
-            await drain(ctx, 2)
+            await drain(ctx, len(core.parts[number].program.outputs))
             assert got == models.update(number, record), number
             got.clear()
             await ctx.tick().repeat(core.parts[number].schedule.length)

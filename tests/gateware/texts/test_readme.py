@@ -27,6 +27,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.simulators import available
 from tests.support.linked import Inner
+from tests.support.shared import Motion, Row
 from tests.support.track import Track
 
 # -- what README.md says of a core ----------------------------------------------------------------
@@ -74,6 +75,18 @@ def test_several(linked: Design) -> None:
     assert re.findall(r"^\| \d \| `(\w+)` \|", middle, re.M) == ["c", "d"]
     assert "no vendor primitives" in text and "`core_sim.v`" not in text
     assert "a word in the low 18" in text
+
+
+def test_programs_that_share_states() -> None:
+    build = Build(Row(), Motion(), restarts=0)
+    text = integration_files(describe(build.core), recorded(build), generic=True, axi=False)
+    readme = text["README.md"]
+    row = readme[readme.index("### Records of `row`") : readme.index("### Records of `motion`")]
+    assert "It has the states of program `motion`:" in row and readme.count("the states of") == 1
+    assert "keeps its states while others run, but for those that share them." in readme
+    alone = Build(Row(), restarts=0)
+    text = integration_files(describe(alone.core), recorded(alone), generic=True, axi=False)
+    assert "states of program" not in text["README.md"]
 
 
 def test_files_and_links(one: Design, linked: Design) -> None:

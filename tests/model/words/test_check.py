@@ -107,6 +107,8 @@ def test_incomplete_program(program: Program, message: str) -> None:
     [
         (("name", "a*/b"), "the name"),
         (("name", 5), "a name that is not a text"),
+        (("shares", "a*/b"), "the name"),
+        (("shares", 5), "a name that is not a text"),
         (("arithmetic", "headroom", 3), "an arithmetic without a core"),
         (("arithmetic", "word", 40), "word must be 18 to 32"),
         (("values", 0, "frac", "1"), "value with frac '1'"),

@@ -148,7 +148,7 @@ def said(p: Any) -> Any:
         if v.kind in (Kind.INPUT, Kind.PARAM, Kind.STATE)
         else (v.name, v.low, v.high, v.range_source, v.unit, v.meaning)
         for v in p.values
-    ] + [p.ports, p.in_ports, p.urgent]
+    ] + [p.ports, p.in_ports, p.urgent, p.shares]
 
 
 def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
@@ -165,7 +165,7 @@ def test_the_digest_sees_what_the_hardware_does_and_nothing_else() -> None:
         else:
             assert changed.digest not in seen
             seen.add(changed.digest)
-    assert len(seen) > 140 and same == 3 * 2 + 3 * 6 + 6 + 4 + 2
+    assert len(seen) > 140 and same == 3 * 2 + 3 * 6 + 6 + 4 + 3
 
 
 def test_ranges_in_between_do_not_change_the_digest() -> None:

@@ -13,16 +13,15 @@ from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.estimator import State
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.accuracy import benchmark as module
-from boresight.sim.accuracy import figures as figures_module
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
-from boresight.sim.attitude import accuracy as attitude_module
 from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.records import feed as feed_module
 from boresight.sim.records.feed import feed
+from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
@@ -43,7 +42,7 @@ def noisy(seconds, seed):
 @pytest.fixture(scope="module")
 def trials():
     logs = [noisy(4, 1), noisy(6, 2), noisy(5, 3)]
-    return [Trial(log) for log in logs]
+    return [Trial(Log.held(log)) for log in logs]
 
 
 def fed(trial):
@@ -63,10 +62,7 @@ def test_pieces_give_the_same_figures(trials, monkeypatch, align):
         ]
 
     rest, figures = made()
-    for place in (module, figures_module, attitude_module):
-        monkeypatch.setattr(
-            place, "pieces", lambda n: (slice(k, min(k + 60, n)) for k in range(0, n, 60))
-        )
+    monkeypatch.setattr(feed_module, "ROWS", 60)
     again, others = made()
     assert again == rest
     assert others == (figures if align == "none" else [pytest.approx(f) for f in figures])
@@ -146,7 +142,7 @@ def test_saturation_and_status_are_counted(trials):
 def test_samples_that_count(trials):
     log = NineAxis.of(trials[1].record)
     moved = dataclasses.replace(log, mov=np.arange(len(log)) > 100).record()
-    got = benchmark([], ["vqf_online"], [Trial(moved)], jobs=1)[0].errors
+    got = benchmark([], ["vqf_online"], [Trial(Log.held(moved))], jobs=1)[0].errors
     q = run_peer(PEERS["vqf_online"], moved)
     assert got == attitude_rmse(q[101:], log.attitude[101:])._asdict()
 
@@ -156,7 +152,9 @@ def test_the_dip_is_of_the_folder(trials):
     log = NineAxis.of(trials[0].record)
     odd = dataclasses.replace(log, name="odd", mag=log.mag * [1, 1, 0.5])
     alone, among = (
-        benchmark([], ["ahrs_ekf"], [Trial(odd.record(), "truth", "f"), *others], jobs=1)[0].errors
+        benchmark([], ["ahrs_ekf"], [Trial(Log.held(odd.record()), "truth", "f"), *others], jobs=1)[
+            0
+        ].errors
         for others in ((), [dataclasses.replace(t, folder="f") for t in trials])
     )
     place = np.median([dip_rad(x) for x in (odd, *(NineAxis.of(t.record) for t in trials))])
@@ -184,7 +182,7 @@ def test_processes_give_the_same(trials):
 
 def test_what_was_fed_is_not_fed_again(trials, monkeypatch):
     held = [dataclasses.replace(t, feeds={"complementary": t.fed(Complementary())}) for t in trials]
-    monkeypatch.setattr("boresight.sim.accuracy.trials.feed", None)
+    monkeypatch.setattr("boresight.sim.accuracy.trials.feed_of", None)
     assert benchmark([Complementary()], [], held, with_float=False, jobs=1)
 
 
@@ -212,7 +210,7 @@ class Rated(Complementary):
 
 
 def test_each_rate_has_an_estimator_of_its_own(trials):
-    quick = Trial(synthetic_log(seconds=3, rate_hz=100, seed=9, name="quick"))
+    quick = Trial(Log.held(synthetic_log(seconds=3, rate_hz=100, seed=9, name="quick")))
     made = benchmark([Rated()], [], [trials[0], quick, trials[1]], jobs=1)
     assert [(r.level, r.trial) for r in made] == [
         (level, name) for level in ("fixed", "float") for name in ("log1", "quick", "log2")

@@ -9,8 +9,7 @@ import pytest
 
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.accuracy.figures import (
-    aligned,
-    aligned_outputs,
+    Alignment,
     attitude_errors,
     errors,
     gives_attitude,
@@ -110,7 +109,10 @@ def test_a_constant_offset_is_taken_out(align: str, turn: list[float], left: flo
     q *= rng.choice([-1.0, 1.0], (6, 1))
     q[0], r[1], counts = 0.0, NAN, np.array([1, 1, 1, 1, 1, 0], dtype=bool)
     q[5] = [1.0, 0.0, 0.0, 0.0]
-    turned, offset = aligned(q, r, counts, align)
+    made = Alignment(align)
+    for part in (slice(0, 3), slice(3, 6)):
+        made.add(q[part], r[part], counts[part])
+    turned, offset = made.turned(q), made.offset_deg
     rows = slice(2, 5)
     error = attitude_rmse(turned[rows], r[rows])
     assert error.total == pytest.approx(left, abs=0.02) and error.heading < 1e-6
@@ -118,14 +120,17 @@ def test_a_constant_offset_is_taken_out(align: str, turn: list[float], left: flo
     wanted = np.array(turn) * (1.0 - 360.0 / size if size > 180.0 else 1.0)
     assert offset == pytest.approx([0, 0, turn[2]] if align == "heading" else wanted, abs=0.02)
     assert not turned[0].any()  # no attitude yet
-    assert (
-        aligned(q, r, counts, "none") == (q, ()) and aligned(q, r, counts & False, align)[1] == ()
-    )
+    for kind, rows in (("none", counts), (align, counts & False)):
+        none = Alignment(kind)
+        none.add(q, r, rows)
+        assert none.turned(q) is q and none.offset_deg == ()
     log = fed(Attitude(), z=np.zeros(6), **dict(zip(Q, r.T, strict=True)), mov=counts)
     outputs = dict(zip(Q, q.T, strict=True)) | {"bias": np.ones(6)}
-    same, size_deg = aligned_outputs(Attitude(), log, outputs, align)
-    assert size_deg == offset and same["bias"] is outputs["bias"]
-    assert np.array_equal(same["qz"], turned[:, 3])
+    of_run = Alignment(align)
+    of_run.add_outputs(log, outputs)
+    same = of_run.turned_outputs(outputs)
+    assert of_run.offset_deg == pytest.approx(offset) and same["bias"] is outputs["bias"]
+    assert same["qz"] == pytest.approx(turned[:, 3])
 
 
 def test_without_the_whole_attitude_its_components_count() -> None:

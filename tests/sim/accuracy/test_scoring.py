@@ -10,11 +10,11 @@ import pytest
 from boresight.model.errors import InputError
 from boresight.model.estimator import with_params
 from boresight.model.estimators.complementary import Complementary
-from boresight.sim.accuracy import scoring
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.levels.level import outputs_of
+from boresight.sim.records import feed as feed_module
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.segments import interpret
@@ -60,8 +60,7 @@ def test_scores_are_those_of_the_interpreter(logs):
 
 def test_a_long_log_is_run_in_pieces(logs, monkeypatch):
     wanted = Scorer(Complementary(), feeds(logs)).scores()
-    cut = lambda n: (slice(k, min(k + 37, n)) for k in range(0, n, 37))  # noqa: E731
-    monkeypatch.setattr(scoring, "pieces", cut)
+    monkeypatch.setattr(feed_module, "ROWS", 37)
     assert Scorer(Complementary(), feeds(logs)).scores() == wanted
 
 

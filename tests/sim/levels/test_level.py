@@ -1,5 +1,6 @@
 """Levels: builds, registry, one update and many."""
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
+from boresight.model.step import Values
 from boresight.sim.compare.check import Check
 from boresight.sim.levels import registry
 from boresight.sim.levels.build import Build, Exchange
@@ -24,6 +26,7 @@ from boresight.sim.records.record import Record
 from boresight.sim.rtl.sharing import Rounds
 from tests.support.estimators import Leaky
 from tests.support.linked import Inner, Middle, Outer
+from tests.support.shared import Beside, Motion, Row
 
 # -- levels: one update at a time and all at once, resets, and how they agree ---------------------
 
@@ -199,7 +202,9 @@ N = 300
 
 def record(seed: int) -> Record:
     rng = np.random.default_rng(seed)
-    return Record.of({name: rng.uniform(-0.99, 0.99, N) for name in "abcdef"})
+    columns = {name: rng.uniform(-0.99, 0.99, N) for name in "abcdef"}
+    columns |= {name: rng.uniform(-0.99, 0.99, N) for name in ("push", "seen", "unread")}
+    return Record.of(columns | {name: rng.uniform(0.0, 0.5, N) for name in ("dt", "trust")})
 
 
 @pytest.fixture(scope="module")
@@ -238,8 +243,15 @@ def test_records_are_filled_with_what_is_kept(linked: Build) -> None:
     assert min(wild) == -3.0 and min(limited) == -1.5
 
 
-def test_pieces_read_what_the_whole_reads(linked: Build) -> None:
+@pytest.fixture(scope="module")
+def sharing() -> Build:
+    return Build(Row(), Motion(), Beside())
+
+
+@pytest.mark.parametrize("of", ["linked", "sharing"])
+def test_pieces_read_what_the_whole_reads(of: str, request: pytest.FixtureRequest) -> None:
     """Streams of other lengths, of which some end: on every level, words of all pieces."""
+    linked: Build = request.getfixturevalue(of)
     rng = np.random.default_rng(8)
     lengths = (40, 25, 31)
     records = [
@@ -260,9 +272,59 @@ def test_pieces_read_what_the_whole_reads(linked: Build) -> None:
                 assert np.concatenate(pieces).tolist() == values.tolist()
 
 
-@pytest.mark.parametrize("config", ["small", "fast"])
-def test_every_level_is_equal(config: str) -> None:
-    check = Check(Build(Outer(), Middle(), Inner(), config=config), simulator="verilator")
+def test_shared_states_go_on_where_the_other_ended(sharing: Build) -> None:
+    """On numpy's float64 and on integers: as the turns say, step by step."""
+    rng = np.random.default_rng(5)
+    records = [rng.uniform(0.0, 0.5, (30, len(e.inputs))) for e in sharing.estimators]
+    for name in ("numpy", "float", "fixed", "c"):
+        kind = level_of(name)
+        levels = [make_level(name, sharing, k) for k in range(3)]
+        exchange = kind.exchange(levels)
+        runs = kind.run_together(levels, records, exchange)
+        x = Values("state", {s.name: s.initial for s in sharing.estimators[0].states})
+        for turn in exchange.turns or ():
+            if (k := turn.number) == 2:  # has its own
+                continue
+            estimator = sharing.estimators[k]
+            names = [i.name for i in estimator.inputs]
+            u = Values("input", dict(zip(names, records[k][turn.start], strict=True)))
+            after, out = estimator.step(x, u, None)
+            x = Values("state", after)
+            for output, value in out.items():
+                assert abs(runs[k].outputs[output][turn.start] - value) < 1e-7, (name, k, turn)
+        own = kind.run_together(levels, records)[2]
+        assert (own.outputs["place"] - runs[0].outputs["place"]).any()
+
+
+def test_what_is_wrong_with_shared_states_is_said() -> None:
+    """Beyond a tolerance, and clamped: without the value, which a run from a reset would need."""
+
+    class Fine(Motion):
+        name, outputs = "motion", (Output("place", "m", tolerance=7.5e-9),)
+
+    class Narrow(Row):
+        name = "row"
+
+        def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+            states, outputs = super().step(x, u, p)
+            return states, {**outputs, "weight": ops.bounded(4.0 * u.seen, -0.5, 0.5, "wrong")}
+
+    results = Check(Build(Narrow(), Fine()), levels=("c",)).run(record(3))
+    narrow, fine = (result.accuracy for result in results)
+    assert not narrow.good and narrow.saturated_updates > 10
+    assert re.match(r"the first to saturate is step \d+; causes are not sought", narrow.culprit)
+    assert not fine.good and fine.culprit == "causes are not sought where states are shared"
+
+
+def together(what: str) -> list[Estimator]:
+    return [Outer(), Middle(), Inner()] if what == "linked" else [Row(), Motion(), Beside()]
+
+
+@pytest.mark.parametrize(
+    ("what", "config"), [("linked", "small"), ("linked", "fast"), ("sharing", "small")]
+)
+def test_every_level_is_equal(what: str, config: str) -> None:
+    check = Check(Build(*together(what), config=config), simulator="verilator")
     results = check.run(record(1))
     for result in results:
         assert {level.level for level in result.levels} == {"fixed", "c", "rtl"}
@@ -284,6 +346,13 @@ def test_a_level_that_reads_another_update_is_seen(monkeypatch: pytest.MonkeyPat
     outer, middle, inner = check.run(record(2))
     assert outer.levels[0].n_mismatch > 10 and middle.levels[0].n_mismatch > 10
     assert inner.levels[0].n_mismatch == 0
+    row, motion, beside = Check(
+        Build(*together("sharing")), levels=("rtl",), simulator="verilator"
+    ).run(record(2))
+    assert row.levels[0].n_mismatch > 10 and motion.levels[0].n_mismatch > 10
+    assert beside.levels[0].n_mismatch == 0
+    # Run again by itself, from the states that the other left, the update is right.
+    assert row.levels[0].divergence.endswith("with 3 programs in turns")
 
 
 # -- levels by name: one more is one more module --------------------------------------------------

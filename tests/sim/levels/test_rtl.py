@@ -9,7 +9,7 @@ import pytest
 
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.model.estimator import State
+from boresight.model.estimator import Estimator, State
 from boresight.model.estimators import estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
@@ -26,6 +26,7 @@ from boresight.sim.records.files import read_record
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.estimators import Leaky
 from tests.support.linked import Inner, Middle, Models
+from tests.support.shared import Beside, Motion, Row
 from tests.support.track import Track
 
 # -- the core's Verilog as a level: records, closed loops, and every word of an update ------------
@@ -198,10 +199,12 @@ def test_from_the_log() -> None:
     assert np.ptp(run.inputs[:, 1]) > 0 and (run.inputs[:, 4] != 0).any()
 
 
-def test_linked_programs_read_the_last_update_of_the_other() -> None:
-    build = Build(Middle(), Inner(), restarts=0)
+@pytest.mark.parametrize("made", [(Middle, Inner), (Row, Beside, Motion)])
+def test_programs_that_have_something_of_each_other(made: tuple[type[Estimator], ...]) -> None:
+    """Linked, or with shared states: the bench runs them one after the other."""
+    build = Build(*(of() for of in made), restarts=0)
     runs = recorded(build)
-    assert [run.number for run in runs] == [1, 0]
+    assert [run.number for run in runs] == build.order
     models = Models(build.core)
     for run in runs:
         for words, wanted in zip(run.inputs, run.outputs, strict=True):

@@ -12,13 +12,24 @@ import boresight
 from boresight.gateware.synthesis.blocks import core_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
+from boresight.model.step import Values
 from boresight.sim.attitude.rotation import rotate
+from boresight.sim.compare.check import Check
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.records.feed import feed
 from boresight.sim.worlds.loop import Loop, close_loop, parting
 from boresight.systems.ekf2 import experiment
-from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, UNITS, Ekf2
+from boresight.systems.ekf2.estimator import (
+    DT,
+    GRAVITY_NED,
+    KINDS,
+    UNITS,
+    Ekf2,
+    Ekf2Motion,
+    Ekf2Row,
+)
 from boresight.systems.ekf2.runs import CASES, CONFIG, SETTLED_S, figures_of, run
 from boresight.systems.ekf2.world import NOISE, Flight
 from tests.support.experiments import result_of
@@ -103,6 +114,29 @@ def test_it_fits_the_smallest_part() -> None:
     assert core.schedule.interval <= 3300 and data == 11 and microcode + data <= 26
 
 
+def test_its_parts_are_the_filter() -> None:
+    """A prediction and a row: the same float64; two programs of one core that share P."""
+    whole, motion, row = Ekf2(), Ekf2Motion(), Ekf2Row()
+    world = Flight(steps=12)
+    with make_level("c", Build(whole, config=CONFIG)) as level:
+        record = close_loop(world, level).record(whole, "begin")
+    rows = feed(whole, record).inputs
+    together = whole.run_float(rows[:, :, None])
+    state = {s.name: np.float64(s.initial) for s in whole.states}
+    for k in range(12):
+        u = Values("input", {i.name: v for i, v in zip(whole.inputs, rows[k], strict=True)})
+        for of in (motion, row):
+            p = Values("parameter", of.param_values())
+            state, out = of.step(Values("state", state), u, p)
+            if of is motion:  # the filter shows what it predicts
+                wanted = {name: values[k, 0] for name, values in together.outputs.items()}
+                assert out == pytest.approx(wanted, rel=1e-12, abs=1e-12)
+    build = Build(motion, row, config=CONFIG, restarts=0)
+    assert sum(part.schedule.interval for part in build.core.parts) <= 3300
+    results = Check(build, levels=("fixed", "c")).run(record)
+    assert all(result.exact for result in results), results
+
+
 def test_figures_of_known_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     n, begun = 9_000, round(SETTLED_S / DT)
     truth = {name: np.zeros((n, 2)) for name in NAMES}
@@ -149,3 +183,9 @@ def test_the_cycles_on_the_page() -> None:
     (row,) = re.findall(r"predicted state in (\d+) to (\d+) cycles.*?after ([\d,]+)", page)
     cycles = (min(schedule.latencies), max(schedule.latencies), schedule.interval)
     assert tuple(int(x.replace(",", "")) for x in row) == cycles
+    parts = Build(Ekf2Motion(), Ekf2Row(), config=CONFIG).core.parts
+    for part, of in zip(parts, ("Motion", "Row"), strict=True):
+        ((interval, *span),) = re.findall(rf"`Ekf2{of}` \| ([\d,]+) \| (\d+) to (\d+) ", page)
+        latencies = part.schedule.latencies
+        assert int(interval.replace(",", "")) == part.schedule.interval
+        assert [int(x) for x in span] == [min(latencies), max(latencies)]
