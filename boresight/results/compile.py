@@ -148,8 +148,8 @@ class CompileResult(Answer):
         What was proven of the core before its files were written.
     core : CoreFigures, TargetFigures or None
         Area and clock of the core, with ``synth`` or ``route``.
-    system : CoreFigures or None
-        Those of the complete system, if there is one.
+    system : CoreFigures, TargetFigures or None
+        Those of the complete system, or of the design that was routed on a board.
     rate_hz : float or None
         Records a second that are planned.
     clock_mhz : float or None
@@ -170,7 +170,7 @@ class CompileResult(Answer):
     programs: tuple[CompiledProgram, ...]
     proven: Proven
     core: CoreFigures | TargetFigures | None
-    system: CoreFigures | None
+    system: CoreFigures | TargetFigures | None
     report: JsonObject = field(repr=False)
     rate_hz: float | None = None
     clock_mhz: float | None = None
@@ -239,9 +239,10 @@ class CompileResult(Answer):
         if self.depth is not None:
             lines.append(str(self.depth))
         lines.append(f"proven: {self.proven}")
-        for name, design in (("core", self.core), ("complete system", self.system)):
+        for name, design in (("core", self.core), ("on the board", self.system)):
             if isinstance(design, TargetFigures):
-                missed = f"; BELOW {self.clock_mhz:g} MHz" if self._slow else ""
+                slow = design is self.core and self._slow
+                missed = f"; BELOW {self.clock_mhz:g} MHz" if slow else ""
                 lines.append(f"{name}: {design.text}{missed}")
             elif design is not None:
                 clock = design.clock_mhz_estimate

@@ -6,6 +6,7 @@ boresight compile mekf --config fast --board mimas --synth -o build  # ISE proje
 boresight compile mekf my_filter.py --config small-1024 -o build  # twice the registers
 boresight compile my_filter.py --target generic --axi -o build  # for any part; behind AXI
 boresight compile my_filter.py --target ecp5-25k --route --seeds 5 -o build  # placed and routed
+boresight compile mekf --board ulx3s --clock 100 -o build  # to the bitstream, with open tools
 boresight compile my_filter.py --target ecp5-25k --depth 7 -o build  # not the fastest depth there
 boresight compile "vqf(rate_hz=200, mag='none')" -o build  # one that takes arguments
 boresight compile complementary --urgent 3 -o build  # the first three outputs soonest
@@ -15,10 +16,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from boresight.arguments import check_choice, check_machine, check_number, check_routable
 from boresight.core_files import (
@@ -27,12 +29,15 @@ from boresight.core_files import (
     core_files,
     estimate_core,
     has_primitives,
+    is_open,
     map_core,
     project_files,
+    project_folder,
     prove,
     route_core,
     together,
     write_core,
+    write_project,
     write_system,
     write_text,
 )
@@ -41,7 +46,6 @@ from boresight.disk.cache import Cache
 from boresight.disk.output import foreign_entries, output_folder
 from boresight.firmware.soc.image import find_cross_compiler
 from boresight.gateware.boards.board import BOARDS
-from boresight.gateware.boards.ise import write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import ALL_CONFIGS, at_depth
 from boresight.gateware.synthesis.blocks import check_memory
@@ -88,7 +92,7 @@ def compile(
     urgent: int | None = None,
     top: str = "sensors",
     with_cpu: bool = False,
-    target: str = TARGET_NAMES[0],
+    target: str | None = None,
     depth: int | None = None,
     axi: bool = False,
     route: bool = False,
@@ -109,9 +113,10 @@ def compile(
     others : str, class or Estimator
         More of them: one core holds them all, in this order, and a register says which runs.
     board : str, optional
-        Also write an ISE project for this board: mimas or sk-xc6slx9.
+        Also write an ISE project for this board, mimas or sk-xc6slx9; or with open tools the
+        bitstream for ulx3s.
     top : str
-        What that project is: sensors, the complete system of readers, calibration, filters and
+        What that is: sensors, the complete system of readers, calibration, filters and
         output (`gateware.system`), or records, the core alone, fed by the host.
     synth : bool
         Also synthesise (yosys): area and clock estimate of the core, and of the complete system if
@@ -119,9 +124,10 @@ def compile(
     with_cpu : bool
         With a soft core beside it, its firmware in block RAM; needs a board, sensors and the
         RISC-V compiler.
-    target : str
+    target : str, optional
         What ``core.v`` is for: xc6slx9 (or another Spartan-6), with its primitives, or without any
-        generic, ecp5-25k, ice40-up5k, ... (docs/targets.md).
+        generic, ecp5-25k, ice40-up5k, ... (docs/targets.md); by default the board's part, or
+        xc6slx9.
     depth : int, optional
         Depth of the pipeline, 7, 9, 10 or 12; by default the one with the shortest time to the last
         urgent output on the target, or 7 where no clocks were routed.
@@ -130,7 +136,9 @@ def compile(
     seeds : int
         Placements that are tried, with seeds 1, 2, ...; the slowest counts.
     clock : float, optional
-        Clock in MHz: fails where the routed core, at its slowest seed, does not reach it.
+        Clock in MHz: fails where the routed core, at its slowest seed, does not reach it. On a
+        board with open tools the clock of the design, 100 by default (of records the oscillator's):
+        fails where no seed reaches it.
     axi : bool
         Also the core behind AXI4-Stream and AXI4-Lite, ``core_axi.v``.
     params : mapping
@@ -167,8 +175,9 @@ def compile(
     chosen = params_of_each(names, params)
     with_config = partial(Build, *estimators, word=word, params=chosen, urgent=urgent)
     build = with_config(config=config)
-    _check_project(board, top, word, with_cpu=with_cpu, target=target)
-    _check_route(target, route=route, seeds=seeds, clock=clock)
+    target = _target(target, board)
+    _check_project(board, top, word, with_cpu=with_cpu)
+    _check_route(target, route=route or is_open(board), seeds=seeds, clock=clock)
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
         expected += project_files(board, system=top == "sensors")
@@ -198,14 +207,21 @@ def compile(
             area = map_core(core, part)
         say(f"{', '.join(own)} for {build.config}: Verilog")
         proven = write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
-        system = None
+        whole: CoreFigures | TargetFigures | None = None
         if board is not None:
-            say(f"ISE project for {board}: {top}")
-            place = folder / f"ise-{board}"
+            say(f"{board}: {top}")
+            place = folder / project_folder(board)
+            settings: Mapping[str, Any] = {"seeds": seeds, "progress": say}
+            hz = None if clock is None or not is_open(board) else round(1e6 * clock)
             if top == "records":
-                write_ise_project(records_design(core), board, place)
+                on_board = write_project(
+                    records_design(core), board, place, clock_hz=hz, **settings
+                )
+                whole = None if on_board is None else TargetFigures.of(on_board)
             else:
-                system = _write_sensors(place, board, build, with_cpu=with_cpu)
+                whole = _write_sensors(
+                    place, board, build, hz, with_cpu=with_cpu, synth=synth, settings=settings
+                )
         data = together(
             core,
             [
@@ -215,10 +231,7 @@ def compile(
         )
         if choice is not None:
             data["depth"] = plain(choice)
-        whole = None
-        if synth and system is not None:
-            say("synthesis of the complete system")
-            whole = CoreFigures.of(estimate(system, "system", cache_dir=Cache().root))
+        if whole is not None:
             data["system"] = plain(whole)
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
     result = _result(Path(output), build, proven, area, whole, data, rate)
@@ -230,7 +243,7 @@ def _result(
     build: Build,
     proven: Proven,
     area: Estimate | Mapped | Routed | None,
-    whole: CoreFigures | None,
+    whole: CoreFigures | TargetFigures | None,
     data: JsonObject,
     rate: float | None,
 ) -> CompileResult:
@@ -264,6 +277,25 @@ def _figures(area: Estimate | Mapped | Routed | None) -> CoreFigures | TargetFig
     return None if area is None else CoreFigures.of(area)
 
 
+def _target(target: str | None, board: str | None) -> str:
+    """The target: as said, or the board's part, or the default."""
+    part = TARGET_NAMES[0]
+    if board is not None:
+        check_choice("board", board, BOARDS)
+        part = BOARDS[board].target
+    if target is None:
+        return part
+    check_choice("target", target, TARGET_NAMES)
+    if board is not None and target != part:
+        raise InputError.at(
+            "target",
+            wanted=f"{part}, the part of {board}",
+            found=target,
+            fix="leave out --board or --target",
+        )
+    return target
+
+
 def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -> None:
     """Raise InputError, or ToolMissing, unless a core can be routed on a target."""
     check_number("seeds", seeds, 1, 1000)
@@ -274,31 +306,21 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
     if not route and (clock is not None or seeds > 1):
         raise InputError.at(
             "clock" if clock is not None else "seeds",
-            wanted="a core that is routed",
+            wanted="a design that is routed",
             found="no --route",
-            fix="add --route and a target such as ecp5-25k",
+            fix="add --route and a target such as ecp5-25k, or --board ulx3s",
         )
 
 
-def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, target: str) -> None:
-    """Raise InputError, or ToolMissing, unless such an ISE project can be made."""
-    if board is not None:
-        check_choice("board", board, BOARDS)
+def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
+    """Raise InputError, or ToolMissing, unless such a project can be made."""
     check_choice("top", top, TOPS)
-    check_choice("target", target, TARGET_NAMES)
-    if board is not None and target != TARGET_NAMES[0]:
-        raise InputError.at(
-            "target",
-            wanted=f"{TARGET_NAMES[0]} with a board, which has that part",
-            found=target,
-            fix="leave out --board or --target",
-        )
     if board is not None and top == "sensors":
         check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
-    if with_cpu and (board is None or top != "sensors"):
+    if with_cpu and (board is None or is_open(board) or top != "sensors"):
         raise InputError.at(
             "with-cpu",
-            wanted="a board and the top sensors",
+            wanted="a board with a Spartan-6 and the top sensors",
             found=f"board {board}, top {top}",
             fix="say --board mimas, for example",
         )
@@ -306,20 +328,34 @@ def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool, ta
         find_cross_compiler()
 
 
-def _write_sensors(folder: Path, board: str, build: Build, *, with_cpu: bool) -> str:
-    """Write the ISE project of the complete system; its Verilog."""
+def _write_sensors(
+    folder: Path,
+    board: str,
+    build: Build,
+    clock_hz: int | None,
+    *,
+    with_cpu: bool,
+    synth: bool,
+    settings: Mapping[str, Any],
+) -> CoreFigures | TargetFigures | None:
+    """Write the project of the complete system; its figures, if it is routed or synthesised."""
     values = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
+    hz = clock_hz or (SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ)
     core = system_core(
-        build.estimators,
-        config=build.config,
-        word=build.word,
-        clock_hz=SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ,
-        params=values,
+        build.estimators, config=build.config, word=build.word, clock_hz=hz, params=values
     )
     prove(core)
     if with_cpu:
-        return soc_verilog(write_soc(folder, board, core))
-    return to_verilog(write_system(folder, board, core), "system", instances=True)
+        soc = write_soc(folder, board, core)
+    else:
+        system, routed = write_system(folder, board, core, clock_hz=hz, **settings)
+        if routed is not None:
+            return TargetFigures.of(routed)
+    if not synth:
+        return None
+    settings["progress"]("synthesis of the complete system")
+    text = soc_verilog(soc) if with_cpu else to_verilog(system, "system", instances=True)
+    return CoreFigures.of(estimate(text, "system", cache_dir=Cache().root))
 
 
 VERB = JudgedVerb(compile, judged=CompileResult.judged)

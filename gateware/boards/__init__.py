@@ -1,4 +1,4 @@
-"""Boards with an XC6SLX9: designs on their pins, a core that the host feeds, ISE projects.
+"""Boards: designs on their pins, a core that the host feeds, ISE projects, bitstreams.
 
 ========== ====================================================================
 module     contents
@@ -10,7 +10,10 @@ dispatch   frames to the core's input stream and register bus
 pack       output records and replies to the bodies of frames
 framer     bodies to frames
 top        `Top`: the core with all of these; pins rx, tx and two LEDs
-clock      clock of the core from the board's oscillator, by PLL if needed
-ise        `write_ise_project` for the boards in `BOARDS`
+clock      clock of the core from the board's oscillator, by PLL if needed: Spartan-6
+ecp5_clock the same: ECP5
+project    a design on a board: shell, Amaranth's build plan, README
+ise        `write_ise_project` for boards with a Spartan-6
+bitstream  `open_project`, `build_bitstream` for boards whose part an open tool routes
 ========== ====================================================================
 """

@@ -1,15 +1,20 @@
-"""The two boards, and the pins of a design's lines."""
+"""The boards, and the pins of a design's lines."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from amaranth.build import Attrs, Pins, Resource
+from amaranth.hdl import Elaboratable
 from amaranth_boards.numato_mimas import NumatoMimasPlatform
 from amaranth_boards.resources import LEDResources
 from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
+from amaranth_boards.ulx3s import ULX3S_85F_Platform
+
+from boresight.gateware.boards.clock import spartan6_clock
+from boresight.gateware.boards.ecp5_clock import ecp5_clock
 
 
 @dataclass(frozen=True)
@@ -38,11 +43,52 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Pads:
+    """Attributes of pins at 3.3 V: of all, of those with a pull-up, of outputs.
+
+    Outputs are registered: the same delay in every build; short lines, slow edges.
+    """
+
+    all: Mapping[str, str]
+    pull_up: Mapping[str, str]
+    output: Mapping[str, str]
+
+    def of(self, line: Line) -> Attrs:
+        """Those of a line."""
+        pull_up = self.pull_up if line.pull_up else {}
+        return Attrs(**self.all, **pull_up, **({} if line.input else self.output))
+
+
+_SPARTAN6_PADS = Pads(
+    {"IOSTANDARD": "LVCMOS33"}, {"PULLUP": "TRUE"}, {"SLEW": "SLOW", "DRIVE": "8"}
+)
+_ECP5_PADS = Pads({"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", "DRIVE": "8"})
+
+
+@dataclass(frozen=True)
 class Board:
     """A board.
 
-    ``positions`` and ``leds`` are positions on ``connector``, by the numbering of amaranth-boards;
-    no ``leds``: the board has its own.
+    Attributes
+    ----------
+    title : str
+    platform : type
+        Of amaranth-boards.
+    oscillator_hz : int
+    connector : (str, int)
+        Its name in amaranth-boards.
+    positions : mapping
+        By `Line.place`: the position on ``connector``, by the numbering of amaranth-boards, or
+        RESOURCE.PART of what the board has itself, ``uart.rx``.
+    leds : tuple of str
+        Positions on ``connector``; none: the board has its own.
+    target : str
+        Part of the board (`gateware.synthesis.targets`).
+    clocking : callable
+        Source of a clock from the oscillator, by both frequencies; None: the oscillator itself.
+    pads : Pads
+    held : tuple of str
+        RESOURCE.PART of the board that is driven high: resource "held" of the platform, by number.
     """
 
     title: str
@@ -51,6 +97,10 @@ class Board:
     connector: tuple[str, int]
     positions: Mapping[str, str]
     leds: tuple[str, ...] = ()
+    target: str = "xc6slx9"
+    clocking: Callable[[int, int], Elaboratable | None] = spartan6_clock
+    pads: Pads = _SPARTAN6_PADS
+    held: tuple[str, ...] = ()
 
     def make(self, lines: Sequence[Line]) -> Any:
         """Return the platform, with a resource for each line, named like it."""
@@ -58,39 +108,39 @@ class Board:
         for line in lines:
             if line.place.startswith("led"):
                 continue
-            attrs = {"IOSTANDARD": "LVCMOS33", **({"PULLUP": "TRUE"} if line.pull_up else {})}
-            if not line.input:  # registered: the same delay in every build; short lines, slow edges
-                attrs |= {"SLEW": "SLOW", "DRIVE": "8"}
-            platform.add_resources(
-                [
-                    Resource(
-                        line.name,
-                        0,
-                        Pins(
-                            self.positions[line.place],
-                            dir="i" if line.input else "o",
-                            conn=self.connector,
-                        ),
-                        Attrs(**attrs),
-                    )
-                ]
-            )
+            pin = self._pin(platform, self.positions[line.place], "i" if line.input else "o")
+            platform.add_resources([Resource(line.name, 0, pin, self.pads.of(line))])
+        for number, place in enumerate(self.held):
+            pin = self._pin(platform, place, "o")
+            platform.add_resources([Resource("held", number, pin, Attrs(**self.pads.all))])
         if self.leds:
             platform.add_resources(
                 LEDResources(
-                    pins=" ".join(self.leds),
-                    conn=self.connector,
-                    attrs=Attrs(IOSTANDARD="LVCMOS33"),
+                    pins=" ".join(self.leds), conn=self.connector, attrs=Attrs(**self.pads.all)
                 )
             )
         return platform
 
+    def _pin(self, platform: Any, position: str, direction: str) -> Pins:
+        """A pin by its position."""
+        resource, own, part = position.partition(".")
+        if not own:
+            return Pins(position, dir=direction, conn=self.connector)
+        (pins,) = (sub.ios[0] for sub in platform.lookup(resource).ios if sub.name == part)
+        return Pins(" ".join(pins.names), dir=direction)
+
     def where(self, line: Line) -> str:
         """Position on the connector, for texts."""
         if not line.place.startswith("led"):
-            return f"{self.header} position {self.positions[line.place]}"
+            position = self.positions[line.place]
+            return "on the board" if "." in position else f"{self.header} position {position}"
         number = int(line.place.removeprefix("led"))
         return f"{self.header} position {self.leds[number]}" if self.leds else "on the board"
+
+    def meaning(self, line: Line) -> str:
+        """What a line is; without the adapter of one that the board has itself."""
+        own = "." in self.positions.get(line.place, "")
+        return line.meaning.partition(":")[0] if own else line.meaning
 
     @property
     def header(self) -> str:
@@ -108,7 +158,7 @@ _ROW = (
     "console_rx console_tx"
 )
 
-#: Boards by name. Projects do not use the flash memory: amaranth-boards has a wrong pin for it.
+#: Boards by name. ISE projects do not use the flash memory: amaranth-boards has a wrong pin for it.
 BOARDS = {
     "mimas": Board(
         "Numato Mimas",
@@ -124,5 +174,21 @@ BOARDS = {
         ("x", 7),
         {"host_rx": "3", "host_tx": "5", **_row(_ROW, 8)},
         leds=("6", "7"),
+    ),
+    "ulx3s": Board(
+        "ULX3S (85F)",
+        ULX3S_85F_Platform,
+        25_000_000,
+        ("gpio", 0),
+        {
+            **{name: f"{k // 2}{'+-'[k % 2]}" for k, name in enumerate(_ROW.split())},
+            "host_rx": "uart.rx",
+            "host_tx": "uart.tx",
+        },
+        target="ecp5-85k",
+        clocking=ecp5_clock,
+        pads=_ECP5_PADS,
+        # Low, it starts the board's ESP32 in its boot loader.
+        held=("esp32.gpio0",),
     ),
 }

@@ -1,4 +1,4 @@
-"""Clock of the core on a board: the oscillator itself, or a PLL's."""
+"""Clock of the core on a board with a Spartan-6: the oscillator itself, or a PLL's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from amaranth.lib import io
 
 from boresight.model.errors import InputError
 
-__all__ = ["Pll", "PllClock", "pll_for"]
+__all__ = ["Pll", "PllClock", "pll_for", "spartan6_clock"]
 
 #: Legal frequencies of the oscillator inside the PLL, Hz; grade -2 with a margin.
 VCO_HZ = (400_000_000, 900_000_000)
@@ -50,6 +50,12 @@ def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
         found=repr(clock_hz),
         fix=f"choose {oscillator_hz} or, for example, {2 * oscillator_hz}",
     )
+
+
+def spartan6_clock(oscillator_hz: int, clock_hz: int) -> Elaboratable | None:
+    """Source of the clock; None if it is the oscillator's, which Amaranth's platform connects."""
+    pll = pll_for(oscillator_hz=oscillator_hz, clock_hz=clock_hz)
+    return None if pll is None else PllClock(pll=pll)
 
 
 class PllClock(Elaboratable):

@@ -36,6 +36,8 @@ class Dispatcher(wiring.Component):
         Words of the unpacker's buffer.
     address : int
         Bits of a register address.
+    read_cycles : int, >= 1
+        Cycles from an address on the bus to its word.
 
     Members
     -------
@@ -54,10 +56,13 @@ class Dispatcher(wiring.Component):
         Replies to WRITE and READ.
     """
 
-    def __init__(self, *, word: int, inputs: int, depth: int, address: int = 10) -> None:
+    def __init__(
+        self, *, word: int, inputs: int, depth: int, address: int = 10, read_cycles: int = 1
+    ) -> None:
         self.word = word
         self.inputs = inputs
         self.depth = depth
+        self.read_cycles = read_cycles
         records = {"answered": In(1), "o": Out(stream.Signature(word_layout(word)))}
         super().__init__(
             {
@@ -144,8 +149,11 @@ class Dispatcher(wiring.Component):
         with m.State("READ"):  # the bus has the address
             m.d.comb += self.request.eq(1)
             with m.If(self.grant):
-                m.next = "READ_DATA"
-        with m.State("READ_DATA"):
+                m.next = f"READ_DATA{self.read_cycles - 1}"
+        for left in range(1, self.read_cycles):
+            with m.State(f"READ_DATA{left}"):
+                m.next = f"READ_DATA{left - 1}"
+        with m.State("READ_DATA0"):
             m.d.sync += answer.eq(bus.r_data)
             m.next = "REPLY"
         with m.State("WRITE"), m.If(bus.w_ack):

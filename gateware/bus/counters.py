@@ -32,6 +32,8 @@ class EventCounters(wiring.Component):
         Kinds of events.
     bits : int, 1 to 35
         Bits of a counter.
+    registered : bool
+        Whether a register is behind the memory, for counting; it changes no cycle.
 
     Members
     -------
@@ -47,12 +49,13 @@ class EventCounters(wiring.Component):
         The counter at the ``index`` of the cycle before.
     """
 
-    def __init__(self, *, count: int, bits: int = 32) -> None:
+    def __init__(self, *, count: int, bits: int = 32, registered: bool = False) -> None:
         for name, value, most in (("count", count, 256), ("bits", bits, 35)):
             if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
                 raise ValueError(f"{name} must be an integer from 1 to {most}, not {value!r}")
         self.count = count
         self.bits = bits
+        self.registered = registered
         self.index_bits = (count - 1).bit_length() + 1
         super().__init__(
             {"events": In(count), "clear": In(1), "index": In(self.index_bits), "value": Out(bits)}
@@ -73,6 +76,11 @@ class EventCounters(wiring.Component):
         w_port = words.write_port()
         scan = words.read_port()
         read = words.read_port()
+
+        old: Any = scan.data
+        if self.registered:  # a turn reads in its second cycle and writes in its fourth
+            old = Signal(word)
+            m.d.sync += old.eq(scan.data)
 
         turned = Signal(1 << self.index_bits - 1, reset_less=True)
         m.d.sync += turned.eq(turned ^ self.events)
@@ -96,7 +104,7 @@ class EventCounters(wiring.Component):
             w_port.addr.eq(number),
             w_port.en.eq(step == 3),
             w_port.data.seen.eq(now),
-            w_port.data.value.eq(Mux(clearing, 0, scan.data.value) + (now ^ scan.data.seen)),
+            w_port.data.value.eq(Mux(clearing, 0, old.value) + (now ^ old.seen)),
             read.addr.eq(self.index),
             self.value.eq(read.data.value),
         ]

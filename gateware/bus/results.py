@@ -24,7 +24,7 @@ class ResultPort(wiring.Signature):
     index : Out(6)
         Index of the word to read.
     value : In(W)
-        The word at the ``index`` of the cycle before.
+        The word at the ``index`` of the cycle before, or of two cycles before (``read_cycles``).
     """
 
     def __init__(self, *, word: int) -> None:
@@ -38,7 +38,8 @@ class Results(wiring.Component):
     a reader has taken stays until that reader takes another, after any time, and the writer never
     waits. ``begin`` selects an unused bank. Each reader has a copy of the memory.
 
-    **Latency** 1 cycle for reading; an update is the newest from the cycle after ``complete``.
+    **Latency** ``read_cycles`` for reading; an update is the newest from the cycle after
+    ``complete``.
 
     Parameters
     ----------
@@ -46,6 +47,8 @@ class Results(wiring.Component):
         W.
     readers : int, 1 to 3
         Number of readers.
+    read_cycles : 1 or 2
+        2: with a register behind the memory.
 
     Members
     -------
@@ -59,11 +62,12 @@ class Results(wiring.Component):
         The readers. Words not written by an update are those of an older one.
     """
 
-    def __init__(self, *, word: int, readers: int = 2) -> None:
+    def __init__(self, *, word: int, readers: int = 2, read_cycles: int = 1) -> None:
         if not isinstance(readers, int) or not 1 <= readers <= 3:
             raise ValueError(f"readers must be 1 to 3, not {readers!r}")
         self.word = word
         self.readers = readers
+        self.read_cycles = read_cycles
         super().__init__(
             {
                 "begin": In(1),
@@ -102,8 +106,9 @@ class Results(wiring.Component):
                 w_port.data.eq(self.w_data),
                 w_port.en.eq(self.w_en),
                 r_port.addr.eq(Cat(port.index, bank)),
-                port.value.eq(r_port.data),
             ]
+            domain = m.d.sync if self.read_cycles == 2 else m.d.comb
+            domain += port.value.eq(r_port.data)
         return m
 
 

@@ -48,13 +48,15 @@ class WishboneSlave(wiring.Component):
     Address, word and direction are stored when a transfer begins. If the master aborts it, a write
     is still finished on the bus, without an ``ack``.
 
-    **Latency** ``ack`` comes 3 cycles after the strobe if the bus is free and no write waits for
-    the core; one transfer in 4 cycles.
+    **Latency** ``ack`` comes 3 cycles after the strobe, of a read ``2 + read_cycles``, if the bus
+    is free and no write waits for the core; one transfer in a cycle more.
 
     Parameters
     ----------
     address : int
         Bits of an address, A.
+    read_cycles : int, >= 1
+        Cycles from an address on the bus to its word.
 
     Members
     -------
@@ -64,7 +66,8 @@ class WishboneSlave(wiring.Component):
         An initiator of `gateware.bus.arbiter`; ``grant`` is 1 for an only one.
     """
 
-    def __init__(self, *, address: int = 12) -> None:
+    def __init__(self, *, address: int = 12, read_cycles: int = 1) -> None:
+        self.read_cycles = read_cycles
         super().__init__(
             {
                 "wb": In(WishboneSignature(address=address)),
@@ -78,13 +81,12 @@ class WishboneSlave(wiring.Component):
         """Idle, request, read word, acknowledge."""
         m = Module()
         wb, bus = self.wb, self.bus
-        asked, writes, fetch, wanted = (
-            Signal(name=name) for name in ("asked", "writes", "fetch", "wanted")
-        )
+        asked, writes, wanted = (Signal(name=name) for name in ("asked", "writes", "wanted"))
+        fetch = Signal(self.read_cycles)  # the highest bit: the word is there
         selected = wb.cyc & wb.stb
         m.d.comb += [self.request.eq(asked), bus.w_stb.eq(asked & writes)]
-        m.d.sync += [wb.ack.eq(0), fetch.eq(0), wanted.eq(wanted & selected)]
-        with m.If(~asked & ~fetch & ~wb.ack):
+        m.d.sync += [wb.ack.eq(0), fetch.eq(fetch << 1), wanted.eq(wanted & selected)]
+        with m.If(~asked & ~fetch.any() & ~wb.ack):
             m.d.sync += [
                 bus.addr.eq(wb.adr),
                 bus.w_data.eq(wb.dat_w),
@@ -96,6 +98,6 @@ class WishboneSlave(wiring.Component):
             m.d.sync += [asked.eq(0), wb.ack.eq(wanted & selected)]
         with m.If(asked & ~writes & self.grant):
             m.d.sync += [asked.eq(0), fetch.eq(1)]
-        with m.If(fetch):
+        with m.If(fetch[-1]):
             m.d.sync += [wb.dat_r.eq(bus.r_data), wb.ack.eq(wanted & selected)]
         return m

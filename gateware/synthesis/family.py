@@ -25,10 +25,20 @@ class Router:
         Option that has the speed grade; empty: the part's options have it.
     options : tuple of str
         Further options.
+    pins, placed : (str, str)
+        Option and file of the pins; of the configuration as text.
+    packer : tuple of str
+        Program that makes the bitstream of that text, with its options; in the same package.
+    bitstream : str
+        File that it makes.
     """
 
     program: str
     extra: str
+    pins: tuple[str, str]
+    placed: tuple[str, str]
+    packer: tuple[str, ...]
+    bitstream: str
     grade: str = ""
     options: tuple[str, ...] = ()
 

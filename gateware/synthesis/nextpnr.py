@@ -23,10 +23,10 @@ from boresight.disk.cache import Cache
 from boresight.gateware.synthesis.family import Router, Target
 from boresight.gateware.synthesis.yosys import Tool
 from boresight.model.errors import InputError, ToolMissing
-from boresight.model.tools.failure import failure
+from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.folders import yosys_environment
 
-__all__ = ["RouteError", "Step", "Run", "find_program", "place_and_route"]
+__all__ = ["RouteError", "Step", "Run", "find_program", "pack", "place_and_route"]
 
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 1
@@ -221,6 +221,40 @@ def _run(
         data = json.loads(report.read_text(encoding="utf-8"))
         written = {file: (folder / file).read_text(encoding="latin-1") for file in writes.values()}
     return {**_timing(data), "files": written}
+
+
+def pack(router: Router, name: str, text: str) -> bytes:
+    """Bitstream of a placed and routed design.
+
+    Parameters
+    ----------
+    router : Router
+    name, text : str
+        File that the router wrote, `Router.placed`.
+
+    Raises
+    ------
+    ToolMissing
+        The packer is not installed.
+    ToolFailed
+        It failed.
+    """
+    program, *options = router.packer
+    tool = find_program(program, f"yowasp-{router.program}", router.extra)
+    with tempfile.TemporaryDirectory(prefix="pack-") as place:
+        folder = Path(place)
+        (folder / name).write_text(text, encoding="latin-1")
+        run = subprocess.run(
+            [*tool.argv, *options, name, router.bitstream],
+            cwd=folder,
+            env={**os.environ, **yosys_environment()},
+            capture_output=True,
+            text=True,
+        )
+        made = folder / router.bitstream
+        if run.returncode != 0 or not made.exists():
+            raise ToolFailed(failure(f"{tool.name} makes no bitstream", run.stdout + run.stderr))
+        return made.read_bytes()
 
 
 def _timing(report: Mapping[str, Any]) -> dict[str, Any]:

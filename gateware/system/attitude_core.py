@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Module
+from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.stream_buffer import StreamBuffer
 from boresight.gateware.core import Core
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.system.conductor import Conductor
@@ -23,7 +24,10 @@ _INSIDE = ("i", "o", "choice", "chosen", "framing", "saturated")
 class AttitudeCore(wiring.Component):
     """A system's core with its update controller.
 
-    **Latency** `Conductor.latency`.
+    With a core whose memories have a register behind them (`Machine.has`), so have the results, and
+    two words wait between controller and core.
+
+    **Latency** `latency`.
 
     Parameters
     ----------
@@ -42,7 +46,11 @@ class AttitudeCore(wiring.Component):
 
     def __init__(self, *, core: Core, readers: int = 2) -> None:
         self.core = core
-        self.conductor = Conductor(plan=core_plan(core), readers=readers)
+        #: Cycles to read a result.
+        self.read_cycles = 2 if core.machine.has("memory") else 1
+        self.conductor = Conductor(
+            plan=core_plan(core), readers=readers, read_cycles=self.read_cycles
+        )
         members = {
             name: member
             for name, member in self.conductor.signature.members.items()
@@ -51,6 +59,14 @@ class AttitudeCore(wiring.Component):
         word = core.machine.arithmetic.word
         super().__init__({**members, "bus": In(BusSignature(word=word))})
 
+    def latency(self, number: int) -> int:
+        """Cycles from ``sample`` to ``updated`` with this filter, see `Conductor.latency`.
+
+        The buffer adds one for each program.
+        """
+        jobs = 1 + len(self.conductor.plan.chains[number])
+        return self.conductor.latency(number) + (jobs if self.read_cycles == 2 else 0)
+
     def elaborate(self, platform: Any) -> Module:
         """Connect controller and engine."""
         m = Module()
@@ -58,12 +74,10 @@ class AttitudeCore(wiring.Component):
         m.submodules.engine = engine = Engine(
             machine=self.core.machine, image=self.core.image, selector=True
         )
-        wiring.connect(m, conductor.i, engine.i)
+        self._feed(m, conductor, engine)
         wiring.connect(m, engine.o, conductor.o)
         wiring.connect(m, wiring.flipped(self.bus), engine.bus)
         m.d.comb += [
-            engine.choice.eq(conductor.choice),
-            conductor.chosen.eq(engine.chosen),
             conductor.framing.eq(engine.framing),
             conductor.saturated.eq(engine.saturated_update),
         ]
@@ -79,3 +93,20 @@ class AttitudeCore(wiring.Component):
             else:
                 m.d.comb += mine.eq(theirs)
         return m
+
+    def _feed(self, m: Module, conductor: Conductor, engine: Engine) -> None:
+        """Words and choice of the program to the core, through a buffer or not."""
+        if self.read_cycles == 1:
+            wiring.connect(m, conductor.i, engine.i)
+            m.d.comb += [engine.choice.eq(conductor.choice), conductor.chosen.eq(engine.chosen)]
+            return
+        m.submodules.words = words = StreamBuffer(layout=engine.i.payload.shape())
+        wiring.connect(m, conductor.i, words.i)
+        wiring.connect(m, words.o, engine.i)
+        # Words of a record that wait are of the program chosen for them.
+        choice = Signal.like(conductor.choice)
+        same = Signal()  # as of the cycle before, like the engine's ``chosen``
+        with m.If(words.empty):
+            m.d.sync += choice.eq(conductor.choice)
+        m.d.sync += same.eq(choice == conductor.choice)
+        m.d.comb += [engine.choice.eq(choice), conductor.chosen.eq(engine.chosen & same)]

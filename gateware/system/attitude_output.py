@@ -55,7 +55,8 @@ class AttitudeOutput(wiring.Component):
     has outputs; lines need the outputs of an attitude (`gateware.system.attitude_frame.OUTPUTS`).
 
     **Latency** 1 cycle from ``updated`` to a frame's first byte, 4 to a line's; then 4 cycles per
-    byte, or what the line needs. Text: also 34 cycles per angle and up to 10 per digit.
+    byte, 5 with ``read_cycles`` 2, or what the line needs. Text: also 34 cycles
+    per angle and up to 10 per digit.
 
     Parameters
     ----------
@@ -63,6 +64,8 @@ class AttitudeOutput(wiring.Component):
         Whether every update has the outputs of an attitude.
     most : int, 1 to 16
         Maximum number of outputs of an update.
+    read_cycles : 1 or 2
+        Of the results.
 
     Members
     -------
@@ -87,10 +90,11 @@ class AttitudeOutput(wiring.Component):
     #: Meaning of the bits of ``events``: an update is sent; one that was due is not.
     EVENTS = ("attitude_sent", "attitude_skipped")
 
-    def __init__(self, *, text: bool = True, most: int = 8) -> None:
+    def __init__(self, *, text: bool = True, most: int = 8, read_cycles: int = 1) -> None:
         if not 1 <= most <= 16 or (text and most != len(OUTPUTS)):
             raise ValueError(f"most must be 1 to 16 outputs, 8 with text, not {most!r}")
         self.text = text
+        self.read_cycles = read_cycles
         #: Bits of the number of an output.
         self.bits = 3 if most <= 8 else 4
         super().__init__(
@@ -219,7 +223,9 @@ class AttitudeOutput(wiring.Component):
             with m.Case(_State.KIND), m.If(self.o.ready):
                 m.d.sync += s.state.eq(_State.FETCH)
             with m.Case(_State.FETCH):
-                m.d.sync += [s.digit.eq(0), s.bit.eq(0), s.state.eq(_State.LOAD)]
+                m.d.sync += [s.digit.eq(0), s.bit.eq(0)]
+                with m.If(self._is_fetched(m, s)):
+                    m.d.sync += s.state.eq(_State.LOAD)
             with m.Case(_State.LOAD):
                 is_digit = (s.op == Op.DIGIT) if self.text else Const(0, 1)
                 m.d.sync += s.state.eq(Mux(is_digit, _State.SUBTRACT, _State.FORM))
@@ -244,6 +250,14 @@ class AttitudeOutput(wiring.Component):
                 m.d.sync += s.bit.eq(s.bit + 1)
                 with m.If(s.multiplied):
                     m.d.sync += [s.place.eq(s.next_place), s.state.eq(_State.FETCH)]
+
+    def _is_fetched(self, m: Module, s: _Place) -> Value:
+        """Whether the result comes in the next cycle."""
+        if self.read_cycles == 1:
+            return Const(1, 1)
+        again = Signal()
+        m.d.sync += again.eq((s.state == _State.FETCH) & ~again)
+        return again
 
 
 class _Place:

@@ -52,7 +52,8 @@ class AttitudeSystem(wiring.Component):
                                                                      Wishbone slave
 
     There is one clock domain; every asynchronous input passes two flip-flops. Accesses of the host
-    or the Wishbone cannot delay the filter.
+    or the Wishbone cannot delay the filter. With a core whose memories have a register behind them
+    (depth 9 and more) a read of a register takes a cycle more.
 
     **Latency** `latency_cycles`: data-ready edge at the pin to new results.
 
@@ -107,11 +108,14 @@ class AttitudeSystem(wiring.Component):
         self.wishbone = wishbone
         self._inertial = inertial or Adis16385(clock_hz=clock_hz)
         self._compass = compass or Hmr3300(clock_hz=clock_hz)
-        self._bridge = Bridge(clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS)
         self._attitude = AttitudeCore(core=core, readers=2)
+        reads = self._attitude.read_cycles
+        self._bridge = Bridge(
+            clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS, read_cycles=reads
+        )
         programs = [p.program for p in core.parts[: self.plan.filters]]
         text = all(p.output_names == OUTPUTS for p in programs)
-        self._output = AttitudeOutput(text=text, most=max(self.plan.outputs))
+        self._output = AttitudeOutput(text=text, most=max(self.plan.outputs), read_cycles=reads)
         self.title = "attitude system"
         self.lines = _LINES
         #: Counted events, by their bits: source and name.
@@ -175,7 +179,7 @@ class AttitudeSystem(wiring.Component):
 
     def latency_cycles(self, number: int) -> int:
         """Data-ready at the pin to new results of a filter, without writes of parameters."""
-        return self.transfer_cycles + self._attitude.conductor.latency(number)
+        return self.transfer_cycles + self._attitude.latency(number)
 
     @property
     def transfer_cycles(self) -> int:
@@ -208,7 +212,10 @@ class AttitudeSystem(wiring.Component):
         m.submodules.attitude = attitude = self._attitude
         m.submodules.output, m.submodules.bridge = self._output, self._bridge
         m.submodules.bus = bus = SystemBus(
-            registers=self.registers, events=len(self.events), feed=len(self.plan.feed.registers)
+            registers=self.registers,
+            events=len(self.events),
+            feed=len(self.plan.feed.registers),
+            read_cycles=self._attitude.read_cycles,
         )
         time = Signal(32)
         m.d.sync += time.eq(time + 1)
@@ -343,7 +350,9 @@ class AttitudeSystem(wiring.Component):
             wiring.connect(m, bridge.bus, bus.bus)
             m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
             return
-        m.submodules.slave = slave = WishboneSlave(address=ADDRESS_BITS)
+        m.submodules.slave = slave = WishboneSlave(
+            address=ADDRESS_BITS, read_cycles=self._attitude.read_cycles
+        )
         m.submodules.arbiter = arbiter = BusArbiter(count=2, word=32, address=ADDRESS_BITS)
         wiring.connect(m, wiring.flipped(self.wb), slave.wb)
         initiators: tuple[Any, ...] = (slave, bridge)

@@ -60,10 +60,13 @@ class Bridge(wiring.Component):
     #: unknown or one too many.
     EVENTS = ("line_error", "bad_frame")
 
-    def __init__(self, *, clock_hz: float, baud: float = 921_600, address: int = 12) -> None:
+    def __init__(
+        self, *, clock_hz: float, baud: float = 921_600, address: int = 12, read_cycles: int = 1
+    ) -> None:
         self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
         self.baud = baud
         self.address = address
+        self.read_cycles = read_cycles
         super().__init__(
             {
                 "rx": In(1, init=1),
@@ -82,7 +85,11 @@ class Bridge(wiring.Component):
         m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
         m.submodules.unpacker = unpacker = Unpacker(word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
         m.submodules.dispatcher = dispatcher = Dispatcher(
-            word=32, inputs=0, depth=unpacker.depth, address=self.address
+            word=32,
+            inputs=0,
+            depth=unpacker.depth,
+            address=self.address,
+            read_cycles=self.read_cycles,
         )
         m.submodules.packer = packer = Packer(word=32, records=False)
         m.submodules.framer = framer = Framer()

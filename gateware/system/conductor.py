@@ -47,6 +47,8 @@ class Conductor(wiring.Component):
         The core's programs.
     readers : int
         Readers of the results.
+    read_cycles : int
+        Of the results.
 
     Members
     -------
@@ -98,9 +100,10 @@ class Conductor(wiring.Component):
         "watchdog",
     )
 
-    def __init__(self, *, plan: Plan, readers: int = 2) -> None:
+    def __init__(self, *, plan: Plan, readers: int = 2, read_cycles: int = 1) -> None:
         self.plan = plan
         self.readers = readers
+        self.read_cycles = read_cycles
         word = plan.word
         feed = {
             "feed_en": In(1),
@@ -349,7 +352,9 @@ class Conductor(wiring.Component):
     def _outputs(self, m: Module, s: Step, words: Words) -> None:
         """Words to the core and to the results."""
         plan = self.plan
-        m.submodules.results = results = Results(word=plan.word, readers=self.readers)
+        m.submodules.results = results = Results(
+            word=plan.word, readers=self.readers, read_cycles=self.read_cycles
+        )
         for mine, theirs in zip(self.ports, results.ports, strict=True):
             wiring.connect(m, wiring.flipped(mine), theirs)
         words.remember(m)

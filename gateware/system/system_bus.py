@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -42,8 +42,8 @@ class SystemBus(wiring.Component):
     Other addresses read 0, writes there are acknowledged and do nothing, and both are an event, as
     of the counters' own ``bad_address``. Reads of what can only be written read 0.
 
-    **Latency** 1 cycle for reading; 1 for writing, but for the core's parameters, for which it
-    waits.
+    **Latency** ``read_cycles`` for reading; 1 for writing, but for the core's parameters, for which
+    it waits.
 
     Parameters
     ----------
@@ -55,6 +55,8 @@ class SystemBus(wiring.Component):
         Bits of a counter.
     feed : int
         Input registers.
+    read_cycles : 1 or 2
+        Cycles to read, here and of the results; 2: with a register behind the memories.
 
     Members
     -------
@@ -77,14 +79,23 @@ class SystemBus(wiring.Component):
     """
 
     def __init__(
-        self, *, registers: Sequence[Register], events: int, counter_bits: int = 32, feed: int = 0
+        self,
+        *,
+        registers: Sequence[Register],
+        events: int,
+        counter_bits: int = 32,
+        feed: int = 0,
+        read_cycles: int = 1,
     ) -> None:
         self.csr = Csr(registers)
         if self.csr.first != CSR:
             raise ValueError(f"registers must begin at {CSR:#x}, not {self.csr.first:#x}")
         if not isinstance(events, int) or not 0 <= events <= 255:
             raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
-        self.counters = EventCounters(count=events + 1, bits=counter_bits)
+        self.read_cycles = read_cycles
+        self.counters = EventCounters(
+            count=events + 1, bits=counter_bits, registered=read_cycles == 2
+        )
         self.feed = feed
         ports = {"feed_en": Out(1), "feed_index": Out(5), "feed_data": Out(32), "feed_busy": In(1)}
         super().__init__(
@@ -142,14 +153,15 @@ class SystemBus(wiring.Component):
             self.results.index.eq(Mux(is_result, low, _NO_RESULT)),
             counters.index.eq(Cat(low[:index_bits], ~is_counter)),
             bad.eq(access & ~elsewhere & ~csr.known),
-            counters.events.eq(Cat(self.events, bad)),
             counters.clear.eq(self.clear),
-            bus.r_data.eq(
-                csr.r_data
-                | counters.value
-                | self.results.value
-                | Mux(core_answers, core.r_data, Const(0, 32))
-            ),
+        ]
+        words = [csr.r_data, counters.value, Mux(core_answers, core.r_data, Const(0, 32))]
+        happened: Value = Cat(self.events, bad)
+        if self.read_cycles == 2:
+            words, happened = [_registered(m, w) for w in words], _registered(m, happened)
+        m.d.comb += [
+            bus.r_data.eq(words[0] | words[1] | words[2] | self.results.value),
+            counters.events.eq(happened),
         ]
         if self.feed:
             self._feed(m, ours, elsewhere)
@@ -175,3 +187,10 @@ class SystemBus(wiring.Component):
         ]
         with m.If(ours & ours_feed & self.feed_busy):
             m.d.comb += bus.w_ack.eq(0)
+
+
+def _registered(m: Module, value: Value) -> Signal:
+    """The value of the cycle before."""
+    before = Signal.like(value)
+    m.d.sync += before.eq(value)
+    return before

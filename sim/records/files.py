@@ -150,7 +150,9 @@ def _logs_below(path: Path) -> list[Path]:
         return [path]
     bags = {p.parent for p in path.rglob("metadata.yaml")}
     files = (p for p in path.rglob("*") if p.name.endswith((*FORMATS, *RECORDINGS)))
-    return sorted(bags | {p for p in files if p.parent not in bags})
+    logs = bags | {p for p in files if p.parent not in bags}
+    # In hidden folders are files that are being written, or were when a process was killed.
+    return sorted(p for p in logs if not any(x[0] == "." for x in p.relative_to(path).parts[:-1]))
 
 
 def read_logs(logs: Iterable[Any]) -> list[tuple[Record, Path | None]]:

@@ -541,6 +541,7 @@ def test_ended_in_the_middle(verb: str, number: signal.Signals, code: int, home:
 #: A run of several pieces, for each suffix one process, which ends itself in the third piece.
 PIECES = """
 import importlib, os, signal, sys
+import pyarrow.compute, pyarrow.csv, pyarrow.feather, pyarrow.parquet, scipy.io  # once
 signal.signal(signal.SIGINT, signal.default_int_handler)
 module = importlib.import_module("boresight.verbs.run")
 from boresight.cli import main
@@ -552,30 +553,43 @@ def ended(*arguments):
     return record(*arguments)
 module._record = ended
 for suffix in sys.argv[2:]:
-    for number in (signal.SIGKILL, signal.SIGINT):
+    for number in (signal.SIGINT, signal.SIGKILL):
         if not (child := os.fork()):
-            os._exit(main(["run", "complementary", sys.argv[1], "--on", "c", "-o", "out" + suffix]))
+            os._exit(main(["run", "rate.py", sys.argv[1], "--on", "c", "-o", "out" + suffix]))
         print(suffix, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+RATE = """
+from boresight import Estimator, Input, Output
+class Rate(Estimator):
+    inputs = (Input("gx", -40.0, 40.0, "rad/s"),)
+    outputs = (Output("y", "rad/s"),)
+    def step(self, x, u, p):
+        return {}, {"y": u.gx}
 """
 
 
 def test_ended_between_pieces(tmp_path: Path) -> None:
     """What was there before stays, and no part of a log under any name that is read."""
     log = bundled("synthetic_60s")
+    (tmp_path / "rate.py").write_text(RATE)
     for suffix in FORMATS:
-        boresight.run("complementary", log, on="c", steps=9, output=tmp_path / f"out{suffix}")
+        output = tmp_path / f"out{suffix}"
+        boresight.run(str(tmp_path / "rate.py"), log, on="c", steps=9, output=output)
     before = everything(tmp_path)
     done = subprocess.run(
-        [sys.executable, "-c", PIECES, str(log), *FORMATS],
+        [sys.executable, "-c", PIECES, str(log), *reversed(FORMATS)],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
-    codes = [f"{suffix} {code}" for suffix in FORMATS for code in (-9, 130)]
+    codes = [f"{suffix} {code}" for suffix in reversed(FORMATS) for code in (130, -9)]
     assert done.stdout.splitlines() == codes and "Traceback" not in done.stderr
     left = everything(tmp_path)
     assert {n: left[n] for n in before} == before
-    assert all(Path(n).name.startswith(".") for n in set(left) - set(before))
+    parts = set(left) - set(before)
+    assert all(n.startswith(".") for n in parts) and any(n.endswith("/out.csv") for n in parts)
     assert log_files([tmp_path]) == sorted(tmp_path / f"out{suffix}" for suffix in FORMATS)
 
 

@@ -38,27 +38,33 @@ FAKE = """#!/bin/sh
 ' '''
 import json, pathlib, sys
 if "--version" in sys.argv:
-    print('"nextpnr-ecp5" (Version nextpnr-9.8)', file=sys.stderr)
+    print('"nextpnr-ecp5" (Version nextpnr-{version})', file=sys.stderr)
     sys.exit(0)
 pathlib.Path({log!r}).write_text(json.dumps(sys.argv[1:]))
 {act}
 """
 
 
-def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Callable[[], Any]]:
+def stand_in(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    program: str = "nextpnr-ecp5",
+    version: str = "9.8",
+) -> Callable[[str], Callable[[], Any]]:
     """Put a program first on the PATH that does what ``act`` says; the result reads its arguments.
 
     Clear the cache of `find_program` afterwards.
     """
 
     def make(act: str) -> Callable[[], Any]:
-        path = tmp_path / "bin" / "nextpnr-ecp5"
+        path = tmp_path / "bin" / program
+        log = tmp_path / f"{program}.log"
         path.parent.mkdir(exist_ok=True)
-        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(tmp_path / "log")))
+        path.write_text(FAKE.format(python=sys.executable, act=act, log=str(log), version=version))
         path.chmod(path.stat().st_mode | stat.S_IXUSR)
         monkeypatch.setenv("PATH", str(path.parent), prepend=":")
         find_program.cache_clear()
-        return lambda: json.loads((tmp_path / "log").read_text())
+        return lambda: json.loads(log.read_text())
 
     return make
 

@@ -120,11 +120,14 @@ _READING: Final = Reading(flip_flop=_flip_flop, table=_table)
 ECP5: Final = Family(
     name="ecp5",
     title="Lattice ECP5",
-    # The scheduler never reads a register in the cycle in which it is written, so the memories need
-    # no logic for the old word. A reset that waits for the enable would be the enable, late as it
-    # is, and one more table on the way to LSR: such resets become logic in front of the data. A net
-    # takes about 1 ns as routed; abc9, told so instead of synth_ecp5's 0.3 ns, makes fewer levels.
-    synthesis="setattr -set no_rw_check 1 *operands*/m:*; synth_ecp5 -run :map_ffs; "
+    # The scheduler never reads a register in the cycle in which it is written, and nobody reads the
+    # bank of results that is written, so these memories need no logic for the old word. A word
+    # leaves the block RAM after 5.8 ns, so memories of up to 64 words may become tables. A reset
+    # that waits for the enable would be the enable, late as it is, and one more table on the way to
+    # LSR: such resets become logic in front of the data. A net takes about 1 ns as routed; abc9,
+    # told so instead of synth_ecp5's 0.3 ns, makes fewer levels.
+    synthesis="setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; synth_ecp5 -run :map_ram; "
+    "setattr -unset ram_style t:$mem_v2 r:SIZE<=64 %i; synth_ecp5 -run map_ram:map_ffs; "
     "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:map_luts; "
     "techmap -map +/lattice/latches_map.v; abc9 -W 1000; clean; synth_ecp5 -run map_cells:",
     cells=MappingProxyType(
@@ -137,7 +140,7 @@ ECP5: Final = Family(
             "TRELLIS_FF": {"ff": 1},
             "MULT18X18D": {"dsp": 1},
             "DP16KD": {"ram": 1},
-            "EHXPLLL": {},
+            **{name: {} for name in ("EHXPLLL", "DCCA", "TRELLIS_IO", "SGSR")},
         }
     ),
     flip_flop=("TRELLIS_FF", {"CEMUX": "1 ", "GSR": "DISABLED"}, "CLK", "DI", "Q"),
@@ -154,6 +157,15 @@ ECP5: Final = Family(
         {(1, 7): 79.4, (1, 9): 129.5, (1, 10): 132.4, (1, 12): 147.1, (2, 9): 104.4, (2, 10): 115.0}
     ),
     clocks_source="clocks of four filters routed on ecp5-25k, speed 6, 1 to 5 seeds",
-    router=Router(program="nextpnr-ecp5", extra="ecp5", grade="--speed", options=("--tmg-ripup",)),
+    router=Router(
+        program="nextpnr-ecp5",
+        extra="ecp5",
+        pins=("--lpf", "top.lpf"),
+        placed=("--textcfg", "top.config"),
+        packer=("ecppack", "--compress"),
+        bitstream="top.bit",
+        grade="--speed",
+        options=("--tmg-ripup",),
+    ),
     absorb=lambda netlist, top: absorb(netlist, top, _READING, _RULES),
 )

@@ -57,5 +57,12 @@ ICE40: Final = Family(
         ),
     ),
     memory_shapes=MappingProxyType({(256 << k, 16 >> k): 1 for k in range(4)}),
-    router=Router(program="nextpnr-ice40", extra="ice40"),
+    router=Router(
+        program="nextpnr-ice40",
+        extra="ice40",
+        pins=("--pcf", "top.pcf"),
+        placed=("--asc", "top.asc"),
+        packer=("icepack",),
+        bitstream="top.bin",
+    ),
 )

@@ -168,9 +168,10 @@ async def counters_read(ctx, dut: EventCounters, index: int) -> int:
     return ctx.get(dut.value)
 
 
+@pytest.mark.parametrize("registered", [False, True])
 @pytest.mark.parametrize("count", [1, 5, 32])
-def test_events_as_close_as_allowed(count: int, simulate) -> None:
-    dut = EventCounters(count=count, bits=16)
+def test_events_as_close_as_allowed(count: int, registered: bool, simulate) -> None:
+    dut = EventCounters(count=count, bits=16, registered=registered)
     rng = random.Random(count)
     assert len(dut.index) == (count - 1).bit_length() + 1
     assert dut.interval == 4 * max(1, 1 << (count - 1).bit_length())

@@ -29,11 +29,12 @@ from boresight.gateware.bus.csr import Csr
 from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.results import ResultPort, Results
 from boresight.gateware.bus.signature import BusSignature
+from boresight.gateware.bus.stream_buffer import StreamBuffer
 from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.core import build_core
 from boresight.gateware.engine.bitwise import Bitwise
 from boresight.gateware.engine.dsp48a1 import DSP48A1
-from boresight.gateware.engine.engine import Engine
+from boresight.gateware.engine.engine import Engine, word_layout
 from boresight.gateware.engine.lane import Lane
 from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
@@ -195,6 +196,7 @@ def cases() -> dict[str, Case]:
         Case(AngleDigits()),
         Case(Bridge(clock_hz=100e6)),
         Case(AxiCore(word=24)),
+        Case(StreamBuffer(layout=word_layout(30))),
         Case(AxiLiteSignature(address=9), {"A": 9}),
         Case(AxiLiteSlave(word=24)),
         Case(AxiStreamSignature()),

@@ -39,7 +39,8 @@ class Bench:
     """Results that are written, an output, and who takes its bytes."""
 
     def __init__(self, dut: AttitudeOutput | None = None) -> None:
-        self.results, self.dut = Results(word=32), dut or AttitudeOutput()
+        self.dut = dut or AttitudeOutput()
+        self.results = Results(word=32, read_cycles=self.dut.read_cycles)
         self.bodies: list[bytes] = []
         self.raw: list[bool] = []
         self.sent = self.skipped = 0
@@ -105,9 +106,12 @@ def random_update(rng: random.Random, words_of_it: int = PLACES) -> list[int]:
     return [words[0] & 0x7F_FFFF, *words[1:]]
 
 
-@pytest.mark.parametrize("stalls", [0.0, 0.5])
-def test_frames(stalls: float) -> None:
-    bench, rng, wanted = Bench(), random.Random(1), []
+READS = pytest.mark.parametrize("stalls, reads", [(0.0, 1), (0.5, 1), (0.0, 2)])
+
+
+@READS
+def test_frames(stalls: float, reads: int) -> None:
+    bench, rng, wanted = Bench(AttitudeOutput(read_cycles=reads)), random.Random(1), []
 
     async def test(ctx):
         ctx.set(bench.dut.mode, OutputMode.BINARY)
@@ -141,9 +145,9 @@ def test_frames_of_any_length(most: int) -> None:
     assert bench.bodies == wanted and not any(bench.raw)
 
 
-@pytest.mark.parametrize("stalls", [0.0, 0.5])
-def test_lines(stalls: float) -> None:
-    bench, rng, wanted = Bench(), random.Random(2), []
+@READS
+def test_lines(stalls: float, reads: int) -> None:
+    bench, rng, wanted = Bench(AttitudeOutput(read_cycles=reads)), random.Random(2), []
     edges = [0, 1, -1, HALF - 1, -HALF, 59_652, 59_653, -59_653]
 
     async def test(ctx):
