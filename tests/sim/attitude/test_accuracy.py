@@ -53,6 +53,19 @@ def test_turn_about_the_vertical_is_heading_and_any_level_axis_is_inclination(
             np.testing.assert_allclose(entry, degrees * share, rtol=1e-9, atol=2e-12)
 
 
+@pytest.mark.parametrize("norm", [1e-90, 0.3, 1.1, 1e90])
+def test_norms_do_not_count(norm: float) -> None:
+    q_ref, q_est = references(), references()[::-1]
+    one = [q / np.linalg.norm(q, axis=1, keepdims=True) for q in (q_est, q_ref)]
+    for wanted, entry in zip(
+        attitude_error(*one), attitude_error(norm * one[0], norm * one[1]), strict=True
+    ):
+        np.testing.assert_allclose(entry, wanted, rtol=1e-12, atol=1e-12)
+    q_est[3] = 0.0
+    with pytest.raises(InputError, match="q must have a norm above zero"):
+        attitude_error(q_est, q_ref)
+
+
 def test_mixed_error_has_the_published_form() -> None:
     q_ref = references()
     error = quaternion_multiply(turn([0, 0, 1], 50.0), turn([0.6, 0.8, 0], 20.0))
