@@ -18,7 +18,7 @@ __all__ = ["ExploreResult"]
 #: Columns that say which combination a row is.
 _WHICH = ("estimator", "word", "config", "target")
 #: Figures in the text for people, after the error.
-_SHOWN = ("cycles", "interval", "lut", "dsp", "ram", "clock")
+_SHOWN = ("cycles", "interval", "lut", "dsp", "ram", "clock", "toggles")
 
 
 @dataclass(frozen=True)

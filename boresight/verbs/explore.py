@@ -5,6 +5,7 @@ boresight explore my_filter.py log.csv --words 18,20,24 --no-area  # errors and 
 boresight explore my_filter.py log.csv taps=4,8,16  # an argument of the constructor
 boresight explore mekf log.csv --want "attitude<0.01deg, dsp<=1, us<5" --least lut  # choose
 boresight explore mekf log.csv --target xc6slx9,ecp5-25k --route  # also placed and routed
+boresight explore my_filter.py log.csv --toggles  # also how many nets change, for energy
 """
 
 from __future__ import annotations
@@ -66,6 +67,7 @@ def explore(
     area: bool = True,
     route: bool = False,
     seeds: int = 1,
+    toggles: bool = False,
     want: str = "",
     least: str = "",
     clock: float = 100.0,
@@ -104,6 +106,8 @@ def explore(
         Also place and route on targets for which there is an open tool: minutes for each.
     seeds : int
         How often with --route; the slowest counts.
+    toggles : bool
+        Also count how many nets change in an update, in the simulated netlist for Spartan-6.
     want : str
         Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
         page: an output's name is its largest error from float64.
@@ -139,8 +143,8 @@ def explore(
         Unknown names, bad logs, a demand on a figure that does not exist, a table that belongs to
         another version.
     ToolMissing
-        There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no C compiler; no
-        pyarrow, and ``parquet`` is wanted.
+        There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no Verilator, and
+        ``toggles`` are; no C compiler; no pyarrow, and ``parquet`` is wanted.
     """
     say = progress or (lambda text: None)
     _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs, seeds=seeds)
@@ -153,6 +157,13 @@ def explore(
     elif seeds != 1:
         raise InputError.at(
             "seeds", wanted="cores that are routed", found="no --route", fix="add --route"
+        )
+    if toggles and all(TARGETS[target].family.router is not None for target in targets):
+        raise InputError.at(
+            "toggles",
+            wanted="a target whose netlist is simulated, Spartan-6",
+            found=f"--target {','.join(targets)}",
+            fix="leave --toggles out",
         )
     inputs, arguments = arguments_of(logs)
     widths = [*map(int, words)]
@@ -192,7 +203,7 @@ def explore(
         seeds,
     )
     records = [record for record, _ in read]
-    plans, tasks = planned(exploration, cases, records, area=area, route=route)
+    plans, tasks = planned(exploration, cases, records, area=area, route=route, toggles=toggles)
     table = _Table(
         estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
     )

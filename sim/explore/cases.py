@@ -25,6 +25,7 @@ from boresight.sim.explore import measure
 from boresight.sim.explore.measure import Case, Exploration, Task
 from boresight.sim.identity import identity
 from boresight.sim.records.record import Record
+from boresight.sim.rtl.simulators import require, version
 
 __all__ = ["FORMAT", "Planned", "arguments_of", "cases_of", "planned"]
 
@@ -119,6 +120,7 @@ def planned(
     *,
     area: bool,
     route: bool = False,
+    toggles: bool = False,
 ) -> tuple[list[Planned], dict[str, Task]]:
     """The work of every combination.
 
@@ -131,9 +133,12 @@ def planned(
     Raises
     ------
     ToolMissing
-        There is no yosys, or no router, and areas, or routed clocks, are wanted.
+        There is no yosys, no router or no Verilator, and areas, routed clocks or toggles are
+        wanted.
     """
-    tool = find_tool().version if area or route else ""
+    tool = find_tool().version if area or route or toggles else ""
+    if toggles:
+        require("verilator")
     families = {case.target: TARGETS[case.target].family for case in cases} if route else {}
     routers = {
         name: find_router(family.router).version
@@ -166,6 +171,8 @@ def planned(
         }
         if case.target in routers:
             decides["routed"] = [*decides["area"], routers[case.target], exploration.seeds]
+        if toggles and TARGETS[case.target].family.router is None:
+            decides["toggles"] = [program_key, machine, run, tool, version("verilator")]
         if not area:
             del decides["area"]
         keys = {kind: _digest(kind, what) for kind, what in decides.items()}

@@ -44,6 +44,7 @@ FIGURES = (
     Quantity("own_us", "sample in to last urgent output, at its own clock", "us"),
     Quantity("multiplications", "multiplications an update"),
     Quantity("accesses", "words read and written an update"),
+    Quantity("toggles", "nets that change an update, as the netlist is simulated"),
     Quantity("word", "word width", "bits"),
 )
 _NAMES = {quantity.name for quantity in FIGURES}
@@ -100,6 +101,8 @@ class Explored:
         ``cycles`` in microseconds and samples a second, at the chosen clock.
     multiplications, accesses : int or None
         An update: multiplications, words read from and written to the register file.
+    toggles : float or None
+        Nets of the netlist that change in an update, before each edge of the clock.
     lut, ff, dsp : int or None
     ram : float or None
         Block RAM in the blocks of the part; halves are RAMB8 of a Spartan-6.
@@ -130,6 +133,7 @@ class Explored:
     rate: float | None = None
     multiplications: int | None = None
     accesses: int | None = None
+    toggles: float | None = None
     lut: int | None = None
     ff: int | None = None
     dsp: int | None = None
@@ -220,7 +224,10 @@ def explored(
     if errors:
         good = all(e["good"] for e in data["errors"].values()) and not data["saturated"]
     cycles, interval = data.get("cycles"), data.get("interval")
-    numbers = ("saturated", "multiplications", "accesses", "lut", "ff", "dsp", "ram", "clock")
+    numbers = (
+        *("saturated", "multiplications", "accesses", "toggles"),
+        *("lut", "ff", "dsp", "ram", "clock"),
+    )
     return Explored(
         estimator=_text(case.estimator, case.arguments),
         arguments=dict(case.arguments),

@@ -33,11 +33,13 @@ from boresight.sim.compare.difference import ATTITUDE, Difference, differences
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.integer import Emitted
+from boresight.sim.levels.integer import Emitted, words_of
 from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
+from boresight.sim.rtl.netlist import NetlistSimulation
+from boresight.sim.rtl.simulators import SimulationFailed
 
 __all__ = ["ATTITUDES", "KINDS", "Case", "Exploration", "Task", "measured"]
 
@@ -144,7 +146,7 @@ def _row(exploration: Exploration, task: Task) -> dict[str, Any]:
         return KINDS[task.kind](exploration, task.case)
     except (InputError, ScheduleError) as error:
         return {"refused": str(error).splitlines()[0]}
-    except (SynthesisError, ToolFailed) as error:
+    except (SynthesisError, SimulationFailed, ToolFailed) as error:
         return {"refused": str(error).splitlines()[0], "again": True}
 
 
@@ -272,14 +274,27 @@ def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
     return {"clock": design.clock_mhz, "clock_is": "routed"}
 
 
+def _toggles(exploration: Exploration, case: Case) -> dict[str, Any]:
+    """Nets that change in an update of the netlist, on the first log."""
+    build, record = case.build(exploration.params), _records(exploration.logs)[0]
+    rows = feed(build.estimators[0], record.head(_TOGGLED.stop)).inputs
+    words = words_of(build.programs[0], rows)
+    stop = len(words)
+    first = min(_TOGGLED.start, stop - 1)
+    return {"toggles": NetlistSimulation(build.core, trace=True).toggles(words, first, stop)}
+
+
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
+#: Updates of the first log in which what changes is counted, fewer where it is shorter.
+_TOGGLED = range(28, 32)
 #: What is measured, the quick ones first.
 KINDS: Mapping[str, Callable[[Exploration, Case], dict[str, Any]]] = {
     "errors": _errors,
     "cycles": _cycles,
     "area": _area,
+    "toggles": _toggles,
     "routed": _routed,
 }

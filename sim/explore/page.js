@@ -173,7 +173,9 @@ function start() {
       make("path", svg, { class: "front", d: "M" + best.map((row) => `${px(row.figures[set.x])},${py(row.figures[set.y])}`).join("L") });
     }
     const sorted = [...rows].sort((a, b) => a.figures[set.x] - b.figures[set.x]);
-    const points = sorted.map((row) => {
+    const apart = (a, b) => Math.abs(px(a.figures[set.x]) - px(b.figures[set.x])) > 17
+      || Math.abs(py(a.figures[set.y]) - py(b.figures[set.y])) > 11;
+    const points = sorted.map((row, number) => {
       const k = series.indexOf(row.series);
       const out = inside.includes(row) ? "" : " out";
       const g = make("g", svg, {
@@ -182,7 +184,8 @@ function start() {
       });
       make("path", g, { d: SHAPES[k % SHAPES.length], fill: COLOURS[k % COLOURS.length] });
       make("path", g, { class: "ring", d: "M-8.5,0a8.5,8.5 0 1,0 17,0a8.5,8.5 0 1,0 -17,0" });
-      make("text", g, { x: 8, y: -5 }, row.word);
+      // Of numbers that would cover each other the rightmost is shown.
+      if (sorted.slice(number + 1).every((other) => apart(row, other))) make("text", g, { x: 8, y: -5 }, row.word);
       return g;
     });
     points.forEach((g, k) => {
@@ -244,7 +247,7 @@ function start() {
   }
 
   function drawTable() {
-    const own = [set.y, ...set.demands.map((d) => d.name), "tolerance", "cycles", "us", "interval", "lut", "dsp", "ram", "clock", "saturated"];
+    const own = [set.y, ...set.demands.map((d) => d.name), "tolerance", "cycles", "us", "interval", "lut", "dsp", "ram", "clock", "toggles", "saturated"];
     const names = [...new Set(own)].filter((n) => n in byName);
     const box = at("table");
     box.replaceChildren();

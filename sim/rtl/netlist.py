@@ -8,6 +8,7 @@ register writes, cannot be traced.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,16 @@ from typing import Any
 from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.yosys import cell_library, synthesise
+from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.harness import CompiledSimulation
+from boresight.sim.rtl.wave import CORE, changes_of, wires_of
 
 __all__ = ["NetlistSimulation", "verilog_of"]
 
 #: Cells that only tell where something came from.
 _NO_HARDWARE = "$scopeinfo"
+#: Path of a net in the simulator's file.
+_NET = re.compile(rf"{re.escape(CORE)}\.n\d+")
 #: Memories by cell type: 256-bit parameters with the contents of data and parity.
 _CONTENTS = {"RAMB16BWER": (64, 8), "RAMB8BWER": (32, 4)}
 #: Parameters of a memory's output latch at configuration, which the core does not read.
@@ -51,6 +56,20 @@ class NetlistSimulation(CompiledSimulation):
             "rams.v": rams,
         }
         return sources, {}
+
+    def toggles(self, inputs: IntArray, first: int, stop: int) -> float:
+        """Nets that change in an update, each as often: the mean over ``first`` to ``stop`` - 1.
+
+        Values are those before each edge of the clock, so neither glitches nor the clock count.
+        Built with ``trace``; ``inputs`` and errors as of `run`.
+        """
+        with self.record(inputs[:stop], first, stop) as path, path.open() as trace:
+            _, _, codes = wires_of(trace)
+            nets = {code for name, code in codes.items() if _NET.fullmatch(name)}
+            cycles = changes_of(trace)
+            next(cycles)  # all values, as they are
+            count = sum(len(nets & changes.keys()) for _, changes in cycles)
+        return count / (stop - first)
 
 
 def verilog_of(netlist: Mapping[str, Any], top: str) -> str:

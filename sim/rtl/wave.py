@@ -22,14 +22,14 @@ from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind
 from boresight.sim.rtl.harness import CompiledSimulation
 
-__all__ = ["Signal", "Wave", "write_wave"]
+__all__ = ["CORE", "Signal", "Wave", "changes_of", "wires_of", "write_wave"]
 
 _Shown = int | float | str
 
 #: Nanoseconds of a cycle.
 _CYCLE = 10
 #: Scopes of the bench and of the core in the simulator's file.
-_BENCH, _CORE = "TOP.stepped.bench", "TOP.stepped.bench.dut"
+_BENCH, CORE = "TOP.stepped.bench", "TOP.stepped.bench.dut"
 _VAR = re.compile(r"\$var \w+ +\d+ (\S+) ([\w.]+) (?:\[\S+\] )?\$end")
 #: Blanks in strings, an extension of GTKWave's.
 _ESCAPED = str.maketrans({" ": r"\x20", "\t": r"\t", "\\": r"\\"})
@@ -102,7 +102,7 @@ def write_wave(
     before = max(first - 1, 0)  # all values are written in an update: then all are known
     simulation = CompiledSimulation(core, trace=True)
     with simulation.record(inputs[:stop], before, stop) as path, path.open() as trace:
-        scopes, own, codes = _declarations(trace)
+        scopes, own, codes = wires_of(trace)
         view, now = _View(core, lines, before), dict[str, str]()
         head = "$version Boresight $end\n$timescale 1 ns $end\n"
         print(f"{head}{view.declarations()}{scopes}$enddefinitions $end", file=file)
@@ -111,7 +111,7 @@ def write_wave(
             return _bits(now[codes[name]])
 
         cycles = 0
-        for cycle, changes in _cycles(trace):
+        for cycle, changes in changes_of(trace):
             now |= changes
             row, changed = view.row, view.cycle(wire)
             if row < first:
@@ -129,7 +129,7 @@ def write_wave(
         return Wave(view.groups, cycles)
 
 
-def _declarations(trace: TextIO) -> tuple[str, set[str], dict[str, str]]:
+def wires_of(trace: TextIO) -> tuple[str, set[str], dict[str, str]]:
     """The scopes of the core, the codes in them, and the code of each wire by its path."""
     path, out, own, codes = list[str](), list[str](), set[str](), dict[str, str]()
     for line in map(str.strip, trace):
@@ -137,7 +137,7 @@ def _declarations(trace: TextIO) -> tuple[str, set[str], dict[str, str]]:
             break
         if line.startswith("$scope"):
             path.append(line.split()[2])
-        match, inside = _VAR.fullmatch(line), ".".join(path).startswith(_CORE)
+        match, inside = _VAR.fullmatch(line), ".".join(path).startswith(CORE)
         if match:
             codes[".".join([*path, match[2]])] = match[1]
             own |= {match[1]} if inside else set()
@@ -148,7 +148,7 @@ def _declarations(trace: TextIO) -> tuple[str, set[str], dict[str, str]]:
     return "\n".join([*out, ""]), own, codes
 
 
-def _cycles(trace: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
+def changes_of(trace: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     """Each cycle, and the lines of what changes in it by code."""
     cycle, last, changes = None, None, dict[str, str]()
     for line in map(str.strip, trace):
@@ -301,12 +301,12 @@ class _View:
         """Take the wires of a cycle, by path; return what changes with it."""
         changed, self._later = self._later, {}
         at = self.work - self.base
-        active = bool(wire(f"{_CORE}.sequencer.active")) and 0 <= at < len(self.at_work)
+        active = bool(wire(f"{CORE}.sequencer.active")) and 0 <= at < len(self.at_work)
         changed |= self.at_work[at] | {"cycle": at} if active else dict.fromkeys(self._texts, "")
         if active:
             self._take(at, wire)
-        if wire(f"{_CORE}.en"):
-            self.work, self.rom = self.rom, wire(f"{_CORE}.sequencer.pc")
+        if wire(f"{CORE}.en"):
+            self.work, self.rom = self.rom, wire(f"{CORE}.sequencer.pc")
         changed = {path: x for path, x in changed.items() if self.values[path] != x}
         self.values |= changed
         return changed
@@ -323,7 +323,7 @@ class _View:
             word = self._signed(wire(f"{_BENCH}.out_payload"))
             path = f"outputs.{self.program.output_names[sent]}"
             self._later[path] = self._real(self.program.outputs[sent], word)
-        if wire(f"{_CORE}.commit"):
+        if wire(f"{CORE}.commit"):
             nexts = [(state, self.words.get(after)) for state, after in self.program.states]
             self.words |= {state: word for state, word in nexts if word is not None}
             for state, _ in nexts:

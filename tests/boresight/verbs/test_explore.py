@@ -120,6 +120,7 @@ def test_two_workers_give_what_one_process_gives(here) -> None:
         (["--config", "large"], "config: wanted one of small"),
         (["--target", "xc7"], "target: wanted one of xc6slx4"),
         (["--route"], "route: wanted a target that an open tool routes, found --target xc6slx9"),
+        (["--toggles", "--target", "ice40-up5k"], "toggles: wanted a target whose netlist is"),
         (["--seeds", "2"], "seeds: wanted cores that are routed"),
         (["--clock", "0"], "clock: wanted 1 to 10,000"),
         (["--csv", "build/explore-smooth.html"], "wanted a file of its own"),

@@ -62,3 +62,25 @@ def test_routers_serve_targets_that_have_one(monkeypatch) -> None:
         assert [task.kind for task in tasks.values()] == ["errors", "cycles", "routed"]
         assert "routed" not in plans[0].keys and plans[1].keys["routed"] != before
         before = plans[1].keys["routed"]
+
+
+def test_toggles_of_the_last_updates_in_families_whose_netlist_is_simulated(monkeypatch) -> None:
+    seen = []
+
+    class Simulation:
+        def __init__(self, core, trace):
+            assert trace and core.machine.arithmetic.word == 18
+
+        def toggles(self, words, first, stop):
+            seen.append((words.tolist(), first, stop))
+            return 12.5
+
+    monkeypatch.setattr("boresight.sim.explore.measure.NetlistSimulation", Simulation)
+    cases = [Case(Smooth, (), 18, "small", target) for target in ("xc6slx9", "ecp5-25k")]
+    plans, tasks = planned(Exploration((LOG,)), cases, [LOG], area=False, toggles=True)
+    assert "toggles" in plans[0].keys and "toggles" not in plans[1].keys
+    counted = [task for task in tasks.values() if task.kind == "toggles"]
+    rows = {row["key"]: row for row in measured(Exploration((LOG,)), counted)}
+    assert explored(plans[0], rows, Exploration((LOG,)), clock_mhz=1.0).figures["toggles"] == 12.5
+    ((words, first, stop),) = seen
+    assert len(words) == stop == len(LOG) and first == stop - 1
