@@ -269,7 +269,7 @@ def columns_of(
 ) -> dict[str, Column]:
     """Convert arrays by name to columns, with units from brackets in the names.
 
-    Without ``copy`` the arrays are those of the columns, where they can be; no other object has them.
+    Without ``copy`` the arrays are those of the columns, where they can be, and belong to them.
 
     Raises
     ------
