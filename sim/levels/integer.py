@@ -45,12 +45,16 @@ class Interpreted(Level):
     @property
     def kept(self) -> IntArray:
         """See `Level`."""
-        return (self._machine or Interpreter(self.program)).states[:, 0]
+        return self._begun().states[:, 0]
 
     @kept.setter
     def kept(self, states: IntArray) -> None:
+        self._begun().states = states[:, None]
+
+    def _begun(self) -> Interpreter:
+        """The interpreter, from a reset on if it has not run yet."""
         self._machine = self._machine or Interpreter(self.program)
-        self._machine.states = states[:, None]
+        return self._machine
 
     def run(self, records: FloatArray) -> Run:
         """Updates, one after the other."""
@@ -65,10 +69,9 @@ class Interpreted(Level):
         out, saturated, states, broken = interpret(
             program, words, states=lent, machine=self._machine
         )
-        self._machine = self._machine or Interpreter(program)
+        machine = self._begun()
         if len(words):
-            for k, (state, _) in enumerate(program.states):
-                self._machine.values[state] = states[-1:, k]
+            machine.states = states[-1:].T
         fault = "" if broken is None else f"states differ from C after step {self._rows + broken}"
         self._rows += len(words)
         return run_of_words(program, out, saturated, states=states, fault=fault)

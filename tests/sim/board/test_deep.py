@@ -3,16 +3,20 @@
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 import pytest
 
+from boresight.gateware.system.interface import Place
 from boresight.gateware.system.programs import system_core
 from boresight.model.declarations import Input, Output
 from boresight.model.estimator import Estimator
 from boresight.sim.board.build import Board, make_board
+from boresight.sim.board.chain import NO_LINE, Samples, run_chain
 from boresight.sim.board.run import judge, run_board, stimulus
 from boresight.sim.board.setup import SCALED
 from boresight.sim.worlds.synthetic import synthetic_log
 from tests.support.board.shared import Odd
+from tests.support.conductor_bench import play, sample_command
 
 
 class Rate(Estimator):
@@ -51,3 +55,30 @@ def test_every_frame_equals_the_models_in_the_stated_time(number: int) -> None:
         verdict.core_cycles[0],
         verdict.core_cycles[0],
     )
+
+
+def test_writes_of_the_host_in_any_cycle_of_an_update() -> None:
+    """Also when a write delays a record of one word."""
+    core = system_core([Rate, "complementary"], config="small-d9", restarts=0)
+    (calibrate,) = (k for k, p in enumerate(core.parts) if p.program.name == "calibrate_inertial")
+    address = core.select(calibrate).parameter_addresses["gyro_bias_z"]
+    script = ["o 0", "u 1", "f 0", "w 10"]
+    cuts = range(40, 110)
+    for k, wait in enumerate(cuts):
+        counts = (100 + k, 0, 0, 0, 0, 1000)
+        script += [sample_command(100_000 * k, counts), f"w {wait}", *[f"b {address} 0"] * 2]
+        script += [f"n {k + 1}", "w 100"]
+    played = play(core, script)
+    n = len(cuts)
+    samples = Samples(
+        stamp=100_000 * np.arange(n),
+        counts=np.array([(100 + k, 0, 0, 0, 0, 1000) for k in range(n)]),
+        line=np.full(n, NO_LINE),
+        values=np.zeros((n, 3), dtype=np.int64),
+        restart=np.arange(n) == 0,
+        filter=np.zeros(n, dtype=np.int64),
+    )
+    wanted = run_chain([part.program for part in core.parts], samples).outputs[:, :1]
+    # The bench looks a cycle after the index; the word comes after two.
+    assert (played.words(Place.OUTPUTS + 1, 1) == wanted).all() and np.ptp(wanted) > 0
+    assert not played.named("framing") + played.named("watchdog")
