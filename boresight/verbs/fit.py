@@ -124,7 +124,7 @@ def fit(
     target.write(_text(fit_result, made_from))
     narrower: list[FitProposal] = []
     wanted = proposals(fit_result) if propose or copied else []
-    # Elements of the covariance of a filter made by `boresight.kalman` are declared by nobody.
+    # Elements of the covariance of a `boresight.kalman` filter are declared nowhere in its file.
     derived = [p for p in wanted if p.name in estimator.covariance_elements]
     for p in wanted:
         if p in derived:

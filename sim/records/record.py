@@ -269,7 +269,7 @@ def columns_of(
 ) -> dict[str, Column]:
     """Convert arrays by name to columns, with units from brackets in the names.
 
-    Without ``copy`` the arrays are those of the columns, where they can be: nobody else's.
+    Without ``copy`` the arrays are those of the columns, where they can be, and belong to them.
 
     Raises
     ------

@@ -26,7 +26,7 @@ _INTRO = (
     "integer program too.",
     "Elements are half a wavelength apart, the receiver stands 3 deg high. Gyro 0.3 deg/s of noise "
     "a sample at 1 kHz with the bias that gives the prototype's figures, accelerometer 0.02 g, "
-    "field 2 %. What does not hold, or nobody asks for, has a note.",
+    "field 2 %. What does not hold, or is not asked for, has a note.",
 )
 _PULSES = (
     "Elements displaced along {} by b d N(0, 1), 64 elements, one draw: what receivers at -60, 0 "

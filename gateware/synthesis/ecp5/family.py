@@ -120,12 +120,12 @@ _READING: Final = Reading(flip_flop=_flip_flop, table=_table)
 ECP5: Final = Family(
     name="ecp5",
     title="Lattice ECP5",
-    # The scheduler never reads a register in the cycle in which it is written, and nobody reads the
-    # bank of results that is written, so these memories need no logic for the old word. A word
+    # The scheduler never reads a register in the cycle in which it is written, and the bank of
+    # results that is written is not read, so these memories need no logic for the old word. A word
     # leaves the block RAM after 5.8 ns, so memories of up to 64 words may become tables. A reset
     # that waits for the enable would be the enable, late as it is, and one more table on the way to
-    # LSR: such resets become logic in front of the data. A net takes about 1 ns as routed; abc9,
-    # told so instead of synth_ecp5's 0.3 ns, makes fewer levels.
+    # LSR: such resets become logic in front of the data. A net takes about 1 ns as routed; with
+    # this instead of synth_ecp5's 0.3 ns abc9 makes fewer levels.
     synthesis="setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; synth_ecp5 -run :map_ram; "
     "setattr -unset ram_style t:$mem_v2 r:SIZE<=64 %i; synth_ecp5 -run map_ram:map_ffs; "
     "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:map_luts; "

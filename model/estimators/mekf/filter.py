@@ -260,7 +260,7 @@ class Mekf(Estimator):
         )
         keep = ops.named("rest_keep", 1.0 - rest_gain)
 
-        # Beyond a right angle the heading is off by that at least; without a field by nobody knows.
+        # Beyond a right angle the heading is off by that at least; unknown without a field.
         turn_off = ops.where(m[1] < 0.0, ops.where(m[0] < 0.0, -1.0, 1.0), sine)
         turn_off = ops.where(no_heading, 0.0, turn_off)
 
