@@ -102,6 +102,8 @@ def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
             record = record_of_arrays(path, list(zip(names, arrays, strict=True)))
             yield dataclasses.replace(record, place=shifted(record.place, rows))
             rows += len(record)
+        if not rows:  # which is refused
+            record_of_arrays(path, [(n, np.zeros(0)) for n in table.schema_arrow.names])
     except (InputError, GeneratorExit):
         raise
     except Exception as error:

@@ -94,6 +94,14 @@ def test_damaged_files(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[
     check(kind, len(DAMAGES), tmp_path, capsys)
 
 
+def test_a_table_without_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A turned bit in the number of rows, for one."""
+    path = tmp_path / "a.parquet"
+    path.write_bytes(content_of(path, TABLE.derived({"t": Column(np.zeros(0))})))
+    assert main(["run", "complementary", str(path), "-o", str(tmp_path / "out.csv")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "out.csv").exists()
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_damaged_files(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
