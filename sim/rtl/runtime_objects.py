@@ -51,11 +51,14 @@ def _version(compiler: str) -> bytes:
 def _after_header(mode: str, folder: Path, command: list[str]) -> list[str]:
     """A bench's call with the precompiled header first, which "keep" makes.
 
-    GCC ignores it where it does not fit; others refuse one whose sources have moved.
+    GCC ignores it where it does not fit; others refuse one whose sources have moved. Calls without
+    ``-c`` (links, and in Verilator 5.38 headers of its own) are as they were.
     """
+    if "-c" not in command:
+        return command
     header, made = folder / _HEADER, folder / f"{_HEADER}.gch"
-    at = command.index("-c") if "-c" in command else 0
-    if mode == "keep" and at and b"Free Software Foundation" in _version(command[0]):
+    at = command.index("-c")
+    if mode == "keep" and b"Free Software Foundation" in _version(command[0]):
         header.write_text('#include "verilated.h"\n')
         flags = [word for word in command[:at] if not word.startswith("-MM")]
         subprocess.run([*flags, "-x", "c++-header", "-o", str(made), str(header)], check=False)

@@ -340,11 +340,12 @@ class Builds:
         (self.folder / "c++").write_text(text)
         (self.folder / "c++").chmod(0o755)
 
-    def make(self, source: str = "verilated.cpp", flags: str = "-O1") -> tuple[int, str]:
+    def make(
+        self, source: str = "verilated.cpp", flags: str = "-O1", action: str = "-c"
+    ) -> tuple[int, str]:
         """Exit code of a makefile's rule, text of the object."""
-        (self.folder / "Makefile").write_text(
-            f"all:\n\t@$(OBJCACHE) {self.folder}/c++ {flags} -c -o x.o {self.include}/{source}\n"
-        )
+        call = f"{self.folder}/c++ {flags} {action} -o x.o {self.include}/{source}"
+        (self.folder / "Makefile").write_text(f"all:\n\t@$(OBJCACHE) {call}\n")
         target = self.folder / "x.o"
         target.unlink(missing_ok=True)
         done = subprocess.run(
@@ -409,6 +410,10 @@ def test_gcc_takes_the_header_precompiled(builds: Builds) -> None:
     place = builds.cache / "library.h"
     assert header == f"-O1 -x c++-header -o {place}.gch {place}"
     assert benches == [f"-MMD -O1 -include {place} -c -o x.o {builds.include}/Vbench.cpp"] * 2
+    # A header of the bench's own, and its link, are no calls for it.
+    assert builds.make("Vbench.cpp", action="-x c++-header")[0] == 0
+    own = builds.calls.read_text().splitlines()[-1]
+    assert own == f"-O1 -x c++-header -o x.o {builds.include}/Vbench.cpp"
 
 
 def test_a_failure_is_one_and_leaves_nothing(builds: Builds) -> None:
