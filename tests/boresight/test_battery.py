@@ -155,7 +155,7 @@ def test_any_command_line(understood):
 
 
 def test_real_runs(quick):
-    result = ends(REAL, settings(EVERYDAY, max_examples=60))
+    result = ends(REAL, settings(EVERYDAY, max_examples=100))
     assert min(result[end] for end in ("done", "refused")) >= 3, result
 
 

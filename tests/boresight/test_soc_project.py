@@ -58,7 +58,7 @@ def test_project(tmp_path) -> None:
 
 
 def test_it_needs_a_board(tmp_path) -> None:
-    with pytest.raises(InputError, match="with-cpu: wanted a board and the top sensors"):
+    with pytest.raises(InputError, match="with-cpu: wanted a board with a Spartan-6"):
         boresight.compile("complementary", with_cpu=True, output=tmp_path / "new")
     assert not (tmp_path / "new").exists()
 

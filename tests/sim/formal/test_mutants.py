@@ -200,7 +200,7 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
             "with m.If(self.request[(k + after) % self.count]):",
             "with m.If(self.request[(k + after) % self.count] & ~self.request[k]):",
         ),
-        ("wishbone", "with m.If(~asked & ~fetch & ~wb.ack):", "with m.If(~asked & ~fetch):"),
+        ("wishbone", "~fetch.any() & ~wb.ack):", "~fetch.any()):"),
         ("wishbone", "wanted.eq(wanted & selected)", "wanted.eq(wanted)"),
         ("wishbone", "m.d.sync += [asked.eq(0), fetch.eq(1)]", "m.d.sync += fetch.eq(1)"),
         ("system bus", "csr.w_en.eq(ours & ours_csr)", "csr.w_en.eq(ours)"),
