@@ -16,6 +16,7 @@ from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
 from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node
 from boresight.model.lowering.profile import Profile, Range
+from boresight.model.lowering.share import share
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
@@ -180,7 +181,7 @@ def lower(
         An argument's range exceeds what its function takes, a range is not finite, or a term
         passes the accumulator: the message names the line, the value and a cure.
     """
-    graph, made = expand(trace.tracer, None if profile is None else profile.limits)
+    graph, made = expand(trace.tracer, profile)
     low = Fusion(graph, arithmetic)
     results = [made[e.number] for e in trace.outputs.values()]
     after = [made[e.number] for _, _, e in trace.states]
@@ -203,6 +204,7 @@ def lower(
     with deep(len(graph.nodes)):
         outputs = tuple(low.word(node) for node in results)
         replaced = tuple((s, low.replacing(node, s)) for s, node in zip(states, after, strict=True))
+    share(low.groups)
     program, new = _pruned(
         Program(
             graph.name,
