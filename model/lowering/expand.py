@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model.lowering.graph import Graph, Node
-from boresight.model.lowering.profile import Profile
+from boresight.model.lowering.profile import Range
 from boresight.model.lowering.trace import Tracer
 from boresight.model.words import polynomials, rounded
 
@@ -29,32 +29,29 @@ _SLACK = 2e-8
 
 
 def expand(
-    tracer: Tracer, profile: Profile | None = None
+    tracer: Tracer, limits: Mapping[int, Range] | None = None
 ) -> tuple[Expansion, list[Any]]:
     """The graph of a record, and the node (or flag) of each of its expressions.
 
     Parameters
     ----------
     tracer : Tracer
-    profile : Profile, optional
-        Divisions and roots have their last argument held in its limits (`Graph.limited`); what
-        `ops.clip` limits is compared where it gets a format of its own.
+    limits : mapping of int to (float, float), optional
+        Divisions and roots, by number, whose last argument is held in such a range
+        (`Graph.limited`).
 
     Raises
     ------
     InputError
         An argument's range exceeds what its function takes; the message gives the author's line.
     """
-    graph, made = Expansion(tracer.name), list[Any]()
-    limits = {} if profile is None else profile.limits
-    ranges = {} if profile is None else profile.ranges
+    graph, made, limits = Expansion(tracer.name), list[Any](), limits or {}
     for e in tracer.expressions:
         graph.line = e.line
         args = [made[a.number] for a in e.args]
         if e.number in limits:
             args[-1] = graph.limited(args[-1], *limits[e.number])
-        finer = {"compared": True} if e.kind == "clip" and e.number in ranges else {}
-        made.append(getattr(graph, e.kind)(*args, *e.data, **finer))
+        made.append(getattr(graph, e.kind)(*args, *e.data))
     return graph, made
 
 

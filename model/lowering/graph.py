@@ -336,16 +336,14 @@ class Graph:
         limits = {"low": low, "high": high, "source": "saturated on purpose"}
         return self._new("saturated", a, key=limit, value=limit, unit=a.unit, **limits)
 
-    def clip(self, a: Node, low: float, high: float, compared: bool = False) -> Node:
-        """``a`` limited to [low, high]: moved so that the limit is a word's least, and back.
+    def clip(self, a: Node, low: float, high: float) -> Node:
+        """``a`` limited to [low, high]: moved so that a limit is the least word, and back.
 
         With 2^k above half of the range::
 
             y = saturated(a - low - 2^k)        z = saturated(high - 2^k - (y + low + 2^k))
 
-        and the result is high - 2^k - z. All limits are exact, as is what lies between them, where
-        the words hold it. With ``compared`` by comparisons, which leave a word finer than 2^k; so
-        is what has neither a finite range nor finite limits.
+        and the result is high - 2^k - z, exact at the limits and between, as far as words are.
         """
         beyond, above = a.low < low, a.high > high
         least, most = max(a.low, low), min(a.high, high)
@@ -353,7 +351,7 @@ class Graph:
             return a
         if least >= most:
             return self.const(low if beyond else high)
-        if not math.isfinite(most - least) or (compared and math.isfinite(a.high - a.low)):
+        if not math.isfinite(most - least):
             a = self.larger(a, self.const(low)) if beyond else a
             a = self.smaller(a, self.const(high)) if above else a
             return self.bounded(a, least, most, "clip")

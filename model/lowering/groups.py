@@ -19,16 +19,7 @@ from boresight.model.errors import InputError
 from boresight.model.lowering.forms import Form, Product
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
-from boresight.model.words.program import (
-    Kind,
-    Negate,
-    Op,
-    Overflow,
-    Scale,
-    Term,
-    Value,
-    When,
-)
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
 from boresight.model.words.rounded import binary_exponent
 
 __all__ = ["Groups", "Target"]

@@ -181,7 +181,7 @@ def lower(
         An argument's range exceeds what its function takes, a range is not finite, or a term
         passes the accumulator: the message names the line, the value and a cure.
     """
-    graph, made = expand(trace.tracer, profile)
+    graph, made = expand(trace.tracer, None if profile is None else profile.limits)
     low = Fusion(graph, arithmetic)
     results = [made[e.number] for e in trace.outputs.values()]
     after = [made[e.number] for _, _, e in trace.states]
