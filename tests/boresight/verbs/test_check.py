@@ -120,4 +120,5 @@ def test_tolerances_that_are_given(log, capsys):
     assert [d["max"] for d in given["accuracy"]["outputs"]] == [
         d["max"] for d in declared["accuracy"]["outputs"]
     ]
-    assert main([*narrow, "--tolerance", "roll=1e-9", "--tolerance", "attitude=0.5deg"]) == 1
+    assert main([*narrow, "--tolerance", "roll=1e-9", "--tolerance", "attitude=0.5deg"]) == 2
+    assert "for the tolerance of output roll" in capsys.readouterr().err
