@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth.hdl import ClockSignal, Const, Elaboratable, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Elaboratable, Instance, Module, Signal
 from amaranth.lib import io
 
 from boresight.model.errors import InputError
@@ -59,10 +59,9 @@ def spartan6_clock(oscillator_hz: int, clock_hz: int) -> Elaboratable | None:
 
 
 class PllClock(Elaboratable):
-    """Clock of domain ``sync`` from the board's oscillator through a PLL.
+    """Clock domain ``sync`` from the board's oscillator through a PLL, without reset.
 
-    The domain is to be defined by the parent, without reset. The clock starts when the
-    configuration has ended and the PLL is locked.
+    The clock starts when the configuration has ended and the PLL is locked.
 
     Parameters
     ----------
@@ -76,6 +75,7 @@ class PllClock(Elaboratable):
     def elaborate(self, platform: Any) -> Module:
         """Pad, PLL, gated global buffer."""
         m = Module()
+        m.domains.sync = ClockDomain(reset_less=True)
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         feedback = Signal()
         fast = Signal()

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from amaranth.hdl import ClockDomain, Elaboratable, Module
+from amaranth.hdl import Elaboratable, Module
 
 from boresight.gateware.boards.board import BOARDS, Board, Line
 from boresight.gateware.texts.render import render
@@ -47,7 +47,6 @@ class Shell(Elaboratable):
         """Connect the design to its pins."""
         m = Module()
         if self.clock is not None:
-            m.domains.sync = ClockDomain(reset_less=True)
             m.submodules.clock = self.clock
         m.submodules.design = self.design
         for line in self.design.lines:
