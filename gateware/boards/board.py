@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from amaranth.build import Attrs, Pins, Resource
-from amaranth.hdl import Elaboratable
 from amaranth_boards.icebreaker import ICEBreakerPlatform
 from amaranth_boards.numato_mimas import NumatoMimasPlatform
 from amaranth_boards.resources import LEDResources
 from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
-from boresight.gateware.boards.clock import spartan6_clock
+from boresight.gateware.boards.clock import Clock, spartan6_clock
 from boresight.gateware.boards.ecp5_clock import ecp5_clock
 from boresight.gateware.boards.ice40_clock import ice40_clock
 
@@ -101,7 +100,7 @@ class Board:
     positions: Mapping[str, str]
     leds: tuple[str, ...] = ()
     target: str = "xc6slx9"
-    clocking: Callable[[int, int], Elaboratable | None] = spartan6_clock
+    clocking: Callable[[int, int], Clock | None] = spartan6_clock
     pads: Pads = _SPARTAN6_PADS
     held: tuple[str, ...] = ()
 

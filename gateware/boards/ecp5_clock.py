@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth.hdl import ClockDomain, ClockSignal, Const, Elaboratable, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 
+from boresight.gateware.boards.clock import Clock
 from boresight.model.errors import InputError
 
 __all__ = ["Ecp5Pll", "Ecp5PllClock", "ecp5_clock"]
@@ -74,15 +75,15 @@ def ecp5_pll(*, oscillator_hz: int, clock_hz: int) -> Ecp5Pll:
     )
 
 
-def ecp5_clock(oscillator_hz: int, clock_hz: int) -> Elaboratable | None:
+def ecp5_clock(oscillator_hz: int, clock_hz: int) -> Clock | None:
     """Source of the clock; None if it is the oscillator's, which Amaranth's platform connects."""
     if clock_hz == oscillator_hz:
         return None
     return Ecp5PllClock(pll=ecp5_pll(oscillator_hz=oscillator_hz, clock_hz=clock_hz))
 
 
-class Ecp5PllClock(Elaboratable):
-    """Clock domain ``sync`` from the board's oscillator through a PLL, without reset.
+class Ecp5PllClock(Clock):
+    """Clock of domain ``sync`` from the board's oscillator through a PLL, without reset.
 
     Registers start as configured, and the clock starts two periods of the oscillator after
     configuration has ended and the PLL is locked. Without lock it stops.
@@ -99,7 +100,6 @@ class Ecp5PllClock(Elaboratable):
     def elaborate(self, platform: Any) -> Module:
         """Pad, PLL, gate of the clock network."""
         m = Module()
-        m.domains.sync = ClockDomain(reset_less=True)
         pll = self.pll
         made_hz = pll.oscillator_hz * pll.feedback / pll.reference
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))

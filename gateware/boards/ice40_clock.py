@@ -5,18 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth.hdl import (
-    ClockDomain,
-    ClockSignal,
-    Const,
-    Elaboratable,
-    Instance,
-    Module,
-    ResetSignal,
-    Signal,
-)
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, ResetSignal, Signal
 from amaranth.lib.cdc import FFSynchronizer
 
+from boresight.gateware.boards.clock import Clock
 from boresight.model.errors import InputError
 
 __all__ = ["Ice40Pll", "Ice40PllClock", "ice40_clock"]
@@ -76,15 +68,15 @@ def ice40_pll(*, oscillator_hz: int, clock_hz: int) -> Ice40Pll:
     )
 
 
-def ice40_clock(oscillator_hz: int, clock_hz: int) -> Elaboratable | None:
+def ice40_clock(oscillator_hz: int, clock_hz: int) -> Clock | None:
     """Source of the clock; None if it is the oscillator's, which Amaranth's platform connects."""
     if clock_hz == oscillator_hz:
         return None
     return Ice40PllClock(pll=ice40_pll(oscillator_hz=oscillator_hz, clock_hz=clock_hz))
 
 
-class Ice40PllClock(Elaboratable):
-    """Clock domain ``sync`` from the board's oscillator through a PLL, with a reset.
+class Ice40PllClock(Clock):
+    """Clock of domain ``sync`` from the board's oscillator through a PLL, with a reset.
 
     The reset ends when the PLL is locked and block RAM can be read; it begins anew without lock.
 
@@ -94,6 +86,8 @@ class Ice40PllClock(Elaboratable):
         Factors.
     """
 
+    reset_less = False
+
     def __init__(self, *, pll: Ice40Pll) -> None:
         self.pll = pll
 
@@ -102,7 +96,6 @@ class Ice40PllClock(Elaboratable):
         m = Module()
         pll = self.pll
         clock_hz = pll.oscillator_hz * pll.feedback / pll.reference / 2**pll.shift
-        m.domains.sync = ClockDomain()
         m.domains.always = ClockDomain(reset_less=True, local=True)
         fast = Signal()
         locked = Signal()

@@ -124,9 +124,9 @@ def _route(netlist: Netlist, bit: int, driver: Pin, load: Pin, fanout: int) -> H
     source, target = netlist.cells[driver.cell].type, netlist.cells[load.cell].type
     if (source, driver.port, target, load.port) in _IN_SLICE:
         return Hop("")
-    if target == "TRELLIS_FF" and load.port == "DI" and fanout == 1:
-        if (source, driver.port) in _BEFORE:
-            return Hop("", in_slice=True)
+    held = target == "TRELLIS_FF" and load.port == "DI" and fanout == 1
+    if held and (source, driver.port) in _BEFORE:
+        return Hop("", in_slice=True)
     return Hop(fanout_key(fanout))
 
 
