@@ -267,7 +267,10 @@ def _waves(build: Build, rounds: Sequence[Sequence[Log]], wave: str, folder: Any
 
 
 def replay(
-    *files: str | Path, levels: Sequence[str] = USUAL, simulator: str | None = None
+    *files: str | Path,
+    levels: Sequence[str] = USUAL,
+    simulator: str | None = None,
+    target: str | None = None,
 ) -> list[str]:
     """Run reproducers, which hold their machine and inputs; all are read before the first is run.
 
@@ -277,12 +280,15 @@ def replay(
         A line for each difference.
     """
     Check(Build(), levels=levels, simulator=simulator)  # refuses what it does not know
+    part = _simulated(target, levels)
     for file in files:
         load_reproducer(Path(file))
     return [
         line
         for file in files
-        for line in replay_reproducer(Path(file), levels=levels, simulator=simulator or "verilator")
+        for line in replay_reproducer(
+            Path(file), levels=levels, simulator=simulator or "verilator", target=part
+        )
     ]
 
 
