@@ -16,7 +16,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import Synthesis, SynthesisError, synthesise
 from boresight.model.errors import InputError
 
-__all__ = ["Mapped", "Netlist", "Routed", "implement", "netlist_for", "netlist_of"]
+__all__ = ["FamilyNetlist", "Mapped", "Routed", "implement", "netlist_for", "netlist_of"]
 
 #: Clock that the router works towards if none is asked for: beyond what a core reaches, MHz.
 _CLOCK_MHZ: Final = 200.0
@@ -111,7 +111,7 @@ class Routed:
         return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
 
 
-class Netlist(NamedTuple):
+class FamilyNetlist(NamedTuple):
     """A netlist of a family, and the flip-flops that are registers of multipliers and memories."""
 
     synthesis: Synthesis
@@ -124,7 +124,7 @@ def netlist_of(
     family: Family,
     *,
     cache_dir: str | os.PathLike[str] | None = None,
-) -> Netlist:
+) -> FamilyNetlist:
     """Synthesise for a family, and use the registers of its multipliers and memories.
 
     Raises
@@ -133,7 +133,7 @@ def netlist_of(
         Yosys is not installed, or rejected the design.
     """
     made = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
-    return Netlist(made, family.absorb(made.netlist, top))
+    return FamilyNetlist(made, family.absorb(made.netlist, top))
 
 
 def netlist_for(

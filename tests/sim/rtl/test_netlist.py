@@ -17,7 +17,7 @@ from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.synthesis import yosys
 from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.family import Family
-from boresight.gateware.synthesis.routed import Netlist, netlist_of
+from boresight.gateware.synthesis.routed import FamilyNetlist, netlist_of
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.yosys import cell_library
 from boresight.gateware.verilog import to_verilog
@@ -208,7 +208,7 @@ def test_a_core_after_synthesis(
         assert same is not faulty
 
 
-def _with_a_wrong_lut(table: str, *arguments: Any, **options: Any) -> Netlist:
+def _with_a_wrong_lut(table: str, *arguments: Any, **options: Any) -> FamilyNetlist:
     result = copy.deepcopy(netlist_of(*arguments, **options))
     cells = result.synthesis.netlist["modules"]["core"]["cells"].values()
     lut = [c for c in cells if c["type"] == table][40]
