@@ -212,10 +212,10 @@ def check(
     )
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     files = log_files(x for x in (*shared, *own.values()) if isinstance(x, str | Path))
-    target = None
+    kept = None
     if reproducer is not None:
         of = ",".join(e.name for e in estimators)
-        target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
+        kept = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
     if own:
         rounds.append([_own_log(e.name, own, steps) for e in estimators])
@@ -227,13 +227,13 @@ def check(
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         checked = checking.run(
-            *records, reproducer=target, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
+            *records, reproducer=kept, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
         )
         results += checked
         if each is not None:
             for result in checked:
                 each(result)
-    if target is not None and target.written:
+    if kept is not None and kept.written:
         tell(f"the difference, to run again: {reproducer}")
     return CheckResults(tuple(results))
 

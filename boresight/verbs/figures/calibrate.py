@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from boresight.arguments import check_number, check_routable
@@ -101,13 +102,15 @@ def calibrate(
         title = f"{'four filters' if names == _FOUR else names[0]}, {config}, W = {word}"
         core = Build(*map(find_estimator, names), config=config, word=word).core
         routed[title] = route_core(
-            core,
-            TARGETS[_TARGET],
-            seeds=seeds,
-            progress=lambda text, title=title: say(f"{title}: {text}"),
+            core, TARGETS[_TARGET], seeds=seeds, progress=partial(_of, title, say)
         )
     (source, *_) = (design.source for design in routed.values())
     return Calibration(estimated(routed, "core"), source)
+
+
+def _of(title: str, say: Callable[[str], None], text: str) -> None:
+    """Say something of a design."""
+    say(f"{title}: {text}")
 
 
 def call(arguments: Arguments) -> Outcome:

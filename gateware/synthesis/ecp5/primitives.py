@@ -15,9 +15,26 @@ from boresight.gateware.synthesis.spartan6.delays import Delay, DelayTable, fano
 
 __all__ = ["PRIMITIVES", "delay_table"]
 
-_SOURCE: Final = "nextpnr 0.11.1, as it writes delays to SDF; slowest pin; speed 6"
+_SOURCE: Final = "Project Trellis' database, speed 6, slowest corner and pin, which nextpnr uses"
 #: Delays of cells, ns.
-_CELLS: Final[Mapping[str, float]] = {}
+_CELLS: Final[Mapping[str, float]] = {
+    "ff_clk_q": 0.525,
+    "ff_d": 0.0,
+    "ff_d_lut": 0.0,
+    "ff_ce": 0.0,
+    "ff_lsr": 0.424,
+    "lut": 0.236,
+    "mux_pfumx": 0.165,
+    "mux_l6mux21": 0.242,
+    "mux_select": 0.256,
+    "carry_sum": 0.236,
+    "carry_next": 0.714,
+    "carry_in": 0.447,
+    "carry_through": 0.071,
+    "carry_out": 0.474,
+    "table_clk_do": 0.929,
+    "table_setup": 0.392,
+}
 #: Wires between cells of a slice, from type and port to type and port.
 _IN_SLICE: Final = frozenset(
     {
@@ -55,9 +72,9 @@ def _timing(cell: Cell) -> CellTiming:
     if kind == "LUT4":
         t.arcs += [Arc(pin, None, "Z", ("lut",)) for pin in "ABCD"]
     elif kind in ("PFUMX", "L6MUX21"):
-        select = {"PFUMX": "C0", "L6MUX21": "SD"}[kind]
+        data, select = f"mux_{kind.lower()}", "C0" if kind == "PFUMX" else "SD"
         t.arcs += [
-            Arc(pin, None, "Z", ("mux_select" if pin == select else "mux",)) for pin in cell.inputs
+            Arc(pin, None, "Z", ("mux_select" if pin == select else data,)) for pin in cell.inputs
         ]
     elif kind == "CCU2C":
         _carry(t)
