@@ -34,6 +34,21 @@ _CELLS: Final[Mapping[str, float]] = {
     "carry_out": 0.474,
     "table_clk_do": 0.929,
     "table_setup": 0.392,
+    "memory": 5.830,
+    "memory_reg": 0.973,
+    "memory_ad": 0.251,
+    "memory_ce": 0.340,
+    "memory_cs": 0.020,
+    "memory_di": 0.218,
+    "memory_oce": 0.253,
+    "memory_rst": 0.585,
+    "memory_we": 0.139,
+    "product_reg": 0.735,
+    "factor_product": 3.486,
+    "factor_product_setup": 3.486,
+    "factor_setup": 0.252,
+    "factor_reg_product": 3.486,
+    "factor_enable": 0.252,
 }
 #: Wires between cells of a slice, from type and port to type and port.
 _IN_SLICE: Final = frozenset(
