@@ -20,16 +20,18 @@ module DP16KD #(
     input [17:0] DIA, DIB,
     output [17:0] DOA, DOB
 );
-    localparam WIDE_IN = DATA_WIDTH_A == 36, WIDE_OUT = DATA_WIDTH_B == 36;  // of both halves
-    localparam BYTES_A = WIDE_IN ? 4 : 2;
-    initial if (RESETMODE != "SYNC" || CLKAMUX != "CLKA" || CLKBMUX != "CLKB"
+    localparam WIDE_IN = DATA_WIDTH_A == 36, WIDE_OUT = DATA_WIDTH_B == 36;  // by both ports' pins
+    initial if (CLKAMUX != "CLKA" || CLKBMUX != "CLKB"
                 || CSDECODE_A != "0b000" || CSDECODE_B != "0b000"
                 || WRITEMODE_A == "WRITETHROUGH" && DATA_WIDTH_A > 9
                 || WRITEMODE_B == "WRITETHROUGH" && DATA_WIDTH_B > 9)
         $fatal(1, "a mode of DP16KD is not simulated");
-    always @(posedge CLKA)
+    always @(posedge CLKA) begin
+        if (RESETMODE != "SYNC" && (RSTA || RSTB))
+            $fatal(1, "an asynchronous reset of DP16KD is not simulated");
         if (CEA && WEA && DATA_WIDTH_A < 4 || CEB && WEB && DATA_WIDTH_B < 4)
             $fatal(1, "a port of DP16KD of 1 or 2 bits that is written is not simulated");
+    end
 
     // Bit 8 of each nine is block_ram's parity.
     function [35:0] apart(input [35:0] word);

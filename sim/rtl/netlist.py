@@ -59,7 +59,7 @@ class Cells:
     def sources(self) -> dict[str, str]:
         """Their Verilog, by file name."""
         return {
-            "cells.v": "".join(map(cell_library, self.library)),
+            "cells.v": "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)]),
             **{name: Path(__file__).with_name(name).read_text() for name in self.own},
         }
 
