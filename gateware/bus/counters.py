@@ -103,7 +103,9 @@ class EventCounters(wiring.Component):
         else:
             # Memory and register have one enable; what is being written is not read for counting.
             # The host may read it: then the counter as it was before is still behind this port.
-            old, value, clashed = Signal(word), Signal(self.bits), Signal(2)
+            old = Signal(word, reset_less=True)
+            value = Signal(self.bits, reset_less=True)
+            clashed = Signal(2)
             m.d.comb += scan.en.eq(step != 3)
             with m.If(scan.en):
                 m.d.sync += old.eq(scan.data)

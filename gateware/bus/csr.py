@@ -137,7 +137,7 @@ class Csr(wiring.Component):
         live = Signal(WORD)
         word, seen = r_port.data, live
         if self.read_cycles == 2:
-            word, seen = Signal(WORD + 1), Signal(WORD)
+            word, seen = Signal(WORD + 1, reset_less=True), Signal(WORD)
             m.d.sync += [word.eq(r_port.data), seen.eq(live)]
         copy = Signal(WORD)
         low = self.offset[: self.bits]

@@ -82,11 +82,10 @@ module DP16KD #(
     wire [35:0] word_a = together(read_a), word_b = together(read_b);
     wire [17:0] now_a = WIDE_OUT ? word_b[17:0] : word_a[17:0];
     wire [17:0] now_b = WIDE_OUT ? word_b[35:18] : word_b[17:0];
-    reg [17:0] later_a = 0, later_b = 0;
-    always @(posedge CLKA) if (WIDE_OUT ? OCEB : OCEA)
-        later_a <= (WIDE_OUT ? RSTB : RSTA) ? 18'd0 : now_a;
-    always @(posedge CLKB) if (OCEB) later_b <= RSTB ? 18'd0 : now_b;
-    assign DOA = REGMODE_A == "OUTREG" ? later_a : now_a;
+    reg [17:0] later_a = 0, later_b = 0, later_low = 0;
+    always @(posedge CLKA) if (OCEA) later_a <= RSTA ? 18'd0 : now_a;
+    always @(posedge CLKB) if (OCEB) {later_b, later_low} <= RSTB ? 36'd0 : {now_b, now_a};
+    assign DOA = REGMODE_A != "OUTREG" ? now_a : WIDE_OUT ? later_low : later_a;
     assign DOB = REGMODE_B == "OUTREG" ? later_b : now_b;
 endmodule
 

@@ -42,14 +42,14 @@ module bench (input clk, input rst);
     reg [1:0] stop = 0;
     reg [8:0] at = 0, to = 1;
     reg we = 0;
-    reg [35:0] word = 0, product, before;
+    reg [35:0] word = 0, product, last;
     wire [71:0] x, y;
     source one (clk, stop, at, to, we, word, x[71:36], x[35:0]);
     top two (clk, stop, at, to, we, word, y[71:36], y[35:0]);
     always @(posedge clk) begin
         if (cycle > 200 && x !== y) differ <= differ + 1;
-        before <= x[71:36];
-        if (before != x[71:36]) changes <= changes + 1;
+        last <= x[71:36];
+        if (last != x[71:36]) changes <= changes + 1;
         cycle <= cycle + 1;
         {stop, we} <= $random;
         at <= cycle / 5 % 4;
