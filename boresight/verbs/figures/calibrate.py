@@ -26,15 +26,20 @@ _TARGET: Final = "ecp5-25k"
 _FOUR: Final = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 #: Estimators in one core, configuration, width of a word.
 _DESIGNS: Final[tuple[tuple[tuple[str, ...], str, int], ...]] = (
-    *((_FOUR, config, 32) for config in ("small", "small-d9", "small-d10", "small-d12")),
-    *((_FOUR, config, 32) for config in ("fast-d9", "fast-d10", "fast-d12")),
-    (("complementary",), "small", 32),
+    (_FOUR, "fast-d10", 32),
     (("complementary",), "small-d9", 18),
     (("mekf",), "small-d10", 24),
-    (("mekf",), "small-1024-d9", 32),
-    (("mekf",), "fast", 24),
-    (("vqf",), "small-d12", 32),
+    (("complementary",), "small", 32),
     (("pi",), "small-d9", 32),
+    (_FOUR, "small-d9", 32),
+    (("mekf",), "fast", 24),
+    (_FOUR, "fast-d9", 32),
+    (("vqf",), "small-d12", 32),
+    (("mekf",), "small-1024-d9", 32),
+    (_FOUR, "small", 32),
+    (_FOUR, "small-d10", 32),
+    (_FOUR, "small-d12", 32),
+    (_FOUR, "fast-d12", 32),
 )
 
 
