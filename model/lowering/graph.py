@@ -337,19 +337,28 @@ class Graph:
         return self._new("saturated", a, key=limit, value=limit, unit=a.unit, **limits)
 
     def clip(self, a: Node, low: float, high: float) -> Node:
-        """``a`` limited to [low, high] by comparison.
+        """``a`` limited to [low, high]: moved so that a limit is the least word, and back.
 
-        What has no finite range yet, as a product with an inverse root, gets one on the way.
+        With 2^k above half of the range::
+
+            y = saturated(a - low - 2^k)        z = saturated(high - 2^k - (y + low + 2^k))
+
+        and the result is high - 2^k - z, exact at the limits and between, as far as words are.
         """
-        if not math.isfinite(a.low + a.high):
-            largest = max(abs(low), abs(high)) or 1.0
-            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(largest)))
-        if a.low < low:
-            limit = self.const(low)
-            a = self.select(self.less(a, limit), limit, a)
-            a = self.bounded(a, low, max(a.high, low), "clip")
-        if a.high > high:
-            limit = self.const(high)
-            a = self.select(self.less(limit, a), limit, a)
-            a = self.bounded(a, min(a.low, high), high, "clip")
-        return a
+        beyond, above = a.low < low, a.high > high
+        least, most = max(a.low, low), min(a.high, high)
+        if not (beyond or above):
+            return a
+        if least >= most:
+            return self.const(low if beyond else high)
+        if not math.isfinite(most - least):
+            a = self.larger(a, self.const(low)) if beyond else a
+            a = self.smaller(a, self.const(high)) if above else a
+            return self.bounded(a, least, most, "clip")
+        half = math.ldexp(1.0, rounded.binary_exponent((most - least) / _BELOW))
+        lower, upper = self.const(least + half), self.const(most - half)
+        if beyond:
+            a = self.add(self.saturated(self.sub(a, lower), half), lower)
+        if above:
+            a = self.sub(upper, self.saturated(self.sub(upper, a), half))
+        return self.bounded(a, least, most, "clip")

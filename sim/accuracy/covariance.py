@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.answer import Answer, JsonObject
-from boresight.sim.compare.difference import ATTITUDE, Difference, differences
+from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
