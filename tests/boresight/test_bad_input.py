@@ -152,6 +152,8 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         # what is run, and on what
         ("fly", "invalid choice: 'fly'"),
         ("check complementary", "the following arguments are required: LOG"),
+        ("check mekf log.csv --target ecp5-25k", "target: wanted the level netlist, which runs "),
+        ("check mekf log.csv --levels netlist --target gw2a", "target: wanted one of xc6slx4, "),
         ("run kalman log.csv", "boresight list"),
         ("run none.py log.csv", "none.py: wanted a Python file with an estimator, found "),
         ("check complementary absent.csv", "absent.csv: wanted a log file that can be read, found"),
