@@ -11,12 +11,15 @@ from scipy import signal
 
 import boresight
 from boresight.model.resolve import estimator_of
+from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.rotation import angle_between
 from boresight.sim.levels.build import Build
+from boresight.sim.records.bundled import bundled
 from tests.support.pages import ROOT
 from tests.support.strangers import EXAMPLES, STRANGERS, program
 
 #: Examples with a log.
-LOGGED = {"kalman": 1000, "madgwick": 600, "biquad": 500, "pendulum": 1500}
+LOGGED = {"kalman": 1000, "madgwick": 600, "biquad": 500, "pendulum": 1500, "attitude": 600}
 
 
 def columns_of(name: str) -> dict[str, np.ndarray]:
@@ -94,6 +97,17 @@ def test_biquad_is_the_cascade_of_scipy() -> None:
     wanted = signal.sosfilt(signal.butter(4, 0.1, output="sos"), x)
     assert np.abs(fixed("biquad")["y"] - wanted).max() < 1e-6
     assert np.abs(wanted).max() > 0.3
+
+
+def test_attitude_is_the_truth_within_degrees() -> None:
+    """From level and north on; in float64 it is the textbook's filter."""
+    record = boresight.record_of(bundled("synthetic_60s"))
+    truth = np.stack([record.columns[f"q{c}"].values for c in "wxyz"], axis=1)
+    outputs = boresight.run(program("attitude.py"), record, on="c").outputs
+    off = np.degrees(angle_between(attitude_of(outputs), truth))
+    assert np.sqrt(np.mean(off[500:] ** 2)) < 3.0 and off[500:].max() < 8.0
+    (checked,) = boresight.check(program("attitude.py"), record, levels=("c",), steps=200)
+    assert checked.good and all(d.largest < 1e-9 for d in checked.textbook)
 
 
 @pytest.mark.full_search

@@ -194,12 +194,22 @@ def battery(n: int) -> Given:
 
 
 #: What the command line calls each program, and its records.
+def attitude(n: int) -> Given:
+    """The same hand, with a magnetometer."""
+    columns, heads = madgwick(n)
+    turned = Rotation.from_quat(np.stack([columns[f"q{a}_true"] for a in "xyzw"], axis=1))
+    field = turned.inv().apply([0.0, 19.2, -44.0])
+    field += np.random.default_rng(4).normal(0.0, 0.5, field.shape)
+    return columns | {f"m{a}": field[:, k] for k, a in enumerate("xyz")}, heads
+
+
 STRANGERS: dict[str, Callable[[int], Given]] = {
     "kalman.py": kalman,
     "pi.py:Pi": pi,
     "madgwick.py:Madgwick": madgwick,
     "biquad.py": biquad,
     "pendulum.py": pendulum,
+    "attitude.py": attitude,
     "alphabeta.py": alphabeta,
     "pll.py": pll,
     "geometry.py:Look": geometry,
