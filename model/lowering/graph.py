@@ -37,6 +37,9 @@ _KINDS = {
 _BELOW = 1.0 - 2.0**-17
 #: From where on a divisor needs an upper limit too, for its word.
 _SPAN = 2.0**16
+#: How far a number may be moved to be limited, in halves of the range between the limits: what one
+#: accumulator holds. Farther ones are first limited by a word.
+_FAR = 2.0**16
 
 
 @dataclass(eq=False)
@@ -351,11 +354,14 @@ class Graph:
             return a
         if least >= most:
             return self.const(low if beyond else high)
-        if not math.isfinite(most - least):
+        size, span = max(abs(least), abs(most)), (most - least) / _BELOW
+        half = math.ldexp(1.0, rounded.binary_exponent(span)) if math.isfinite(span) else 0.0
+        if _FAR * half < max(-a.low, a.high) < math.inf > size:
+            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(size)))
+        if size > _FAR * half:  # moved so far, a word would lose its last bits
             a = self.larger(a, self.const(low)) if beyond else a
             a = self.smaller(a, self.const(high)) if above else a
             return self.bounded(a, least, most, "clip")
-        half = math.ldexp(1.0, rounded.binary_exponent((most - least) / _BELOW))
         lower, upper = self.const(least + half), self.const(most - half)
         if beyond:
             a = self.add(self.saturated(self.sub(a, lower), half), lower)

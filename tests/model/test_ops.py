@@ -290,6 +290,19 @@ def test_clip_is_exact_at_its_limits_and_between(trace: Any, word: int) -> None:
         assert np.array_equal(y, want)
 
 
+@pytest.mark.parametrize("word", [18, 32])
+def test_clip_of_far_more_than_its_limits_hold(trace: Any, word: int) -> None:
+    """No more is lost than the last bit of what is limited."""
+    t = trace(
+        lambda a, b: (ops.clip(1e9 * a * b, -0.5, 0.75), ops.clip(a, 0.9, 0.9 + 1e-6)),
+        [(-1.0, 1.0)] * 2,
+        word,
+    )
+    fixed, floats, saturated = t.run([0.0, 1.0, 0.5, -1.0, 0.0], [0.5, 1.0, -0.25, 1e-2, 0.0])
+    assert not saturated.any() and np.array_equal(fixed[0], floats[0])
+    assert np.abs(fixed[1] - floats[1]).max() <= t.formats()[1].lsb
+
+
 def test_limits_that_vary(trace: Any) -> None:
     t = trace(lambda x, most: ops.clip(x, -most, most), [(-4.0, 4.0), (0.0, 3.0)])
     fixed, floats, saturated = t.run(
