@@ -134,7 +134,7 @@ class Project:
             **self.design.facts(),
             **flow,
             title=f"{self.design.title} on {self.board.title}",
-            part=f"{platform.device}-{platform.speed}{platform.package}",
+            part=f"{platform.device}-{getattr(platform, 'speed', '')}{platform.package}",
             clock=self.clock_hz,
             oscillator=self.board.oscillator_hz,
             connector=self.board.header,

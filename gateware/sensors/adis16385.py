@@ -243,6 +243,7 @@ class Adis16385(wiring.Component):
         m.d.sync += [
             expected.eq(r.known),
             r.answered.eq(spi.o_valid),
+            r.judging.eq(spi.o_valid & r.checks & r.spi_turn & ~r.start_over),
             r.equal.eq(spi.o_data == expected),
         ]
         self._buffer(m, r)
@@ -356,12 +357,11 @@ class Adis16385(wiring.Component):
     def _judge(self, m: Module, r: _Registers, in_frames: Value) -> None:
         """Judge sample and device by the checked reply."""
         flags, event = self.flags, r.event
-        judging = Signal()
+        judging = r.judging
         whole = Signal()
         doubtful = Signal()
         bad = Signal()
         m.d.comb += [
-            judging.eq(r.checks & r.answered & r.spi_turn),
             whole.eq(r.step[2:].all()),
             doubtful.eq(flags.identity_error | flags.config_error),
         ]
@@ -467,6 +467,7 @@ class _Registers:
         self.which = Signal(range(len(CHECKED)))
         self.known = Signal(16)
         self.answered = Signal()
+        self.judging = Signal()  # a checked reply, while frames are sent
         self.equal = Signal()
         self.spi_turn = Signal()
         self.edge = Signal()

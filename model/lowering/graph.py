@@ -323,10 +323,16 @@ class Graph:
     def limited(self, a: Node, low: float, high: float) -> Node:
         """``a`` of one sign, held off zero by comparison: at least ``low``, or at most ``high``.
 
-        What has no finite range gets one by the word's own overflow, at a power of two.
+        What has no finite range gets one by the word's own overflow, at a power of two; what spans
+        more than the word of a divisor, too, and there the flag tells.
         """
+        near, far = sorted((abs(low), abs(high)))
+        limit, size = math.ldexp(2.0, rounded.binary_exponent(far)), max(-a.low, a.high)
         if not math.isfinite(a.low + a.high):
-            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(max(-low, high))))
+            a = self.saturated(a, limit)
+        elif near > 0.0 and size > max(_SPAN * near, limit):
+            least, most = max(a.low, -limit), min(a.high, limit)
+            a = self.bounded(a, least, most, "as far as runs came, and more")
         return self.larger(a, self.const(low)) if low >= 0.0 else self.smaller(a, self.const(high))
 
     def saturated(self, a: Node, limit: float) -> Node:

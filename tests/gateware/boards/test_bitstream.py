@@ -179,6 +179,7 @@ def test_a_core_on_an_icebreaker(leaky: Core) -> None:
     (clock,) = re.findall(r"(?s)module \\top\.clock \(.*?endmodule", made.verilog)
     assert "9'h1c2" in clock and re.search(r"assign rst = ~ ?ready;", clock)
     assert re.search(r"module \\top\.design \([^)]*\brst\b", made.verilog)
+    assert "iCE40UP5K-SG48" in made.project.readme({}, bitstream=None)  # a part without grades
 
 
 def test_parts_of_boards_are_targets() -> None:

@@ -13,6 +13,7 @@ from boresight.model.lowering.lower import lower
 from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
 
 
@@ -145,6 +146,13 @@ def test_a_divisor_is_held_off_zero() -> None:
     assert value(program, "out").high == 4.0
     negative = compiled(lambda x, s: (s, 1.0 / x), limits=(-4.0, -0.25))
     assert value(negative, "out").low == -4.0
+    far = compiled(lambda x, s: (s, 1.0 / (1e6 * x)), limits=(0.25, 16.0))  # 2^24 in one word
+    assert value(far, "out").high == 4.0
+    words = far.format(far.inputs[0]).quantise([[4e-7, 2e-6, 4.0]])
+    out, saturated = Interpreter(far, 3).update(words)
+    assert saturated.tolist() == [False, False, True]
+    exact = 1e-6 / far.format(far.inputs[0]).real(words[0, 1])
+    assert far.format(far.outputs[0]).real(out[0, 1]) == pytest.approx(exact, rel=1e-5)
     with pytest.raises(InputError, match="a divisor whose range excludes 0"):
         compiled(lambda x, s: (s, 1.0 / x))
 
