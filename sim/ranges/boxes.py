@@ -20,7 +20,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.sim.ranges.claims import Claim
 
-__all__ = ["Proof", "proof_of"]
+__all__ = ["Proof", "interval_needs", "proof_of"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
@@ -68,6 +68,22 @@ def proof_of(claim: Claim) -> Proof | None:
         if boxes:
             return Proof(f"{boxes} boxes of {len(cut)} values", (*cut, *function.order))
     return None
+
+
+def interval_needs(node: Node) -> Sequence[Node]:
+    """Arguments from whose intervals that of a node follows: not a condition that only selects."""
+    if node.kind not in _ENDS:
+        return node.args
+    ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
+    needed: list[Node] = []
+    for k, arg in enumerate(node.args):
+        known, ends[k] = ends[k], (np.array([-math.inf]), np.array([math.inf]))
+        with np.errstate(all="ignore"):
+            low, high = _ENDS[node.kind](node, ends)
+        if not (node.low <= low and high <= node.high):
+            needed.append(arg)
+            ends[k] = known
+    return needed
 
 
 def _cut(node: Node, depth: int, steps: Callable[[int, int], int]) -> Iterator[Node]:

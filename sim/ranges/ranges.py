@@ -12,7 +12,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Overflow, Program
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.ranges.boxes import Proof, proof_of
+from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of
 from boresight.sim.ranges.claims import Claim, assumptions, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.search import RUNS, Reach, Search
@@ -293,16 +293,17 @@ def _conditions(
     reached: Sequence[Reach],
 ) -> list[tuple[str, ...]]:
     """The claims that each proof assumes without a proof, by reason and line."""
-    forms = {program.values[state].name: program.format(state) for state, _ in program.states}
-    broken = [
-        reach.broken and not (claim.state and _holds(forms[claim.state], claim.ends))
-        for claim, reach in zip(claims, reached, strict=True)
+    words = {program.values[state].name: state for state, _ in program.states}
+    held = [
+        (word := words.get(c.state, c.word)) is not None and _holds(program.format(word), c.ends)
+        for c in claims
     ]
+    broken = [reach.broken for reach in reached]
     bases = [None if proof is None else proof.base for proof in proofs]
     texts = [f"{c.reason} ({c.line})" if c.line else c.reason for c in claims]
     return [
         tuple(dict.fromkeys(texts[j] for j in indices))
-        for indices in assumptions(claims, bases, broken)
+        for indices in assumptions(claims, bases, broken, held, interval_needs)
     ]
 
 
