@@ -12,10 +12,12 @@ from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Overflow, Program
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of
+from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of, reached_cells
 from boresight.sim.ranges.claims import Claim, assumptions, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
+from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.search import RUNS, Reach, Search
+from boresight.sim.ranges.vectors import Vectors
 
 __all__ = [
     "NEAR",
@@ -221,9 +223,11 @@ def examine(
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
     proofs: list[Proof | None] = []
+    cells = reached_cells(program, nodes)
+    vectors, matrices = Vectors(program, nodes), Matrices(estimator, program, nodes)
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
-        proofs.append(proof_of(claim))
+        proofs.append(proof_of(claim, cells) or vectors.proof_of(claim) or matrices.proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
     search.run(steps, progress)
     reached = search.reach()
