@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.claims import Claim, live
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     is_sum_of_squares,
@@ -38,8 +38,8 @@ Ends = tuple[FloatArray, FloatArray]
 #: boxes, and of one value.
 _DEPTHS, _VARIABLES, _TERMS, _BACK = (1, 2, 3, 4, 6, 8, 12), 8, 60, 6
 _BOXES, _BOXES_OF_ONE = 6_000, 100_000
-#: Cells of a state's range, at most, and of one other's; steps back to inputs and states.
-_CELLS, _ALL_STEPS = 128, 10_000
+#: Cells of a state's range, at most, and of one other's.
+_CELLS = 128
 #: Less than the last bit of what a selection compares with 0.
 _LEAST = 2.0**-64
 
@@ -54,10 +54,14 @@ class Proof:
         "interval", or "N boxes of M values".
     base : tuple of Node
         The nodes whose intervals in the compiled step it uses.
+    passed : tuple of Node
+        "bounded" ones that it takes as their arguments, in this update or, by induction, in those
+        before: their words hold them.
     """
 
     how: str
     base: tuple[Node, ...]
+    passed: tuple[Node, ...] = ()
 
 
 def reached_cells(program: Program, nodes: Mapping[int, Node]) -> dict[int, FloatArray]:
@@ -72,7 +76,7 @@ def reached_cells(program: Program, nodes: Mapping[int, Node]) -> dict[int, Floa
         node, after = nodes.get(state), nodes.get(following)
         if node is None or after is None or not math.isfinite(after.high - after.low):
             continue
-        cut = list(_cut(after, _ALL_STEPS, max))
+        cut = [n for n in live([after]) if n.kind in LEAVES and n.kind != "const"]
         if node in cut and len(cut) <= _VARIABLES and len(cut) > 1:
             form = program.format(state)
             first = float(form.real(program.values[state].initial))
@@ -119,7 +123,7 @@ def _cells(
                 ).any(axis=0)
         new = led & ~known
         known = known | led
-    if known.all():
+    if known.all() or not known.any():
         return None
     steps = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
     ends = np.stack([cells[steps[::2], 0], cells[steps[1::2] - 1, 1]], axis=1)
@@ -183,14 +187,21 @@ def proof_of(claim: Claim, reached: Mapping[int, FloatArray] | None = None) -> P
     return None
 
 
-def interval_needs(node: Node) -> Sequence[Node]:
-    """Arguments from whose intervals that of a node follows: not a condition that only selects."""
+def interval_needs(
+    node: Node, sure: Mapping[int, tuple[float, float]] | None = None
+) -> Sequence[Node]:
+    """Arguments from whose intervals that of a node follows: not a condition that only selects.
+
+    ``sure``: the interval that an argument, by its number, is in all the same; else any.
+    """
+    sure = sure or {}
     if node.kind not in _ENDS:
         return node.args
     ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
     needed: list[Node] = []
     for k, arg in enumerate(node.args):
-        known, ends[k] = ends[k], (np.array([-math.inf]), np.array([math.inf]))
+        low_high = sure.get(arg.number, (-math.inf, math.inf))
+        known, ends[k] = ends[k], (np.array([low_high[0]]), np.array([low_high[1]]))
         with np.errstate(all="ignore"):
             low, high = _ENDS[node.kind](node, ends)
         if not (node.low <= low and high <= node.high):

@@ -124,6 +124,7 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
 def assumptions(
     claims: Sequence[Claim],
     bases: Sequence[Sequence[Node] | None],
+    passed: Sequence[Sequence[Node]],
     broken: Sequence[bool],
     held: Sequence[bool],
     needs: Callable[[Node], Sequence[Node]],
@@ -139,6 +140,9 @@ def assumptions(
         As `claims_of` gives them.
     bases
         Nodes whose intervals each proof uses; None: the claim has no proof.
+    passed
+        "bounded" nodes that each proof takes as their arguments: what these assume, it assumes, in
+        the updates before, too.
     broken
         Whether inputs break the claim, in spite of a proof in real numbers. The intervals of
         states are assumed, too, where that of their next values is broken.
@@ -151,6 +155,7 @@ def assumptions(
     index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
     of_state = {c.state: k for k, c in enumerate(claims) if c.state and broken[k] and not held[k]}
     known: dict[int, set[int]] = {}
+    more: Sequence[set[int]] = [set()] * len(claims)
 
     def stated(node: Node) -> int | None:
         if node.kind == "state":
@@ -165,7 +170,19 @@ def assumptions(
             )
             below = {j for node in nodes if (j := stated(node)) is not None and not held[j]}
             proven = {j for j in below if bases[j] is not None and not broken[j]}
-            known[k] = (below - proven).union(*(assumed(j) for j in proven))
+            known[k] = (below - proven).union(more[k], *(assumed(j) for j in proven))
         return known[k]
 
+    alone = [assumed(k) for k in range(len(claims))]
+    more = [
+        set[int]().union(
+            *(
+                alone[j] if bases[j] is not None and not broken[j] else {j}
+                for node in nodes
+                if (j := stated(node)) is not None and not held[j]
+            )
+        )
+        for nodes in passed
+    ]
+    known.clear()
     return [sorted(assumed(k)) for k in range(len(claims))]

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, sc
 __all__ = ["Matrices"]
 
 #: Terms of a polynomial; conditions of which both sides are tried; sums F (...) F^T.
-_TERMS, _CONDITIONS, _CONGRUENCES = 4000, 6, 3
+_TERMS, _CONDITIONS, _CONGRUENCES = 1000, 6, 3
 _TINY = 1e-9
 #: Which side of each condition holds, by the condition's number: 1 negative, 2 not.
 Sides = dict[int, int]
@@ -72,6 +73,8 @@ class Matrices:
         self.nodes = {node.number: node for node in live(roots)}
         self.families: list[Family] = []
         self.used: set[int] = set()
+        self.limited: dict[Any, Polynomial | None] = {}
+        self.passed: set[int] = set()  # with those of the proof that it is a covariance
         try:
             covariance = covariance_of(estimator)
         except InputError:
@@ -139,7 +142,8 @@ class Matrices:
         return None
 
     def _proof(self, base: Set[int]) -> Proof:
-        return Proof("covariance", tuple(self.nodes[n] for n in sorted(base)))
+        passed = (self.nodes[n] for n in sorted(self.passed))
+        return Proof("covariance", tuple(self.nodes[n] for n in sorted(base)), tuple(passed))
 
     # -- which matrices are covariances -----------------------------------------------------------
 
@@ -202,7 +206,7 @@ class Matrices:
                     return False
                 else:
                     noise.setdefault(ij, {})[m] = c
-        maps = self._congruences(linear)
+        maps = self._congruences(linear, len(family.numbers))
         if maps is None or not self._is_noise(noise, max(i for i, _ in forms) + 1):
             return False
         for weight, parts in taken.items():
@@ -216,7 +220,7 @@ class Matrices:
         return True
 
     def _congruences(
-        self, linear: Mapping[tuple[int, int], Linear]
+        self, linear: Mapping[tuple[int, int], Linear], columns: int
     ) -> list[list[dict[int, Polynomial]]] | None:
         """Matrices F whose sum of F P F^T the linear forms are; None: not found."""
         left = {ij: dict(form) for ij, form in linear.items()}
@@ -225,7 +229,7 @@ class Matrices:
         for _ in range(_CONGRUENCES):
             if all(_is_zero(p) for form in left.values() for p in form.values()):
                 return out
-            rows = [_root_row(left[i, i], i, size) for i in range(size)]
+            rows = [_root_row(left[i, i], i, columns) for i in range(size)]
             if any(row is None for row in rows):
                 return None
             known = [row for row in rows if row is not None]
@@ -364,56 +368,55 @@ class Matrices:
         best = self._gain(form, family, sides, caps)
         if best <= wanted:
             return best
-        total, less = 0.0, 0.0
-        for m, c in form.items():
-            elements, weights, _ = self._parts(m, family)
-            if weights:
-                less = self._taken(form, family, sides)
-                if less == 0.0:
-                    return best
-                continue  # what a measurement takes of a variance is not negative
-            total += self._range(m, c, caps)[1]
-        return min(best, total)
+        left = {m: c for m, c in form.items() if not self._parts(m, family)[1]}
+        if len(left) < len(form) and not self._is_taken(form, family, sides):
+            return best
+        total = self._by_signs(left, caps)
+        return min(best, total if total <= wanted else self._by_parts(left, family, caps))
 
-    def _taken(self, form: Polynomial, family: Family, sides: Sides) -> float:
-        """-1 if what a weight multiplies is what a measurement takes of a variance; else 0."""
-        parts: dict[int, Polynomial] = {}
+    def _by_signs(self, form: Polynomial, caps: Mapping[int, float]) -> float:
+        return sum(self._range(m, c, caps)[1] for m, c in form.items())
+
+    def _by_parts(self, form: Polynomial, family: Family, caps: Mapping[int, float]) -> float:
+        """Upper bound with variances at their largest, and without what is not positive at all."""
+        for n in {n for m in form for n in m if self.nodes[n].kind == "sum"}:
+            by = polynomial_of(self.nodes[n], _TERMS, 1)
+            form = _substituted(form, n, by) if by is not None else form
+        for n in {row[k] for k, row in enumerate(family.numbers)}:
+            slope = _over(form, n)
+            if all(n not in m for m in slope) and self._by_signs(scaled(slope, -1.0), caps) <= 0.0:
+                form = _substituted(form, n, {(): self._variance(n, caps)})
+        for n in sorted({n for m in form for n in m}):
+            if self.ends[n][0] >= 0.0 and self._by_signs(_over(form, n), caps) <= 0.0:
+                form = {m: c for m, c in form.items() if n not in m}
+        return self._by_signs(form, caps)
+
+    def _is_taken(self, form: Polynomial, family: Family, sides: Sides) -> bool:
+        """Whether what weights multiply is what measurements take of a variance."""
+        linear: Linear = {}
+        taken: dict[int, Polynomial] = {}
         for m, c in form.items():
             elements, weights, rest = self._parts(m, family)
-            if weights:
+            if not weights and len(elements) == 1:
+                part = linear.setdefault(family.at[elements[0]], {})
+                part[rest] = part.get(rest, 0.0) + c
+            elif weights:
                 weight = self._weight(weights)
                 if weight is None or len(elements) != 2:
-                    return 0.0
-                parts.setdefault(weight, {})[tuple(sorted((*elements, *rest)))] = -c
-        for weight, part in parts.items():
-            gauge = self._gauge(self.nodes[weight].args[0], family, sides)
-            rows = range(len(family.numbers))
-            found = gauge is not None and any(
-                self._is_multiple(part, self._measured([self._unit(k)], gauge[0], (k, k), family))
-                for k in rows
-            )
-            if not found:
-                return 0.0
-        return -1.0
-
-    def _unit(self, k: int) -> list[dict[int, Polynomial]]:
-        return [{k: {(): 1.0}} for _ in range(k + 1)]
-
-    def _is_multiple(self, part: Polynomial, of: Polynomial) -> bool:
-        """Whether a form is what cannot be negative times another."""
-        if not of or not part:
+                    return False
+                key = tuple(sorted((*elements, *rest)))
+                part = taken.setdefault(weight, {})
+                part[key] = part.get(key, 0.0) + c
+        maps = self._congruences({(0, 0): linear}, len(family.numbers))
+        if maps is None:
             return False
-        m = min(of)
-        for n, c in part.items():
-            ratio = _divided({n: c / of[m]}, m)
-            if ratio is None:
-                continue
-            (factor,) = ratio
-            product = times(ratio, of, _TERMS)
-            even = self._positive(factor, ratio[factor])
-            if even and product is not None and _is_zero(plus(part, scaled(product, -1.0))):
-                return True
-        return False
+        for weight, part in taken.items():
+            gauge = self._gauge(self.nodes[weight].args[0], family, sides)
+            if gauge is None:
+                return False
+            if not _is_zero(plus(part, self._measured(maps, gauge[0], (0, 0), family))):
+                return False
+        return True
 
     def _gain(
         self, form: Polynomial, family: Family, sides: Sides, caps: Mapping[int, float]
@@ -606,7 +609,7 @@ class Matrices:
             if at.number not in known:
                 form = made(at)
                 if form is not None and at.kind in ("sum", "bounded"):
-                    elements, weights, rest = self._parts(sum(form, ()), family)
+                    elements, weights, rest = self._parts(tuple(set[int]().union(*form)), family)
                     if not elements and not weights and not family.cone.isdisjoint(rest):
                         form = _alone(at)  # of what a limit or a selection hides
                 known[at.number] = form
@@ -628,7 +631,15 @@ class Matrices:
                     open_at.append(at.args[0].number)
                     return None
                 return of(at.args[sides[at.args[0].number]])
+            if at.kind == "saturated" and inside:
+                key = at.number, family.numbers[0][0], tuple(sorted(sides.items()))
+                if key not in self.limited:
+                    self.limited[key] = self._form(at.args[0], family, sides, whole=True)[0]
+                form = self.limited[key]
+                if form is not None and set(form) <= {()}:
+                    return {(): min(max(form.get((), 0.0), -at.value), at.value)}
             if at.kind == "bounded" and (inside or split):
+                self.passed.add(at.number)
                 form = of(at.args[0])
                 return form if inside or form is None or set(form) <= {()} else _alone(at)
             if at.kind == "mul" or (at.kind == "sum" and (inside or split)):
@@ -691,6 +702,27 @@ def _root_row(form: Linear, own: int, size: int) -> dict[int, Polynomial] | None
                 return None
             row[k] = scaled(part, 0.5 / c)
     return row
+
+
+def _over(form: Polynomial, number: int) -> Polynomial:
+    """The terms that have a node, each over it."""
+    out: Polynomial = {}
+    for m, c in form.items():
+        if number in m:
+            at = m.index(number)
+            out[m[:at] + m[at + 1 :]] = c
+    return out
+
+
+def _substituted(form: Polynomial, number: int, by: Polynomial) -> Polynomial:
+    """A polynomial with another one in place of a node."""
+    out: Polynomial = {}
+    for m, c in form.items():
+        part: Polynomial = {tuple(n for n in m if n != number): c}
+        for _ in range(m.count(number)):
+            part = times(part, by, _TERMS) or {}
+        out = plus(out, part)
+    return {m: c for m, c in out.items() if c}
 
 
 def _root(monomial: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:

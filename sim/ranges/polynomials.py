@@ -8,23 +8,28 @@ from boresight.model.lowering.graph import Node
 
 __all__ = ["Polynomial", "is_sum_of_squares", "plus", "polynomial_of", "scaled", "times"]
 
+#: Products of two terms that are tried.
+_PRODUCTS = 3600
 #: A polynomial: the coefficient of each product of nodes, by their sorted numbers.
 Polynomial = dict[tuple[int, ...], float]
 
 
 def polynomial_of(
-    node: Node, terms: int, left: int, ends: Container[int] = ()
+    node: Node, terms: int, left: int, ends: Container[int] = (), passed: set[int] | None = None
 ) -> Polynomial | None:
     """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
 
-    The nodes whose numbers are ``ends`` stay as they are.
+    The nodes whose numbers are ``ends`` stay as they are. ``passed`` gets the numbers of those
+    "bounded" ones that count as their arguments.
     """
     if node.kind == "const":
         return {(): node.value}
     if node.kind == "bounded" and left and node.number not in ends:
-        return polynomial_of(node.args[0], terms, left, ends)
+        if passed is not None:
+            passed.add(node.number)
+        return polynomial_of(node.args[0], terms, left, ends, passed)
     if node.kind in ("sum", "mul") and left and node.number not in ends:
-        parts = [polynomial_of(arg, terms, left - 1, ends) for arg in node.args]
+        parts = [polynomial_of(arg, terms, left - 1, ends, passed) for arg in node.args]
         known = [part for part in parts if part is not None]
         if len(known) < len(parts):
             return None
@@ -39,7 +44,7 @@ def polynomial_of(
 
 def times(a: Polynomial, b: Polynomial, terms: int) -> Polynomial | None:
     """Product; None: of too many terms."""
-    if len(a) * len(b) > terms**2:
+    if len(a) * len(b) > max(_PRODUCTS, 5 * terms):
         return None
     out: Polynomial = {}
     for m, x in a.items():

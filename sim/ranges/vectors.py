@@ -16,7 +16,7 @@ A saturated component is none the longer.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Container, Iterator, Mapping, Sequence, Set
 from itertools import permutations
 
 import numpy as np
@@ -37,7 +37,7 @@ from boresight.sim.ranges.polynomials import (
 __all__ = ["Vectors"]
 
 #: Terms of a polynomial, and those of its square; steps back to what it is computed from.
-_TERMS, _DEPTH, _NESTED = 400, 24, 8
+_TERMS, _DEPTH, _NESTED = 100, 24, 4
 _ROUNDING = 1e-9
 #: A vector within a ball: numbers of its components, the squared radius.
 Ball = tuple[frozenset[int], float]
@@ -59,18 +59,28 @@ class Vectors:
         self.nodes = {node.number: node for node in live(roots)}
         self.said = {n.number for n in self.nodes.values() if n.kind == "bounded"}
         self.used: set[int] = set()
+        self.passed: set[int] = set()
+        self.after = {
+            nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
+        }
         self.balls: list[Ball] = list(self._unit_vectors())
         self.members = set[int]().union(*(ball for ball, _ in self.balls))
         self.balls += self._states(program, nodes)
+        self.of_vectors = self.passed
 
     def proof_of(self, claim: Claim) -> Proof | None:
-        """Prove a claim, if the length of vectors decides it."""
-        self.used = set()
+        """Prove a claim, if the length of vectors decides it; None without a vector."""
+        if not self.balls:
+            return None
+        self.used, self.passed = set(), set(self.of_vectors)
         low, high = claim.ends
         least, most = self._ends(claim.node, (low, high))
         if not (low <= least and most <= high):
             return None
-        return Proof("length of vectors", tuple(self.nodes[n] for n in sorted(self.used)))
+        base, passed = (
+            tuple(self.nodes[n] for n in sorted(each)) for each in (self.used, self.passed)
+        )
+        return Proof("length of vectors", base, passed)
 
     # -- which vectors there are ----------------------------------------------------------------
 
@@ -85,26 +95,37 @@ class Vectors:
                         parts.setdefault(root.number, {})[node.number] = c
                         break
         for divisor, found in parts.items():
-            rest = polynomial_of(self.nodes[divisor].args[0], _TERMS, _DEPTH)
             each: dict[int, list[int]] = {}  # a component, also saturated, by what it is made from
             for number, part_of in found.items():
                 each.setdefault(part_of.number, []).append(number)
-            members = list[list[int]]()
-            for made_from, numbers in each.items():
-                part = polynomial_of(self.nodes[made_from], _TERMS, _DEPTH)
-                square = None if part is None else times(part, part, _TERMS)
-                if rest is None or square is None:
-                    continue
-                less = plus(rest, scaled(square, -1.0))
-                if is_sum_of_squares(less):
-                    rest, members = less, [*members, numbers]
-            if len(members) > 1:
-                for k in range(max(map(len, members))):
-                    yield frozenset(m[min(k, len(m) - 1)] for m in members), 1.0
+            for ends in (each.keys(), ()):
+                passed = set[int]()
+                members = self._squares_below(divisor, each, ends, passed)
+                if len(members) > 1:
+                    self.passed |= passed
+                    for k in range(max(map(len, members))):
+                        yield frozenset(m[min(k, len(m) - 1)] for m in members), 1.0
+                    break
+
+    def _squares_below(
+        self, divisor: int, each: Mapping[int, list[int]], ends: Container[int], passed: set[int]
+    ) -> list[list[int]]:
+        """Components whose squares together are at most what the root is of."""
+        rest = polynomial_of(self.nodes[divisor].args[0], _TERMS, _DEPTH, ends, passed)
+        members = list[list[int]]()
+        for made_from, numbers in each.items():
+            part = polynomial_of(self.nodes[made_from], _TERMS, _DEPTH, ends, passed)
+            square = None if part is None else times(part, part, _TERMS)
+            if rest is None or square is None:
+                continue
+            less = plus(rest, scaled(square, -1.0))
+            if is_sum_of_squares(less):
+                rest, members = less, [*members, numbers]
+        return members
 
     def _states(self, program: Program, nodes: Mapping[int, Node]) -> Iterator[Ball]:
         """States that begin as a vector within the unit ball, and are replaced by one each time."""
-        after = {nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes}
+        after = self.after
         first = {
             nodes[s].number: float(program.format(s).real(program.values[s].initial))
             for s, _ in program.states
@@ -126,7 +147,7 @@ class Vectors:
 
     def _ends(self, node: Node, wanted: tuple[float, float]) -> tuple[float, float]:
         """Ends of a node; no closer than wanted."""
-        form = polynomial_of(node, _TERMS, _DEPTH, self.members)
+        form = polynomial_of(node, _TERMS, _DEPTH, self.members, self.passed)
         if form is None:
             return -math.inf, math.inf
         most = self._most(form, wanted[1])
@@ -194,7 +215,7 @@ class Vectors:
         """Cauchy-Schwarz, where every term has one component of a vector."""
         best, alone = math.inf, form.get((), 0.0)
         form = {m: c for m, c in form.items() if m}
-        for vector in self._linear(form):
+        for vector in self._linear(form) if len(form) <= _TERMS // 2 else ():
             rows: dict[int, Polynomial] = {}
             for m, c in form.items():
                 (own,) = (n for n in m if n in vector)
@@ -261,7 +282,9 @@ class Vectors:
         if nested == 0:
             self.used |= used
             return best
-        before, self.used = self.used, set()
+        before = self.used, self.passed
+        self.used = set()
+        self.passed = {n.number for node in vector for n in _limits(node) if n.kind == "bounded"}
         other = math.inf
         conditions = [n.args[0] for n in bare if n.kind == "select"]
         if conditions:
@@ -277,15 +300,16 @@ class Vectors:
                 if total is not None:
                     ways = (self._by_signs(total), self._by_elimination(total))
                     other = min(other, *ways, self._factors(total, nested))
+        passed: set[int] = set()
         if other < best:
-            best, used = other, self.used
-        self.used = before | used
+            best, used, passed = other, self.used, self.passed
+        self.used, self.passed = before[0] | used, before[1] | passed
         return best
 
     def _summed_squares(self, vector: Sequence[Node], ends: Set[int]) -> Polynomial | None:
         total: Polynomial = {}
         for node in vector:
-            form = polynomial_of(node, _TERMS, _DEPTH, ends)
+            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.passed)
             square = None if form is None else times(form, form, _TERMS)
             if square is None:
                 return None
@@ -309,11 +333,17 @@ class Vectors:
         return best
 
 
-def _bare(node: Node) -> Node:
-    """What a node is but for limits."""
+def _limits(node: Node) -> Iterator[Node]:
+    """A node, and what it is but for limits, one after the other."""
+    yield node
     while node.kind in ("bounded", "saturated"):
         node = node.args[0]
-    return node
+        yield node
+
+
+def _bare(node: Node) -> Node:
+    """What a node is but for limits."""
+    return [*_limits(node)][-1]
 
 
 def _alternatives(node: Node) -> Iterator[Node]:
