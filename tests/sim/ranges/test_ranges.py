@@ -280,7 +280,7 @@ def test_a_false_claim_about_a_next_state_is_refuted():
 
 
 def test_mekf():
-    """Exact figures: every claim is proven or tight, 21 elements of P and ``turn`` are invariant."""
+    """Exact figures: claims are proven or tight, 21 elements of P and ``turn`` invariant."""
     result = examine(Mekf(), updates=20_000)
     claims = {"proven": 39, "conditional": 0, "checked": 0, "tight": 4, "open": 0}
     states = {"invariant": 22, "conditional": 0, "checked": 1, "observed": 6, "left": 1}
