@@ -23,11 +23,14 @@ import boresight
 from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, shortened
 from boresight.model.resolve import profiles
+from boresight.model.tolerances import tolerances
 from boresight.options import (
+    JUDGES,
     LOG_ARGUMENTS,
     PROFILE_ARGUMENTS,
     PROFILED,
     READS_LOGS,
+    TOLERANCE_ARGUMENTS,
     Argument,
     Verb,
     chosen_profiles,
@@ -84,8 +87,12 @@ def verb_of(name: str) -> Verb:
 
 def arguments_of(name: str) -> list[Argument]:
     """All that a verb takes; its module is imported."""
-    besides = (PROFILE_ARGUMENTS if name in PROFILED else (), LOG_ARGUMENTS)
-    more = besides if name in READS_LOGS else besides[:1]
+    besides = (
+        (PROFILED, PROFILE_ARGUMENTS),
+        (JUDGES, TOLERANCE_ARGUMENTS),
+        (READS_LOGS, LOG_ARGUMENTS),
+    )
+    more = (arguments for verbs, arguments in besides if name in verbs)
     return [*verb_of(name).arguments.values(), *chain.from_iterable(more)]
 
 
@@ -152,7 +159,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with interruptible():
             parsed = parse(argv)
-            with profiles(chosen_profiles(parsed)), chosen_rows(parsed):
+            with (
+                profiles(chosen_profiles(parsed)),
+                tolerances(parsed.get("tolerance", ())),
+                chosen_rows(parsed),
+            ):
                 code, data, text = verb_of(parsed["verb"]).run(parsed)
             if parsed["json"]:
                 say(json.dumps(data))

@@ -35,6 +35,7 @@ __all__ = [
     "Config",
     "EstimatorName",
     "EstimatorNames",
+    "JUDGES",
     "Jobs",
     "Logs",
     "Option",
@@ -46,6 +47,7 @@ __all__ = [
     "Params",
     "PythonOnly",
     "READS_LOGS",
+    "TOLERANCE_ARGUMENTS",
     "Verb",
     "Word",
     "chosen_profiles",
@@ -255,6 +257,21 @@ PROFILE_ARGUMENTS = (
     ),
 )
 
+
+#: Verbs that judge, or refuse, by the tolerances of outputs.
+JUDGES = ("check", "compile", "report", "fit")
+
+#: What each of `JUDGES` takes besides.
+TOLERANCE_ARGUMENTS = (
+    Argument(
+        "tolerance",
+        ("--tolerance",),
+        {"action": "append", "metavar": "OUTPUT=NUMBER"},
+        "Accepted error of an output instead of the declared one, 0.05deg for example; repeatable.",
+        _same,
+        Option(),
+    ),
+)
 
 #: Verbs that read logs.
 READS_LOGS = ("run", "check", "report", "tune", "accuracy", "fit", "convert")

@@ -20,6 +20,8 @@ from boresight.model.units import GRAVITY, check_unit
 from boresight.model.words.fixed import Format
 
 __all__ = [
+    "ATTITUDE",
+    "ATTITUDE_DEG",
     "EXACT_UNITS",
     "GRAVITY",
     "MICRO_G",
@@ -36,6 +38,11 @@ __all__ = [
 
 #: Outputs that together are an attitude.
 QUATERNION = ("qw", "qx", "qy", "qz")
+#: Name of the difference between two attitudes.
+ATTITUDE = "attitude"
+#: Tolerance of an attitude, in degrees, over that of each of its components: an angle a differs by
+#: a/2 in the quaternion, whose length is at most twice a component's.
+ATTITUDE_DEG = math.degrees(4.0)
 #: Units of words that are compared bit by bit, not as numbers.
 EXACT_UNITS = ("flags", "bits")
 #: Units of angles that wrap, and the period.

@@ -25,6 +25,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.lowering.profile import Profile, read_profile
+from boresight.model.tolerances import judged_outputs
 
 __all__ = [
     "ESTIMATOR_GROUP",
@@ -100,7 +101,7 @@ def _profile(what: Named, estimator: Estimator) -> Profile | None:
 def estimator_of(what: Named) -> Estimator:
     """Return the estimator that a name, class or object stands for, with checked declarations.
 
-    Its profile is attached, if there is one (`profiles`).
+    Its profile is attached, if there is one (`profiles`), and tolerances (`tolerances`).
 
     Parameters
     ----------
@@ -118,6 +119,7 @@ def estimator_of(what: Named) -> Estimator:
     estimator.check_declarations()
     if not isinstance(what, Estimator):
         estimator.profile = _profile(what, estimator)
+        estimator.outputs = judged_outputs(estimator.name, estimator.outputs)
     return estimator
 
 

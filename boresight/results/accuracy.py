@@ -10,7 +10,7 @@ from typing import ClassVar, TypeAlias
 
 import numpy as np
 
-from boresight.model.declarations import QUATERNION
+from boresight.model.declarations import ATTITUDE, QUATERNION
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.benchmark import Result
 from boresight.sim.accuracy.figures import ANGLES
@@ -18,7 +18,7 @@ from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.accuracy.trials import Trial
 from boresight.sim.accuracy.tuning import means
 from boresight.sim.answer import Answer, Figure
-from boresight.sim.compare.difference import ATTITUDE, Difference
+from boresight.sim.compare.difference import Difference
 from boresight.sim.report.accuracy import ANGLES as EULER
 
 __all__ = ["AccuracyLog", "AccuracyNear", "AccuracyResult", "AccuracyRow", "AccuracyTrial"]

@@ -230,7 +230,10 @@ class FitResult(Answer):
             )
         lines += [self.narrowed] * bool(self.narrowed)
         if self.saturated_updates:
-            lines.append(f"FAILED: {self.saturated_updates} updates SATURATED in the records")
+            lines.append(
+                f"FAILED: {self.saturated_updates} updates SATURATED in the records; boresight "
+                "check names the first value"
+            )
         elif not self.good:
             bare, fit = self.negative_updates
             without = "" if bare is None else f", {bare} without it"

@@ -3,6 +3,7 @@
 boresight check my_filter.py log.csv  # all levels
 boresight check mekf first.csv folder  # several logs, or folders of logs
 boresight check mekf log.csv --levels fixed,c --word 24  # without RTL, in narrow words
+boresight check mekf log.csv --levels fixed,netlist --target ecp5-25k --config small-d9  # as mapped
 boresight check complementary,mekf log.csv  # taking turns on one core
 boresight check mekf,pi.py mekf=log.csv pi=motor.csv  # each with its own log
 boresight check my_filter.py log.csv --baseline check.json  # also beside an earlier --json
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, overload
 
-from boresight.arguments import check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_number
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
@@ -29,9 +30,11 @@ from boresight.sim.compare.check import KEPT, ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.synthesised import NetlistSimulated
 from boresight.sim.records.files import log_files
 from boresight.sim.records.log import Log, logs_of
 from boresight.sim.records.record import joined
+from boresight.sim.rtl.netlist import SIMULATED
 from boresight.terminal import say
 from boresight.waves import WAVE_FOLDER, window_of, write_waves
 
@@ -128,6 +131,7 @@ def check(
     steps: int | None = None,
     levels: Sequence[str] = USUAL,
     simulator: str | None = None,
+    target: str | None = None,
     params: Params = None,
     reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     rtl_rows: Annotated[int | None, Option(metavar="N")] = None,
@@ -150,9 +154,11 @@ def check(
     steps : int, optional
         Leading samples of each log.
     levels : sequence of str
-        Some of fixed, c, rtl, netlist (the core after synthesis for Spartan-6).
+        Some of fixed, c, rtl, netlist (the core after synthesis for a target).
     simulator : str, optional
         verilator or icarus; by default what is there.
+    target : str, optional
+        Part of the level netlist: xc6slx9, the default, ecp5-25k, ...
     params : mapping, optional
         Values other than the defaults; of several estimators such a mapping of each by its name.
     reproducer : path, optional
@@ -189,7 +195,13 @@ def check(
     if rtl_rows is not None:
         check_number("rtl_rows", rtl_rows, 1)
     check_machine(config, word)
-    build = Build(*estimators, config=config, word=word, params=params_of_each(names, params))
+    build = Build(
+        *estimators,
+        config=config,
+        word=word,
+        params=params_of_each(names, params),
+        target=_simulated(target, levels),
+    )
     messages: list[str] = []
     tell = progress or (lambda text: None)
     checking = Check(
@@ -200,10 +212,10 @@ def check(
     )
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
     files = log_files(x for x in (*shared, *own.values()) if isinstance(x, str | Path))
-    target = None
+    kept = None
     if reproducer is not None:
         of = ",".join(e.name for e in estimators)
-        target = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
+        kept = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
     if own:
         rounds.append([_own_log(e.name, own, steps) for e in estimators])
@@ -215,15 +227,30 @@ def check(
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         checked = checking.run(
-            *records, reproducer=target, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
+            *records, reproducer=kept, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
         )
         results += checked
         if each is not None:
             for result in checked:
                 each(result)
-    if target is not None and target.written:
+    if kept is not None and kept.written:
         tell(f"the difference, to run again: {reproducer}")
     return CheckResults(tuple(results))
+
+
+def _simulated(target: str | None, levels: Sequence[str]) -> str:
+    """The part of the level netlist."""
+    if target is None:
+        return "xc6slx9"
+    check_choice("target", target, SIMULATED)
+    if NetlistSimulated.name not in levels:
+        raise InputError.at(
+            "target",
+            wanted="the level netlist, which runs the core after synthesis for it",
+            found=f"--levels {','.join(levels)}",
+            fix="say --levels fixed,netlist, or leave --target out",
+        )
+    return target
 
 
 def _waves(build: Build, rounds: Sequence[Sequence[Log]], wave: str, folder: Any) -> str:
@@ -240,7 +267,10 @@ def _waves(build: Build, rounds: Sequence[Sequence[Log]], wave: str, folder: Any
 
 
 def replay(
-    *files: str | Path, levels: Sequence[str] = USUAL, simulator: str | None = None
+    *files: str | Path,
+    levels: Sequence[str] = USUAL,
+    simulator: str | None = None,
+    target: str | None = None,
 ) -> list[str]:
     """Run reproducers, which hold their machine and inputs; all are read before the first is run.
 
@@ -250,12 +280,15 @@ def replay(
         A line for each difference.
     """
     Check(Build(), levels=levels, simulator=simulator)  # refuses what it does not know
+    part = _simulated(target, levels)
     for file in files:
         load_reproducer(Path(file))
     return [
         line
         for file in files
-        for line in replay_reproducer(Path(file), levels=levels, simulator=simulator or "verilator")
+        for line in replay_reproducer(
+            Path(file), levels=levels, simulator=simulator or "verilator", target=part
+        )
     ]
 
 

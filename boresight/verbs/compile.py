@@ -114,7 +114,7 @@ def compile(
         More of them: one core holds them all, in this order, and a register says which runs.
     board : str, optional
         Also write an ISE project for this board, mimas or sk-xc6slx9; or with open tools the
-        bitstream for ulx3s.
+        bitstream for ulx3s or icebreaker.
     top : str
         What that is: sensors, the complete system of readers, calibration, filters and
         output (`gateware.system`), or records, the core alone, fed by the host.

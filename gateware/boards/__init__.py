@@ -1,19 +1,20 @@
 """Boards: designs on their pins, a core that the host feeds, ISE projects, bitstreams.
 
-========== ====================================================================
-module     contents
-========== ====================================================================
-board      the boards, and the pins of a design's lines
-frames     the frames on the serial line, in software: `encode`, `Decoder`
-unpack     bytes to complete, checked frames
-dispatch   frames to the core's input stream and register bus
-pack       output records and replies to the bodies of frames
-framer     bodies to frames
-top        `Top`: the core with all of these; pins rx, tx and two LEDs
-clock      clock of the core from the board's oscillator, by PLL if needed: Spartan-6
-ecp5_clock the same: ECP5
-project    a design on a board: shell, Amaranth's build plan, README
-ise        `write_ise_project` for boards with a Spartan-6
-bitstream  `open_project`, `build_bitstream` for boards whose part an open tool routes
-========== ====================================================================
+=========== ====================================================================
+module      contents
+=========== ====================================================================
+board       the boards, and the pins of a design's lines
+frames      the frames on the serial line, in software: `encode`, `Decoder`
+unpack      bytes to complete, checked frames
+dispatch    frames to the core's input stream and register bus
+pack        output records and replies to the bodies of frames
+framer      bodies to frames
+top         `Top`: the core with all of these; pins rx, tx and two LEDs
+clock       clock of the core from the board's oscillator, by PLL if needed: Spartan-6
+ecp5_clock  the same: ECP5
+ice40_clock the same: iCE40
+project     a design on a board: shell, Amaranth's build plan, README
+ise         `write_ise_project` for boards with a Spartan-6
+bitstream   `open_project`, `build_bitstream` for boards whose part an open tool routes
+=========== ====================================================================
 """

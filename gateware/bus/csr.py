@@ -9,6 +9,7 @@ from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
+from boresight.gateware.bus.block_ram import attributes
 from boresight.gateware.registers.model import Access, BitField, Register
 
 #: Bits of a bus word.
@@ -56,12 +57,14 @@ class Csr(wiring.Component):
     multiplexer. Writes of a number without a name are ignored if a register has ``names``. Like the
     memory, written registers are not changed by a reset of domain ``sync``.
 
-    **Latency** 1 cycle for reading; outputs change 1 cycle after the write.
+    **Latency** ``read_cycles`` for reading; outputs change 1 cycle after the write.
 
     Parameters
     ----------
     registers : sequence of Register
         The block in the order of addresses, the first one's a multiple of the block's size.
+    read_cycles : 1 or 2
+        2: with registers directly behind the memory; no word is read in the cycle of its write.
 
     Members
     -------
@@ -71,13 +74,15 @@ class Csr(wiring.Component):
     w_data : In(32), w_en : In(1)
         Write in this cycle, for any highest bit of the offset.
     r_data : Out(32), known : Out(1)
-        The register at the ``offset`` of the cycle before; whether it exists.
+        The register at the ``offset`` of the cycle before, or of two cycles before
+        (``read_cycles``); whether it exists.
     """
 
-    def __init__(self, registers: Sequence[Register]) -> None:
+    def __init__(self, registers: Sequence[Register], *, read_cycles: int = 1) -> None:
         if not registers:
             raise ValueError("registers must not be empty")
         self.registers = tuple(registers)
+        self.read_cycles = read_cycles
         self.first = registers[0].address
         self.bits = offset_bits(registers)
         if self.first % (1 << self.bits):
@@ -125,19 +130,23 @@ class Csr(wiring.Component):
         for register in self.registers:
             init[register.address - self.first] = there | (register.reset or 0)
         m.submodules.memory = words = memory.Memory(
-            shape=WORD + 1, depth=2 << self.bits, init=init, attrs={"ram_style": "block"}
+            shape=WORD + 1, depth=2 << self.bits, init=init, attrs=attributes(self.read_cycles)
         )
         w_port = words.write_port()
         r_port = words.read_port()
         live = Signal(WORD)
+        word, seen = r_port.data, live
+        if self.read_cycles == 2:
+            word, seen = Signal(WORD + 1, reset_less=True), Signal(WORD)
+            m.d.sync += [word.eq(r_port.data), seen.eq(live)]
         copy = Signal(WORD)
         low = self.offset[: self.bits]
         m.d.comb += [
             w_port.addr.eq(low),
             w_port.data.eq(copy | there),
             r_port.addr.eq(self.offset),
-            self.r_data.eq(r_port.data | live),
-            self.known.eq(r_port.data[WORD]),
+            self.r_data.eq(word | seen),
+            self.known.eq(word[WORD]),
         ]
         stored = {
             r.name: Signal(r.width or WORD, name=r.name, init=r.reset or 0, reset_less=True)

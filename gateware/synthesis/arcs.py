@@ -1,12 +1,16 @@
-"""Timing arcs of a cell, by names of delays.
+"""Timing arcs of a cell, and what is between cells, by names of delays.
 
 A cell's outputs are grouped into *nodes*: all output bits of a node become valid together. An
 :class:`Arc` runs from an input pin through the cell to a node, a :class:`Launch` starts a path at
 a register inside the cell, a :class:`Setup` ends one, and an :class:`Inside` check lies wholly
-in the cell. Each holds names of :mod:`gateware.synthesis.spartan6.delays`; several names add up.
+in the cell. Each holds names of a family's delays (:mod:`gateware.synthesis.spartan6.delays`);
+several names add up. :class:`Primitives` is all of a family.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+
+from boresight.gateware.synthesis.netlist import Cell, Netlist, Pin
 
 Keys = tuple[str, ...]
 
@@ -68,3 +72,45 @@ class CellTiming:
     launches: list[Launch] = field(default_factory=list)
     setups: list[Setup] = field(default_factory=list)
     insides: list[Inside] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Hop:
+    """One net from driver to load.
+
+    Attributes
+    ----------
+    net : str
+        Name of the net delay, empty for a wire inside a slice.
+    entry : Keys
+        Delays of logic that the load needs in front of it.
+    in_slice : bool
+        The driver's LUT sits in the load's slice.
+    """
+
+    net: str
+    entry: Keys = ()
+    in_slice: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Primitives:
+    """The primitives of a family, for timing.
+
+    Attributes
+    ----------
+    timing : callable
+        Timing of a cell.
+    route : callable
+        The hop over net ``bit`` from a driver to a load, by netlist, bit, driver, load and the
+        number of pins on it, those after absorbed inverters included.
+    tables : set of str
+        Types of look-up tables, which absorb an inverter before them.
+    clocks : callable
+        Ports of a cell that are clocks.
+    """
+
+    timing: Callable[[Cell], CellTiming]
+    route: Callable[[Netlist, int, Pin, Pin, int], Hop]
+    tables: frozenset[str]
+    clocks: Callable[[Cell], frozenset[str]]

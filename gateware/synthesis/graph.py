@@ -6,13 +6,9 @@ Built once; delays come later as a table, so one graph serves every grade and ne
 from collections import deque
 from dataclasses import dataclass, field
 
-from boresight.gateware.synthesis.arcs import CellTiming, Keys
+from boresight.gateware.synthesis.arcs import CellTiming, Hop, Keys, Primitives
 from boresight.gateware.synthesis.netlist import Cell, Netlist, NetlistError, Pin
-from boresight.gateware.synthesis.spartan6.celltypes import BLOCK_RAMS, LUTS, SPECIALS, UnknownCell
-from boresight.gateware.synthesis.spartan6.dsp_arcs import dsp_timing
-from boresight.gateware.synthesis.spartan6.memory_arcs import block_ram_timing, special_timing
-from boresight.gateware.synthesis.spartan6.routing import Hop, route
-from boresight.gateware.synthesis.spartan6.slice_arcs import slice_timing
+from boresight.gateware.synthesis.spartan6.primitives import PRIMITIVES
 
 
 @dataclass(frozen=True)
@@ -84,28 +80,8 @@ class Graph:
     clocks: tuple[str, ...] = ()
 
 
-def cell_timing(cell: Cell) -> CellTiming:
-    """Return the timing of any primitive.
-
-    Raises
-    ------
-    UnknownCell
-        The cell's type has no data.
-    """
-    timing = slice_timing(cell)
-    if timing is not None:
-        return timing
-    if cell.type == "DSP48A1":
-        return dsp_timing(cell)
-    if cell.type in BLOCK_RAMS:
-        return block_ram_timing(cell)
-    if cell.type in SPECIALS:
-        return special_timing(cell)
-    raise UnknownCell(cell=cell.name, type=cell.type, use="timing")
-
-
-def build_graph(netlist: Netlist) -> Graph:
-    """Build the timing graph of ``netlist``.
+def build_graph(netlist: Netlist, primitives: Primitives = PRIMITIVES) -> Graph:
+    """Build the timing graph of ``netlist``, by default for Spartan-6.
 
     Raises
     ------
@@ -114,14 +90,15 @@ def build_graph(netlist: Netlist) -> Graph:
     NetlistError
         A combinational loop, a latch, a falling clock edge.
     """
-    return _Builder(netlist).graph
+    return _Builder(netlist, primitives).graph
 
 
 class _Builder:
-    def __init__(self, netlist: Netlist) -> None:
+    def __init__(self, netlist: Netlist, primitives: Primitives) -> None:
         self.netlist = netlist
+        self.primitives = primitives
         self.graph = Graph(netlist)
-        self.timings = {name: cell_timing(cell) for name, cell in netlist.cells.items()}
+        self.timings = {name: primitives.timing(cell) for name, cell in netlist.cells.items()}
         self.node_ids: dict[tuple[str, str], int] = {}
         self.node_cells: list[str] = []
         self._number_nodes()
@@ -181,7 +158,7 @@ class _Builder:
     def _connect(self, load: Pin) -> tuple[int, int, Pin, Hop, int] | None:
         """Follow the net into ``load`` back to a timed node; None for constants and ports."""
         bit = self._bit(load)
-        if isinstance(bit, int) and self._type_of(load) in LUTS:
+        if isinstance(bit, int) and self._type_of(load) in self.primitives.tables:
             bit = self._behind_inverters(bit)
         if not isinstance(bit, int) or bit not in self.netlist.drivers:
             return None
@@ -190,7 +167,7 @@ class _Builder:
         if node is None:
             return None
         fanout = self._fanout(bit)
-        hop = route(self.netlist, bit, driver, load, fanout=fanout)
+        hop = self.primitives.route(self.netlist, bit, driver, load, fanout)
         return self.node_ids[driver.cell, node], bit, driver, hop, fanout
 
     def _bit(self, pin: Pin) -> int | str:
@@ -229,7 +206,7 @@ class _Builder:
                     if isinstance(after, int) and after not in seen:
                         seen.add(after)
                         pending.append(after)
-                elif kind in LUTS:
+                elif kind in self.primitives.tables:
                     total += not inverted  # behind an inverter: counted at the net before it
                 else:
                     total += here == bit
@@ -241,7 +218,7 @@ class _Builder:
             return False
         loads = self.netlist.loads.get(after, ())
         return after in self.netlist.output_bits_set or any(
-            self._type_of(pin) not in LUTS | {"INV"} for pin in loads
+            self._type_of(pin) not in self.primitives.tables | {"INV"} for pin in loads
         )
 
     def _type_of(self, pin: Pin) -> str:
@@ -284,14 +261,11 @@ class _Builder:
         return [*loop, loop[0]]
 
     def _clocks(self) -> tuple[str, ...]:
-        ports = {"C", "CLK", "WCLK", "CLKA", "CLKB", "CLKAWRCLK", "CLKBRDCLK"}
         bits = {
             bit
             for cell in self.netlist.cells.values()
-            if cell.type not in SPECIALS
-            for port, port_bits in cell.inputs.items()
-            if port in ports and not (cell.type == "DSP48A1" and port == "C")
-            for bit in port_bits
+            for port in self.primitives.clocks(cell) & cell.inputs.keys()
+            for bit in cell.inputs[port]
             if isinstance(bit, int)
         }
         return tuple(sorted(self.netlist.name_of(bit) for bit in bits))

@@ -29,7 +29,7 @@ from boresight.model.tools.folders import yosys_environment
 __all__ = ["RouteError", "Step", "Run", "find_program", "pack", "place_and_route"]
 
 #: Part of the cache key; raise it when the stored form changes.
-_CACHE_FORMAT: Final = 1
+_CACHE_FORMAT: Final = 2
 
 
 class RouteError(InputError):
@@ -47,12 +47,15 @@ class Step:
     ns : float
     start, end : str
         Cell and port.
+    net : str
+        Name of a net.
     """
 
     kind: str
     ns: float
     start: str
     end: str
+    net: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,6 +280,7 @@ def _timing(report: Mapping[str, Any]) -> dict[str, Any]:
             {
                 "kind": step["type"],
                 "ns": round(step["delay"], 3),
+                "net": step.get("net", ""),
                 **{
                     mine: f"{step[theirs]['cell']}.{step[theirs]['port']}"
                     for mine, theirs in (("start", "from"), ("end", "to"))

@@ -6,17 +6,17 @@ import os
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.family import Target
+from boresight.gateware.synthesis.family import Family, Target
 from boresight.gateware.synthesis.harness import enclosed
 from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.yosys import SynthesisError, synthesise
+from boresight.gateware.synthesis.yosys import Synthesis, SynthesisError, synthesise
 from boresight.model.errors import InputError
 
-__all__ = ["Mapped", "Routed", "implement", "netlist_for"]
+__all__ = ["FamilyNetlist", "Mapped", "Routed", "implement", "netlist_for", "netlist_of"]
 
 #: Clock that the router works towards if none is asked for: beyond what a core reaches, MHz.
 _CLOCK_MHZ: Final = 200.0
@@ -111,6 +111,31 @@ class Routed:
         return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
 
 
+class FamilyNetlist(NamedTuple):
+    """A netlist of a family, and the flip-flops that are registers of multipliers and memories."""
+
+    synthesis: Synthesis
+    inside: int
+
+
+def netlist_of(
+    verilog: str | Mapping[str, str],
+    top: str,
+    family: Family,
+    *,
+    cache_dir: str | os.PathLike[str] | None = None,
+) -> FamilyNetlist:
+    """Synthesise for a family, and use the registers of its multipliers and memories.
+
+    Raises
+    ------
+    ToolMissing, SynthesisError
+        Yosys is not installed, or rejected the design.
+    """
+    made = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
+    return FamilyNetlist(made, family.absorb(made.netlist, top))
+
+
 def netlist_for(
     verilog: str | Mapping[str, str],
     top: str,
@@ -118,7 +143,7 @@ def netlist_for(
     *,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> Mapped:
-    """Synthesise for a target, and use the registers of its multipliers and memories.
+    """The netlist for a target, and what it takes of it (`netlist_of`).
 
     Raises
     ------
@@ -128,9 +153,8 @@ def netlist_for(
         The part is too small.
     """
     family = target.family
-    made = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
+    made, inside = netlist_of(verilog, top, family, cache_dir=cache_dir)
     netlist = made.netlist
-    inside = family.absorb(netlist, top)
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
     for kind, number in types.items():

@@ -87,15 +87,13 @@ class SystemBus(wiring.Component):
         feed: int = 0,
         read_cycles: int = 1,
     ) -> None:
-        self.csr = Csr(registers)
+        self.csr = Csr(registers, read_cycles=read_cycles)
         if self.csr.first != CSR:
             raise ValueError(f"registers must begin at {CSR:#x}, not {self.csr.first:#x}")
         if not isinstance(events, int) or not 0 <= events <= 255:
             raise ValueError(f"events must be an integer from 0 to 255, not {events!r}")
         self.read_cycles = read_cycles
-        self.counters = EventCounters(
-            count=events + 1, bits=counter_bits, registered=read_cycles == 2
-        )
+        self.counters = EventCounters(count=events + 1, bits=counter_bits, read_cycles=read_cycles)
         self.feed = feed
         ports = {"feed_en": Out(1), "feed_index": Out(5), "feed_data": Out(32), "feed_busy": In(1)}
         super().__init__(
@@ -134,7 +132,6 @@ class SystemBus(wiring.Component):
         access = Signal()
         elsewhere = Signal()
         core_answers = Signal()
-        bad = Signal()
         m.d.sync += [
             ours.eq(bus.w_stb & ~is_core & ~ours),
             ours_csr.eq(is_csr),
@@ -152,16 +149,15 @@ class SystemBus(wiring.Component):
             csr.w_en.eq(ours & ours_csr),
             self.results.index.eq(Mux(is_result, low, _NO_RESULT)),
             counters.index.eq(Cat(low[:index_bits], ~is_counter)),
-            bad.eq(access & ~elsewhere & ~csr.known),
             counters.clear.eq(self.clear),
         ]
-        words = [csr.r_data, counters.value, Mux(core_answers, core.r_data, Const(0, 32))]
-        happened: Value = Cat(self.events, bad)
+        of_core: Value = Mux(core_answers, core.r_data, Const(0, 32))
+        events, asked = self.events, access & ~elsewhere
         if self.read_cycles == 2:
-            words, happened = [_registered(m, w) for w in words], _registered(m, happened)
+            of_core, events, asked = (_registered(m, v) for v in (of_core, events, asked))
         m.d.comb += [
-            bus.r_data.eq(words[0] | words[1] | words[2] | self.results.value),
-            counters.events.eq(happened),
+            bus.r_data.eq(csr.r_data | counters.value | of_core | self.results.value),
+            counters.events.eq(Cat(events, asked & ~csr.known)),
         ]
         if self.feed:
             self._feed(m, ours, elsewhere)

@@ -35,6 +35,8 @@ class Filter(Protocol):
         Error states that are never corrected.
     counters : mapping of str to int
         Counters among ``memory``: after how many updates each begins anew.
+    dither : bool
+        Whether the rounding of the predicted P is random; ``memory`` has a word for it then.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Filter(Protocol):
     covariance_states: dict[str, tuple[int, int]]
     considered: frozenset[int]
     counters: Mapping[str, int]
+    dither: bool
 
     @property
     def f(self) -> Callable[[Any, Any, Any], Mapping[str, Any]]:

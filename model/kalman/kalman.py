@@ -15,7 +15,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
-from boresight.model.kalman.update import PARTS, PREDICT, Update
+from boresight.model.kalman.update import DITHER, PARTS, PREDICT, Update
 from boresight.model.lowering.trace import Scalar, Trace
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
@@ -62,6 +62,10 @@ class Kalman(Estimator):
     floor : float
         Process noise that each of n states has besides its own, for the rounding of P: this share
         of its largest variance, n times. 2^-31 is the last bit of a word of 32.
+    dither : bool
+        The predicted P is rounded up or down at random, so that noise and covariances that change
+        by parts of a last bit in an update are right on average: a term more in each element.
+        Float64 and words of less than 32 bits do not change.
     """
 
     states: tuple[Any, ...] = ()
@@ -70,12 +74,15 @@ class Kalman(Estimator):
     prior: bool = False
     part: str = ""
     floor: float = 2.0**-31
+    dither: bool = False
 
     def __init__(self) -> None:
         #: What the author declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
         self.memory = (*self.memory, *(self._counter(*c) for c in self.counters.items()))
+        if self.dither:
+            self.memory += (declarations.State(DITHER, -1.0, 1.0, "ht", line=self._line),)
         #: Of each error state: its name, place, initial and largest standard deviation.
         self.errors: list[str] = []
         self.places: list[str] = []

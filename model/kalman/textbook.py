@@ -49,8 +49,8 @@ class TextbookRun:
     covariances : (n, errors, errors)
         P after each update.
     remarks : list of str
-        States that no measurement shows; measurements that are never there, or never within their
-        gate.
+        States that no measurement shows, that have no noise, or whose variance is held;
+        measurements that are never there, or never within their gate.
     """
 
     outputs: dict[str, FloatArray]
@@ -100,6 +100,9 @@ class Textbook:
         self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
         #: Of each measurement: updates in which it was valid, and in which it was taken.
         self._valid = np.zeros((2, len(self.measurements)), dtype=int)
+        #: Of each error state, updates in which its variance was near its largest, and in which it
+        #: had process noise.
+        self._held, self._noisy = np.zeros((2, len(kalman.most)), dtype=int)
         self._sight = _Sight(np.array(kalman.most))
 
     # -- what the author wrote, as functions ----------------------------------------------------
@@ -134,7 +137,7 @@ class Textbook:
             In their units.
         """
         k = self.kalman
-        self._valid[:] = 0
+        self._valid[:] = self._held[:] = self._noisy[:] = 0
         self._sight = _Sight(np.array(k.most))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
@@ -166,7 +169,19 @@ class Textbook:
                     f"{what}: wanted innovations within the gate of {m.gate:g} standard "
                     f"deviations, found none in {valid} updates; raise r, sd or the gate"
                 )
-        for direction in self._sight.unseen():
+        unseen = self._sight.unseen()
+        shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
+        for i in np.flatnonzero((self._held > 0) & shown):
+            texts.append(
+                f"{placed(k.places[i], 'state')}: the variance of {k.errors[i]} is held at its "
+                f"largest in {self._held[i]} of {updates} updates; raise sd_max"
+            )
+        for i in np.flatnonzero(self._noisy == 0):
+            texts.append(
+                f"{placed(k.places[i], 'state')}: {k.errors[i]} has no process noise and floor is "
+                "0, so that rounding may make its variance negative; give it noise, or a floor"
+            )
+        for direction in unseen:
             at = np.flatnonzero(np.abs(direction) > 0.05)
             parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at)
             what = f"{parts}, in shares of sd_max," if len(at) > 1 else k.errors[at[0]]
@@ -211,8 +226,10 @@ class Textbook:
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
         q += np.diag(k.least_noise)
+        self._noisy += np.diag(q) > 0.0
         self._sight.move(f)
         held = np.diag(cov) > np.array(k.held)
+        self._held += held
         f[held] = np.eye(len(f))[held]
         q[held] = q[:, held] = 0.0
         return after, f @ cov @ f.T + q

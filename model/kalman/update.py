@@ -22,7 +22,7 @@ from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values
 
-__all__ = ["PARTS", "PREDICT", "Update", "checked_measurements", "moved", "noise_of"]
+__all__ = ["DITHER", "PARTS", "PREDICT", "Update", "checked_measurements", "moved", "noise_of"]
 
 #: Parts of an update that may be programs of their own.
 PARTS = PREDICT, UPDATE = "predict", "update"
@@ -30,6 +30,12 @@ PARTS = PREDICT, UPDATE = "predict", "update"
 _REACH = 64.0
 #: Bound of an innovation over its standard deviation.
 _MOVE = 64.0
+#: Name of the state that holds the random word of `Kalman.dither`.
+DITHER = "dither"
+#: The next one is wrap(factor word + added): all 2^32 words in turn.
+_FACTOR, _ADDED = 69069.0, 1327217885.0 * 2.0**-31
+#: A sum with this ends at the bit 2^-13 of a word of 32, and is exact in float64.
+_COARSE = 2.0**17
 #: When an element leaves the bounds that it has in a covariance.
 INDEFINITE = "rounding or nonlinearity make P indefinite"
 
@@ -129,6 +135,7 @@ class Update:
         were; those whose equations need each other change together.
         """
         k = self.kalman
+        self.random = self._random() if k.dither else None
         self.full: list[Condition] = []
         self.diagonal: list[Scalar] = []
         self.rows: list[Slope] = []
@@ -164,7 +171,7 @@ class Update:
         for i in block:
             self.tracer.place = k.places[i]
             for j in self.range:
-                along[i, j] = self._across(i, [before[m, j] for m in self.range])
+                along[i, j] = self._across(i, j, [before[m, j] for m in self.range])
                 if j not in block:
                     added = noise.get((min(i, j), max(i, j)), 0.0)
                     along[i, j] = self._sized(along[i, j], i, j, before)
@@ -176,18 +183,30 @@ class Update:
                 column = [along.get((a, m), before[a, m]) for m in self.range]
                 added = noise.get((i, j), 0.0)
                 if i == j:
-                    value = self._across(b, column, added + k.least_noise[i])
+                    value = self._across(b, a, column, added + k.least_noise[i])
                 else:
-                    value = self._noisy(self._across(b, column), i, j, added)
+                    value = self._noisy(self._across(b, a, column), i, j, added)
                 self.cov[i, j] = self.cov[j, i] = self._sized(value, i, j, before)
 
-    def _across(self, i: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
-        """Row i of F times a column; what comes of other states, and noise, unless held."""
+    def _random(self) -> Any:
+        """0 in float64; in words of 32 bits a random number within 2^-14 of it.
+
+        It is what rounding leaves of the word of the state.
+        """
+        word = self.before[DITHER]
+        coarse = ops.bounded(word + _COARSE, _COARSE - 1.0, _COARSE + 1.0, "a word")
+        return ops.saturated(word - ops.bounded(coarse - _COARSE, -1.0, 1.0, "a word"), 2.0**-14)
+
+    def _across(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
+        """Row i of F times column j; what comes of other states, and noise, unless held."""
         others = added
         for m in sorted(self.rows[i]):
             others = others + product(self.rows[i][m], column[m])
         own: Scalar = product(self.diagonal[i], column[i])
         if not is_const(others, 0.0):
+            if self.random is not None:  # within half of the last bit of a word of 32
+                exponent = math.frexp(self.wide[i] * self.wide[j])[1]
+                others = others + math.ldexp(1.0, exponent - 18) * self.random
             own = own + ops.where(self.full[i], 0.0, others)
         return own
 
@@ -459,13 +478,16 @@ def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -
     InputError
         A name that is no state's.
     """
-    own = [s.name for s in kalman.memory if s.name not in kalman.counters]
+    derived = {*kalman.counters, *((DITHER,) if kalman.dither else ())}
+    own = [s.name for s in kalman.memory if s.name not in derived]
     groups = {**kalman.groups, **{name: (name,) for name in own}, **axes_of(own)}
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
     found = spread(given, groups, where, "next values")
     for name, updates in kalman.counters.items():
         following = ops.where(before[name] > updates - 1.5, 0.0, before[name] + 1.0)
         found[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")
+    if kalman.dither:
+        found[DITHER] = ops.wrap_ht(_FACTOR * before[DITHER] + _ADDED)
     names = (*kalman.errors, *(s.name for s in kalman.memory))
     return {name: found.get(name, before.get(name, 0.0)) for name in names}
 

@@ -37,6 +37,9 @@ _KINDS = {
 _BELOW = 1.0 - 2.0**-17
 #: From where on a divisor needs an upper limit too, for its word.
 _SPAN = 2.0**16
+#: How far a number may be moved to be limited, in halves of the range between the limits: what one
+#: accumulator holds. Farther ones are first limited by a word.
+_FAR = 2.0**16
 
 
 @dataclass(eq=False)
@@ -320,10 +323,16 @@ class Graph:
     def limited(self, a: Node, low: float, high: float) -> Node:
         """``a`` of one sign, held off zero by comparison: at least ``low``, or at most ``high``.
 
-        What has no finite range gets one by the word's own overflow, at a power of two.
+        What has no finite range gets one by the word's own overflow, at a power of two; what spans
+        more than the word of a divisor, too, and there the flag tells.
         """
+        near, far = sorted((abs(low), abs(high)))
+        limit, size = math.ldexp(2.0, rounded.binary_exponent(far)), max(-a.low, a.high)
         if not math.isfinite(a.low + a.high):
-            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(max(-low, high))))
+            a = self.saturated(a, limit)
+        elif near > 0.0 and size > max(_SPAN * near, limit):
+            least, most = max(a.low, -limit), min(a.high, limit)
+            a = self.bounded(a, least, most, "as far as runs came, and more")
         return self.larger(a, self.const(low)) if low >= 0.0 else self.smaller(a, self.const(high))
 
     def saturated(self, a: Node, limit: float) -> Node:
@@ -337,19 +346,31 @@ class Graph:
         return self._new("saturated", a, key=limit, value=limit, unit=a.unit, **limits)
 
     def clip(self, a: Node, low: float, high: float) -> Node:
-        """``a`` limited to [low, high] by comparison.
+        """``a`` limited to [low, high]: moved so that a limit is the least word, and back.
 
-        What has no finite range yet, as a product with an inverse root, gets one on the way.
+        With 2^k above half of the range::
+
+            y = saturated(a - low - 2^k)        z = saturated(high - 2^k - (y + low + 2^k))
+
+        and the result is high - 2^k - z, exact at the limits and between, as far as words are.
         """
-        if not math.isfinite(a.low + a.high):
-            largest = max(abs(low), abs(high)) or 1.0
-            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(largest)))
-        if a.low < low:
-            limit = self.const(low)
-            a = self.select(self.less(a, limit), limit, a)
-            a = self.bounded(a, low, max(a.high, low), "clip")
-        if a.high > high:
-            limit = self.const(high)
-            a = self.select(self.less(limit, a), limit, a)
-            a = self.bounded(a, min(a.low, high), high, "clip")
-        return a
+        beyond, above = a.low < low, a.high > high
+        least, most = max(a.low, low), min(a.high, high)
+        if not (beyond or above):
+            return a
+        if least >= most:
+            return self.const(low if beyond else high)
+        size, span = max(abs(least), abs(most)), (most - least) / _BELOW
+        half = math.ldexp(1.0, rounded.binary_exponent(span)) if math.isfinite(span) else 0.0
+        if _FAR * half < max(-a.low, a.high) < math.inf > size:
+            a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(size)))
+        if size > _FAR * half:  # moved so far, a word would lose its last bits
+            a = self.larger(a, self.const(low)) if beyond else a
+            a = self.smaller(a, self.const(high)) if above else a
+            return self.bounded(a, least, most, "clip")
+        lower, upper = self.const(least + half), self.const(most - half)
+        if beyond:
+            a = self.add(self.saturated(self.sub(a, lower), half), lower)
+        if above:
+            a = self.sub(upper, self.saturated(self.sub(upper, a), half))
+        return self.bounded(a, least, most, "clip")

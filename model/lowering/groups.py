@@ -19,7 +19,7 @@ from boresight.model.errors import InputError
 from boresight.model.lowering.forms import Form, Product
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic, Format
-from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Value, When
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Scale, Term, Value, When
 from boresight.model.words.rounded import binary_exponent
 
 __all__ = ["Groups", "Target"]
@@ -60,6 +60,10 @@ class Groups:
         self.ops: list[Op] = []
         self._names: set[str] = set()
         self._constants: dict[tuple[int, int], int] = {}
+        self._coarse: dict[tuple[int, int], int] = {}
+        #: What each operation computes, and the products that stand apart, by their values.
+        self.forms: dict[int, Form] = {}
+        self.apart: dict[int, Product] = {}
 
     # -- values ---------------------------------------------------------------------------------
 
@@ -117,18 +121,20 @@ class Groups:
         while True:
             placed = self._place(form, products, frac)
             if isinstance(placed, int):
+                p = products[placed]
                 alone = len(products) == 1 and form.constant == 0.0
-                if alone and products[placed].scale is not Scale.NONE:
-                    products[placed] = self._coarser(form, products[placed], frac, target)
-                    continue
-                products[placed] = self._separate(form, products[placed], target)
+                if (alone and p.scale is not Scale.NONE) or self._constant_of(p) is not None:
+                    products[placed] = self._coarser(form, p, frac, target)
+                else:
+                    products[placed] = self._separate(form, p, target)
             elif placed is not None:
-                return self._append(form, placed, target, frac)
+                return self._append(replace(form, products=products), placed, target, frac)
             elif exact:
                 worst = self._coarsest(form, products)
                 if worst is None:
                     return self._raised(replace(form, products=products), target, frac)
-                if products[worst].scale is not Scale.NONE:
+                scaled = products[worst].scale is not Scale.NONE
+                if scaled and math.isinf(products[worst].limit):
                     raise self._too_large(
                         form,
                         products[worst],
@@ -222,9 +228,7 @@ class Groups:
         return placed if total < 1 << (arith.acc_width - 1) else None
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
-        terms = tuple(
-            k.product.term(k.shift, None if k.one is None else self.one(k.one)) for k in placed
-        )
+        terms = self._terms(placed)
         conditional = any(
             t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in terms
         )
@@ -233,6 +237,7 @@ class Groups:
         number = self.value(
             Value(target.name, Kind.OP, frac, target.low, target.high, target.source, target.unit)
         )
+        self.forms[number] = form
         self.ops.append(
             Op(
                 number,
@@ -247,6 +252,20 @@ class Groups:
             )
         )
         return number
+
+    def _terms(self, placed: Sequence[_Placed]) -> tuple[Term, ...]:
+        return tuple(
+            k.product.term(k.shift, None if k.one is None else self.one(k.one)) for k in placed
+        )
+
+    def exchanged(self, op: Op, products: list[Product]) -> Op | None:
+        """An operation with other products in its sum; None: no word of its format holds it."""
+        form = replace(self.forms[op.dest], products=products)
+        placed = self._place(form, products, self.frac(op.dest))
+        if placed is None or isinstance(placed, int):
+            return None
+        self.forms[op.dest] = form
+        return replace(op, terms=self._terms(placed))
 
     def _raised(self, form: Form, target: Target, frac: int) -> int:
         """``form`` in the finest format that works, then shifted up to ``frac`` step by step."""
@@ -283,18 +302,42 @@ class Groups:
         number = self.group(
             alone, Target(f"{target.name}_part", low, high, "interval", line=target.line)
         )
+        self.apart[number] = p
         return Product(number, negate=p.negate, when=p.when)
 
     def _coarser(self, form: Form, p: Product, frac: int, target: Target) -> Product:
-        """A product that is too fine for its result, with a coarser copy of its last factor."""
-        excess = self.frac(p.a) + self._second(form, p)[0] - p.exponent - frac
-        excess -= self.arith.guard + self.arith.shift_max
-        number = p.a if p.b is None else p.b
-        factor, word = self.values[number], Form([Product(number)])
-        known = (factor.low, factor.high, factor.range_source, factor.unit)
-        limits = Target(f"{factor.name}_coarse", *known, line=target.line)
-        copy = self.group(word, limits, frac=self.frac(number) - excess, exact=True)
-        return replace(p, a=copy) if p.b is None else replace(p, b=copy)
+        """A product that is too fine for its result, with a coarser copy of its last factor.
+
+        Or with a coarser constant: what that leaves out is half of the accumulator's last bit.
+        """
+        excess = self.excess(p, self._second(form, p)[0], frac)
+        if (constant := self._constant_of(p)) is not None:
+            known = self.values[constant]
+            coarse = self.constant(math.ldexp(known.initial, -known.frac), known.frac - excess)
+            return replace(p, a=coarse) if constant == p.a else replace(p, b=coarse)
+        if p.b is None:
+            return replace(p, a=self.coarse(p.a, excess, target.line))
+        return replace(p, b=self.coarse(p.b, excess, target.line))
+
+    def excess(self, p: Product, frac_b: int, frac: int) -> int:
+        """Bits of a product that no shift brings to a result of ``frac`` fraction bits."""
+        return self.frac(p.a) + frac_b - p.exponent - frac - self.arith.guard - self.arith.shift_max
+
+    def coarse(self, number: int, bits: int, line: str = "") -> int:
+        """A copy of a value with fewer bits."""
+        frac = self.frac(number) - bits
+        if (number, frac) not in self._coarse:
+            v = self.values[number]
+            name = f"{v.name}_coarse"
+            limits = Target(name, v.low, v.high, v.range_source, v.unit, line=line)
+            copy = self.group(Form([Product(number)]), limits, frac=frac, exact=True)
+            self._coarse[number, frac] = copy
+        return self._coarse[number, frac]
+
+    def _constant_of(self, p: Product) -> int | None:
+        """The constant factor of a product of two words."""
+        both = [] if p.b is None or p.fraction_a or p.fraction_b else [p.b, p.a]
+        return next((n for n in both if self.values[n].kind is Kind.CONST), None)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
         """The product of two words with the fewest fraction bits: the one to compute apart."""

@@ -16,6 +16,7 @@ from boresight.model.lowering.expand import expand
 from boresight.model.lowering.fuse import Fusion
 from boresight.model.lowering.graph import LEAVES, Flag, Graph, Node
 from boresight.model.lowering.profile import Profile, Range
+from boresight.model.lowering.share import share
 from boresight.model.lowering.trace import Trace
 from boresight.model.words import tables
 from boresight.model.words.fixed import Arithmetic
@@ -203,6 +204,7 @@ def lower(
     with deep(len(graph.nodes)):
         outputs = tuple(low.word(node) for node in results)
         replaced = tuple((s, low.replacing(node, s)) for s, node in zip(states, after, strict=True))
+    share(low.groups)
     program, new = _pruned(
         Program(
             graph.name,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from boresight.model.declarations import ATTITUDE
 from boresight.sim.accuracy.benchmark_plots import (
     difference_plot,
     mean_plot,
@@ -13,7 +14,6 @@ from boresight.sim.accuracy.benchmark_plots import (
     trial_plot,
 )
 from boresight.sim.accuracy.figures import ANGLES
-from boresight.sim.compare.difference import ATTITUDE
 from boresight.sim.pages import UNKNOWN, page
 
 __all__ = ["render_page"]

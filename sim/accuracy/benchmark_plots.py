@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from boresight.sim.compare.difference import ATTITUDE
+from boresight.model.declarations import ATTITUDE
 from boresight.sim.plotting import INK, figure_and_axes, legend, settings, svg
 
 __all__ = ["difference_plot", "mean_plot", "style_of", "total_of", "trial_plot"]

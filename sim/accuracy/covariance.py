@@ -3,8 +3,9 @@
 A covariance is what the estimator says (`Estimator.covariance_elements`) or what its states are
 named as: ``p00``, ``p01``, ``p11`` (or ``p_xx``, ``p_xy``), the upper or the lower half. The
 stimulus is hostile on purpose (`sim.accuracy.manoeuvres`), for one initial covariance after the
-other. Watched are the diagonal after every update, the eigenvalues at intervals, the saturation
-flag, and the difference to float64 on the same input.
+other. Estimators that share a covariance update it in random turns. Watched are the diagonal after
+every update, the eigenvalues at intervals, the saturation flag, and the difference to float64 on
+the same input.
 """
 
 from __future__ import annotations
@@ -12,20 +13,23 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.answer import Answer, JsonObject
-from boresight.sim.compare.difference import ATTITUDE, Difference, differences
+from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.levels.level import Run
+from boresight.sim.levels.level import Level, Run
+from boresight.sim.rtl.sharing import random_turns
 
 __all__ = [
     "P0",
@@ -44,6 +48,8 @@ P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 SHARES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
 #: Least eigenvalue that rounding explains, in last bits.
 _LEAST = -4.0
+#: Most updates of one estimator in a turn, of those that share states.
+_LONGEST = 8
 _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
 
 
@@ -149,9 +155,37 @@ class CovarianceTrial(Answer):
         )
 
 
+class _InTurns:
+    """Levels of estimators that share states, run in random turns; of one, run as it is."""
+
+    def __init__(self, levels: Sequence[Level]) -> None:
+        self.levels = levels
+
+    def begin(self, params: Mapping[str, float]) -> None:
+        """Reset the states, and set these parameters where a level has them."""
+        self._last, self._piece = self.levels[0], 0
+        for level in self.levels:
+            known = {p.name for p in level.build.estimators[level.number].params}
+            level.set_params({n: v for n, v in params.items() if n in known})  # type: ignore[attr-defined]
+            level.reset()
+
+    def run(self, records: Sequence[FloatArray]) -> list[Run]:
+        """Records (n, n_inputs) of each, from where the last ones ended."""
+        if len(self.levels) == 1:
+            return [self.levels[0].run(records[0])]
+        parts: list[list[Run]] = [[] for _ in records]
+        counts = [len(inputs) for inputs in records]
+        for turn in random_turns(counts, seed=self._piece, longest=_LONGEST):
+            level = self.levels[turn.number]
+            level.kept, self._last = self._last.kept, level
+            parts[turn.number].append(level.run(records[turn.number][turn.start : turn.stop]))
+        self._piece += 1
+        return [Run.joined(runs) for runs in parts]
+
+
 def covariance_trial(
-    estimator: Estimator,
-    records: Mapping[str, FloatArray],
+    estimator: Estimator | Sequence[Estimator],
+    records: Mapping[str, Any],
     *,
     updates: int,
     params: Sequence[Mapping[str, float]] = ({},),
@@ -165,8 +199,11 @@ def covariance_trial(
 
     Parameters
     ----------
+    estimator : Estimator, or sequence of Estimator
+        Several share their states (`Estimator.shares`).
     records : mapping of (n, n_inputs) arrays
-        Stimuli by name; each is repeated until its share of ``updates`` is done.
+        Stimuli by name; each is repeated until its share of ``updates`` is done. Of several
+        estimators a sequence of n records for each.
     params : sequence of mappings
         Parameter sets, for example one per initial covariance.
     every : int
@@ -179,49 +216,52 @@ def covariance_trial(
     InputError
         See `covariance_of`.
     """
-    covariance = covariance_of(estimator)
+    several = (estimator,) if isinstance(estimator, Estimator) else tuple(estimator)
+    name, covariance = ",".join(e.name for e in several), covariance_of(several[0])
     share = max(1, updates // (len(records) * len(params)))
     total = negative = checked = saturated = 0
     least, drift = np.inf, dict[str, float]()
-    build = Build(estimator, word=word)
-    level, floating = Emitted(build), CompiledFloat(build)
+    build = Build(*several, word=word)
+    numbers = range(len(several))
+    words = _InTurns([Emitted(build, k) for k in numbers])
+    floating = _InTurns([CompiledFloat(build, k) for k in numbers])
     for values in params:
-        floating.set_params(values)
-        level.set_params(values)
-        for name, real in records.items():
-            level.reset()
-            done = 0
+        for stimulus, given in records.items():
+            words.begin(values)
+            real = [given] if isinstance(estimator, Estimator) else [*given]
+            done, at = 0, 0
             while done < share:
-                at = done % len(real)
-                run = level.run(real[at : at + min(chunk, share - done)])
-                assert run.states is not None
-                count = len(run.states)
+                most = -(-(share - done) // len(several))
+                piece = [inputs[at : at + min(chunk, most)] for inputs in real]
+                runs = words.run(piece)
                 if done == 0:
-                    for d in _ends(estimator, floating, real[:count][:compared], run):
-                        key = f"{d.output} {d.unit}".rstrip()
-                        drift[key] = max(drift.get(key, 0.0), d.largest)
-                p = covariance.of_words(level.program, run.states)
-                negative += int((np.diagonal(p, axis1=1, axis2=2) < 0).any(axis=1).sum())
-                some = p[::every]
-                least = min(least, float(np.linalg.eigvalsh(some).min()))
-                checked += len(some)
-                saturated += run.n_saturated
-                done += count
+                    floating.begin(values)
+                    beside = floating.run(piece)
+                    for e, ours, theirs in zip(several, runs, beside, strict=True):
+                        for d in _ends(e, ours, theirs, compared):
+                            key = f"{d.output} {d.unit}".rstrip()
+                            drift[key] = max(drift.get(key, 0.0), d.largest)
+                for level, run in zip(words.levels, runs, strict=True):
+                    assert run.states is not None
+                    p = covariance.of_words(level.program, run.states)
+                    negative += int((np.diagonal(p, axis1=1, axis2=2) < 0).any(axis=1).sum())
+                    least = min(least, float(np.linalg.eigvalsh(p[::every]).min()))
+                    checked += len(p[::every])
+                    saturated += run.n_saturated
+                    done += len(p)
+                at = (at + len(piece[0])) % len(real[0])
             total += done
             if progress is not None:
-                progress(f"{estimator.name} {name} {dict(values)}: {total} of {updates}")
-    return CovarianceTrial(
-        estimator.name, total, negative, least, checked, saturated, drift, compared
-    )
+                progress(f"{name} {stimulus} {dict(values)}: {total} of {updates}")
+    return CovarianceTrial(name, total, negative, least, checked, saturated, drift, compared)
 
 
-def _ends(
-    estimator: Estimator, floating: CompiledFloat, inputs: FloatArray, run: Run
-) -> list[Difference]:
-    """Differences of a run to float64 over the last tenth of the inputs."""
-    tail = slice(len(inputs) - max(1, len(inputs) // 10), len(inputs))
-    sides = run.outputs, floating.run_anew(inputs).outputs
-    every = differences(estimator.outputs, *({n: x[tail] for n, x in s.items()} for s in sides))
+def _ends(estimator: Estimator, fixed: Run, floating: Run, compared: int) -> list[Difference]:
+    """Differences of a run to float64 over the last tenth of its first ``compared`` updates."""
+    stop = min(compared, len(next(iter(fixed.outputs.values()))))
+    tail = slice(stop - max(1, stop // 10), stop)
+    sides = ({n: x[tail] for n, x in side.outputs.items()} for side in (fixed, floating))
+    every = differences(estimator.outputs, *sides)
     return [d for d in every if d.output == ATTITUDE] or every
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from boresight.model.declarations import PERIODS
 from boresight.model.lowering.expand import ASIN_LIMIT
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
@@ -166,6 +167,9 @@ def _does_not_fit(twin: Twin, value: int, reached: float) -> str:
 
 def _wider(twin: Twin, value: int) -> str:
     said = twin.program.values[twin.declared(value)]
+    if said.unit in PERIODS and max(-said.low, said.high) <= 0.5 * PERIODS[said.unit]:
+        wrap = {"ht": "wrap_ht", "turn": "wrap_turns"}[said.unit]
+        return f"an angle of a whole turn is wrapped: ops.{wrap}"
     return f"widen the range ({said.range_source}) or limit the value"
 
 

@@ -20,16 +20,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import EXACT_UNITS, PERIODS, QUATERNION, Output
+from boresight.model.declarations import (
+    ATTITUDE,
+    ATTITUDE_DEG,
+    EXACT_UNITS,
+    PERIODS,
+    QUATERNION,
+    Output,
+)
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 
-__all__ = ["ATTITUDE", "Decided", "Difference", "Differences", "Spread", "around", "differences"]
+__all__ = ["Decided", "Difference", "Differences", "Spread", "around", "differences"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Name of the difference between attitudes.
-ATTITUDE = "attitude"
 #: Natural logarithm of a quaternion's norm that is no attitude's.
 _NORMS = math.log(2.0)
 
@@ -223,8 +228,7 @@ class Differences:
         if all(name in self._accounts for name in QUATERNION):
             limits = [self._accounts[n].tolerance for n in QUATERNION]
             known = [x for x in limits if x is not None]
-            # An angle a differs by a/2 in the quaternion, of length at most twice a component's.
-            limit = math.degrees(4.0 * max(known)) if len(known) == len(limits) else None
+            limit = ATTITUDE_DEG * max(known) if len(known) == len(limits) else None
             declared = Output(ATTITUDE, unit="deg", tolerance=limit)
             self._attitude = _Account(declared, judged, curves)
 

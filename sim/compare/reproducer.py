@@ -101,15 +101,21 @@ def _check_record(data: dict[str, Any]) -> None:
 class _Saved(Build):
     """The program of a reproducer: there is no estimator."""
 
-    def __init__(self, program: Program, config: str) -> None:
-        super().__init__(config=config, word=program.arithmetic.word)
+    def __init__(self, program: Program, config: str, target: str) -> None:
+        super().__init__(config=config, word=program.arithmetic.word, target=target)
         self.programs = [program]
 
 
 def replay_reproducer(
-    path: Path, *, levels: Sequence[str] | None = None, simulator: str = "verilator"
+    path: Path,
+    *,
+    levels: Sequence[str] | None = None,
+    simulator: str = "verilator",
+    target: str = "xc6slx9",
 ) -> list[str]:
     """Run a reproducer on these levels, by default on every exact one that is usual.
+
+    ``target`` is the part of the level netlist.
 
     Returns
     -------
@@ -118,7 +124,7 @@ def replay_reproducer(
     """
     data = load_reproducer(path)
     program: Program = data["program"]
-    build = _Saved(program, data["config"])
+    build = _Saved(program, data["config"], target)
     inputs = np.array(data["inputs"], dtype=np.int64)
     wanted = np.array(data["outputs"], dtype=np.int64)
     record = np.stack([program.format(n).real(inputs[:, k]) for k, n in enumerate(program.inputs)])

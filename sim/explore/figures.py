@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from boresight.model.declarations import EXACT_UNITS
+from boresight.model.declarations import ATTITUDE, EXACT_UNITS
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
 from boresight.sim.accuracy.figures import gives_attitude
-from boresight.sim.compare.difference import ATTITUDE
 from boresight.sim.explore.cases import Planned
 from boresight.sim.explore.measure import ATTITUDES, Exploration
 

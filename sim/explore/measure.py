@@ -24,12 +24,13 @@ from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.synthesis.routed import implement, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError
+from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.accuracy.figures import ANGLES, errors, units_of
-from boresight.sim.compare.difference import ATTITUDE, Difference, differences
+from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat

@@ -42,6 +42,8 @@ class Build:
         Leading outputs whose latency counts first; by default as each estimator declares.
     restarts : int, optional
         Effort of the scheduler.
+    target : str
+        Part of the level netlist (`sim.levels.synthesised`).
 
     Raises
     ------
@@ -57,8 +59,10 @@ class Build:
         params: Sequence[Mapping[str, float] | None] | None = None,
         urgent: int | None = None,
         restarts: int | None = None,
+        target: str = "xc6slx9",
     ) -> None:
         self.config, self.word, self.urgent, self.restarts = config, word, urgent, restarts
+        self.target = target
         #: The estimators, with linked inputs in the format of their source.
         self.estimators = tuple(linked_estimators(estimators, word=word))
         self.params = tuple(params or [None] * len(estimators))

@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 class NetlistSimulated(Simulated):
-    """The core after synthesis for Spartan-6, in Verilator (`sim.rtl.netlist`)."""
+    """The core after synthesis for the build's target, in Verilator (`sim.rtl.netlist`)."""
 
     name = "netlist"
     tools = ("verilator",)
@@ -35,7 +35,7 @@ class NetlistSimulated(Simulated):
     @cached_property
     def compiled(self) -> CompiledSimulation:
         """Simulation in Verilator."""
-        return NetlistSimulation(self.core)
+        return NetlistSimulation(self.core, target=self.build.target)
 
     def words_of_update(
         self, records: FloatArray, before: Iterable[FloatArray] = (), states: IntArray | None = None

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.declarations import EXACT_UNITS, QUATERNION
+from boresight.model.declarations import ATTITUDE, EXACT_UNITS, QUATERNION
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.attitude.accuracy import attitude_error
 from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.attitude.rotation import quaternion_to_euler
-from boresight.sim.compare.difference import ATTITUDE, Difference, Differences
+from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.results import CheckResult, Part
 from boresight.sim.records.feed import Feed
 

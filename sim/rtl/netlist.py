@@ -1,39 +1,99 @@
-"""A core's netlist after synthesis for Spartan-6, simulated by Verilator.
+"""A core's netlist after synthesis for a family, simulated by Verilator.
 
 Look-up tables, carry chains, flip-flops, multipliers and block RAM take the place of the core's
-Verilog; the bench is that of `sim.rtl.harness`. The cells behave as yosys' library says
-(``cells_sim.v``), block RAM as `spartan6_ram.v`. What the netlist drops, the place of the
-register writes, cannot be traced.
+Verilog; the bench is that of `sim.rtl.harness`. The cells behave as yosys' library says, and where
+that says nothing as ``spartan6_cells.v`` and ``ecp5_cells.v`` do. What the netlist drops, the place
+of the register writes, cannot be traced.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.yosys import cell_library, synthesise
+from boresight.gateware.synthesis.routed import netlist_of
+from boresight.gateware.synthesis.spartan6.family import SPARTAN6
+from boresight.gateware.synthesis.targets import TARGETS
+from boresight.gateware.synthesis.yosys import cell_library
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.wave import CORE, changes_of, wires_of
 
-__all__ = ["NetlistSimulation", "verilog_of"]
+__all__ = ["CELLS", "SIMULATED", "Cells", "NetlistSimulation", "verilog_of"]
 
 #: Cells that only tell where something came from.
 _NO_HARDWARE = "$scopeinfo"
 #: Path of a net in the simulator's file.
 _NET = re.compile(rf"{re.escape(CORE)}\.n\d+")
-#: Memories by cell type: 256-bit parameters with the contents of data and parity.
-_CONTENTS = {"RAMB16BWER": (64, 8), "RAMB8BWER": (32, 4)}
 #: Parameters of a memory's output latch at configuration, which the core does not read.
 _UNREAD = ("INIT_A", "INIT_B")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Cells:
+    """How the cells of a family are simulated.
+
+    Attributes
+    ----------
+    library : tuple of str
+        Files of yosys' library.
+    own : tuple of str
+        Files beside this one.
+    contents : mapping
+        Memories by type of cell: parameters that hold all words, and for each the start of the
+        names of those side by side that it stands for, their number, and bits of each.
+    vectors : set of str
+        Types of cells whose pins with numbers are vectors in ``own``.
+    """
+
+    library: tuple[str, ...]
+    own: tuple[str, ...] = ()
+    contents: Mapping[str, Mapping[str, tuple[str, int, int]]] = field(default_factory=dict)
+    vectors: frozenset[str] = frozenset()
+
+    def sources(self) -> dict[str, str]:
+        """Their Verilog, by file name."""
+        return {
+            "cells.v": "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)]),
+            **{name: Path(__file__).with_name(name).read_text() for name in self.own},
+        }
+
+
+#: By the family's name.
+CELLS: Final[Mapping[str, Cells]] = {
+    "spartan6": Cells(
+        library=("xilinx/cells_sim.v",),
+        own=("block_ram.v", "spartan6_cells.v"),
+        contents={
+            "RAMB16BWER": {"DATA": ("INIT_", 64, 256), "PARITY": ("INITP_", 8, 256)},
+            "RAMB8BWER": {"DATA": ("INIT_", 32, 256), "PARITY": ("INITP_", 4, 256)},
+        },
+    ),
+    "ecp5": Cells(
+        library=("ecp5/common_sim.vh", "ecp5/ccu2c_sim.vh"),
+        own=("block_ram.v", "ecp5_cells.v"),
+        contents={"DP16KD": {"CONTENTS": ("INITVAL_", 64, 320)}},
+        vectors=frozenset({"DP16KD", "MULT18X18D"}),
+    ),
+    "ice40": Cells(library=("ice40/cells_sim.v",)),
+}
+
+#: Parts whose cells are simulated.
+SIMULATED: Final = tuple(name for name, part in TARGETS.items() if part.family.name in CELLS)
+
+
 class NetlistSimulation(CompiledSimulation):
     """See `CompiledSimulation`; the memories' contents are in the netlist.
+
+    Parameters
+    ----------
+    target : str
+        Part (`gateware.synthesis.targets`), of a family in `CELLS`.
 
     Raises
     ------
@@ -45,17 +105,17 @@ class NetlistSimulation(CompiledSimulation):
         The build failed.
     """
 
+    def __init__(self, core: Core, *, target: str = "xc6slx9", **options: Any) -> None:
+        self.target = TARGETS[target]
+        super().__init__(core, **options)
+
     def design(self, core: Core) -> tuple[dict[str, str], dict[str, str]]:
         """See `RtlSimulation.design`."""
-        text = core.verilog(instances=True)
-        netlist = synthesise(text, top="core", cache_dir=Cache().root).netlist
-        rams = Path(__file__).with_name("spartan6_ram.v").read_text()
-        sources = {
-            "core.v": verilog_of(netlist, "core"),
-            "cells.v": cell_library("xilinx/cells_sim.v"),
-            "rams.v": rams,
-        }
-        return sources, {}
+        family = self.target.family
+        text = core.verilog(instances=family is SPARTAN6, identified=True)
+        netlist = netlist_of(text, "core", family, cache_dir=Cache().root).synthesis.netlist
+        cells = CELLS[family.name]
+        return {"core.v": verilog_of(netlist, "core", cells), **cells.sources()}, {}
 
     def toggles(self, inputs: IntArray, first: int, stop: int) -> float:
         """Nets that change in an update, each as often: the mean over ``first`` to ``stop`` - 1.
@@ -72,7 +132,7 @@ class NetlistSimulation(CompiledSimulation):
         return count / (stop - first)
 
 
-def verilog_of(netlist: Mapping[str, Any], top: str) -> str:
+def verilog_of(netlist: Mapping[str, Any], top: str, family: Cells) -> str:
     """Verilog of one module of a netlist as yosys writes it to JSON: cells and wires alone."""
     module = netlist["modules"][top]
     ports, cells = module["ports"], module["cells"]
@@ -87,28 +147,56 @@ def verilog_of(netlist: Mapping[str, Any], top: str) -> str:
         inward = port["direction"] == "input"
         lines.append(f"  assign {nets} = {name};" if inward else f"  assign {name} = {nets};")
     for number, cell in enumerate(cells.values()):
-        if cell["type"] != _NO_HARDWARE:
-            params = ", ".join(f".{k}({v})" for k, v in _parameters(cell))
-            pins = ", ".join(f".{k}({_nets(v)})" for k, v in cell["connections"].items() if v)
-            lines.append(f"  {cell['type']} #({params}) c{number} ({pins});")
+        kind = cell["type"]
+        if kind == _NO_HARDWARE:
+            continue
+        params = ", ".join(
+            f".{k}({v})" for k, v in _parameters(cell, family.contents.get(kind, {}))
+        )
+        pins = cell["connections"]
+        if kind in family.vectors:
+            pins = _vectors(pins, f"c{number}_", lines)
+        wired = ", ".join(f".{k}({_nets(v)})" for k, v in pins.items() if v)
+        lines.append(f"  {kind} #({params}) c{number} ({wired});")
     return "\n".join([*lines, "endmodule", ""])
 
 
 def _nets(bits: Sequence[int | str]) -> str:
-    nets = [f"n{b}" if isinstance(b, int) else f"1'b{b}" for b in reversed(bits)]
-    return "{" + ", ".join(nets) + "}"
+    nets = [f"n{b}" if isinstance(b, int) else b if len(b) > 1 else f"1'b{b}" for b in bits]
+    return "{" + ", ".join(reversed(nets)) + "}"
 
 
-def _parameters(cell: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _vectors(
+    pins: Mapping[str, Sequence[int | str]], prefix: str, lines: list[str]
+) -> dict[str, list[int | str]]:
+    """Pins with numbers as vectors; wires for those that are not connected are added to lines."""
+    vectors: dict[str, dict[int, int | str]] = {}
+    single: dict[str, list[int | str]] = {}
+    for name, bits in pins.items():
+        stem = name.rstrip("0123456789")
+        if stem == name:
+            single[name] = list(bits)
+        elif bits:
+            vectors.setdefault(stem, {})[int(name.removeprefix(stem))] = bits[0]
+    for stem, wired in vectors.items():
+        single[stem] = []
+        for k in range(max(wired) + 1):
+            if k not in wired:
+                lines.append(f"  wire {prefix}{stem}{k};")
+            single[stem].append(wired.get(k, f"{prefix}{stem}{k}"))
+    return single
+
+
+def _parameters(
+    cell: Mapping[str, Any], contents: Mapping[str, tuple[str, int, int]]
+) -> Iterator[tuple[str, str]]:
     """Parameters as Verilog constants; the contents of a memory as one number."""
     values = dict(cell["parameters"])
-    for name in _UNREAD if cell["type"] in _CONTENTS else ():
+    for name in _UNREAD if contents else ():
         values.pop(name, None)
-    for kind, prefix, count in zip(
-        ("DATA", "PARITY"), ("INIT", "INITP"), _CONTENTS.get(cell["type"], ()), strict=False
-    ):
-        words = [values.pop(f"{prefix}_{k:02X}", "0" * 256) for k in range(count)]
-        values[kind] = "".join(word.rjust(256, "0") for word in reversed(words))
+    for kind, (prefix, count, width) in contents.items():
+        words = [values.pop(f"{prefix}{k:02X}", "0") for k in range(count)]
+        values[kind] = "".join(word.rjust(width, "0") for word in reversed(words))
     for name, value in values.items():
         is_bits = value and set(value) <= set("01x")
         yield name, f"{len(value)}'b{value.replace('x', '0')}" if is_bits else f'"{value.strip()}"'

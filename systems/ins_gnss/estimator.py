@@ -45,9 +45,9 @@ class InsGnss(Kalman):
         *vector(Param, "lever_", "xyz", 0.0, -4.0, 4.0, "m", "antenna, body axes"),
     )
     states = (
-        Attitude("q", sd=(0.05, 0.05, 0.2)),
+        Attitude("q", sd=(0.035, 0.035, 0.14)),
         *vector(State, "v", "enu", -64.0, 64.0, "m/s", sd=0.5),
-        *vector(State, "p", "enu", -4096.0, 4096.0, "m", sd=2.0),
+        *vector(State, "p", "enu", -4096.0, 4096.0, "m", sd=2.0, sd_max=7.0),
         *vector(State, "bg", "xyz", -0.0625, 0.0625, "rad/s", sd=0.004),
         *vector(State, "ba", "xyz", -1.0, 1.0, "m/s^2", sd=0.1),
     )
@@ -56,7 +56,7 @@ class InsGnss(Kalman):
         *(Output("v" + c, "m/s", tolerance=2e-3) for c in "enu"),
         *(Output("p" + c, "m", tolerance=5e-3) for c in "enu"),
     )
-    prior = True
+    prior = dither = True
 
     def f(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         """Strapdown; the force in the axes of the middle of the step."""

@@ -93,6 +93,12 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("check mekf log.csv --levels fixed --config medium", "config: wanted one of small, fast"),
         ("check mekf log.csv --levels c --simulator vcs", "wanted one of verilator, icarus"),
         ("check mekf log.csv --levels c,d", "levels: wanted one of fixed, c, rtl, netlist"),
+        (
+            "check mekf log.csv --tolerance roll=",
+            "--tolerance: wanted OUTPUT=NUMBER, with or witho",
+        ),
+        ("check mekf log.csv --tolerance rol=1", "--tolerance: wanted an output of mekf: roll, "),
+        ("check mekf log.csv --tolerance roll=1m", "--tolerance roll=1m: wanted a unit of roll, "),
         ("run mekf log.csv --param=--", "--param: expected one argument"),
         ("run mekf log.csv x\x1by", "unrecognized arguments: x\\x1by (see"),
         (
@@ -146,6 +152,8 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         # what is run, and on what
         ("fly", "invalid choice: 'fly'"),
         ("check complementary", "the following arguments are required: LOG"),
+        ("check mekf log.csv --target ecp5-25k", "target: wanted the level netlist, which runs "),
+        ("check mekf log.csv --levels netlist --target gw2a", "target: wanted one of xc6slx4, "),
         ("run kalman log.csv", "boresight list"),
         ("run none.py log.csv", "none.py: wanted a Python file with an estimator, found "),
         ("check complementary absent.csv", "absent.csv: wanted a log file that can be read, found"),

@@ -271,6 +271,38 @@ def test_selections_and_limits_are_exact(trace: Any, word: int) -> None:
         assert np.abs(y - want).max() <= tolerance, k
 
 
+@pytest.mark.parametrize("word", [18, 24, 32])
+def test_clip_is_exact_at_its_limits_and_between(trace: Any, word: int) -> None:
+    """Limits that are words, on one side or both, of a word and of a sum."""
+    limits = [(-0.75, 1.5), (0.25, 4.0), (-2.5, -0.5), (-1.0, 1.0), (-9.0, 0.5), (0.125, 9.0)]
+
+    def function(a: Any, b: Any) -> Any:
+        return tuple(
+            y for low, high in limits for y in (ops.clip(a, low, high), ops.clip(a + b, low, high))
+        )
+
+    t = trace(function, [(-4.0, 3.9)] * 2, word)
+    fine = 2.0 ** (word - 7)
+    a, b = np.random.default_rng(11).integers(-3.9 * fine, 3.9 * fine, (2, 2000)) / fine
+    fixed, floats, saturated = t.run(a, b)
+    assert not saturated.any()
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.array_equal(y, want)
+
+
+@pytest.mark.parametrize("word", [18, 32])
+def test_clip_of_far_more_than_its_limits_hold(trace: Any, word: int) -> None:
+    """No more is lost than the last bit of what is limited."""
+    t = trace(
+        lambda a, b: (ops.clip(1e9 * a * b, -0.5, 0.75), ops.clip(a, 0.9, 0.9 + 1e-6)),
+        [(-1.0, 1.0)] * 2,
+        word,
+    )
+    fixed, floats, saturated = t.run([0.0, 1.0, 0.5, -1.0, 0.0], [0.5, 1.0, -0.25, 1e-2, 0.0])
+    assert not saturated.any() and np.array_equal(fixed[0], floats[0])
+    assert np.abs(fixed[1] - floats[1]).max() <= t.formats()[1].lsb
+
+
 def test_limits_that_vary(trace: Any) -> None:
     t = trace(lambda x, most: ops.clip(x, -most, most), [(-4.0, 4.0), (0.0, 3.0)])
     fixed, floats, saturated = t.run(

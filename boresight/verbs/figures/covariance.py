@@ -2,6 +2,7 @@
 
 boresight covariance mekf  # 10,000,000 updates
 boresight covariance kalman.py --updates 200000  # one's own: states p00, p01, p11
+boresight covariance carts.py:CartMotion,carts.py:CartSeen  # a covariance of both, in turns
 """
 
 from __future__ import annotations
@@ -15,9 +16,17 @@ from boresight.arguments import check_number
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import FILTERS
-from boresight.model.resolve import Named
+from boresight.model.linking import families
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Arguments, EstimatorName, Option, Outcome, PythonOnly, Verb
+from boresight.options import (
+    Arguments,
+    EstimatorName,
+    EstimatorNames,
+    Option,
+    Outcome,
+    PythonOnly,
+    Verb,
+)
 from boresight.sharing import estimator_names
 from boresight.sim.accuracy.covariance import (
     CovarianceTrial,
@@ -25,7 +34,7 @@ from boresight.sim.accuracy.covariance import (
     covariance_trial,
     initial_covariances,
 )
-from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.accuracy.manoeuvres import WITHIN, hostile, within
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_logs, read_record
@@ -38,7 +47,7 @@ _MOST = 10**12
 
 
 def covariance(
-    name: Named,
+    name: EstimatorNames,
     *logs: Any,
     updates: int = 10_000_000,
     seed: int = 1,
@@ -51,6 +60,9 @@ def covariance(
 
     Parameters
     ----------
+    name : str, class or Estimator
+        Name, or FILE.py:CLASS; with commas those that share their states (`Estimator.shares`),
+        which update them in random turns.
     logs : paths, or data in memory (`Record.of`)
         Recordings, or folders of them; by default the bundled one, where it feeds the filter.
     updates : int
@@ -72,22 +84,36 @@ def covariance(
     """
     check_number("updates", updates, 1, _MOST)
     check_number("seed", seed, 0)
-    estimator = find_estimator(name)
-    covariance_of(estimator)
-    records = hostile(estimator, steps, np.random.default_rng(seed))
-    records |= _recorded(estimator, logs, steps)
-    params = initial_covariances(estimator)
-    return covariance_trial(estimator, records, updates=updates, params=params, progress=progress)
+    several = [find_estimator(n) for n in estimator_names(name)]
+    covariance_of(several[0])
+    if len({*families(several)}) > 1:
+        raise InputError.at(
+            ", ".join(e.name for e in several),
+            wanted="estimators that share the states of one of them",
+            found="states of their own",
+            fix="try one after the other",
+        )
+    rng = np.random.default_rng(seed)
+    records = (
+        {stimulus: [inputs] for stimulus, inputs in hostile(several[0], steps, rng).items()}
+        if len(several) == 1
+        else {w: [within(e, w, steps, rng) for e in several] for w in WITHIN}
+    )
+    records |= _recorded(several, logs, steps)
+    params = initial_covariances(several[0])
+    return covariance_trial(several, records, updates=updates, params=params, progress=progress)
 
 
-def _recorded(estimator: Estimator, logs: Sequence[Any], steps: int) -> dict[str, np.ndarray]:
-    """Inputs (n, n_inputs) of logs, by name."""
+def _recorded(
+    several: Sequence[Estimator], logs: Sequence[Any], steps: int
+) -> dict[str, list[np.ndarray]]:
+    """Inputs (n, n_inputs) of each estimator of logs, by name."""
     if logs:
         read = [record.head(steps) for record, _ in read_logs(logs)]
-        return {f"log {r.name}": feed(estimator, r).inputs for r in read}
+        return {f"log {r.name}": [feed(e, r).inputs for e in several] for r in read}
     try:
         record = read_record(bundled("ximu_walk")).head(steps)
-        return {"recorded": feed(estimator, record).inputs}
+        return {"recorded": [feed(e, record).inputs for e in several]}
     except InputError:
         return {}  # it asks for other columns
 
@@ -97,7 +123,7 @@ def call(
     *names: EstimatorName,
     log: Annotated[Sequence[str], Option(metavar="LOG", repeated=True)] = (),
 ) -> Outcome:
-    """One after the other; all are known before the first begins.
+    """One after the other, those with states of others with these; all are known before.
 
     Parameters
     ----------
@@ -107,9 +133,15 @@ def call(
         Recording that is run besides, repeatable; by default the bundled one, if it fits.
     """
     every = estimator_names(*(names or FILTERS[1:]))
-    for name in every:
-        covariance_of(find_estimator(name))
-    results = [arguments.call(covariance, name, *log) for name in every]
+    known = [find_estimator(name) for name in every]
+    for estimator in known:
+        covariance_of(estimator)
+    of = families(known)
+    together = [
+        ",".join(str(n) for n, k in zip(every, of, strict=True) if k == o)
+        for o in dict.fromkeys(of)
+    ]
+    results = [arguments.call(covariance, name, *log) for name in together]
     good = all(trial.good for trial in results)
     data = {"good": good, "results": [trial.to_json() for trial in results]}
     return int(not good), data, "\n".join(map(str, results))

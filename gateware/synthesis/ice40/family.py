@@ -37,6 +37,7 @@ ICE40: Final = Family(
             "SB_MAC16": {"dsp": 1},
             "SB_RAM40_4K": {"ram": 1},
             "SB_SPRAM256KA": {"spram": 1},
+            **{name: {} for name in ("SB_IO", "SB_GB_IO", "SB_PLL40_PAD")},
         }
     ),
     flip_flop=("SB_DFF", {}, "C", "D", "Q"),

@@ -309,6 +309,8 @@ def _dsp_clock_delays() -> dict[str, tuple[Delay, Delay]]:
 #: Fanout classes of the net model: highest fanout of the class and its name.
 _CLASSES: Final = ((1, "net_1"), (3, "net_2_3"), (8, "net_4_8"), (20, "net_9_20"))
 _LAST: Final = "net_21_up"
+#: Classes of nets by fan-out, small first.
+NET_CLASSES: Final = (*(name for _, name in _CLASSES), _LAST)
 
 #: Net statistics of -2, ns. The upper quartiles of neighbouring classes that came out of order
 #: (1.29 then 1.16; 3.2 then 2.4) are pooled to their mean, for a net must not get faster by

@@ -5,9 +5,7 @@ LUT of the same position only, so a LUT there costs no routing, and any other dr
 one.
 """
 
-from dataclasses import dataclass
-
-from boresight.gateware.synthesis.arcs import Keys
+from boresight.gateware.synthesis.arcs import Hop
 from boresight.gateware.synthesis.netlist import Netlist, Pin
 from boresight.gateware.synthesis.spartan6.celltypes import FLIP_FLOPS, LUTS
 from boresight.gateware.synthesis.spartan6.delays import fanout_key
@@ -17,26 +15,7 @@ _MUXES = frozenset({"MUXF7", "MUXF8"})
 _DSP_CASCADES = {"PCOUT": "PCIN", "BCOUT": "B", "CARRYOUT": "CARRYIN"}
 
 
-@dataclass(frozen=True)
-class Hop:
-    """One net from driver to load.
-
-    Attributes
-    ----------
-    net : str
-        Name of the net delay, empty for a wire inside a slice.
-    entry : Keys
-        Delays of logic that the load needs in front of it.
-    in_slice : bool
-        The driver's LUT sits in the load's slice.
-    """
-
-    net: str
-    entry: Keys = ()
-    in_slice: bool = False
-
-
-def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, *, fanout: int) -> Hop:
+def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, fanout: int) -> Hop:
     """Return the path of the net ``bit`` from ``driver`` to ``load``.
 
     Parameters

@@ -104,3 +104,21 @@ def test_check_prints_a_line_per_level(log, capsys):
     text = capsys.readouterr().out
     assert len(re.findall(r"\[0/20\] mismatches", text)) == 2
     assert text.rstrip().endswith("good")
+
+
+def test_tolerances_that_are_given(log, capsys):
+    """They replace the declared ones, in the units of people, and no bit changes."""
+    narrow = ["check", "complementary", str(log), "--word", "20", "--levels", "fixed,c", "--json"]
+    assert main(narrow) == 1
+    declared = json.loads(capsys.readouterr().out)["results"][0]
+    assert main([*narrow, "--tolerance", "attitude=0.5deg", "--tolerance", "roll=0.1deg"]) == 0
+    given = json.loads(capsys.readouterr().out)["results"][0]
+    limits = {d["output"]: d["tolerance"] for d in given["accuracy"]["outputs"]}
+    assert limits["attitude"] == pytest.approx(0.5)
+    assert limits["qw"] == pytest.approx(np.radians(0.5) / 4.0)
+    assert limits["roll"] == pytest.approx(0.1 / 180.0)
+    assert [d["max"] for d in given["accuracy"]["outputs"]] == [
+        d["max"] for d in declared["accuracy"]["outputs"]
+    ]
+    assert main([*narrow, "--tolerance", "roll=1e-9", "--tolerance", "attitude=0.5deg"]) == 2
+    assert "for the tolerance of output roll" in capsys.readouterr().err

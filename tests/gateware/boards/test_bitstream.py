@@ -8,7 +8,8 @@ import pytest
 from boresight.core_files import project_files, write_project
 from boresight.gateware.boards.bitstream import ClockMissed, open_project
 from boresight.gateware.boards.board import BOARDS
-from boresight.gateware.boards.ecp5_clock import VCO_HZ, Ecp5Pll, ecp5_clock, ecp5_pll
+from boresight.gateware.boards.ecp5_clock import CLOCK_MAX_HZ, VCO_HZ, Ecp5Pll, ecp5_clock, ecp5_pll
+from boresight.gateware.boards.ice40_clock import Ice40Pll, ice40_clock, ice40_pll
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
@@ -122,6 +123,16 @@ def test_factors(mhz: float) -> None:
     assert pll.oscillator_hz / pll.reference >= 10e6
 
 
+@pytest.mark.parametrize("mhz", [127.5, 130, 128.125, 60.0])
+def test_factors_of_a_second_output(mhz: float) -> None:
+    """Where the first output cannot be the clock; else it is."""
+    pll = ecp5_pll(oscillator_hz=25_000_000, clock_hz=int(1e6 * mhz))
+    first = pll.oscillator_hz * pll.feedback / pll.reference
+    assert pll.second is not None and first * pll.output / pll.second == 1e6 * mhz
+    assert VCO_HZ[0] <= first * pll.output <= VCO_HZ[1] and first <= CLOCK_MAX_HZ
+    assert pll.oscillator_hz / pll.reference >= 10e6 and pll.feedback <= 80
+
+
 def test_factors_are_those_of_ecppll() -> None:
     assert ecp5_pll(oscillator_hz=25_000_000, clock_hz=112_500_000) == Ecp5Pll(25_000_000, 2, 9, 5)
     assert ecp5_clock(25_000_000, 25_000_000) is None
@@ -133,9 +144,48 @@ def test_impossible_clocks(hz: int) -> None:
         ecp5_pll(oscillator_hz=25_000_000, clock_hz=hz)
 
 
+@pytest.mark.parametrize(
+    ("mhz", "pll"),
+    [
+        # As icepll of Project IceStorm gives them for 12 MHz.
+        (24, Ice40Pll(12_000_000, 1, 64, 5)),
+        (30, Ice40Pll(12_000_000, 1, 80, 5)),
+        (33, Ice40Pll(12_000_000, 1, 88, 5)),
+        (48, Ice40Pll(12_000_000, 1, 64, 4)),
+    ],
+)
+def test_factors_are_those_of_icepll(mhz: int, pll: Ice40Pll) -> None:
+    assert ice40_pll(oscillator_hz=12_000_000, clock_hz=1_000_000 * mhz) == pll
+    assert pll.filter == 1
+
+
+def test_clocks_of_an_ice40() -> None:
+    assert ice40_clock(12_000_000, 12_000_000) is None
+    with pytest.raises(InputError, match=r"^clock: wanted 12 MHz \* n / 2\^k from 8\.3 MHz on, "):
+        ice40_pll(oscillator_hz=12_000_000, clock_hz=31_111_111)
+
+
+def test_a_core_on_an_icebreaker(leaky: Core) -> None:
+    made = open_project(records_design(leaky), "icebreaker", clock_hz=30_000_000)
+    # Schematic of the iCEBreaker, version 1.0: its oscillator, the FT2232H's TX and RX, two LEDs.
+    wanted = {"clk12_0": "35", "rx_0": "6", "tx_0": "9", "led_0": "11", "led_1": "37"}
+    assert dict(re.findall(r"set_io (\w+)__io (\d+)", made.pins)) == wanted
+    # 12 MHz * 80 / 2^5; a pull-up at the input alone; a domain with a reset.
+    for parameter in ("DIVF(7'h4f)", "DIVQ(3'h5)", "DIVR(4'h0)", "FILTER_RANGE(3'h1)"):
+        assert f".{parameter}" in made.verilog
+    (_, receiver) = made.verilog.split(r"module \top.pin_rx_0.buf")
+    assert made.verilog.count("PULLUP") == receiver.split("endmodule")[0].count("PULLUP") == 1
+    # The design's reset lasts 15 us, 450 cycles, from the lock on.
+    (clock,) = re.findall(r"(?s)module \\top\.clock \(.*?endmodule", made.verilog)
+    assert "9'h1c2" in clock and re.search(r"assign rst = ~ ?ready;", clock)
+    assert re.search(r"module \\top\.design \([^)]*\brst\b", made.verilog)
+    assert "iCE40UP5K-SG48" in made.project.readme({}, bitstream=None)  # a part without grades
+
+
 def test_parts_of_boards_are_targets() -> None:
     assert {name: board.target for name, board in BOARDS.items()} == {
         "mimas": "xc6slx9",
         "sk-xc6slx9": "xc6slx9",
         "ulx3s": "ecp5-85k",
+        "icebreaker": "ice40-up5k",
     }

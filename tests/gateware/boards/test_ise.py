@@ -237,7 +237,7 @@ def test_build_stops_at_the_first_failure(project, shell, tmp_path) -> None:
     [
         (
             {"board": "mimas2"},
-            r"^board: wanted one of mimas, sk-xc6slx9, ulx3s, found 'mimas2'; "
+            r"^board: wanted one of mimas, sk-xc6slx9, ulx3s, icebreaker, found 'mimas2'; "
             r"choose one of these$",
         ),
         (

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 from boresight.gateware.synthesis.arcs import CellTiming
-from boresight.gateware.synthesis.graph import build_graph, cell_timing
+from boresight.gateware.synthesis.graph import build_graph
 from boresight.gateware.synthesis.netlist import Cell, NetlistError, Pin
 from boresight.gateware.synthesis.spartan6.celltypes import (
     BLOCK_RAMS,
@@ -17,6 +17,7 @@ from boresight.gateware.synthesis.spartan6.celltypes import (
 )
 from boresight.gateware.synthesis.spartan6.delays import Delay, delay_table
 from boresight.gateware.synthesis.spartan6.dsp_arcs import dsp_timing
+from boresight.gateware.synthesis.spartan6.primitives import cell_timing
 from boresight.gateware.synthesis.spartan6.routing import Hop, route
 from boresight.gateware.synthesis.timing import NOTE, analyse
 

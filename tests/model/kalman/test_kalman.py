@@ -13,6 +13,7 @@ from boresight.kalman import Attitude, Kalman, Measurement, State, Textbook, in_
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.registry import make_level
 
 DT = 0.02
 
@@ -165,6 +166,44 @@ def test_a_variance_is_held_near_its_largest() -> None:
     columns = {"z": inputs[:, 0], "there": inputs[:, 1]}
     (result,) = boresight.check(Cart, columns, levels=("fixed",))
     assert result.good
+
+
+class Slow(Kalman):
+    """Noise of three tenths of a last bit, or what the rate has in common with the position."""
+
+    inputs, dither = (Input("z", -1.0, 1.0),), True
+    states = (State("pos", -1.0, 1.0, sd=0.5, sd_max=1.0), State("rate", -1.0, 1.0, sd=0.5))
+    floor = 0.0
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        return {"pos": x.pos + 1.2 * 2.0**-31 * x.rate}
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        return {"rate": 0.3 * 2.0**-32}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        return [Measurement(u.z, x.pos, 1.0, valid=u.z > 0.5)]
+
+
+def test_what_is_less_than_a_last_bit_counts_on_average_where_rounding_is_random() -> None:
+    """0.3 last bits in each of 4,000 updates: 1,200, but none where they are rounded."""
+
+    class Rounded(Slow):
+        dither = False
+
+    zeros = np.zeros((4000, 1))
+    for kalman, steps in ((Slow(), 4000), (Rounded(), 0)):
+        level = make_level("c", Build(kalman))
+        states = level.run(zeros).states
+        assert states is not None
+        names = [s.name for s in kalman.states]
+        for element in ("p_rate_rate", "p_pos_rate"):
+            words = states[:, names.index(element)]
+            grown = words[-1] - words[0]
+            assert abs(grown - 0.3 * steps) <= (150 if steps else 0), (element, grown)
+    given = np.random.default_rng(1).uniform(-1.0, 1.0, (50, 1))
+    first, second = (CompiledFloat(Build(k)).run(given).outputs for k in (Slow(), Rounded()))
+    assert all(np.array_equal(first[name], second[name]) for name in ("pos", "rate"))
 
 
 def test_covariance_knows_its_states() -> None:

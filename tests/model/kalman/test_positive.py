@@ -7,11 +7,13 @@ import pytest
 import boresight
 from tests.support.pages import ROOT
 
+EKF2 = f"{ROOT}/systems/ekf2/estimator.py"
 FILTERS = {
     f"{ROOT}/examples/kalman.py": 20_000,
     f"{ROOT}/examples/pendulum.py": 20_000,
     "battery": 20_000,
     "ekf2": 4_000,
+    f"{EKF2}:Ekf2Motion,{EKF2}:Ekf2Row": 4_000,
     "ins_gnss": 6_000,
     "pmsm": 20_000,
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,11 @@ class Doubtful(Kalman):
         State("bias", -1.0, 1.0, "m/s", sd=0.5, sd_max=1.0),
     )
     seen, moved, gate, valid = ("pos", "shift", "bias"), True, None, False
+    sure = 1.0  #: largest standard deviation of the bias
+
+    def __init__(self) -> None:
+        self.states = (*self.states[:-1], replace(self.states[-1], sd_max=self.sure))
+        super().__init__()
 
     def f(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         return {"pos": x.pos + 0.1 * x.bias} if self.moved else {}
@@ -51,6 +57,14 @@ def remarks(z: float = 1.0, there: float = 1.0, **options: Any) -> list[str]:
         ({"seen": ("pos", "shift")}, [r"shows 0\.71 pos -0\.71 shift, in shares of sd_max,"]),
         ({"seen": ("pos",), "gate": 3.0, "z": 90.0}, ["within the gate of 3 .* none in 40 up"]),
         ({"seen": ("pos",), "valid": True, "there": 0.0}, ["not valid in any of 40 updates"]),
+        (
+            {"seen": ("pos",), "sure": 0.55},
+            ["shows shift;", r"variance of bias is held at its largest in \d+ of 40 updates;"],
+        ),
+        (
+            {"seen": ("pos",), "noise": lambda self, x, u, p: {"pos": 1e-3}, "floor": 0.0},
+            ["shows shift;", "shift has no process noise", "bias has no process noise"],
+        ),
     ],
 )
 def test_each_has_one_line_with_its_place(options: dict[str, Any], texts: list[str]) -> None:

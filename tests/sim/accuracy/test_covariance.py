@@ -121,3 +121,38 @@ def test_any_filter_of_its_own_inputs() -> None:
     assert t.good and t.negative_diagonals == 0 and t.updates == 12_000
     assert list(t.drift) == ["pos m"] and 0.0 < t.drift["pos m"] < 1e-6
     assert str(t).endswith(f"from float64 within 500 updates: pos m {t.drift['pos m']:.3g}")
+
+
+class Grown(Scalar):
+    """Its variance grows by turns that are its own."""
+
+    name = "grown"
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"pos": x.pos, "p_xx": ops.bounded(x.p_xx + 2e-4, -4.0, 4.0, "a sum")}, {
+            "pos": x.pos
+        }
+
+
+class Shrunk(Grown):
+    name, shares = "shrunk", "grown"
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        p_xx = ops.bounded(x.p_xx - 8e-4, -4.0, 4.0, "a sum")
+        return {"pos": x.pos, "p_xx": p_xx}, {"pos": x.pos}
+
+
+def test_those_that_share_a_covariance_update_it_in_turns() -> None:
+    """Alone one never makes it negative, the other after 1,250 updates; in turns after 3,333."""
+    records = {"any": np.zeros((2000, 2))}
+
+    def trial(*several: Estimator, updates: int = 4000) -> CovarianceTrial:
+        each = {name: [inputs] * len(several) for name, inputs in records.items()}
+        return covariance_trial(several, each, updates=updates, compared=100)
+
+    assert trial(Grown()).negative_diagonals == 0
+    assert trial(Shrunk()).negative_diagonals == pytest.approx(4000 - 1250, abs=3)
+    both = trial(Grown(), Shrunk(), updates=12_000)
+    assert both.estimator == "grown,shrunk" and both.updates == 12_000
+    assert both.negative_diagonals == pytest.approx(12_000 - 3333, abs=150)
+    assert list(both.drift) == ["pos m"]

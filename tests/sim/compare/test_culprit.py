@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.estimator import Estimator
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.compare import twin as module
 from boresight.sim.compare.culprit import Culprit
 from tests.support.faulty import (
@@ -49,6 +49,19 @@ def test_culprits(
     assert result is not None and result.step == step
     assert re.match(text, str(result)), str(result)
     assert look(estimator(), inputs[:step], word) is None
+
+
+def test_an_angle_that_nobody_wraps() -> None:
+    class Turning(Estimator):
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("a", -1.0, 1.0, "ht"),)
+        outputs = (Output("a", "ht"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            a = x.a + u.u
+            return {"a": a}, {"a": a}
+
+    assert str(look(Turning(), [0.5, 0.75])).endswith("a whole turn is wrapped: ops.wrap_ht")
 
 
 def test_below_the_floor_of_a_function() -> None:

@@ -256,8 +256,7 @@ def test_what_a_proof_assumes_is_said():
     assert claims["true"].conditions == claims["sure"].conditions == claims["held"].conditions == ()
     (condition,) = claims["from a state"].conditions
     assert condition.startswith("range of the state far (")
-    # With the toolkit's claim that a clip keeps its lower end.
-    assert result.proven == 4 / 9 and result.counts["claims"]["proven"] == 4
+    assert result.proven == 3 / 8 and result.counts["claims"]["proven"] == 3
 
 
 class Turned(Estimator):

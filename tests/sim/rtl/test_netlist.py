@@ -6,22 +6,28 @@ import contextlib
 import copy
 import random
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.synthesis import yosys
-from boresight.gateware.synthesis.yosys import cell_library, synthesise
+from boresight.gateware.synthesis.ecp5.family import ECP5
+from boresight.gateware.synthesis.family import Family
+from boresight.gateware.synthesis.routed import FamilyNetlist, netlist_of
+from boresight.gateware.synthesis.spartan6.family import SPARTAN6
+from boresight.gateware.synthesis.yosys import cell_library
+from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import ToolMissing
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.rtl import netlist as module
-from boresight.sim.rtl.compiled import build
-from boresight.sim.rtl.netlist import verilog_of
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.estimators import Leaky
+from tests.support.netlists import differences
 
 MEMORIES = """
 module memories (
@@ -117,42 +123,90 @@ endmodule
 """
 
 
-def differences(netlist: Any) -> int:
-    """Cycles of 20,000 in which the mapped memories answer otherwise than their source."""
-    sources = {
-        "source.v": MEMORIES.replace("module memories", "module source"),
-        "memories.v": verilog_of(netlist, "memories"),
-        "cells.v": cell_library("xilinx/cells_sim.v"),
-        "rams.v": Path(module.__file__).with_name("spartan6_ram.v").read_text(),
-        "bench.sv": BENCH,
-    }
-    text = build("bench", sources).run(max_cycles=30_000, files=CONTENTS).stdout
-    return int(text.split("differ ")[1].split()[0])
-
-
-def test_every_kind_of_memory() -> None:
+@pytest.mark.parametrize(
+    ("family", "kinds"),
+    [
+        pytest.param(SPARTAN6, {("RAMB16BWER", ""), ("RAMB8BWER", "SDP")}, id="spartan6"),
+        pytest.param(ECP5, {("DP16KD", "")}, id="ecp5", marks=pytest.mark.soak),
+    ],
+)
+def test_every_kind_of_memory(family: Family, kinds: set[tuple[str, str]]) -> None:
     """Block RAM answers as its source does; a wrong row of contents is noticed."""
-    files = {"memories.v": MEMORIES, **CONTENTS}
-    netlist = synthesise(files, top="memories").netlist
+    # ECP5 has no memory whose two ports read what was there before the other one writes.
+    source = MEMORIES if family is SPARTAN6 else MEMORIES.replace("if (we[1]) both", "if (0) both")
+    files = {"memories.v": source, **CONTENTS}
+    netlist = netlist_of(files, "memories", family).synthesis.netlist
     cells = netlist["modules"]["memories"]["cells"]
-    rams = [cell for cell in cells.values() if cell["type"].startswith("RAMB")]
-    kinds = {(c["type"], c["parameters"].get("RAM_MODE", "").strip()) for c in rams}
-    assert {("RAMB16BWER", ""), ("RAMB8BWER", "SDP")} <= kinds
-    assert differences(netlist) == 0
-    (contents, _) = (p for p in (c["parameters"] for c in rams) if int(p["DATA_WIDTH_A"], 2) == 2)
-    contents["INIT_05"] = contents["INIT_05"].translate({48: 49, 49: 48})
-    assert differences(netlist) > 0
+    found = {(c["type"], c["parameters"].get("RAM_MODE", "").strip()) for c in cells.values()}
+    assert kinds <= found
+
+    def differ() -> int:
+        return differences(
+            BENCH, source, netlist, top="memories", family=family.name, files=CONTENTS
+        )
+
+    assert differ() == 0
+    contents = next(c["parameters"] for name, c in cells.items() if name.startswith("rom."))
+    (row,) = {"INIT_05", "INITVAL_05"} & contents.keys()
+    contents[row] = contents[row].translate({48: 49, 49: 48})
+    assert differ() > 0
 
 
-def test_a_core_after_synthesis(monkeypatch: pytest.MonkeyPatch) -> None:
+COUNTERS = """
+module bench (input clk, input rst);
+    integer cycle = 0, differ = 0, seen = 0;
+    reg [39:0] events = 0;
+    reg clear = 0;
+    reg [6:0] index = 0;
+    wire [31:0] x, y;
+    source one (.clk(clk), .rst(rst), .events(events), .clear(clear), .index(index), .value(x));
+    counters two (.clk(clk), .rst(rst), .events(events), .clear(clear), .index(index), .value(y));
+    always @(posedge clk) begin
+        cycle <= cycle + 1;
+        if (x !== y) differ <= differ + 1;
+        if (x !== 0) seen <= seen + 1;
+        events <= {$random, $random} & {$random, $random} & {$random, $random};
+        clear <= cycle % 4999 == 0;
+        if (cycle % 7 != 0) index <= $random;
+        if (cycle == 20000) begin
+            if (seen < 1000) $fatal(1, "nothing is counted");
+            $display("differ %0d", differ);
+            $finish;
+        end
+    end
+endmodule
+"""
+
+
+def test_counters_that_are_read_while_they_are_written() -> None:
+    """Block RAM of ECP5 answers anything then, and its register is directly behind it."""
+    source = to_verilog(EventCounters(count=40, read_cycles=2), "counters", instances=False)
+    netlist = netlist_of(source, "counters", ECP5).synthesis.netlist
+    cells = netlist["modules"]["counters"]["cells"].values()
+    modes = [c["parameters"]["REGMODE_B"] for c in cells if c["type"] == "DP16KD"]
+    assert modes == ["OUTREG"] * 2
+    assert differences(COUNTERS, source, netlist, top="counters", family="ecp5") == 0
+
+
+@pytest.mark.parametrize(
+    ("target", "config", "table"),
+    [
+        ("xc6slx9", "small", "LUT6"),
+        pytest.param("ecp5-25k", "small-d10", "LUT4", marks=pytest.mark.soak),
+        pytest.param("ice40-up5k", "small", "SB_LUT4", marks=pytest.mark.soak),
+    ],
+)
+def test_a_core_after_synthesis(
+    target: str, config: str, table: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The netlist's words and cycles are those of the model; one wrong LUT is noticed."""
-    level_build = Build(Leaky(), word=18)
+    level_build = Build(Leaky(), word=18, target=target, config=config)
     records = np.random.default_rng(3).uniform(-0.9, 0.9, (40, len(Leaky().inputs)))
     wanted = make_level("fixed", level_build).run(records)
     for faulty in (False, True):
         level = make_level("netlist", level_build)
         if faulty:
-            monkeypatch.setattr(module, "synthesise", _with_a_wrong_lut)
+            monkeypatch.setattr(module, "netlist_of", partial(_with_a_wrong_lut, table))
         try:
             run = level.run(records)
         except SimulationFailed:  # hangs
@@ -162,15 +216,13 @@ def test_a_core_after_synthesis(monkeypatch: pytest.MonkeyPatch) -> None:
         assert same is not faulty
 
 
-def _with_a_wrong_lut(text: str, **options: Any) -> yosys.Synthesis:
-    result = yosys.synthesise(text, **options)
-    netlist = copy.deepcopy(result.netlist)
-    cells = netlist["modules"]["core"]["cells"].values()
-    lut = [c for c in cells if c["type"] == "LUT6"][40]
-    lut["parameters"]["INIT"] = lut["parameters"]["INIT"].translate({48: 49, 49: 48})
-    return yosys.Synthesis(
-        netlist=netlist, version=result.version, command=result.command, cached=False
-    )
+def _with_a_wrong_lut(table: str, *arguments: Any, **options: Any) -> FamilyNetlist:
+    result = copy.deepcopy(netlist_of(*arguments, **options))
+    cells = result.synthesis.netlist["modules"]["core"]["cells"].values()
+    lut = [c for c in cells if c["type"] == table][40]
+    (content,) = {"INIT", "LUT_INIT"} & lut["parameters"].keys()
+    lut["parameters"][content] = lut["parameters"][content].translate({48: 49, 49: 48})
+    return result
 
 
 TRACE = """

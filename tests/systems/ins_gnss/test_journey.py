@@ -35,6 +35,20 @@ def test_navigates_and_bridges_an_outage(flown: dict[str, Runs], name: str) -> N
     assert found["fixed_float_max"] < 2e-4 and found["saturated_sum"] == 0.0
 
 
+@pytest.mark.soak
+@pytest.mark.parametrize(
+    ("carrier", "median", "worst"), [("vehicle", 13e-5, 2e-4), ("drone", 8e-5, 1e-4)]
+)
+def test_fixed_point_is_near_float64_whatever_the_noise(
+    carrier: str, median: float, worst: float
+) -> None:
+    largest = np.concatenate(
+        [run(carrier, range(seed, seed + 1)).figures["fixed_float_max"] for seed in range(1, 11)]
+    )
+    print(f"{carrier}: median {np.median(largest):.2g} deg, worst {largest.max():.2g} deg")
+    assert np.median(largest) < median and largest.max() < worst
+
+
 @pytest.mark.parametrize("carrier", CARRIERS)
 def test_sensors_lead_to_the_truth(carrier: str) -> None:
     """Dead reckoning with the gyro and accelerometer, less their errors, ends where it should."""

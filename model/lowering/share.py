@@ -1,0 +1,85 @@
+"""Products that are too fine for their sums: one coarser factor for several of them.
+
+The shift of a term has an end, so `model.lowering.groups` computes a product that is much finer
+than its sum as a value of its own. Where several such products have a factor in common, one coarser
+copy of it takes them back into their sums: one operation for many. What it leaves out is at most
+the accumulator's last bit.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from boresight.model.lowering.forms import Product
+from boresight.model.lowering.groups import Groups
+from boresight.model.words.program import Scale
+
+__all__ = ["FEWEST", "share"]
+
+#: Products that a copy serves at least.
+FEWEST = 4
+
+
+@dataclass(frozen=True)
+class _Apart:
+    """A product that stands apart: its value, that of its sum, and the bits that are too many."""
+
+    number: int
+    of: int
+    product: Product
+    excess: int
+
+    @property
+    def copies(self) -> set[tuple[int, int]]:
+        """What would take it back: a factor with so many bits less; one more serves more."""
+        assert self.product.b is not None
+        bits = self.excess + self.excess % 2
+        return {(self.product.a, bits), (self.product.b, bits)}
+
+
+def share(groups: Groups) -> None:
+    """Take products back into their sums where `FEWEST` or more share a coarser factor."""
+    those = [*_apart(groups)]
+    while those:
+        (copy, count), *_ = Counter(c for a in those for c in sorted(a.copies)).most_common(1)
+        if count < FEWEST:
+            break
+        _take_back(groups, *copy, [a for a in those if copy in a.copies])
+        those = [a for a in those if copy not in a.copies]
+
+
+def _apart(groups: Groups) -> Iterator[_Apart]:
+    """Products of two words that stand apart and are added once."""
+    readers: dict[int, list[int]] = {}
+    for op in groups.ops:
+        for operand in op.operands():
+            if operand in groups.apart:
+                readers.setdefault(operand, []).append(op.dest)
+    for number, p in groups.apart.items():
+        of = readers.get(number, [])
+        if len(of) == 1 and p.b is not None and p.scale is Scale.NONE:
+            excess = groups.excess(p, groups.frac(p.b), groups.frac(of[0]))
+            if excess > 0:
+                yield _Apart(number, of[0], p, excess)
+
+
+def _take_back(groups: Groups, factor: int, bits: int, those: list[_Apart]) -> None:
+    """Exchange what the sums add for products with a copy of ``factor``, made before the first."""
+    before = len(groups.ops)
+    copy = groups.coarse(factor, bits)
+    made = groups.ops[before:]
+    del groups.ops[before:]
+    place = {op.dest: k for k, op in enumerate(groups.ops)}
+    first = before
+    for a in those:
+        k = place[a.of]
+        p = a.product
+        coarser = replace(p, a=copy) if p.a == factor else replace(p, b=copy)
+        terms = groups.forms[a.of].products
+        op = groups.exchanged(groups.ops[k], [coarser if t.a == a.number else t for t in terms])
+        if op is not None:
+            groups.ops[k] = op
+            first = min(first, k)
+    groups.ops[first:first] = made

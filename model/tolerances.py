@@ -1,0 +1,99 @@
+"""Tolerances of outputs in place of the declared ones: how exact is enough for one build.
+
+They decide what is judged and refused, not a bit of the program.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import replace
+
+from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Output
+from boresight.model.errors import InputError, closest
+from boresight.model.units import UnitError, linear
+
+__all__ = ["judged_outputs", "tolerances"]
+
+#: ``NAME=NUMBER`` or ``NAME=NUMBERunit`` texts, and the estimators that they were taken for.
+_tolerances: ContextVar[tuple[tuple[str, ...], set[str]]] = ContextVar(
+    "tolerances", default=((), set())
+)
+_TEXT = re.compile(r"\s*(\w+)\s*=\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+@contextmanager
+def tolerances(texts: Iterable[str]) -> Iterator[None]:
+    """Judge outputs of the estimators that are looked up by name by these tolerances.
+
+    Raises
+    ------
+    InputError
+        No estimator was looked up.
+    """
+    given: tuple[tuple[str, ...], set[str]] = (tuple(texts), set())
+    token = _tolerances.set(given)
+    try:
+        yield
+    finally:
+        _tolerances.reset(token)
+    if given[0] and not given[1]:
+        raise InputError.at(
+            "--tolerance", wanted="an estimator", found="none", fix="leave --tolerance out"
+        )
+
+
+def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output, ...]:
+    """Return the outputs of an estimator, with the tolerances of `tolerances`.
+
+    Raises
+    ------
+    InputError
+        A text of another form, an output that the estimator does not have, a unit of another kind.
+    """
+    texts, taken = _tolerances.get()
+    if not texts:
+        return outputs
+    taken.add(estimator)
+    known = {o.name: o for o in outputs}
+    for text in texts:
+        match = _TEXT.fullmatch(text)
+        where = "--tolerance"
+        try:
+            limit = float(match[2]) if match else math.nan
+        except ValueError:
+            limit = math.nan
+        if match is None or not math.isfinite(limit):
+            raise InputError.at(
+                where,
+                wanted="OUTPUT=NUMBER, with or without a unit",
+                found=repr(text),
+                fix="write for example --tolerance roll=0.05deg",
+            )
+        name, unit = match[1], match[3]
+        attitude = name == ATTITUDE and known.keys() >= {*QUATERNION}
+        if not attitude and name not in known:
+            names = [*known, ATTITUDE] if known.keys() >= {*QUATERNION} else known
+            raise InputError.at(
+                where,
+                wanted=f"an output of {estimator}: {', '.join(closest(name, names))}",
+                found=repr(name),
+                fix="choose one of its outputs; estimators with others are judged one by one",
+            )
+        own = "deg" if attitude else known[name].unit
+        try:
+            factor, _ = linear(unit, own) if unit else (1.0, 0.0)
+        except UnitError as error:
+            raise InputError.at(
+                f"{where} {text}",
+                wanted=f"a unit of {name}, {own or 'a plain number'}",
+                found=str(error),
+                fix="leave the unit out",
+            ) from None
+        limit *= factor / (ATTITUDE_DEG if attitude else 1.0)
+        for changed in QUATERNION if attitude else (name,):
+            known[changed] = replace(known[changed], tolerance=limit)
+    return tuple(known.values())
