@@ -10,7 +10,7 @@ what cannot be negative, |c| / sqrt(S) <= 1 / sqrt(k).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -18,19 +18,30 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.lowering.graph import LEAVES, Node
-from boresight.sim.ranges.claims import Claim
+from boresight.model.words.program import Program
+from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.polynomials import (
+    Polynomial,
+    is_sum_of_squares,
+    plus,
+    polynomial_of,
+    scaled,
+    times,
+)
 
-__all__ = ["Proof", "proof_of"]
+__all__ = ["Proof", "interval_needs", "interval_of", "proof_of", "reached_cells"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
 Ends = tuple[FloatArray, FloatArray]
-#: A polynomial: the coefficient of each product of nodes, by their sorted numbers.
-Polynomial = dict[tuple[int, ...], float]
-
-#: Steps back that are tried, most values that may vary, most terms; most boxes, and of one value.
-_DEPTHS, _VARIABLES, _TERMS = (1, 2, 3, 4, 6, 8, 12), 8, 60
+#: Steps back that are tried, most values that may vary; terms and steps back of a polynomial; most
+#: boxes, and of one value.
+_DEPTHS, _VARIABLES, _TERMS, _BACK = (1, 2, 3, 4, 6, 8, 12), 8, 60, 6
 _BOXES, _BOXES_OF_ONE = 6_000, 100_000
+#: Cells of a state's range, at most, and of one other's.
+_CELLS = 128
+#: Less than the last bit of what a selection compares with 0.
+_LEAST = 2.0**-64
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +54,120 @@ class Proof:
         "interval", or "N boxes of M values".
     base : tuple of Node
         The nodes whose intervals in the compiled step it uses.
+    passed : tuple of Node
+        "bounded" ones that it takes as their arguments, in this update or, by induction, in those
+        before: their words hold them.
     """
 
     how: str
     base: tuple[Node, ...]
+    passed: tuple[Node, ...] = ()
 
 
-def proof_of(claim: Claim) -> Proof | None:
-    """Prove a claim, if intervals on boxes decide it."""
+def reached_cells(program: Program, nodes: Mapping[int, Node]) -> dict[int, FloatArray]:
+    """Intervals (n, 2) of states that can be reached from their first value; by node number.
+
+    Of a state whose next value depends on few others, each anywhere in its range: the range is
+    divided into cells, and those that a reached one leads to are reached, selection by selection.
+    Only states of which that leaves something out.
+    """
+    out = {}
+    for state, following in program.states:
+        node, after = nodes.get(state), nodes.get(following)
+        if node is None or after is None or not math.isfinite(after.high - after.low):
+            continue
+        cut = [n for n in live([after]) if n.kind in LEAVES and n.kind != "const"]
+        if node in cut and len(cut) <= _VARIABLES and len(cut) > 1:
+            form = program.format(state)
+            first = float(form.real(program.values[state].initial))
+            found = [
+                cells
+                for other in cut
+                if other is not node
+                and (cells := _cells(node, after, cut, other, first, form.lsb)) is not None
+            ]
+            if found:
+                out[node.number] = min(found, key=lambda c: float((c[:, 1] - c[:, 0]).sum()))
+    return out
+
+
+def _cells(
+    node: Node, after: Node, cut: Sequence[Node], other: Node, first: float, lsb: float
+) -> FloatArray | None:
+    """Reached intervals of a state, with boxes along ``other``; None: its whole range."""
+    size = 2.0 ** math.ceil(math.log2((node.high - node.low) / _CELLS))
+    edges = np.arange(math.floor(node.low / size), math.ceil(node.high / size) + 1) * size
+    cells = np.stack([edges[:-1], edges[1:] - lsb], axis=1)
+    both = [(other.low, -_LEAST), (0.0, other.high)]
+    spans = both if other.low < 0.0 < other.high else [(other.low, other.high)]
+    parts = np.concatenate([_divided(*span, _CELLS // len(spans)) for span in spans])
+    function = _Function(after, cut)
+    known = (cells[:, 0] <= first) & (first <= cells[:, 1])
+    new = known
+    while new.any():
+        chosen = cells[new]
+        boxes = np.empty((len(chosen) * _CELLS, len(cut), 2))
+        for k, n in enumerate(cut):
+            boxes[:, k] = n.low, n.high
+            if n is node:
+                boxes[:, k] = np.repeat(chosen, _CELLS, axis=0)
+            elif n is other:
+                boxes[:, k] = np.tile(parts, (len(chosen), 1))
+        boxes = _by_sign(boxes, function, cut)
+        led = np.zeros_like(known)
+        with np.errstate(all="ignore"):
+            for least, most in _alternatives(function, boxes, after, {}):
+                led |= (
+                    (cells[:, 0] <= most[:, None] + 0.5 * lsb)
+                    & (least[:, None] <= cells[:, 1] + 0.5 * lsb)
+                ).any(axis=0)
+        new = led & ~known
+        known = known | led
+    if known.all() or not known.any():
+        return None
+    steps = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
+    ends = np.stack([cells[steps[::2], 0], cells[steps[1::2] - 1, 1]], axis=1)
+    return np.asarray(np.clip(ends, node.low, node.high))
+
+
+def _divided(low: float, high: float, count: int) -> FloatArray:
+    """Equal intervals (count, 2)."""
+    edges = np.linspace(low, high, count + 1)
+    return np.stack([edges[:-1], edges[1:]], axis=1)
+
+
+def _by_sign(boxes: FloatArray, function: _Function, cut: Sequence[Node]) -> FloatArray:
+    """Boxes parted at 0 along the values of a cut whose sign is the condition of a selection."""
+    deciding = {n.args[0].number for n in function.order if n.kind == "select"}
+    for k, n in enumerate(cut):
+        through = (boxes[:, k, 0] < 0.0) & (boxes[:, k, 1] > 0.0)
+        if n.number in deciding and through.any():
+            lower, upper = boxes[through], boxes[through]
+            lower[:, k, 1], upper[:, k, 0] = -_LEAST, 0.0
+            boxes = np.concatenate([boxes[~through], lower, upper])
+    return boxes
+
+
+def _alternatives(
+    function: _Function, boxes: FloatArray, node: Node, sides: dict[int, int]
+) -> Iterator[Ends]:
+    """Ends of what the selections at the end of a computation choose, where they may."""
+    values = function.values(boxes, sides)
+    if node.kind == "bounded" and node.number not in function.cut:
+        yield from _alternatives(function, boxes, node.args[0], sides)
+    elif node.kind == "select" and node.number not in function.cut:
+        condition = node.args[0].number
+        least, most = values[condition]
+        for side, possible in ((1, least < 0.0), (2, most >= 0.0)):
+            if possible.any():
+                chosen = {**sides, condition: side}
+                yield from _alternatives(function, boxes[possible], node.args[side], chosen)
+    else:
+        yield values[node.number]
+
+
+def proof_of(claim: Claim, reached: Mapping[int, FloatArray] | None = None) -> Proof | None:
+    """Prove a claim, if intervals on boxes decide it; ``reached`` as `reached_cells` gives it."""
     low, high = claim.ends
     if low <= claim.node.low and claim.node.high <= high:
         return Proof("interval", (claim.node,))
@@ -64,10 +181,41 @@ def proof_of(claim: Claim) -> Proof | None:
         if len(cut) > _VARIABLES or not all(math.isfinite(n.high - n.low) for n in cut):
             continue
         function = _Function(claim.node, cut)
-        boxes = _halved(function, cut, low, high)
+        boxes = _halved(function, cut, low, high, reached or {})
         if boxes:
             return Proof(f"{boxes} boxes of {len(cut)} values", (*cut, *function.order))
     return None
+
+
+def interval_needs(
+    node: Node, sure: Mapping[int, tuple[float, float]] | None = None
+) -> Sequence[Node]:
+    """Arguments from whose intervals that of a node follows: not a condition that only selects.
+
+    ``sure``: the interval that an argument, by its number, is in all the same; else any.
+    """
+    sure = sure or {}
+    if node.kind not in _ENDS:
+        return node.args
+    ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
+    needed: list[Node] = []
+    for k, arg in enumerate(node.args):
+        low_high = sure.get(arg.number, (-math.inf, math.inf))
+        known, ends[k] = ends[k], (np.array([low_high[0]]), np.array([low_high[1]]))
+        with np.errstate(all="ignore"):
+            low, high = _ENDS[node.kind](node, ends)
+        if not (node.low <= low and high <= node.high):
+            needed.append(arg)
+            ends[k] = known
+    return needed
+
+
+def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Ends of a node from those of its arguments, within its own."""
+    ends = [(np.array([low]), np.array([high])) for low, high in args]
+    with np.errstate(all="ignore"):
+        least, most = _ENDS[node.kind](node, ends)
+    return float(np.fmax(node.low, least[0])), float(np.fmin(node.high, most[0]))
 
 
 def _cut(node: Node, depth: int, steps: Callable[[int, int], int]) -> Iterator[Node]:
@@ -95,10 +243,22 @@ def _cut(node: Node, depth: int, steps: Callable[[int, int], int]) -> Iterator[N
             level[arg.number] = steps(level.get(arg.number, left - 1), left - 1)
 
 
-def _halved(function: _Function, cut: Sequence[Node], low: float, high: float) -> int:
+def _halved(
+    function: _Function,
+    cut: Sequence[Node],
+    low: float,
+    high: float,
+    reached: Mapping[int, FloatArray],
+) -> int:
     """Boxes that prove the range; 0: too many."""
     boxes, done = np.array([[[n.low, n.high] for n in cut]]).reshape(1, len(cut), 2), 0
     size = np.maximum(boxes[0, :, 1] - boxes[0, :, 0], 1e-300)
+    for k, n in enumerate(cut):
+        if n.number in reached:
+            cells = reached[n.number]
+            boxes = np.repeat(boxes, len(cells), axis=0)
+            boxes[:, k] = np.tile(cells, (len(boxes) // len(cells), 1))
+    boxes = _by_sign(boxes, function, cut)
     allowed = (_BOXES if len(cut) > 1 else _BOXES_OF_ONE) if cut else 0
     while True:
         with np.errstate(all="ignore"):
@@ -135,6 +295,14 @@ class _Function:
 
     def __call__(self, boxes: FloatArray) -> Ends:
         """Ends of the value on boxes (boxes, cut, 2)."""
+        return self.values(boxes)[self.node.number]
+
+    def values(self, boxes: FloatArray, sides: Mapping[int, int] | None = None) -> dict[int, Ends]:
+        """Ends of all values on the way, by number.
+
+        ``sides``: the side (1 where it is negative, else 2) that a condition chooses everywhere.
+        """
+        sides = sides or {}
         known: dict[int, Ends] = {
             number: (boxes[:, k, 0], boxes[:, k, 1]) for number, k in self.cut.items()
         }
@@ -143,19 +311,21 @@ class _Function:
             if at.kind == "sin" and (turned := at.args[0]).kind == "wrap" and turned.value == 2.0:
                 args = [known.get(turned.args[0].number, args[0])]  # the same, without the jump
             least, most = _ENDS[at.kind](at, args) if at.kind != "const" else (at.value, at.value)
+            if at.kind == "select" and at.args[0].number in sides:
+                least, most = args[sides[at.args[0].number]]
             least, most = np.maximum(least, at.low), np.minimum(most, at.high)
             bound = self.bounds.get(at.number, math.inf)
             least, most = np.maximum(least, -bound), np.minimum(most, bound)
             shape = (len(boxes),)
             known[at.number] = np.broadcast_to(least, shape), np.broadcast_to(most, shape)
-        return known[self.node.number]
+        return known
 
     def _relation(self, at: Node) -> float:
         """Largest |c| / sqrt(S) of a product that is one, by the relation above."""
         for c, root in (at.args, at.args[::-1]):
             if root.kind != "rsqrt":
                 continue
-            total = _polynomial(root.args[0])
+            total = polynomial_of(root.args[0], _TERMS, _BACK)
             sides = list(_signed_cases(c))
             if total is None or any(side is None for side, _ in sides):
                 continue
@@ -173,17 +343,17 @@ def _signed_cases(c: Node) -> Iterator[tuple[Polynomial | None, Polynomial | Non
     if c.kind in ("abs", "flip"):
         yield from _signed_cases(c.args[-1])
     elif c.kind == "select":
-        decides = _polynomial(c.args[0])
+        decides = polynomial_of(c.args[0], _TERMS, _BACK)
         for chosen, sign in ((c.args[1], 1.0), (c.args[2], -1.0)):
-            less = None if decides is None else {m: sign * k for m, k in decides.items()}
+            less = None if decides is None else scaled(decides, sign)
             yield _squared(chosen), less
     else:
         yield _squared(c), None
 
 
 def _squared(c: Node) -> Polynomial | None:
-    factor = _polynomial(c)
-    return None if factor is None else _times(factor, factor)
+    factor = polynomial_of(c, _TERMS, _BACK)
+    return None if factor is None else times(factor, factor, _TERMS)
 
 
 def _no_less(
@@ -192,49 +362,10 @@ def _no_less(
     """Whether total - k square, or that plus ``less``, is a sum of what cannot be negative."""
     assert square is not None
     for extra in (None, less):
-        rest = dict(total)
-        for part, factor in ((square, -k), (extra or {}, 1.0)):
-            for m, value in part.items():
-                rest[m] = rest.get(m, 0.0) + factor * value
-        if all(v >= -1e-12 and (_even(m) or not v > 1e-12) for m, v in rest.items()):
+        rest = plus(plus(total, scaled(square, -k)), extra or {})
+        if is_sum_of_squares(rest):
             return True
     return False
-
-
-def _even(monomial: tuple[int, ...]) -> bool:
-    return all(monomial.count(n) % 2 == 0 for n in monomial)
-
-
-def _polynomial(node: Node, left: int = 6) -> Polynomial | None:
-    """A node as a polynomial of others; None: of too many terms."""
-    if node.kind == "const":
-        return {(): node.value}
-    if node.kind == "bounded" and left:
-        return _polynomial(node.args[0], left)
-    if node.kind in ("sum", "mul") and left:
-        parts = [_polynomial(arg, left - 1) for arg in node.args]
-        if any(part is None for part in parts):
-            return None
-        known = [part for part in parts if part is not None]
-        if node.kind == "mul":
-            return _times(*known)
-        out: Polynomial = {}
-        for part, sign in zip(known, node.signs, strict=True):
-            for m, value in part.items():
-                out[m] = out.get(m, 0.0) + sign * value
-        return out if len(out) <= _TERMS else None
-    return {(node.number,): 1.0}
-
-
-def _times(a: Polynomial, b: Polynomial) -> Polynomial | None:
-    if len(a) * len(b) > _TERMS**2:
-        return None
-    out: Polynomial = {}
-    for m, x in a.items():
-        for n, y in b.items():
-            key = tuple(sorted((*m, *n)))
-            out[key] = out.get(key, 0.0) + x * y
-    return out
 
 
 # -- each kind of node on intervals ---------------------------------------------------------------

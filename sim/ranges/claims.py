@@ -67,14 +67,14 @@ class Claim:
 
 
 def live(
-    roots: Sequence[Node], ends: Callable[[Node], bool] = lambda node: False
+    roots: Sequence[Node], needs: Callable[[Node], Sequence[Node]] = lambda node: node.args
 ) -> Iterator[Node]:
-    """Nodes that the roots need, each after its arguments; those of ``ends`` without theirs."""
+    """Nodes that the roots need, each after its arguments, or those that ``needs`` gives."""
     seen = {node.number: node for node in roots}
     stack = list(seen.values())
     while stack:
         node = stack.pop()
-        for arg in () if ends(node) else node.args:
+        for arg in needs(node):
             if arg.number not in seen:
                 seen[arg.number] = arg
                 stack.append(arg)
@@ -122,7 +122,12 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
 
 
 def assumptions(
-    claims: Sequence[Claim], bases: Sequence[Sequence[Node] | None], broken: Sequence[bool]
+    claims: Sequence[Claim],
+    bases: Sequence[Sequence[Node] | None],
+    passed: Sequence[Sequence[Node]],
+    broken: Sequence[bool],
+    held: Sequence[bool],
+    needs: Callable[[Node], Sequence[Node]],
 ) -> list[list[int]]:
     """Which claims the proof of each claim assumes without a proof; indices.
 
@@ -135,13 +140,22 @@ def assumptions(
         As `claims_of` gives them.
     bases
         Nodes whose intervals each proof uses; None: the claim has no proof.
+    passed
+        "bounded" nodes that each proof takes as their arguments: what these assume, it assumes, in
+        the updates before, too.
     broken
         Whether inputs break the claim, in spite of a proof in real numbers. The intervals of
         states are assumed, too, where that of their next values is broken.
+    held
+        Whether the format of the word that others read holds it in the range, whatever the value:
+        nothing is assumed then.
+    needs
+        Arguments from whose intervals that of a node follows.
     """
     index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
-    of_state = {c.state: k for k, c in enumerate(claims) if c.state and broken[k]}
+    of_state = {c.state: k for k, c in enumerate(claims) if c.state and broken[k] and not held[k]}
     known: dict[int, set[int]] = {}
+    more: Sequence[set[int]] = [set()] * len(claims)
 
     def stated(node: Node) -> int | None:
         if node.kind == "state":
@@ -151,10 +165,24 @@ def assumptions(
 
     def assumed(k: int) -> set[int]:
         if k not in known:
-            nodes = live(bases[k] or (), lambda node: stated(node) is not None)
-            below = {j for node in nodes if (j := stated(node)) is not None}
+            nodes = live(
+                bases[k] or (), lambda node: () if stated(node) is not None else needs(node)
+            )
+            below = {j for node in nodes if (j := stated(node)) is not None and not held[j]}
             proven = {j for j in below if bases[j] is not None and not broken[j]}
-            known[k] = (below - proven).union(*(assumed(j) for j in proven))
+            known[k] = (below - proven).union(more[k], *(assumed(j) for j in proven))
         return known[k]
 
+    alone = [assumed(k) for k in range(len(claims))]
+    more = [
+        set[int]().union(
+            *(
+                alone[j] if bases[j] is not None and not broken[j] else {j}
+                for node in nodes
+                if (j := stated(node)) is not None and not held[j]
+            )
+        )
+        for nodes in passed
+    ]
+    known.clear()
     return [sorted(assumed(k)) for k in range(len(claims))]

@@ -9,13 +9,16 @@ from typing import ClassVar
 import numpy as np
 
 from boresight.model.estimator import Estimator
+from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Overflow, Program
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.ranges.boxes import Proof, proof_of
+from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of, reached_cells
 from boresight.sim.ranges.claims import Claim, assumptions, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
+from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.search import RUNS, Reach, Search
+from boresight.sim.ranges.vectors import Vectors
 
 __all__ = [
     "NEAR",
@@ -221,9 +224,11 @@ def examine(
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
     proofs: list[Proof | None] = []
+    cells = reached_cells(program, nodes)
+    vectors, matrices = Vectors(program, nodes), Matrices(estimator, program, nodes)
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
-        proofs.append(proof_of(claim))
+        proofs.append(proof_of(claim, cells) or vectors.proof_of(claim) or matrices.proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
     search.run(steps, progress)
     reached = search.reach()
@@ -236,7 +241,7 @@ def examine(
         estimator, program, nodes, [claims[k] for k in rest], max(1, steps // 4)
     )
     checked = {rest[k]: how for k, how in passed.items()}
-    conditions = _conditions(program, claims, proofs, reached)
+    conditions = _conditions(program, nodes, claims, proofs, reached)
     results = []
     for k, (claim, reach, proof) in enumerate(zip(claims, reached, proofs, strict=True)):
         how = proof.how if proof else checked.get(k, "")
@@ -246,7 +251,7 @@ def examine(
             holds = "would hold" if conditions[k] else "holds but for rounding"
             how = f"{holds} ({how})" if how else ""
         elif proof and conditions[k]:
-            status = "conditional"
+            status = "tight" if share >= NEAR and not claim.state else "conditional"
         elif proof:
             status = "invariant" if claim.state else "proven"
         elif how:
@@ -288,21 +293,33 @@ def examine(
 
 def _conditions(
     program: Program,
+    nodes: Mapping[int, Node],
     claims: Sequence[Claim],
     proofs: Sequence[Proof | None],
     reached: Sequence[Reach],
 ) -> list[tuple[str, ...]]:
     """The claims that each proof assumes without a proof, by reason and line."""
-    forms = {program.values[state].name: program.format(state) for state, _ in program.states}
-    broken = [
-        reach.broken and not (claim.state and _holds(forms[claim.state], claim.ends))
-        for claim, reach in zip(claims, reached, strict=True)
+    words = {program.values[state].name: state for state, _ in program.states}
+    leaves = {name: nodes[state].number for name, state in words.items() if state in nodes}
+    held = [
+        (word := words.get(c.state, c.word)) is not None and _holds(program.format(word), c.ends)
+        for c in claims
     ]
+    broken = [reach.broken for reach in reached]
     bases = [None if proof is None else proof.base for proof in proofs]
+    sure = {}  # of a state that leaves its range at one end, the other, and that of its format
+    for c, reach in zip(claims, reached, strict=True):
+        if c.state and reach.broken:
+            form, low, high = program.format(words[c.state]), *c.ends
+            low = form.min if reach.least < low else c.low
+            sure[leaves[c.state]] = low, form.max if reach.most > high else c.high
+    passed = [() if proof is None else proof.passed for proof in proofs]
     texts = [f"{c.reason} ({c.line})" if c.line else c.reason for c in claims]
     return [
         tuple(dict.fromkeys(texts[j] for j in indices))
-        for indices in assumptions(claims, bases, broken)
+        for indices in assumptions(
+            claims, bases, passed, broken, held, lambda node: interval_needs(node, sure)
+        )
     ]
 
 

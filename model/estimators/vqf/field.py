@@ -112,7 +112,11 @@ def _judged(
     follow = ops.named("follow", ops.where(missing, 0.0, ops.where(quiet, p.field_gain, 0.0)))
     search = ops.where(missing, 0.0, ops.where(at_candidate, p.field_gain, 1.0))
     search = ops.named("search", search)
-    new_norm = ops.bounded(x.new_norm + search * d_new[0], -1.0, _REFERENCE_MOST, "a mean")
+    new_norm = ops.bounded(
+        x.new_norm + search * d_new[0],
+        *(-1.0, _REFERENCE_MOST, "a mean"),
+        unless="the low-pass overshoots, where a strong field ends",
+    )
     new_dip = ops.bounded(x.new_dip + search * d_new[1], -1.0, 1.0, "a mean")
     longer = ops.where(turning, counted(x.new_turning, enough), x.new_turning)
     turned = ops.where(at_candidate, longer, 0.0)

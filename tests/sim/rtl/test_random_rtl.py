@@ -1,5 +1,6 @@
 """Random programs through the whole compiler: interpreter, C and RTL give the same words."""
 
+import itertools
 import tempfile
 
 import numpy as np
@@ -93,3 +94,59 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
                 assert (run.interval_cycles == core.schedule.interval).all()
         compared += len(inputs)
     assert compared >= steps * len(seeds) // 2
+
+
+def from_each_state(program: Program, inputs: IntArray, model: CModel) -> None:
+    """One update of the interpreter from each state that C went through: C's words and next state.
+
+    With equal first states that is the run of both, by induction.
+    """
+    first = model.states.astype(np.int64)
+    words, flags, states = model.trajectory(inputs)
+    machine = Interpreter(program, len(inputs))
+    machine.states = np.vstack([first[None], states[:-1]]).T
+    wanted, saturated = machine.update(inputs.T)
+    assert np.array_equal(words.T, wanted) and np.array_equal(flags, saturated)
+    assert np.array_equal(states.T, machine.states)
+
+
+def drawn_programs(words: tuple[int, ...], first: int = 0):
+    """Random programs with inputs, without end."""
+    for seed in itertools.count(first):
+        program = random_program(seed, word=words[seed % len(words)], n_ops=5 + seed % 36)
+        if program.inputs:
+            yield seed, program
+
+
+@pytest.mark.parametrize("updates", [10**5, pytest.param(10**8, marks=pytest.mark.soak)])
+def test_many_updates_of_interpreter_and_c(updates):
+    """``-s`` prints how many there were."""
+    done, each = 0, min(updates // 20, 10**5)
+    for seed, program in drawn_programs(tuple(range(18, 33)), 1000):
+        model = CModel(program)
+        assert model.states.tolist() == [program.values[s].initial for s, _ in program.states]
+        for part in range(4):
+            from_each_state(program, inputs_for(program, each, 10 * seed + part), model)
+            done += each
+        if done >= updates:
+            break
+    print(f"{done:,} updates of {seed - 999} programs, interpreter and C: 0 differ")
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(not available("verilator"), reason="needs verilator")
+@pytest.mark.parametrize("config", ["small", "fast", "small-d9", "fast-d12"])
+def test_many_updates_in_rtl(config):
+    """250,000 on each machine, with pauses of both streams in every other program."""
+    done, each = 0, 25_000
+    for seed, program in drawn_programs((18, 24, 32), 2000):
+        inputs = inputs_for(program, each, seed)
+        wanted, flags = CModel(program).update(inputs)
+        run = CompiledSimulation(build_core(program, config, restarts=0)).run(
+            inputs, stall=(seed + 1) * (seed % 2)
+        )
+        assert np.array_equal(run.outputs, wanted) and np.array_equal(run.saturated, flags), seed
+        done += each
+        if done >= 250_000:
+            break
+    print(f"{config}: {done:,} updates, C and RTL: 0 differ")
