@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import traceback
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -29,6 +30,8 @@ def code_of(error: BaseException) -> int:
     2: bad input. 1: a tool is missing or failed, or memory ran out. 130: Ctrl-C. 141: standard
     output is a pipe whose reader has closed it. 143, 129: SIGTERM, SIGHUP. 3: a bug of Boresight.
     """
+    # Amaranth's, of gateware that the error kept from being elaborated.
+    warnings.filterwarnings("ignore", ".* created but never used")
     if isinstance(error, ClosedPipe | BrokenPipeError):
         abandon(sys.stdout)
         return 128 + signal.SIGPIPE

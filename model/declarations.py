@@ -42,7 +42,7 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 ATTITUDE = "attitude"
 #: Tolerance of an attitude, in degrees, over that of each of its components: an angle a differs by
 #: a/2 in the quaternion, whose length is at most twice a component's.
-ATTITUDE_DEG = math.degrees(4.0)
+ATTITUDE_DEG = 4.0 * (180.0 / math.pi)
 #: Units of words that are compared bit by bit, not as numbers.
 EXACT_UNITS = ("flags", "bits")
 #: Units of angles that wrap, and the period.

@@ -9,12 +9,14 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from boresight.cli import main
+from boresight.failures import code_of
 from boresight.sim.records.bundled import bundled
 
 pytestmark = pytest.mark.pythons
@@ -147,3 +149,11 @@ def test_other_ends(error: BaseException, code: int, words: str, monkeypatch, ca
     assert main(["list"]) == code
     assert words in capsys.readouterr().err
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_gateware_that_an_error_left_unused_is_not_mentioned(capsys) -> None:
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        assert code_of(KeyboardInterrupt()) == 130
+        warnings.warn("<core.Core object at 0x0> created but never used", stacklevel=1)
+    assert not seen and capsys.readouterr().err == "interrupted\n"
