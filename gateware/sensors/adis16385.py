@@ -238,14 +238,7 @@ class Adis16385(wiring.Component):
         m.d.comb += r.known.eq(Array([self.settings.identity, *r.used.values()])[r.which])
         self._frames(m, r)
         # One cycle after the answer: judged, stored, on to the next step.
-        # What a reply is for is known long before it comes: from a register.
-        expected = Signal.like(r.known)
-        m.d.sync += [
-            expected.eq(r.known),
-            r.answered.eq(spi.o_valid),
-            r.judging.eq(spi.o_valid & r.checks & r.spi_turn & ~r.start_over),
-            r.equal.eq(spi.o_data == expected),
-        ]
+        m.d.sync += [r.answered.eq(spi.o_valid), r.equal.eq(spi.o_data == r.known)]
         self._buffer(m, r)
         self._wait(m, r)
         with m.FSM() as fsm:
@@ -307,9 +300,9 @@ class Adis16385(wiring.Component):
         """The timer, and the count of edges."""
         tick = Signal()
         self._tick(m, tick, r.running, r.used["smpl_prd"][8:12])
-        m.d.comb += r.expired.eq(tick & r.done)
-        with m.If(tick & ~r.done):
-            m.d.sync += [r.timer.eq(r.timer - 1), r.done.eq(r.timer == 1)]
+        m.d.comb += r.expired.eq(tick & (r.timer == 0))
+        with m.If(tick & (r.timer != 0)):
+            m.d.sync += r.timer.eq(r.timer - 1)
         with m.If(r.running & r.edge):
             m.d.sync += r.edges.eq(r.edges + 1)
 
@@ -318,7 +311,7 @@ class Adis16385(wiring.Component):
         m.d.sync += [used.eq(getattr(self, name)) for name, used in r.used.items()]
         m.d.sync += [r.chances.eq(self.settings.bad_limit - 1), r.step.eq(FIRST)]
         with m.If(r.expired):
-            m.d.sync += r.wait(self.startup_ticks)
+            m.d.sync += r.timer.eq(self.startup_ticks)
             m.next = "STARTUP"
         with m.If(r.start_over):
             m.next = "RESET"
@@ -328,7 +321,7 @@ class Adis16385(wiring.Component):
         step = r.step
         m.d.comb += r.spi_turn.eq(1)
         with m.If(r.answered):
-            m.d.sync += [step.eq(step + 1), *r.wait(self.timeout_ticks)]
+            m.d.sync += [step.eq(step + 1), r.timer.eq(self.timeout_ticks)]
             with m.If(step == LAST):
                 m.d.sync += step.eq(Cat(r.checking, Const(0b110, 3)))
             with m.If(step[3:].all()):
@@ -349,7 +342,7 @@ class Adis16385(wiring.Component):
             ]
             m.next = "FRAMES"
         with m.Elif(r.expired):
-            m.d.sync += [*r.wait(self.timeout_ticks), self.flags.no_data_ready.eq(1)]
+            m.d.sync += [r.timer.eq(self.timeout_ticks), self.flags.no_data_ready.eq(1)]
             m.d.comb += r.event["no_data_ready"].eq(1)
         with m.If(r.start_over):
             m.next = "RESET"
@@ -357,11 +350,12 @@ class Adis16385(wiring.Component):
     def _judge(self, m: Module, r: _Registers, in_frames: Value) -> None:
         """Judge sample and device by the checked reply."""
         flags, event = self.flags, r.event
-        judging = r.judging
+        judging = Signal()
         whole = Signal()
         doubtful = Signal()
         bad = Signal()
         m.d.comb += [
+            judging.eq(r.checks & r.answered & r.spi_turn),
             whole.eq(r.step[2:].all()),
             doubtful.eq(flags.identity_error | flags.config_error),
         ]
@@ -388,8 +382,8 @@ class Adis16385(wiring.Component):
                 self.enable
                 & (self.restart | (bad & (r.chances == 0)) | (judging & ~whole & ~r.equal))
             ),
+            r.start_over.eq(event["restart"] | ~self.enable),
         ]
-        m.d.sync += r.start_over.eq(event["restart"] | ~self.enable)
         self._count(m, r, bad)
 
     def _count(self, m: Module, r: _Registers, bad: Value) -> None:
@@ -409,12 +403,11 @@ class Adis16385(wiring.Component):
         with m.If(bad):
             m.d.sync += r.chances.eq(r.chances - 1)
         with m.If(r.start_over):
-            m.d.sync += r.wait(self.reset_ticks)
+            m.d.sync += r.timer.eq(self.reset_ticks)
 
     def _frames(self, m: Module, r: _Registers) -> None:
         """The table of frames: command of ``step``, and use of its reply."""
         writes = Signal()
-        m.d.sync += [r.stores.eq(0), r.checks.eq(0)]
         with m.Switch(r.step):
             for number, each in STEPS.items():
                 with m.Case(number):
@@ -426,12 +419,10 @@ class Adis16385(wiring.Component):
                     m.d.comb += [
                         self.spi.i.payload[8:].eq(command >> 8),
                         writes.eq(each.byte is not None),
-                        r.which.eq(number if each.byte is None else CHECKED.index(each.register)),
-                    ]
-                    m.d.sync += [
                         r.stores.eq(each.store is not None),
                         r.place.eq(each.store or 0),
                         r.checks.eq(each.check is not None),
+                        r.which.eq(number if each.byte is None else CHECKED.index(each.register)),
                     ]
         m.d.comb += self.spi.i.payload[:8].eq(
             r.known.word_select(~r.step[0], 8) & writes.replicate(8)
@@ -467,7 +458,6 @@ class _Registers:
         self.which = Signal(range(len(CHECKED)))
         self.known = Signal(16)
         self.answered = Signal()
-        self.judging = Signal()  # a checked reply, while frames are sent
         self.equal = Signal()
         self.spi_turn = Signal()
         self.edge = Signal()
@@ -479,12 +469,7 @@ class _Registers:
         self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
         longest = max(reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks)
         self.timer = Signal(range(1 + longest), init=reader.reset_ticks)
-        self.done = Signal(init=reader.reset_ticks == 0)  # the timer is 0
         self.expired = Signal()
         self.start_over = Signal()
         self.chances = Signal(range(settings.bad_limit), init=settings.bad_limit - 1)
         self.edges = Signal(16)
-
-    def wait(self, ticks: int) -> list[Any]:
-        """Set the timer."""
-        return [self.timer.eq(ticks), self.done.eq(ticks == 0)]

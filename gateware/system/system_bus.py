@@ -132,6 +132,7 @@ class SystemBus(wiring.Component):
         access = Signal()
         elsewhere = Signal()
         core_answers = Signal()
+        bad = Signal()
         m.d.sync += [
             ours.eq(bus.w_stb & ~is_core & ~ours),
             ours_csr.eq(is_csr),
@@ -157,7 +158,8 @@ class SystemBus(wiring.Component):
             of_core, events, asked = (_registered(m, v) for v in (of_core, events, asked))
         m.d.comb += [
             bus.r_data.eq(csr.r_data | counters.value | of_core | self.results.value),
-            counters.events.eq(Cat(events, asked & ~csr.known)),
+            bad.eq(asked & ~csr.known),
+            counters.events.eq(Cat(events, bad)),
         ]
         if self.feed:
             self._feed(m, ours, elsewhere)
