@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Output
 from boresight.model.errors import InputError, closest
-from boresight.model.units import UnitError, linear
+from boresight.model.units import conversion
 
 __all__ = ["judged_outputs", "tolerances"]
 
@@ -84,15 +84,7 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
                 fix="choose one of its outputs; estimators with others are judged one by one",
             )
         own = "deg" if attitude else known[name].unit
-        try:
-            factor, _ = linear(unit, own) if unit else (1.0, 0.0)
-        except UnitError as error:
-            raise InputError.at(
-                f"{where} {text}",
-                wanted=f"a unit of {name}, {own or 'a plain number'}",
-                found=str(error),
-                fix="leave the unit out",
-            ) from None
+        factor, _ = conversion(f"{where} {text}", name, unit, own) if unit else (1.0, 0.0)
         limit *= factor / (ATTITUDE_DEG if attitude else 1.0)
         for changed in QUATERNION if attitude else (name,):
             known[changed] = replace(known[changed], tolerance=limit)

@@ -13,7 +13,7 @@ from typing import Any
 
 from boresight.model.errors import InputError
 
-__all__ = ["GRAVITY", "UnitError", "check_unit", "linear"]
+__all__ = ["GRAVITY", "UnitError", "check_unit", "conversion", "linear"]
 
 #: Standard gravity, m/s^2.
 GRAVITY = 9.80665
@@ -90,6 +90,27 @@ def linear(unit: str, wanted: str) -> tuple[float, float]:
     except Exception:  # pint's errors share no base class
         raise UnitError(f"{unit} is not {wanted or 'a plain number'}") from None
     return slope - zero, zero
+
+
+def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, float]:
+    """`linear` of a number that was typed with a unit, for what has the unit ``wanted``.
+
+    Raises
+    ------
+    InputError
+        The unit is unknown, of another dimension, or ``wanted`` is empty.
+    """
+    try:
+        if not wanted:  # an angle would be a plain number, too
+            raise UnitError(unit)
+        return linear(unit, wanted)
+    except UnitError as error:
+        raise InputError.at(
+            where,
+            wanted=f"a unit of {name}, {wanted or 'a plain number'}",
+            found=str(error),
+            fix="leave the unit out",
+        ) from None
 
 
 def _frequency(unit: Any) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from boresight.model.errors import InputError, closest
-from boresight.model.units import UnitError, linear
+from boresight.model.units import conversion
 from boresight.sim.explore.figures import Explored, Quantity
 
 __all__ = ["Choice", "Demand", "Relaxed", "chosen", "demands_of"]
@@ -162,17 +162,8 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
             )
         quantity = quantity_of(match[1], known, "want")
         if match[4]:
-            try:
-                if not quantity.unit:  # an angle would be a plain number, too
-                    raise UnitError(match[4])
-                factor, offset = linear(match[4], quantity.unit)
-            except UnitError as error:
-                raise InputError.at(
-                    f"want, {part}",
-                    wanted=f"a unit of {quantity.name}, {quantity.unit or 'a plain number'}",
-                    found=str(error),
-                    fix="leave the unit out",
-                ) from None
+            where = f"want, {part}"
+            factor, offset = conversion(where, quantity.name, match[4], quantity.unit)
             limit = factor * limit + offset
         demands.append(Demand(quantity, match[2], limit))
     return demands

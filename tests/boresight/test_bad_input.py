@@ -152,6 +152,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         # what is run, and on what
         ("fly", "invalid choice: 'fly'"),
         ("check complementary", "the following arguments are required: LOG"),
+        ("check mekf log.csv --tolerance qw=1deg", "wanted a unit of qw, a plain number, found d"),
         ("check mekf log.csv --target ecp5-25k", "target: wanted the level netlist, which runs "),
         ("check mekf log.csv --levels netlist --target gw2a", "target: wanted one of xc6slx4, "),
         ("run kalman log.csv", "boresight list"),
