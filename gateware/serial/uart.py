@@ -114,8 +114,8 @@ class Receiver(wiring.Component):
         m.submodules.synchroniser = FFSynchronizer(self.rx, rx, init=1)
         timer = Signal(range(divisor))
         look = Signal()
-        sample = Signal()
-        m.d.comb += [look.eq(~timer[: spacing.bit_length() - 1].any()), sample.eq(~timer.any())]
+        sample = Signal(init=1)  # the timer is 0
+        m.d.comb += look.eq(~timer[: spacing.bit_length() - 1].any())
 
         seen = Signal(2, init=3)
         line = Signal()
@@ -128,7 +128,10 @@ class Receiver(wiring.Component):
         def after(cycles: int) -> Any:
             return wait.eq((1 - cycles) % (1 << len(timer)))
 
-        m.d.sync += timer.eq(timer + Mux(sample, wait, 1))
+        m.d.sync += [
+            timer.eq(Mux(sample, wait, timer + 1)),
+            sample.eq(Mux(sample, ~wait.any(), timer.all())),
+        ]
         bits = Signal(9)  # a one above the bits that are in
         m.d.comb += self.data.eq(bits[1:])
         m.d.sync += [self.valid.eq(0), self.error.eq(0)]
@@ -196,11 +199,10 @@ class Transmitter(wiring.Component):
         timer = Signal(range(self.divisor))  # up to 0
         rest = Signal(9)
         empty = Signal()
-        sample = Signal()
+        sample = Signal(init=1)  # the timer is 0
         begin = Signal()
         m.d.comb += [
             empty.eq(~rest.any()),
-            sample.eq(~timer.any()),
             self.i.ready.eq(empty & sample),
             begin.eq(self.i.ready & self.i.valid),
         ]
@@ -208,5 +210,9 @@ class Transmitter(wiring.Component):
         with m.If(sample):
             m.d.sync += self.tx.eq(Mux(empty, ~self.i.valid, rest[0]))
             m.d.sync += rest.eq(Mux(begin, Cat(self.i.payload, Const(1, 1)), rest[1:]))
-        m.d.sync += timer.eq(timer + Mux(sample, Mux(self.i.ready & ~self.i.valid, 0, wait), 1))
+        rests = empty & ~self.i.valid
+        m.d.sync += [
+            timer.eq(Mux(sample, Mux(rests, 0, wait), timer + 1)),
+            sample.eq(Mux(sample, rests, timer.all())),
+        ]
         return m

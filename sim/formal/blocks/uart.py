@@ -57,6 +57,7 @@ class LineFrame:
             Assert(self.time == self.number * self.divisor + self.phase),
             Assert(busy | (self.time == 0)),
             Assert(timer == Mux(busy, self.phase - (self.divisor - 1), 0)[: len(timer)]),
+            Assert(inside["sample"] == ~timer.any()),
             Assert(rest == Mux(busy, Cat(self.byte, Const(1, 1)) >> self.number, 0)),
         ]
 

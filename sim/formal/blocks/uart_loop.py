@@ -129,6 +129,7 @@ class Loop(Elaboratable):
 
         timer, bits = inside["timer"], inside["bits"]
         m.d.comb += [
+            Assert(inside["sample"] == (timer == 0)),
             Assert(inside.state("IDLE") == ~busy),
             Assert(inside.state("START") == (busy & starting)),
             Assert(inside.state("DATA") == (busy & ~starting)),
