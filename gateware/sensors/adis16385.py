@@ -237,14 +237,23 @@ class Adis16385(wiring.Component):
         m.d.comb += r.edge.eq(ready & ~ready_before)
         m.d.comb += r.known.eq(Array([self.settings.identity, *r.used.values()])[r.which])
         self._frames(m, r)
-        # One cycle after the answer: judged, stored, on to the next step.
-        m.d.sync += [r.answered.eq(spi.o_valid), r.equal.eq(spi.o_data == r.known)]
+        # One cycle after the answer: judged, stored, on to the next step. What the reply is for
+        # and what it should be is known long before it comes.
+        expected = Signal.like(r.known)
+        m.d.sync += [
+            expected.eq(r.known),
+            r.answered.eq(spi.o_valid & r.spi_turn & ~r.start_over),
+            r.storing.eq(spi.o_valid & r.spi_turn & r.stores),
+            r.judging.eq(spi.o_valid & r.spi_turn & r.checks & ~r.start_over),
+            r.equal.eq(spi.o_data == expected),
+        ]
         self._buffer(m, r)
         self._wait(m, r)
         with m.FSM() as fsm:
             with m.State("RESET"):
                 self._reset(m, r)
             with m.State("STARTUP"):
+                m.d.comb += r.ticks.eq(self.startup_ticks)
                 with m.If(r.start_over):
                     m.next = "RESET"
                 with m.Elif(r.expired & ~spi.busy):
@@ -253,12 +262,12 @@ class Adis16385(wiring.Component):
                 self._next_frame(m, r)
             with m.State("EDGE"):
                 self._await_edge(m, r)
-        self._judge(m, r, fsm.ongoing("FRAMES"))
+        self._judge(m, r)
         m.d.sync += [self.events.eq(Cat(r.event.values())), self.sample.eq(r.event["sample"])]
         m.d.comb += [
-            r.running.eq(fsm.ongoing("EDGE") | (fsm.ongoing("FRAMES") & r.step[4])),
             self.flags.running.eq(r.running),
-            spi.i.valid.eq(fsm.ongoing("FRAMES")),
+            r.spi_turn.eq(fsm.ongoing("FRAMES")),
+            spi.i.valid.eq(r.spi_turn),
         ]
         m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
         return m
@@ -274,7 +283,7 @@ class Adis16385(wiring.Component):
         is_temperature = r.place == WORDS.index("TEMP_OUT")
         m.d.comb += [
             writer.addr.eq(r.place),
-            writer.en.eq(r.answered & r.stores),
+            writer.en.eq(r.storing),
             writer.data.eq(
                 Cat(
                     spi.o_data[:12],
@@ -297,21 +306,25 @@ class Adis16385(wiring.Component):
             ]
 
     def _wait(self, m: Module, r: _Registers) -> None:
-        """The timer, and the count of edges."""
+        """The timer, which begins in the cycle after `_Registers.wait`; the count of edges."""
         tick = Signal()
         self._tick(m, tick, r.running, r.used["smpl_prd"][8:12])
-        m.d.comb += r.expired.eq(tick & (r.timer == 0))
-        with m.If(tick & (r.timer != 0)):
-            m.d.sync += r.timer.eq(r.timer - 1)
+        m.d.comb += r.expired.eq(tick & r.done)
+        m.d.sync += r.begin.eq(0)
+        with m.If(r.begin):
+            m.d.sync += [r.timer.eq(r.ticks), r.done.eq(r.ticks == 0)]
+        with m.Elif(tick & ~r.done):
+            m.d.sync += [r.timer.eq(r.timer - 1), r.done.eq(r.timer == 1)]
         with m.If(r.running & r.edge):
             m.d.sync += r.edges.eq(r.edges + 1)
 
     def _reset(self, m: Module, r: _Registers) -> None:
         """The reset pulse, in which settings are taken."""
+        m.d.comb += r.ticks.eq(self.reset_ticks)
         m.d.sync += [used.eq(getattr(self, name)) for name, used in r.used.items()]
-        m.d.sync += [r.chances.eq(self.settings.bad_limit - 1), r.step.eq(FIRST)]
+        m.d.sync += [*r.give_chances(), r.step.eq(FIRST)]
         with m.If(r.expired):
-            m.d.sync += r.timer.eq(self.startup_ticks)
+            m.d.sync += r.wait()
             m.next = "STARTUP"
         with m.If(r.start_over):
             m.next = "RESET"
@@ -319,14 +332,14 @@ class Adis16385(wiring.Component):
     def _next_frame(self, m: Module, r: _Registers) -> None:
         """One frame after another."""
         step = r.step
-        m.d.comb += r.spi_turn.eq(1)
         with m.If(r.answered):
-            m.d.sync += [step.eq(step + 1), r.timer.eq(self.timeout_ticks)]
+            m.d.sync += [step.eq(step + 1), *r.wait()]
             with m.If(step == LAST):
                 m.d.sync += step.eq(Cat(r.checking, Const(0b110, 3)))
             with m.If(step[3:].all()):
                 m.d.sync += step.eq(step | 4)
-            with m.If((step == FIRST_RUN - 1) | step[2:].all()):
+            with m.If(r.ends):
+                m.d.sync += r.running.eq(1)
                 m.next = "EDGE"
         with m.If(r.start_over):
             m.next = "RESET"
@@ -342,25 +355,20 @@ class Adis16385(wiring.Component):
             ]
             m.next = "FRAMES"
         with m.Elif(r.expired):
-            m.d.sync += [r.timer.eq(self.timeout_ticks), self.flags.no_data_ready.eq(1)]
+            m.d.sync += [*r.wait(), self.flags.no_data_ready.eq(1)]
             m.d.comb += r.event["no_data_ready"].eq(1)
         with m.If(r.start_over):
             m.next = "RESET"
 
-    def _judge(self, m: Module, r: _Registers, in_frames: Value) -> None:
+    def _judge(self, m: Module, r: _Registers) -> None:
         """Judge sample and device by the checked reply."""
         flags, event = self.flags, r.event
-        judging = Signal()
-        whole = Signal()
+        judging, whole = r.judging, r.whole
         doubtful = Signal()
         bad = Signal()
-        m.d.comb += [
-            judging.eq(r.checks & r.answered & r.spi_turn),
-            whole.eq(r.step[2:].all()),
-            doubtful.eq(flags.identity_error | flags.config_error),
-        ]
+        m.d.comb += doubtful.eq(flags.identity_error | flags.config_error)
         with m.If(judging):
-            with m.If(r.step[:2] == 0):
+            with m.If(r.which == CHECKED.index("PROD_ID")):
                 m.d.comb += event["identity_error"].eq(~r.equal)
                 m.d.sync += flags.identity_error.eq(~r.equal)
             with m.Else():
@@ -376,11 +384,10 @@ class Adis16385(wiring.Component):
                     flags.link_error.eq(r.invalid | doubtful),
                 ]
         m.d.comb += [
-            event["overrun"].eq(r.edge & r.running & (self.spi.busy | in_frames)),
+            event["overrun"].eq(r.edge & r.running & (self.spi.busy | r.spi_turn)),
             bad.eq(event["no_data_ready"] | (judging & whole & (~r.equal | r.invalid))),
             event["restart"].eq(
-                self.enable
-                & (self.restart | (bad & (r.chances == 0)) | (judging & ~whole & ~r.equal))
+                self.enable & (self.restart | (bad & r.final) | (judging & ~whole & ~r.equal))
             ),
             r.start_over.eq(event["restart"] | ~self.enable),
         ]
@@ -396,36 +403,41 @@ class Adis16385(wiring.Component):
                 flags.over_range.eq(r.over),
                 flags.overrun.eq(r.skipped),
                 r.skipped.eq(0),
-                r.chances.eq(self.settings.bad_limit - 1),
+                *r.give_chances(),
             ]
         with m.If(event["overrun"]):
             m.d.sync += r.skipped.eq(1)
         with m.If(bad):
-            m.d.sync += r.chances.eq(r.chances - 1)
+            m.d.sync += [r.chances.eq(r.chances - 1), r.final.eq(r.chances == 1)]
         with m.If(r.start_over):
-            m.d.sync += r.timer.eq(self.reset_ticks)
+            m.d.sync += [*r.wait(), r.running.eq(0)]
 
     def _frames(self, m: Module, r: _Registers) -> None:
-        """The table of frames: command of ``step``, and use of its reply."""
-        writes = Signal()
-        with m.Switch(r.step):
-            for number, each in STEPS.items():
-                with m.Case(number):
-                    command = (
-                        read(each.register)
-                        if each.byte is None
-                        else write(each.register, each.byte, 0)
-                    )
-                    m.d.comb += [
-                        self.spi.i.payload[8:].eq(command >> 8),
-                        writes.eq(each.byte is not None),
-                        r.stores.eq(each.store is not None),
-                        r.place.eq(each.store or 0),
-                        r.checks.eq(each.check is not None),
-                        r.which.eq(number if each.byte is None else CHECKED.index(each.register)),
-                    ]
-        m.d.comb += self.spi.i.payload[:8].eq(
-            r.known.word_select(~r.step[0], 8) & writes.replicate(8)
+        """The table of frames: command of ``step``, and use of its reply; a cycle after it."""
+        row = Cat(r.command, r.writes, r.stores, r.place, r.checks, r.which, r.whole, r.ends)
+        rows = 0
+        for number, each in STEPS.items():
+            word = read(each.register) if each.byte is None else write(each.register, each.byte, 0)
+            whole = number > LAST and each.check is not None
+            columns = (
+                (word >> 8, r.command),
+                (each.byte is not None, r.writes),
+                (each.store is not None, r.stores),
+                (each.store or 0, r.place),
+                (each.check is not None, r.checks),
+                (number if each.byte is None else CHECKED.index(each.register), r.which),
+                (whole, r.whole),
+                (whole or number == FIRST_RUN - 1, r.ends),
+            )
+            at = len(row) * number
+            for value, column in columns:
+                rows |= (value & (1 << len(column)) - 1) << at
+                at += len(column)
+        high = Signal()
+        table = Const(rows, len(row) << len(r.step))
+        m.d.sync += [row.eq(table.word_select(r.step, len(row))), high.eq(~r.step[0])]
+        m.d.comb += self.spi.i.payload.eq(
+            Cat(r.known.word_select(high, 8) & r.writes.replicate(8), r.command)
         )
 
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
@@ -435,9 +447,8 @@ class Adis16385(wiring.Component):
         before = Signal()
         ran = Signal()
         m.d.comb += bit.eq(Mux(running, Array(bits)[exponent], bits[0]))
-        m.d.sync += [before.eq(bit), ran.eq(running)]
         # The change to another bit is not a tick.
-        m.d.comb += tick.eq((bit ^ before) & (ran == running))
+        m.d.sync += [before.eq(bit), ran.eq(running), tick.eq((bit ^ before) & (ran == running))]
 
 
 class _Registers:
@@ -452,12 +463,18 @@ class _Registers:
             name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
         }
         # Of the frame whose reply comes.
+        self.command = Signal(8)
+        self.writes = Signal()
         self.stores = Signal()
         self.checks = Signal()
         self.place = Signal(3)
         self.which = Signal(range(len(CHECKED)))
         self.known = Signal(16)
+        self.whole = Signal()  # it ends a sample
+        self.ends = Signal()  # a data-ready edge is next
         self.answered = Signal()
+        self.storing = Signal()
+        self.judging = Signal()
         self.equal = Signal()
         self.spi_turn = Signal()
         self.edge = Signal()
@@ -469,7 +486,19 @@ class _Registers:
         self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
         longest = max(reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks)
         self.timer = Signal(range(1 + longest), init=reader.reset_ticks)
+        self.done = Signal(init=reader.reset_ticks == 0)  # the timer is 0
+        self.begin = Signal()
+        self.ticks = Signal.like(self.timer, init=reader.timeout_ticks)  # to wait in this state
         self.expired = Signal()
         self.start_over = Signal()
         self.chances = Signal(range(settings.bad_limit), init=settings.bad_limit - 1)
+        self.final = Signal(init=settings.bad_limit == 1)  # no chances are left
         self.edges = Signal(16)
+
+    def wait(self) -> list[Any]:
+        """Begin the wait of the next state."""
+        return [self.begin.eq(1), self.done.eq(0)]
+
+    def give_chances(self) -> list[Any]:
+        """All of them, after a good sample and at a new start."""
+        return [self.chances.eq(self.chances.init), self.final.eq(self.final.init)]

@@ -178,8 +178,7 @@ class Hmr3300(wiring.Component):
 
         beat = Signal()
         tick = Signal()
-        m.d.sync += beat.eq(self.time[self.beat])
-        m.d.comb += tick.eq(beat ^ self.time[self.beat])
+        m.d.sync += [beat.eq(self.time[self.beat]), tick.eq(beat ^ self.time[self.beat])]
 
         ticks = self._ticks(self.stale_s) + 1
         age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones

@@ -32,13 +32,18 @@ class _Sequence:
 
     stage: Signal
     left: Signal  # characters of the command
+    sending: Signal  # some are left
     manual: Signal  # the letter is the user's
     tries: Signal
     timer: Signal
 
     def go_to(self, stage: Stage, *, command: bool = False) -> list[Any]:
         """Enter a stage, with its command."""
-        return [self.stage.eq(stage), self.timer.eq(0), *([self.left.eq(4)] * command)]
+        return [self.stage.eq(stage), self.timer.eq(0), *(self.send() if command else ())]
+
+    def send(self) -> list[Any]:
+        """Send a command."""
+        return [self.left.eq(4), self.sending.eq(1)]
 
 
 class Commander(wiring.Component):
@@ -124,13 +129,13 @@ class Commander(wiring.Component):
         manual = Signal()
         tries = Signal(range(TRIES))
         timer = Signal(self.timeout_ticks.bit_length())
-        at = _Sequence(stage, left, manual, tries, timer)
+        sending = Signal()
+        at = _Sequence(stage, left, sending, manual, tries, timer)
         silence = Signal(self.quiet_ticks.bit_length())  # ticks, up to all ones
-        quiet, expired, wanted, other, sending = (
-            Signal(name=n) for n in ("quiet", "expired", "wanted", "other", "sending")
+        quiet, expired, wanted, other = (
+            Signal(name=n) for n in ("quiet", "expired", "wanted", "other")
         )
         m.d.comb += [
-            sending.eq(left.any()),
             quiet.eq(silence.all()),
             expired.eq(self.tick & timer.all()),
             other.eq(self.line & self.mode.any() & (self.is_counts ^ self.mode[1])),
@@ -146,7 +151,7 @@ class Commander(wiring.Component):
         m.d.sync += timer.eq(timer + self.tick)
 
         with m.If(sending & self.o.ready):
-            m.d.sync += left.eq(left - 1)
+            m.d.sync += [left.eq(left - 1), sending.eq(left != 1)]
         with m.If(sending):
             m.d.sync += timer.eq(0)
         with m.Else():
@@ -159,12 +164,12 @@ class Commander(wiring.Component):
                         with m.If(tries == TRIES - 1):
                             m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
-                        m.d.sync += [manual.eq(1), left.eq(4)]
+                        m.d.sync += [manual.eq(1), *at.send()]
                 with m.Default():
                     with m.If(wanted | ~self.mode.any()):
                         m.d.sync += at.go_to(Stage.WATCH)
                     with m.If(self.command.valid):
-                        m.d.sync += [manual.eq(1), left.eq(4)]
+                        m.d.sync += [manual.eq(1), *at.send()]
                     with m.Elif((expired | other) & self.mode.any()):
                         m.d.sync += at.go_to(Stage.STOP, command=True)
                         with m.If(quiet):
