@@ -71,7 +71,7 @@ class Framer(wiring.Component):
             begin.eq((part == _Part.BEGIN) & ~raw),
             body.eq((part == _Part.BODY) | (part == _Part.BEGIN) & raw),
             self.i.ready.eq(body & ~full),
-            crc.start.eq(begin),
+            crc.start.eq(part == _Part.BEGIN),
             crc.data.eq(self.i.payload.data),
             crc.valid.eq(self.i.valid & self.i.ready),
         ]

@@ -118,15 +118,15 @@ class Unpacker(wiring.Component):
         ]
 
         # Any error is stored until the next END.
-        foreign = take & escaped & (self.data != END_ESCAPED) & (self.data != ESC_ESCAPED)
-        with m.If(self.error | foreign):
+        behind_esc = Cat(self.data == byte for byte in (END, END_ESCAPED, ESC_ESCAPED)).any()
+        with m.If(self.error | self.valid & escaped & ~behind_esc):
             m.d.sync += bad.eq(1)
         with m.If(take):
-            m.d.sync += headed.eq(1)
+            m.d.sync += [headed.eq(1), gathered.eq(Cat(gathered[8:], byte))]
             with m.If(~headed):
                 m.d.sync += kind.eq(byte)
             with m.Else():
-                m.d.sync += [gathered.eq(Cat(gathered[8:], byte)), place.eq(place + 1)]
+                m.d.sync += place.eq(place + 1)
                 with m.If(place == size - 1):
                     m.d.sync += [place.eq(0), count.eq(count + 1)]
                     with m.If(count == depth):

@@ -72,7 +72,7 @@ class Csr(wiring.Component):
         Address less that of the first register, with one bit more: with that bit, or if no
         register is there, ``r_data`` is 0.
     w_data : In(32), w_en : In(1)
-        Write in this cycle, for any highest bit of the offset.
+        Write in this cycle, for any highest bit of the offset, which is that of the cycle before.
     r_data : Out(32), known : Out(1)
         The register at the ``offset`` of the cycle before, or of two cycles before
         (``read_cycles``); whether it exists.
@@ -135,10 +135,12 @@ class Csr(wiring.Component):
         w_port = words.write_port()
         r_port = words.read_port()
         live = Signal(WORD)
-        word, seen = r_port.data, live
+        is_live = Signal()
+        word, seen = r_port.data, live & is_live.replicate(WORD)
         if self.read_cycles == 2:
-            word, seen = Signal(WORD + 1, reset_less=True), Signal(WORD)
-            m.d.sync += [word.eq(r_port.data), seen.eq(live)]
+            word, here = Signal(WORD + 1, reset_less=True), seen
+            seen = Signal(WORD)
+            m.d.sync += [word.eq(r_port.data), seen.eq(here)]
         copy = Signal(WORD)
         low = self.offset[: self.bits]
         m.d.comb += [
@@ -155,22 +157,27 @@ class Csr(wiring.Component):
         }
         for name, value in stored.items():
             m.d.comb += getattr(self, name).eq(value)
-        m.d.sync += live.eq(0)
+        at_live = sum(1 << r.address - self.first for r in self.registers if r.is_live)
+        m.d.sync += is_live.eq(Const(at_live, 2 << self.bits).bit_select(self.offset, 1))
         with m.Switch(low):
             for register in self.registers:
-                with m.Case(register.address - self.first):
-                    if register.is_live:
+                if register.is_live:
+                    with m.Case(register.address - self.first):
                         m.d.sync += live.eq(getattr(self, register.name))
-                    elif register.name in stored:
-                        self._write(m, register, w_port.en, copy, stored[register.name])
-                    elif register.access is Access.WRITE_ONLY:
-                        with m.If(self.w_en):
-                            m.d.comb += [
-                                getattr(self, f"{register.name}_stb").eq(1),
-                                getattr(self, register.name).eq(self.w_data),
-                            ]
-        with m.If(self.offset[self.bits]):
-            m.d.sync += live.eq(0)
+        for register in self.registers:
+            if register.access is Access.READ_ONLY:
+                continue
+            here = Signal(name=f"at_{register.name}")
+            m.d.sync += here.eq(low == register.address - self.first)
+            with m.If(here):
+                if register.name in stored:
+                    self._write(m, register, w_port.en, copy, stored[register.name])
+                else:
+                    with m.If(self.w_en):
+                        m.d.comb += [
+                            getattr(self, f"{register.name}_stb").eq(1),
+                            getattr(self, register.name).eq(self.w_data),
+                        ]
         return m
 
     def _write(

@@ -41,7 +41,8 @@ class AttitudeCore(wiring.Component):
     All of the `Conductor` except its connection to the core, and
 
     bus : In(BusSignature)
-        The core's registers: parameters and status. The program is not chosen here.
+        The core's registers: parameters and status. The program is not chosen here. Writes take
+        2 cycles more than those of a core, whose acknowledgement comes late in a cycle.
     """
 
     def __init__(self, *, core: Core, readers: int = 2) -> None:
@@ -76,7 +77,7 @@ class AttitudeCore(wiring.Component):
         )
         self._feed(m, conductor, engine)
         wiring.connect(m, engine.o, conductor.o)
-        wiring.connect(m, wiring.flipped(self.bus), engine.bus)
+        self._bus(m, engine)
         m.d.comb += [
             conductor.framing.eq(engine.framing),
             conductor.saturated.eq(engine.saturated_update),
@@ -93,6 +94,18 @@ class AttitudeCore(wiring.Component):
             else:
                 m.d.comb += mine.eq(theirs)
         return m
+
+    def _bus(self, m: Module, engine: Engine) -> None:
+        """The core's registers: strobe and acknowledgement of a write through flip-flops."""
+        bus, core = self.bus, engine.bus
+        done = Signal()
+        m.d.comb += [
+            core.addr.eq(bus.addr),
+            core.w_data.eq(bus.w_data),
+            bus.r_data.eq(core.r_data),
+            bus.w_ack.eq(done),
+        ]
+        m.d.sync += [core.w_stb.eq(bus.w_stb & ~core.w_ack & ~done), done.eq(core.w_ack)]
 
     def _feed(self, m: Module, conductor: Conductor, engine: Engine) -> None:
         """Words and choice of the program to the core, through a buffer or not."""

@@ -138,7 +138,7 @@ class AttitudeOutput(wiring.Component):
         left = Signal(10)  # updates until the next one that is sent
         due = Signal()
         later = left[1:].any()
-        idle = s.state == _State.IDLE
+        idle = Signal(init=1)
         start = Signal()
         flags = Signal(8)
         is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0, 1)
@@ -148,11 +148,15 @@ class AttitudeOutput(wiring.Component):
             self.port.take.eq(start),
             self.events.eq(Cat(start, due & ~idle)),
         ]
+        with m.If(start):
+            m.d.sync += idle.eq(0)
+        with m.If((s.state == _State.PUT) & self.o.ready & s.ends):
+            m.d.sync += idle.eq(1)
         with m.If(due):
             m.d.sync += left.eq(self.divider)
         with m.Elif(self.updated & later):
             m.d.sync += left.eq(left - 1)
-        with m.If(start):
+        with m.If(idle):  # up to ``start``
             m.d.sync += [flags.eq(self.flags), s.text.eq(is_text)]
             if not self.text:
                 m.d.sync += s.last.eq(self.last_output)
@@ -165,10 +169,10 @@ class AttitudeOutput(wiring.Component):
         """
         ends = s.place == Cat(Const(3, 2), s.last[: self.bits], Const(1, 1))
         if self.text:
-            with m.Switch(s.place):
-                for k, entry in enumerate(LINE):
-                    with m.Case(k):
-                        m.d.comb += [s.entry_op.eq(entry.op), s.entry_code.eq(entry.code)]
+            columns = Cat(Cat(Const(e.op, 2), Const(e.code, len(s.entry_code))) for e in LINE)
+            m.d.comb += Cat(s.entry_op, s.entry_code).eq(
+                columns.word_select(s.place, len(s.entry_op) + len(s.entry_code))
+            )
             ends = Mux(s.text, s.place == len(LINE) - 1, s.place == 63)
         with m.If(~s.text):
             m.d.comb += [s.entry_op.eq(Op.HEX), s.entry_code.eq(Cat(Const(0, 1), s.place))]

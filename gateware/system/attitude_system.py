@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from amaranth.hdl import Cat, Module, Signal
-from amaranth.lib import data, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.board import Line
@@ -219,9 +219,10 @@ class AttitudeSystem(wiring.Component):
         )
         time = Signal(32)
         m.d.sync += time.eq(time + 1)
+        orders = self._orders(m, bus)
         self._pins(m)
-        self._sensors(m, bus, time)
-        self._filter(m, bus, time)
+        self._sensors(m, bus, orders, time)
+        self._filter(m, bus, orders, time)
         self._results(m, bus)
         self._initiators(m, bus, self._bridge)
         self._lights(m, time)
@@ -229,7 +230,7 @@ class AttitudeSystem(wiring.Component):
         m.d.comb += [
             bus.time.eq(time),
             bus.events.eq(Cat(part.events for _, part in self._sources)),
-            bus.clear.eq(self._order(bus).clear_counters),
+            bus.clear.eq(orders.clear_counters),
             self.probe_sample.eq(inertial.sample),
             self.probe_running.eq(inertial.flags.running),
             self.probe_updated.eq(attitude.updated),
@@ -241,18 +242,20 @@ class AttitudeSystem(wiring.Component):
         ]
         return m
 
-    def _order(self, bus: SystemBus) -> Any:
-        """Orders of a write of register ``order`` in this cycle, by name."""
+    def _orders(self, m: Module, bus: SystemBus) -> Any:
+        """Orders of a write of register ``order`` in the cycle before, by name."""
         fields = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
-        return data.View(layout_of(fields), bus.order)
+        orders: Any = Signal(layout_of(fields))
+        m.d.sync += orders.eq(bus.order)
+        return orders
 
-    def _sensors(self, m: Module, bus: SystemBus, time: Signal) -> None:
+    def _sensors(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
         """Readers to their registers."""
         inertial, compass, csr = self._inertial, self._compass, bus
         m.d.comb += [
             inertial.time.eq(time),
             inertial.enable.eq(1),
-            inertial.restart.eq(self._order(bus).restart_inertial),
+            inertial.restart.eq(orders.restart_inertial),
             inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
             inertial.smpl_prd.eq(csr.inertial_smpl_prd),
             inertial.sens_avg.eq(csr.inertial_sens_avg),
@@ -273,7 +276,7 @@ class AttitudeSystem(wiring.Component):
                 compass.command.payload.eq(csr.compass_command),
             ]
 
-    def _filter(self, m: Module, bus: SystemBus, time: Signal) -> None:
+    def _filter(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
         """Readers and registers to the core."""
         inertial, compass, attitude = self._inertial, self._compass, self._attitude
         m.d.comb += [
@@ -288,12 +291,12 @@ class AttitudeSystem(wiring.Component):
             attitude.run.eq(bus.run),
             attitude.filter.eq(bus.filter),
             attitude.source.eq(bus.magnetic_source),
-            attitude.restart.eq(self._order(bus).restart_filter),
+            attitude.restart.eq(orders.restart_filter),
         ]
         if self.plan.feed.registers:
             m.d.comb += [
                 *(getattr(attitude, n).eq(getattr(bus, n)) for n in _FEED),
-                attitude.feed_take.eq(self._order(bus).take_feed),
+                attitude.feed_take.eq(orders.take_feed),
                 bus.feed_busy.eq(attitude.feed_busy),
             ]
 

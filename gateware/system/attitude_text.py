@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-from amaranth.hdl import Const, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -81,7 +81,7 @@ class AngleDigits(wiring.Component):
     bit : In(1), negative : In(1), last : In(1), shift : In(1)
         With ``shift``: a bit of the word; the word's sign; whether the bit is the sign.
     power : In(3)
-        Power of ten: 0 is 10000, 4 is 1.
+        Power of ten, from the cycle before ``subtract`` on: 0 is 10000, 4 is 1.
     subtract : In(1)
         Subtract it if possible.
     possible : Out(1)
@@ -107,9 +107,12 @@ class AngleDigits(wiring.Component):
         m = Module()
         rest = Signal(16)
         seen = Signal()  # a one has come: of a negative number the bits are inverted from then on
+        taken = Signal(16)  # what is added to take the power away
         operand = Signal(16)
         carry = Signal()
         total = Signal(17)
+        powers = Cat(~Const(power, 16) for power in _POWERS)
+        m.d.sync += taken.eq(powers.word_select(self.power, 16))
         m.d.comb += [total.eq(rest + operand + carry), self.possible.eq(total[16])]
         with m.If(self.shift):
             m.d.comb += [
@@ -117,11 +120,7 @@ class AngleDigits(wiring.Component):
                 carry.eq(self.last),
             ]
         with m.Else():
-            with m.Switch(self.power):
-                for k, power in enumerate(_POWERS):
-                    with m.Case(k):
-                        m.d.comb += operand.eq(~Const(power, 16))
-            m.d.comb += carry.eq(1)
+            m.d.comb += [operand.eq(taken), carry.eq(1)]
         with m.If(self.start):
             m.d.sync += [rest.eq(0), seen.eq(0)]
         with m.Elif(self.shift):

@@ -32,7 +32,7 @@ class Bridge(wiring.Component):
     `gateware.boards.frames` defines the frames. Replies and pushed bodies (or lines of text)
     alternate as complete units. No sequence of bytes stops the bridge.
 
-    **Latency** 8 cycles from the end of a frame's last byte to the begin of its answer for a
+    **Latency** 9 cycles from the end of a frame's last byte to the begin of its answer for a
     register that does not wait, while nothing is being pushed.
 
     Parameters
@@ -120,17 +120,23 @@ class Bridge(wiring.Component):
         # One of the two has the framer until its last byte.
         push = Signal()
         within = Signal()
-        offered = framer.i
+        offered = Mux(push, self.i.valid, packer.o.valid)
+        payload = Signal(body_layout)
+        full = Signal()  # a byte is on its way to the framer
         m.d.comb += [
-            offered.valid.eq(Mux(push, self.i.valid, packer.o.valid)),
-            offered.payload.eq(Mux(push, self.i.payload.as_value(), packer.o.payload.as_value())),
-            self.i.ready.eq(offered.ready & push),
-            packer.o.ready.eq(offered.ready & ~push),
+            payload.eq(Mux(push, self.i.payload.as_value(), packer.o.payload.as_value())),
+            self.i.ready.eq(~full & push),
+            packer.o.ready.eq(~full & ~push),
+            framer.i.valid.eq(full),
         ]
-        with m.If(offered.valid & offered.ready):
-            m.d.sync += within.eq(~offered.payload.last)
-            with m.If(offered.payload.last):
+        with m.If(full):
+            m.d.sync += full.eq(~framer.i.ready)
+        with m.Elif(offered):
+            m.d.sync += [full.eq(1), within.eq(~payload.last)]
+            with m.If(payload.last):
                 m.d.sync += push.eq(~push)
-        with m.Elif(~offered.valid & ~within):
+        with m.Elif(~within):
             m.d.sync += push.eq(~push)
+        with m.If(~full):
+            m.d.sync += framer.i.payload.eq(payload)
         return m

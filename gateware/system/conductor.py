@@ -181,13 +181,14 @@ class Conductor(wiring.Component):
             values=self.values,
         )
         new_set = self._registers(m, s, words)
-        m.d.comb += [
-            s.next_count.eq(s.count),
-            self.i.valid.eq(s.offer),
-            self.o.ready.eq(1),
-            s.ends.eq(s.count == last_words(self.plan, s)),
+        m.d.comb += [s.next_count.eq(s.count), self.i.valid.eq(s.offer), self.o.ready.eq(1)]
+        ends = [s.count == last_words(self.plan, s, before=n) for n in range(2)]
+        m.d.sync += [
+            s.count.eq(s.next_count),
+            s.ends.eq(Mux(fire, ends[1], ends[0])),
+            self.updated.eq(s.complete),
+            s.offer.eq(0),
         ]
-        m.d.sync += [s.count.eq(s.next_count), self.updated.eq(s.complete), s.offer.eq(0)]
         with m.Switch(s.state):
             with m.Case(State.IDLE):
                 self._idle(m, s)
@@ -203,7 +204,7 @@ class Conductor(wiring.Component):
             with m.Default():
                 self._flush(m, s, fire)
         with m.If(late):
-            m.d.sync += s.state.eq(State.FLUSH)
+            m.d.sync += [s.state.eq(State.FLUSH), s.ends.eq(1)]
         self._outputs(m, s, words)
         return m
 
@@ -233,7 +234,7 @@ class Conductor(wiring.Component):
         """Wait for a sample."""
         plan = self.plan
         m.d.comb += s.next_count.eq(0)
-        m.d.sync += [s.job.eq(Job.INERTIAL), self.choice.eq(plan.inertial)]
+        m.d.sync += [s.job.eq(Job.INERTIAL), self.choice.eq(plan.inertial), s.ends.eq(0)]
         with m.If((self.sample | s.waiting) & self.run):
             wanted: Value = self.filter
             if plan.filters < 1 << len(self.filter):
@@ -316,6 +317,7 @@ class Conductor(wiring.Component):
         m.d.comb += s.next_count.eq(0)
         m.d.sync += [
             s.offer.eq(~fire),
+            s.ends.eq(1),
             self.choice.eq(self.plan.inertial),
             s.job.eq(Job.INERTIAL),
             s.restart_next.eq(1),
@@ -363,7 +365,7 @@ class Conductor(wiring.Component):
             results.complete.eq(s.complete),
             self.index.eq(s.count),
             self.last_output.eq(table(s.running, [n - 1 for n in plan.outputs])),
-            self.i.payload.last.eq(s.ends | s.state[2]),
+            self.i.payload.last.eq(s.ends),
             self.i.payload.data.eq(words.offered(m)),
         ]
         header = packed(

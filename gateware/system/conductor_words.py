@@ -70,7 +70,7 @@ class Step:
         self.set_fresh = Signal()  # the input registers' words are new
         self.begin = Signal()
         self.complete = Signal()
-        # The core's clock enable depends on ``valid``, so it is a separate register.
+        # The core's clock enable depends on the word offered and whether it ends a record.
         self.offer = Signal()
         self.ends = Signal()
         self.ended = Signal()  # the last word has come before the record was given
@@ -103,12 +103,13 @@ def table(index: Value, entries: Sequence[Any]) -> Value:
     return chosen
 
 
-def last_words(plan: Plan, s: Step) -> Value:
-    """Number of the last word of the current job's record."""
-    counts = [len(record) - 1 for record in plan.feed.records]
+def last_words(plan: Plan, s: Step, *, before: int = 0) -> Value:
+    """Number of the word so many ``before`` the last one of the current job's record."""
+    last = 1 + before
+    counts = [(len(record) - last) % (1 << len(s.count)) for record in plan.feed.records]
     of_filter = table(s.program, counts)
     is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
-    return Mux(is_inertial, len(RAW) - 1, Mux(is_filter, of_filter, 2))
+    return Mux(is_inertial, len(RAW) - last, Mux(is_filter, of_filter, 3 - last))
 
 
 class Words:
@@ -211,7 +212,7 @@ class Words:
                     which.eq(3),
                     source.eq(
                         Mux(
-                            s.count[:3] < RAW.index("stamp"),
+                            Const((1 << RAW.index("stamp")) - 1, 8).bit_select(s.count[:3], 1),
                             Source.SAMPLE,
                             Mux(s.count[0], Source.LINE, Source.STAMP),
                         )

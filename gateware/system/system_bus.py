@@ -128,14 +128,14 @@ class SystemBus(wiring.Component):
 
         # A write to these blocks is done and acknowledged in its second cycle, after decoding.
         ours = Signal()
-        ours_csr = Signal()
+        writes_csr = Signal()
         access = Signal()
         elsewhere = Signal()
         core_answers = Signal()
         bad = Signal()
         m.d.sync += [
             ours.eq(bus.w_stb & ~is_core & ~ours),
-            ours_csr.eq(is_csr),
+            writes_csr.eq(bus.w_stb & is_csr & ~ours),
             core_answers.eq(is_core & addr[9]),
             access.eq(self.read | (bus.w_stb & ~ours)),
             elsewhere.eq(is_core | is_result | (is_counter & (low < counters.count))),
@@ -144,10 +144,10 @@ class SystemBus(wiring.Component):
             core.addr.eq(addr),
             core.w_data.eq(bus.w_data),
             core.w_stb.eq(bus.w_stb & is_core),
-            bus.w_ack.eq(bus.w_stb & (ours | (is_core & core.w_ack))),
+            bus.w_ack.eq(bus.w_stb & (ours | core.w_ack)),
             csr.offset.eq(Cat(low[: csr.bits], ~is_csr)),
             csr.w_data.eq(bus.w_data),
-            csr.w_en.eq(ours & ours_csr),
+            csr.w_en.eq(writes_csr),
             self.results.index.eq(Mux(is_result, low, _NO_RESULT)),
             counters.index.eq(Cat(low[:index_bits], ~is_counter)),
             counters.clear.eq(self.clear),

@@ -29,6 +29,7 @@ REGISTERS = (
 async def write(ctx, dut: Csr, offset: int, word: int) -> None:
     ctx.set(dut.offset, offset)
     ctx.set(dut.w_data, word)
+    await ctx.tick()
     ctx.set(dut.w_en, offset < 8)  # others' writes do not come here
     await ctx.tick()
     ctx.set(dut.w_en, 0)
@@ -103,6 +104,7 @@ def test_orders_last_one_cycle(simulate) -> None:
             ctx.set(dut.offset, offset)
             ctx.set(dut.w_data, word)
             assert (ctx.get(dut.order_stb), ctx.get(dut.order)) == (0, 0)
+            await ctx.tick()
             ctx.set(dut.w_en, 1)
             _, _, strobe, order = await ctx.tick().sample(dut.order_stb, dut.order)
             assert (strobe, order) == wanted
