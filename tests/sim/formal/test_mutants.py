@@ -4,15 +4,18 @@ from dataclasses import replace
 from importlib import import_module
 
 import pytest
+from amaranth.hdl import Elaboratable
 from amaranth.lib.crc import catalog
 
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.serial.uart import Transmitter
+from boresight.gateware.system.conductor import Conductor
 from boresight.sim.formal.blocks import (
     axi,
     bus,
+    conductor,
     crc,
     frames,
     lane,
@@ -77,6 +80,18 @@ PARTS = {
         *("bus.results", "results.whole_2"),
         *(lambda b: results.Whole(b.Results(word=2, readers=2)), None),
     ),
+    "conductor": (
+        *("system.conductor", "conductor.updates_chain"),
+        *(lambda b: conductor.Updates(b.Conductor(plan=conductor.PLANS["chain"], readers=1)), 16),
+    ),
+    "conductor's watchdog": (
+        *("system.conductor", "conductor.watched"),
+        *(lambda b: conductor.Watched(b.Conductor(plan=conductor.PLANS["chain"], readers=1)), 135),
+    ),
+    "conductor's words": (
+        *("system.conductor_words", "conductor.updates_fed"),
+        *(lambda b: conductor.Updates(_with_words(b)), 16),
+    ),
     "stream in": (
         *("bus.axi_stream", "axi.stream_in"),
         *(lambda b: axi.Packets(b.StreamFromAxi(word=4)), None),
@@ -110,6 +125,19 @@ PARTS = {
         *(lambda b: lane.OfOneSlice(b.Multiplier(word=20)), 5),
     ),
 }
+
+
+def _with_words(broken) -> Elaboratable:
+    """The update controller with words that are broken."""
+
+    class Broken(Conductor):
+        def elaborate(self, platform):
+            with pytest.MonkeyPatch.context() as patched:
+                patched.setattr("boresight.gateware.system.conductor.Words", broken.Words)
+                patched.setattr("boresight.gateware.system.conductor.Step", broken.Step)
+                return super().elaborate(platform)
+
+    return Broken(plan=conductor.PLANS["fed"], readers=1)
 
 
 def refuted(name: str, harness, depth: int | None = None) -> bool:
@@ -213,6 +241,17 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
             "r_port.addr.eq(Cat(port.index, bank))",
             "r_port.addr.eq(Cat(port.index, newest))",
         ),
+        # A word after the last; a line that is not used leaves its words to one that waits; an
+        # update that begins late; a watchdog that waits for ever, or half the time.
+        ("conductor", "s.offer.eq(self.chosen & ~(fire & s.ends))", "s.offer.eq(self.chosen)"),
+        ("conductor", "with m.If(self.line):", "with m.If(accepted):"),
+        ("conductor", "results.begin.eq(s.begin)", "results.begin.eq(s.complete)"),
+        ("conductor's watchdog", "(once | change) & ~done", "(once | change) & done"),
+        ("conductor's watchdog", "late.eq(once & change)", "late.eq(change)"),
+        # Words that come when the record before has been aborted; sources of words; places.
+        ("conductor's words", "o.valid & (s.job == Job.FILTER)", "o.valid"),
+        ("conductor's words", "Mux(s.count[0], Source.LINE, Source.STAMP)", "Source.STAMP"),
+        ("conductor's words", '== RAW.index("stamp")),', "== 0),"),
         ("stream in", "axi.tready.eq(fifo.w_rdy)", "axi.tready.eq(1)"),
         ("stream in", "Cat(axi.tdata[: self.word], axi.tlast)", "axi.tdata[: self.word + 1]"),
         ("stream out", "fifo.r_data[: self.word].as_signed()", "fifo.r_data[: self.word]"),
