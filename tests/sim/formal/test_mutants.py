@@ -90,7 +90,7 @@ PARTS = {
     ),
     "conductor's words": (
         *("system.conductor_words", "conductor.updates_fed"),
-        *(lambda b: conductor.Updates(_with_words(b)), 16),
+        *(lambda b: conductor.Updates(_with_words(b)), 26),
     ),
     "stream in": (
         *("bus.axi_stream", "axi.stream_in"),
