@@ -13,6 +13,8 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.serial.uart import Transmitter
 from boresight.gateware.system.conductor import Conductor
 from boresight.sim.formal.blocks import (
+    accesses,
+    attitude_output,
     axi,
     bus,
     conductor,
@@ -79,6 +81,29 @@ PARTS = {
     "results": (
         *("bus.results", "results.whole_2"),
         *(lambda b: results.Whole(b.Results(word=2, readers=2)), None),
+    ),
+    "packer": (
+        *("boards.pack", "packer.records"),
+        *(lambda b: accesses.Packed(b.Packer(word=accesses.WORD)), 12),
+    ),
+    "packer of replies": (
+        *("boards.pack", "packer.replies"),
+        *(lambda b: accesses.Packed(b.Packer(word=accesses.WORD, records=False)), None),
+    ),
+    "dispatcher": (
+        *("boards.dispatch", "dispatcher.3_1"),
+        lambda b: accesses.Dispatched(
+            b.Dispatcher(word=accesses.WORD, inputs=3, depth=3, address=5)
+        ),
+        12,
+    ),
+    "attitude output": (
+        *("system.attitude_output", "output.frames_2"),
+        *(lambda b: attitude_output.Sent(b.AttitudeOutput(text=False, most=2)), 56),
+    ),
+    "attitude output with lines": (
+        *("system.attitude_output", "output.frames_and_lines"),
+        *(lambda b: attitude_output.Sent(b.AttitudeOutput()), 20),
     ),
     "conductor": (
         *("system.conductor", "conductor.updates_chain"),
@@ -241,6 +266,25 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
             "r_port.addr.eq(Cat(port.index, bank))",
             "r_port.addr.eq(Cat(port.index, newest))",
         ),
+        # A reply in a record; bytes in another order; a reply that is taken early.
+        ("packer", 'm.next = "NEXT"\n', 'm.next = "IDLE"\n'),
+        ("packer", "held.as_signed()", "held"),
+        ("packer", "sent & whole & answer", "sent & answer"),
+        ("packer of replies", "self.o.ready & whole & ~head", "self.o.ready & ~head"),
+        # Records in the core; the address for the word; a write that is not waited for; its reply.
+        ("dispatcher", "self.pending & (~busy | record)", "self.pending"),
+        ("dispatcher", "self.index.eq(1)", "self.index.eq(0)"),
+        ("dispatcher", 'm.State("WRITE"), m.If(bus.w_ack)', 'm.State("WRITE")'),
+        ("dispatcher", "self.kind == Kind.WRITE, self.bus", "self.kind == Kind.READ, self.bus"),
+        ("dispatcher", "self.index == self.inputs - 1", "self.index == self.inputs - 2"),
+        # Another update in the middle; a frame without end; other bytes; a pace; other updates.
+        ("attitude output", "start.eq(due & idle)", "start.eq(due)"),
+        ("attitude output", "Const(3, 2), s.last", "Const(2, 2), s.last"),
+        ("attitude output", "~word.any() & s.code[1:3].all()", "s.code[1:3].all()"),
+        ("attitude output", "s.next_place.eq(4 << self.bits)", "s.next_place.eq(5 << self.bits)"),
+        ("attitude output", "later = left[1:].any()", "later = left.any()"),
+        ("attitude output with lines", "raw.eq(s.text)", "raw.eq(0)"),
+        ("attitude output with lines", "Mux(is_text, _State.FETCH, _State.KIND)", "_State.KIND"),
         # A word after the last; a line that is not used leaves its words to one that waits; an
         # update that begins late; a watchdog that waits for ever, or half the time.
         ("conductor", "s.offer.eq(self.chosen & ~(fire & s.ends))", "s.offer.eq(self.chosen)"),
