@@ -301,35 +301,37 @@ class Dispatched(Elaboratable):
         ]
 
 
+def _packer(name: str, *, records: bool) -> Proof:
+    return Proof(
+        name=f"packer.{name}",
+        depth=8,
+        induction=3,
+        cover=range(20, 21),
+        claim=f"Packer, {name}, words of {WORD} bits: a body has its kind and the bytes of its "
+        "words, in order, once, with `last`; records and replies do not mix, and a reply is "
+        "taken with its last byte; the next byte waits for at most one cycle",
+        harness=lambda: Packed(Packer(word=WORD, records=records)),
+    )
+
+
+def _dispatcher(inputs: int, cycles: int) -> Proof:
+    ports = {"word": WORD, "inputs": inputs, "depth": max(inputs, 2), "address": 5}
+    return Proof(
+        name=f"dispatcher.{inputs}_{cycles}",
+        depth=8,
+        induction=3,
+        cover=range(20, 21),
+        claim=f"Dispatcher, {inputs} input words, {cycles} cycle(s) to read, words of {WORD} "
+        "bits: each frame is executed once, as it says, and answered once with its own word; "
+        "an access waits until the record before it has left; so many cycles of its own",
+        harness=lambda: Dispatched(Dispatcher(**ports, read_cycles=cycles)),
+    )
+
+
 PROOFS = (
-    *(
-        Proof(
-            name=f"packer.{name}",
-            depth=8,
-            induction=3,
-            cover=range(20, 21),
-            claim=f"Packer, {name}, words of {WORD} bits: a body has its kind and the bytes of its "
-            "words, in order, once, with `last`; records and replies do not mix, and a reply is "
-            "taken with its last byte; the next byte waits for at most one cycle",
-            harness=lambda records=records: Packed(Packer(word=WORD, records=records)),
-        )
-        for name, records in (("records", True), ("replies", False))
-    ),
-    *(
-        Proof(
-            name=f"dispatcher.{inputs}_{cycles}",
-            depth=8,
-            induction=3,
-            cover=range(20, 21),
-            claim=f"Dispatcher, {inputs} input words, {cycles} cycle(s) to read, words of {WORD} "
-            "bits: each frame is executed once, as it says, and answered once with its own word; "
-            "an access waits until the record before it has left; so many cycles of its own",
-            harness=lambda inputs=inputs, cycles=cycles: Dispatched(
-                Dispatcher(
-                    word=WORD, inputs=inputs, depth=max(inputs, 2), address=5, read_cycles=cycles
-                )
-            ),
-        )
-        for inputs, cycles in ((3, 1), (1, 2), (0, 1))
-    ),
+    _packer("records", records=True),
+    _packer("replies", records=False),
+    _dispatcher(3, 1),
+    _dispatcher(1, 2),
+    _dispatcher(0, 1),
 )
