@@ -221,5 +221,5 @@ def _proof(name: str, cover: int, **parameters: Any) -> Proof:
 PROOFS = (
     _proof("frames_and_lines", 40),
     _proof("frames_2", 60, text=False, most=2),
-    _proof("frames_16", 60, text=False, most=16, read_cycles=2),
+    _proof("frames_16", 70, text=False, most=16, read_cycles=2),
 )

@@ -24,6 +24,7 @@ from boresight.sim.formal.blocks import (
     operands,
     registers,
     results,
+    sentence,
     sequencer,
     system_bus,
     uart,
@@ -96,6 +97,10 @@ PARTS = {
             b.Dispatcher(word=accesses.WORD, inputs=3, depth=3, address=5)
         ),
         12,
+    ),
+    "sentence": (
+        *("sensors.hmr3300_sentence", "sentence.grammar"),
+        *(lambda b: sentence.Parsed(b.SentenceParser()), 14),
     ),
     "attitude output": (
         *("system.attitude_output", "output.frames_2"),
@@ -277,6 +282,12 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ("dispatcher", 'm.State("WRITE"), m.If(bus.w_ack)', 'm.State("WRITE")'),
         ("dispatcher", "self.kind == Kind.WRITE, self.bus", "self.kind == Kind.READ, self.bus"),
         ("dispatcher", "self.index == self.inputs - 1", "self.index == self.inputs - 2"),
+        # Two numbers of three; one that is too large, or long; a point too late; a spoilt line.
+        ("sentence", 'byte["cr"] & field[1] & ~over', 'byte["cr"] & ~over'),
+        ("sentence", "~field[1] & ~over", "~field[1]"),
+        ("sentence", "count != DIGITS_MAX", "count != DIGITS_MAX + 1"),
+        ("sentence", "count <= WHOLE_MAX", "count <= WHOLE_MAX + 1"),
+        ("sentence", "m.Elif(error | (self.pause & ~at_begin))", "m.Elif(self.pause & ~at_begin)"),
         # Another update in the middle; a frame without end; other bytes; a pace; other updates.
         ("attitude output", "start.eq(due & idle)", "start.eq(due)"),
         ("attitude output", "Const(3, 2), s.last", "Const(2, 2), s.last"),
