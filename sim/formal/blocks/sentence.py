@@ -146,10 +146,9 @@ PROOFS = (
         induction=3,
         cover=range(16, 17),
         reset=False,
-        claim="SentenceParser, any bytes, errors and pauses, no reset: `line` comes after the LF of "
-        "a line if and only if all its bytes since the LF before are a sentence of the grammar, "
-        "without an error or a pause, and no number exceeded its limit; so after any LF the next "
-        "is read",
+        claim="SentenceParser, any bytes, errors and pauses, no reset: `line` comes after an LF if "
+        "and only if all bytes since the LF before are a sentence of the grammar, without an error "
+        "or a pause, and no number exceeded its limit; so after any LF the next is read",
         harness=lambda: Parsed(SentenceParser()),
     ),
 )
