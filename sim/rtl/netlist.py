@@ -2,8 +2,8 @@
 
 Look-up tables, carry chains, flip-flops, multipliers and block RAM take the place of the core's
 Verilog; the bench is that of `sim.rtl.harness`. The cells behave as yosys' library says, and where
-that says nothing as ``spartan6_cells.v`` and ``ecp5_cells.v`` do. What the netlist drops, the place
-of the register writes, cannot be traced.
+that says nothing as ``spartan6_cells.v``, ``ecp5_cells.v`` and ``nexus_cells.v`` do. What the
+netlist drops, the place of the register writes, cannot be traced.
 """
 
 from __future__ import annotations
@@ -42,6 +42,8 @@ class Cells:
     ----------
     library : tuple of str
         Files of yosys' library.
+    included : tuple of str
+        Files of yosys' library that these include.
     own : tuple of str
         Files beside this one.
     contents : mapping
@@ -52,6 +54,7 @@ class Cells:
     """
 
     library: tuple[str, ...]
+    included: tuple[str, ...] = ()
     own: tuple[str, ...] = ()
     contents: Mapping[str, Mapping[str, tuple[str, int, int]]] = field(default_factory=dict)
     vectors: frozenset[str] = frozenset()
@@ -60,6 +63,7 @@ class Cells:
         """Their Verilog, by file name."""
         return {
             "cells.v": "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)]),
+            **{Path(name).name: cell_library(name) for name in self.included},
             **{name: Path(__file__).with_name(name).read_text() for name in self.own},
         }
 
@@ -76,11 +80,17 @@ CELLS: Final[Mapping[str, Cells]] = {
     ),
     "ecp5": Cells(
         library=("ecp5/common_sim.vh", "ecp5/ccu2c_sim.vh"),
-        own=("block_ram.v", "ecp5_cells.v"),
+        own=("block_ram.v", "nine_bit_ram.v", "ecp5_cells.v"),
         contents={"DP16KD": {"CONTENTS": ("INITVAL_", 64, 320)}},
         vectors=frozenset({"DP16KD", "MULT18X18D"}),
     ),
     "ice40": Cells(library=("ice40/cells_sim.v",)),
+    "nexus": Cells(
+        library=("lattice/cells_sim_nexus.v",),
+        included=("lattice/parse_init.vh",),
+        own=("block_ram.v", "nine_bit_ram.v", "nexus_cells.v"),
+        contents={kind: {"CONTENTS": ("INITVAL_", 64, 320)} for kind in ("PDP16K", "PDPSC16K")},
+    ),
 }
 
 #: Parts whose cells are simulated.
@@ -195,8 +205,13 @@ def _parameters(
     for name in _UNREAD if contents else ():
         values.pop(name, None)
     for kind, (prefix, count, width) in contents.items():
-        words = [values.pop(f"{prefix}{k:02X}", "0") for k in range(count)]
+        words = [_bits(values.pop(f"{prefix}{k:02X}", "0")) for k in range(count)]
         values[kind] = "".join(word.rjust(width, "0") for word in reversed(words))
     for name, value in values.items():
         is_bits = value and set(value) <= set("01x")
         yield name, f"{len(value)}'b{value.replace('x', '0')}" if is_bits else f'"{value.strip()}"'
+
+
+def _bits(value: str) -> str:
+    """A number as Lattice writes it, in hexadecimal digits, or already in bits."""
+    return value if set(value) <= set("01x") else f"{int(value, 16):b}"

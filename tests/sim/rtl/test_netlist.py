@@ -194,6 +194,7 @@ def test_counters_that_are_read_while_they_are_written() -> None:
         ("xc6slx9", "small", "LUT6"),
         pytest.param("ecp5-25k", "small-d10", "LUT4", marks=pytest.mark.soak),
         pytest.param("ice40-up5k", "small", "SB_LUT4", marks=pytest.mark.soak),
+        pytest.param("lifcl-17", "small", "LUT4", marks=pytest.mark.soak),
     ],
 )
 def test_a_core_after_synthesis(
