@@ -107,8 +107,10 @@ class Vector:
     unit : Vector or None
     variance : Node or None
         The state that is its squared length, of a vector of the matrix before.
-    measured : tuple of Coefficient or None
-        Of a unit vector: the noise v of its measurement.
+    measured : Vector or None
+        Of a unit vector: along which one it is.
+    share : bool
+        It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
     """
 
     number: int
@@ -119,6 +121,7 @@ class Vector:
     unit: Vector | None = None
     variance: Node | None = None
     measured: Vector | None = None
+    share: bool = False
     conditions: frozenset[int] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -360,9 +363,16 @@ class Gram:
             yield sum(c.ends(sides)[0] for c in noise)
 
     def _less(self, v: Vector, unit: Vector) -> Vector:
-        """A vector less its part along another one, of length one or zero."""
-        along = (v.at * unit.at).sum(axis=1, keepdims=True)
-        return self.space.add(v.at - along * unit.at, parts=((_ONE, v),), unit=unit)
+        """A vector less its part along another one; of a ``share`` s: v - b (v . s) s.
+
+        With b = (1 - sqrt(1 - |s|^2)) / |s|^2 all inner products x . y are less by (x . s)(s . y).
+        """
+        along = np.einsum("ij,ij->i", v.at, unit.at)
+        if unit.share:
+            square = unit.length * unit.length
+            root = np.sqrt(np.maximum(1.0 - square, 0.0))
+            along = along / (1.0 + root)
+        return self.space.add(v.at - along[:, None] * unit.at, parts=((_ONE, v),), unit=unit)
 
     def _pairs(self, node: Node) -> list[Pair]:
         """Vectors whose inner product a node is: of all there are the latest, with all noise."""
@@ -511,6 +521,10 @@ class Gram:
         if all(known):
             return [Term(_ONE, (a, b))]
         for one, other, is_known in ((a, b, known[0]), (b, a, known[1])):
+            if is_known and other.number in self.cone:
+                terms = self._terms(other) or []
+                if [len(t.factors) for t in terms] == [1]:
+                    return [Term(terms[0].coefficient, (terms[0].factors[0], one))]
             if is_known or other.number not in self.cone:
                 return self._scaled(one, other)
         for one, other in ((a, b), (b, a)):
@@ -575,12 +589,55 @@ class Gram:
             a, b = (
                 [v for pair in self._pairs(f) for v in pair if _of_unit(v)] for f in term.factors
             )
-            unit = next((v for v in a if v in b), None)
+            unit = next((v for v in a if v in b), None) or self._share_of(term)
             if unit is None:
                 return None
             chosen = Coefficient(1.0, (), term.coefficient.sides)
             out[unit.number] = (chosen if chosen.sides else None), unit
         return [out[n] for n in sorted(out)]
+
+    def _share_of(self, term: Term) -> Vector | None:
+        """The root of k, times m, of a product k (x . m)(m . y); None: of another form."""
+        first, second = ([v for p in self._pairs(f) for v in p] for f in term.factors)
+        own = Coefficient(nodes=term.coefficient.nodes)
+        ways = [(own, m) for m in first if m in second and own.nodes]
+        for some, others in ((first, second), (second, first)):
+            ways += [v.parts[0] for v in some if _is_scaled(v) and v.parts[0][1] in others]
+        for c, m in ways:
+            if self._is_share(c, m):
+                root = np.sqrt(np.maximum(self._at(c), 0.0))
+                return self.space.add(root[:, None] * m.at, measured=m, share=True)
+        return None
+
+    def _is_share(self, c: Coefficient, m: Vector) -> bool:
+        """Whether a coefficient is w / (w |m|^2 + v), neither w nor v negative."""
+        if c.number != 1.0 or c.sides or len(c.nodes) != 1:
+            return False
+        *limits, node = _limits(c.nodes[0])
+        factors = node.args if node.kind == "mul" else (node,)
+        inverse = [f for f in factors if f.kind == "reciprocal"]
+        weights = tuple(f for f in factors if f.kind != "reciprocal")
+        if len(inverse) != 1 or any(w.low < 0.0 for w in weights):
+            return False
+        *more, total = _limits(inverse[0].args[0])
+        terms = self._made_of(total) or []
+        squares = [t for t in terms if t.factors]
+        rest = [t.coefficient for t in terms if not t.factors]
+        if len(squares) != 1 or min(self._lows(rest)) < 0.0:
+            return False
+        (square,), by = squares, Coefficient(nodes=weights)
+        scaled = next((v for v in self.space.vectors if v.parts == ((by, m),)), None)
+        if square.coefficient == by:
+            pair = m, m
+        elif square.coefficient == _ONE and scaled is not None:
+            pair = scaled, m
+        else:
+            return False
+        if len(square.factors) != 1 or not self._is(square.factors[0], pair):
+            return False
+        self.passed.update(n.number for n in (*limits, *more) if n.kind == "bounded")
+        self.within |= {n.number: n for k in (*rest, by) for n in k.nodes}
+        return True
 
     # -- what follows -----------------------------------------------------------------------------
 
@@ -831,12 +888,16 @@ def _is_choice(c: Coefficient) -> bool:
     return c.number == 1.0 and not c.nodes
 
 
+def _is_scaled(v: Vector) -> bool:
+    """Whether a vector is another one, times a coefficient."""
+    return len(v.parts) == 1 and v.unit is None and not v.noise
+
+
 def _of_unit(v: Vector) -> bool:
     """Whether a vector is of length one, or zero."""
     if v.measured is not None:
         return True
-    alone = len(v.parts) == 1 and v.unit is None and not v.noise
-    return alone and _is_choice(v.parts[0][0]) and _of_unit(v.parts[0][1])
+    return _is_scaled(v) and _is_choice(v.parts[0][0]) and _of_unit(v.parts[0][1])
 
 
 def _all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:

@@ -2,8 +2,8 @@
 
 Look-up tables, carry chains, flip-flops, multipliers and block RAM take the place of the core's
 Verilog; the bench is that of `sim.rtl.harness`. The cells behave as yosys' library says, and where
-that says nothing as ``spartan6_cells.v``, ``ecp5_cells.v`` and ``nexus_cells.v`` do. What the
-netlist drops, the place of the register writes, cannot be traced.
+that says nothing as ``spartan6_cells.v``, ``ecp5_cells.v``, ``nexus_cells.v`` and
+``gowin_cells.v`` do. What the netlist drops, the place of the register writes, cannot be traced.
 """
 
 from __future__ import annotations
@@ -30,6 +30,9 @@ __all__ = ["CELLS", "SIMULATED", "Cells", "NetlistSimulation", "verilog_of"]
 _NO_HARDWARE = "$scopeinfo"
 #: Path of a net in the simulator's file.
 _NET = re.compile(rf"{re.escape(CORE)}\.n\d+")
+#: Module of a file in Verilog.
+_LINES = re.MULTILINE | re.DOTALL
+_MODULE = re.compile(r"^module (\w+)", _LINES)
 #: Parameters of a memory's output latch at configuration, which the core does not read.
 _UNREAD = ("INIT_A", "INIT_B")
 
@@ -60,12 +63,14 @@ class Cells:
     vectors: frozenset[str] = frozenset()
 
     def sources(self) -> dict[str, str]:
-        """Their Verilog, by file name."""
-        return {
-            "cells.v": "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)]),
-            **{Path(name).name: cell_library(name) for name in self.included},
-            **{name: Path(__file__).with_name(name).read_text() for name in self.own},
-        }
+        """Their Verilog, by file name; a cell of ``own`` replaces that of the library."""
+        own = {name: Path(__file__).with_name(name).read_text() for name in self.own}
+        kinds = "|".join(kind for text in own.values() for kind in _MODULE.findall(text))
+        library = "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)])
+        if kinds:
+            library = re.sub(rf"^module (?:{kinds})\b.*?^endmodule", "", library, flags=_LINES)
+        included = {Path(name).name: cell_library(name) for name in self.included}
+        return {"cells.v": library, **included, **own}
 
 
 #: By the family's name.
@@ -90,6 +95,13 @@ CELLS: Final[Mapping[str, Cells]] = {
         included=("lattice/parse_init.vh",),
         own=("block_ram.v", "nine_bit_ram.v", "nexus_cells.v"),
         contents={kind: {"CONTENTS": ("INITVAL_", 64, 320)} for kind in ("PDP16K", "PDPSC16K")},
+    ),
+    "gw2a": Cells(
+        library=("gowin/cells_sim.v",),
+        own=("block_ram.v", "nine_bit_ram.v", "gowin_cells.v"),
+        contents={
+            kind: {"CONTENTS": ("INIT_RAM_", 64, 288)} for kind in ("SPX9", "SDPX9B", "DPX9B")
+        },
     ),
 }
 

@@ -1,4 +1,4 @@
-// A block RAM whose words are bytes of nine bits, as Lattice has them: block_ram.v, where
+// A block RAM whose words are bytes of nine bits, as Lattice and Gowin have them: block_ram.v, where
 // the ninth bits are parity.
 
 module nine_bit_ram #(

@@ -111,6 +111,38 @@ def test_a_length_is_no_shorter_than_it_can_be():
         assert (gram.proof_of(claim) is not None) == proven
 
 
+class Weighted(Joint):
+    """P - k c c^T, k = w / (1 + w h P h), c = P h: a measurement of variance 1 / w, or none."""
+
+    inputs = (Input("h", -1.0, 1.0), Input("w", 0.0, 1.0))
+    params = ()
+
+    def step(self, x, u, p):
+        wrong = self.wrong
+        column = [a + u.h * b for a, b in ((x.p00, x.p01), (x.p01, x.p11))]
+        along = column[0] + u.h * column[1]
+        weight = u.w - 0.25 if wrong == "sign" else u.w
+        total = 1.0 + (0.5 if wrong == "half" else 1.0) * (weight * along)
+        share = weight / ops.bounded(total, 0.5, 8.0, "S")
+        share = 1.5 * share if wrong == "more" else share
+        gain = [share * c for c in column]
+        a00, a01, a11 = (
+            a - gain[i] * column[j] for a, i, j in ((x.p00, 0, 0), (x.p01, 0, 1), (x.p11, 1, 1))
+        )
+        return {"p00": a00, "p01": a01, "p11": a11}, {"y": gain[0]}
+
+
+def test_a_measurement_by_its_weight():
+    for wrong in ("", "sign", "half", "more"):
+        estimator = Weighted()
+        estimator.wrong = wrong
+        gram, claims = gram_of(estimator)
+        assert gram.proven == (wrong == ""), wrong
+        assert [c.state for c in claims if gram.proof_of(c)] == (
+            ["p00", "p01", "p11"] if gram.proven else []
+        )
+
+
 class Derived(Kalman):
     """Position and velocity, each measured by the author's model."""
 
@@ -176,7 +208,7 @@ def farthest(estimator, program, nodes, claims):
     return reached, np.any([s.broken for s in searches], axis=0)
 
 
-@pytest.mark.parametrize("name", ["pmsm", "battery", "mekf", "ekf_quaternion", "satcom"])
+@pytest.mark.parametrize("name", ["pmsm", "battery", "mekf"])
 def test_no_method_proves_a_claim_that_a_search_breaks(name):
     """Each claim with its range a little less than what is reached."""
     estimator = estimator_of(name)
@@ -198,4 +230,4 @@ def test_no_method_proves_a_claim_that_a_search_breaks(name):
         false = replace(claim, low=max(claim.low, -end), high=min(claim.high, end))
         tried += 1
         assert not any(method(false) for method in methods), str(claim)
-    assert tried > 10
+    assert tried > 10, tried
