@@ -53,12 +53,12 @@ def check_routable(targets: Sequence[str], alternative: str) -> None:
     """Raise InputError unless an open tool routes one of ``targets``, ToolMissing without it."""
     routers = [TARGETS[name].family.router for name in targets if name in TARGETS]
     if not any(routers):
-        routed = [name for name, other in TARGETS.items() if other.family.router]
+        routed = {other.device.name: None for other in TARGETS.values() if other.family.router}
         raise InputError.at(
             "route",
             wanted="a target that an open tool routes",
             found=f"--target {','.join(targets)}",
-            fix=f"choose {', '.join(routed)}, or {alternative} for an estimate",
+            fix=f"choose {', '.join(routed)}, or {alternative} for area alone",
         )
     for router in routers:
         if router is not None:

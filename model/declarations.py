@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from keyword import iskeyword
 from numbers import Real
 from typing import Any, Protocol
+
+import numpy as np
 
 from boresight.model.errors import InputError
 from boresight.model.places import author_line, placed
@@ -111,6 +113,7 @@ class Input:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        _with_plain_numbers(self)
         where = placed(self.line, f"input {self.name}")
         check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
@@ -207,6 +210,7 @@ class Param:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        _with_plain_numbers(self)
         where = placed(self.line, f"parameter {self.name}")
         check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
@@ -231,6 +235,7 @@ class State:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        _with_plain_numbers(self)
         where = placed(self.line, f"state {self.name}")
         check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
@@ -273,6 +278,7 @@ class Output:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        _with_plain_numbers(self)
         check_unit(placed(self.line, f"output {self.name}"), self.unit)
         for name, value, wanted, good in (
             ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
@@ -341,6 +347,14 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
                     fix="rename one",
                 )
             seen.add(declaration.name)
+
+
+def _with_plain_numbers(declaration: Any) -> None:
+    """Replace numpy's numbers, whose comparisons and texts are not those of Python's."""
+    for part in fields(declaration):
+        value = getattr(declaration, part.name)
+        if isinstance(value, np.generic):
+            object.__setattr__(declaration, part.name, value.item())
 
 
 def _check_range(where: str, low: float, high: float) -> None:

@@ -25,6 +25,10 @@ _CURES = (
         "numpy's functions take no traced value: use boresight.ops (sincos_ht, sqrt, exp, ...)",
     ),
     (
+        r"Cannot cast ufunc '\w+' output",
+        "an array of float64 holds no traced value: write a = a + b instead of a += b",
+    ),
+    (
         r"casting rule",
         "numpy.linalg takes no traced value: one scalar update for each measurement has no inverse",
     ),
@@ -36,6 +40,13 @@ _CURES = (
     (r"is not defined|has no attribute", "correct the name"),
     (r"is not callable", "write a * before the bracket"),
     (r"not subscriptable|not iterable|has no len", "it is one number, without elements"),
+)
+
+#: Names of numpy's functions in errors of numpy that say it in many words.
+_NUMPYS = (
+    (r"no callable (\w+) method", "numpy's {} of a traced value"),
+    (r"Cannot cast ufunc '(\w+)' output", "numpy's {} into an array of float64"),
+    (r"Cannot cast ufunc '(\w+)' input", "numpy.linalg's {} of traced values"),
 )
 
 
@@ -146,10 +157,13 @@ def _explained(
         )
     text = f"{type(error).__name__}: {error}".splitlines()[0]
     cure = next((cure for pattern, cure in _CURES if re.search(pattern, text)), None)
+    named = (
+        said.format(match[1]) for pattern, said in _NUMPYS if (match := re.search(pattern, text))
+    )
     return InputError.at(
         line or where,
         wanted=f"a step of {name} that computes",
-        found=text,
+        found=next(named, text),
         fix=cure or "use + - * /, comparisons and boresight.ops",
     )
 

@@ -106,7 +106,8 @@ class TargetFigures:
         mapped = made.mapped if isinstance(made, Routed) else made
         runs = made.runs if isinstance(made, Routed) else ()
         clock = made.clock_mhz if isinstance(made, Routed) else None
-        seeds = {run.seed: run.clock_mhz for run in runs}
+        timed = isinstance(made, Routed) and not made.untimed
+        seeds = {run.seed: run.clock_mhz if timed else None for run in runs}
         return cls(mapped.target.name, mapped.used, clock, seeds, str(made))
 
 

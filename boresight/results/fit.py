@@ -126,6 +126,15 @@ class FitProposal:
         return f"{p.kind} {p.name} ({p.line}): {ranges}, {p.bits} bits; {gains}"
 
 
+def succeeded(saturated_updates: int, negative_updates: tuple[int | None, int]) -> bool:
+    """Whether nothing saturated in the records, and the profile makes no variance negative.
+
+    Both as in `FitResult`.
+    """
+    before, after = negative_updates
+    return not saturated_updates and after <= (before or 0)
+
+
 @dataclass(frozen=True)
 class FitResult(Answer):
     """What `fit` gives.
@@ -134,7 +143,7 @@ class FitResult(Answer):
     ----------
     estimator : str
     profile : Path
-        The file.
+        The file; not written unless ``good``.
     records : mapping of str to int
         Updates by the name of the log or world.
     hostile_updates : int
@@ -187,8 +196,7 @@ class FitResult(Answer):
     @property
     def good(self) -> bool:
         """Nothing saturated in the records, and the profile makes no variance negative."""
-        before, after = self.negative_updates
-        return not self.saturated_updates and (after <= (before or 0))
+        return succeeded(self.saturated_updates, self.negative_updates)
 
     def __str__(self) -> str:
         runs = ", ".join(f"{name} ({count} updates)" for name, count in self.records.items())
@@ -213,10 +221,10 @@ class FitResult(Answer):
                 f"  with every format from runs less exact: {', '.join(worse)}; {left} "
                 "(docs/learn/ranges.md, what a profile cannot mend)"
             )
-        lines += [
+        lines += dict.fromkeys(
             f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], no interval keeps it off zero"
             for x in self.limits
-        ]
+        )
         lines += [
             f"  {c.line}: bounded to [{c.low:g}, {c.high:g}], {c.reason}: {_share(c.logs)} in the "
             f"records, {_share(c.hostile)} in hostile runs"
@@ -231,15 +239,16 @@ class FitResult(Answer):
         lines += [self.narrowed] * bool(self.narrowed)
         if self.saturated_updates:
             lines.append(
-                f"FAILED: {self.saturated_updates} updates SATURATED in the records; boresight "
-                "check names the first value"
+                f"FAILED, not written: {self.saturated_updates} updates SATURATED in the records; "
+                "boresight check names the first value"
             )
         elif not self.good:
             bare, fit = self.negative_updates
             without = "" if bare is None else f", {bare} without it"
             lines.append(
-                f"FAILED: a variance is NEGATIVE after {fit} hostile updates{without}: declare "
-                "the ranges of the covariance's values with ops.bounded, or remove the profile"
+                "FAILED, not written: a variance is NEGATIVE after "
+                f"{fit} hostile updates{without}: declare the ranges of the covariance's values "
+                "with ops.bounded"
             )
         return "\n".join(lines)
 

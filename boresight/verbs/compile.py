@@ -303,6 +303,14 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
         check_number("clock", int(clock) if math.isfinite(clock) else -1, 1, 1000)
     if route:
         check_routable([target], "--synth")
+        router = TARGETS[target].family.router
+        if clock is not None and router is not None and router.untimed:
+            raise InputError.at(
+                "clock",
+                wanted=f"a target whose multipliers {router.program} has delays of",
+                found=f"--target {target}",
+                fix="leave --clock out, or choose another target",
+            )
     if not route and (clock is not None or seeds > 1):
         raise InputError.at(
             "clock" if clock is not None else "seeds",

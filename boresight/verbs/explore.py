@@ -25,6 +25,7 @@ from boresight.arguments import (
     check_routable,
     check_word,
 )
+from boresight.core_files import has_primitives
 from boresight.disk.output import OutputFile, require_distinct
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
@@ -158,7 +159,7 @@ def explore(
         raise InputError.at(
             "seeds", wanted="cores that are routed", found="no --route", fix="add --route"
         )
-    if toggles and all(TARGETS[target].family.router is not None for target in targets):
+    if toggles and not any(map(has_primitives, targets)):
         raise InputError.at(
             "toggles",
             wanted="a target whose netlist is simulated, Spartan-6",

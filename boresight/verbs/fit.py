@@ -28,7 +28,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
-from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult
+from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult, succeeded
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.fit.fitting import Effect, Fitted, fitted, kept
 from boresight.sim.fit.observe import Inputs, pieces_of
@@ -64,7 +64,8 @@ def fit(
     and half of the bits that are left to its interval, at most `sim.fit.choose.MOST_BITS`. Inputs,
     parameters, states and what replaces them, angles that wrap, divisors and arguments of roots
     have the formats of their declarations or intervals. What would make an output less exact on the
-    sources is left out; see `sim.fit.fitting.kept`.
+    sources is left out; see `sim.fit.fitting.kept`. Nothing is written where a word saturates on
+    the sources, or more variances are negative than without the profile.
 
     Parameters
     ----------
@@ -121,7 +122,9 @@ def fit(
     choice = kept(fit_result, records, params=params, word=word)
     before, after = choice.before, choice.after
     fit_result = replace(fit_result, profile=choice.profile)
-    target.write(_text(fit_result, made_from))
+    negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
+    if succeeded(after.saturated_updates, negative):
+        target.write(_text(fit_result, made_from))
     narrower: list[FitProposal] = []
     wanted = proposals(fit_result) if propose or copied else []
     # Elements of the covariance of a `boresight.kalman` filter are declared nowhere in its file.
@@ -138,9 +141,10 @@ def fit(
         source, edited = copied
         text, left = applied(source.read_text(), [p.proposal for p in narrower])
         edited.write(text)
-        for p in left:
-            say(f"not applied, {p.kind} {p.name} ({p.line}): its name is not written out there")
         narrowed = f"{apply}: {len(narrower) - len(left)} of {len(narrower)} proposals applied"
+        if left:
+            names = ", ".join(p.name for p in left)
+            narrowed += f"; names that are not written out in the file, by hand: {names}"
     return FitResult(
         estimator=estimator.name,
         profile=Path(output or place or f"{estimator.name}.fit.json"),
@@ -158,10 +162,7 @@ def fit(
         claims=_claims(fit_result),
         errors=_errors(before, after),
         saturated_updates=after.saturated_updates,
-        negative_updates=(
-            None if isinstance(before, str) else before.negative_updates,
-            after.negative_updates,
-        ),
+        negative_updates=negative,
         refused=before if isinstance(before, str) else "",
         word=word,
         proposals=tuple(narrower),

@@ -46,7 +46,10 @@ class NewResult(Answer):
             f"{log}: a log of that world\n"
             f"{test}: their test\n"
             f"{baseline}: results of check, with which the test compares\n"
-            + "".join(f"{path}: runs all of it at every push\n" for path in ci)
+            + "".join(
+                f"{path}: runs all of it at every push; its first lines say what it needs\n"
+                for path in ci
+            )
             + f"now: boresight check {source} {log}\n"
             f"     boresight simulate {source} {source}\n"
             f"     pytest {test}"

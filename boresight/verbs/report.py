@@ -18,9 +18,12 @@ from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import quote
 
-from boresight.arguments import check_machine, check_number
-from boresight.core_files import estimate_core, write_text
+from boresight.arguments import check_choice, check_machine, check_number
+from boresight.core_files import estimate_core, has_primitives, map_core, write_text
 from boresight.disk.output import output_folder
+from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.routed import Mapped
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
@@ -86,6 +89,7 @@ def report(
     word: Word = 32,
     steps: int | None = None,
     synth: bool = True,
+    target: str = "xc6slx9",
     widths: bool = False,
     against: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     output: OutputFolder = "build",
@@ -104,6 +108,9 @@ def report(
         Leading samples of each log.
     synth : bool
         Area and clock too (yosys); --no-synth: without.
+    target : str
+        Part: xc6slx9, ecp5-25k, lifcl-17, ... (docs/targets.md); area alone where it is no
+        Spartan-6.
     widths : bool
         Run the first log in words of 18 to 32 bits too: a plot of the errors.
     against : path, optional
@@ -125,6 +132,8 @@ def report(
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
     check_machine(config, word)
+    check_choice("target", target, TARGETS)
+    part = TARGETS[target]
     if steps is not None:
         check_number("steps", steps, 1)
     if rtl_rows is not None:
@@ -143,13 +152,23 @@ def report(
             for log in records
             for result in checking.run(log, whole=False, rtl_rows=rtl_rows)
         ]
-        area = None
+        area: Estimate | Mapped | None = None
         if synth:
-            say("synthesis (yosys) and clock estimate")
-            area = estimate_core(build.core)
+            say(f"synthesis (yosys) for {part.title}")
+            if has_primitives(target):
+                area = estimate_core(build.core, part.device)
+            else:
+                area = map_core(build.core, part)
         swept = width_section(results[0], progress=say) if widths else None
         data = report_data(
-            build.core, *results, area=area, comparison=comparison, widths=swept, before=before
+            build.core,
+            *results,
+            area=area,
+            comparison=comparison,
+            device=part.device,
+            grade=part.grade,
+            widths=swept,
+            before=before,
         )
         write_text(folder / "report.json", json.dumps(data, indent=1) + "\n")
         page = render_html(data, links=links_of(estimator, Path(output)))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 from boresight.gateware.schedule.slots import Slot
@@ -33,20 +34,28 @@ class Arrangement:
     slots: tuple[Slot, ...]
     before: tuple[tuple[int, int], ...]
 
+    @cached_property
+    def reads(self) -> tuple[tuple[int, int | None], ...]:
+        """Values on the two ports of each slot."""
+        return tuple((s.a, s.b) for s in self.slots)
+
     def place(self, ready: Sequence[int], index_delay: int = 1) -> tuple[int, list[int]]:
         """Earliest first cycle, and the order of slots that allows it.
 
         ``ready`` is the first cycle at which each value may be read. `IDLE` in the order is a slot
         without effect: a captured index serves slots ``index_delay`` cycles later.
         """
-        release = [
-            max(ready[s.a], ready[s.b]) if s.b is not None else ready[s.a] for s in self.slots
-        ]
+        release = [ready[a] for a, _ in self.reads]
+        for k, (_, b) in enumerate(self.reads):
+            if b is not None and ready[b] > release[k]:
+                release[k] = ready[b]
         for earlier, later in self.before:
             by_index = self.slots[earlier].cap_index and self.slots[later].reads_table
-            release[later] = max(
-                release[later], release[earlier] + (index_delay if by_index else 1)
-            )
+            least = release[earlier] + (index_delay if by_index else 1)
+            if least > release[later]:
+                release[later] = least
+        if len(release) == 1:
+            return release[0], [0]
         order = sorted(range(len(release)), key=release.__getitem__)
         if index_delay > 1:
             order = self._spaced(order, index_delay)

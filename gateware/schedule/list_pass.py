@@ -82,11 +82,11 @@ class _Pass(ListState):
         if node >= self.p.n_ops:
             return NOTHING
         a, b, c = self.p.keys[node]
-        captured = self.held[lane]
+        index, flag, norm = self.held[lane]
         return (
-            a is not None and a != captured[0],
-            b is not None and b != captured[1],
-            c is not None and c != captured[2],
+            a is not None and a != index,
+            b is not None and b != flag,
+            c is not None and c != norm,
         )
 
     def choose(self, t: int, lanes: list[int], skip: set[int]) -> tuple[int, int, Fit] | None:
@@ -99,19 +99,24 @@ class _Pass(ListState):
         for minus, node in self.awake:
             if most - minus <= best_key:
                 break
-            if node in skip:
-                continue
             is_op = node < problem.n_ops
             full = problem.needs[node] if is_op else NOTHING
+            # Only a capture that is there already raises a node above its priority.
+            if node in skip or full == NOTHING and -minus <= best_key:
+                continue
             for lane in reversed(lanes):  # lane 0 also serves gets and emits
                 need = NOTHING if full == NOTHING else self.need(node, lane)
                 fits = self.fits.get((node, need)) or self.fit(node, need)
+                key = -minus
+                if need != full:
+                    key += style.reuse * (self.fit(node, full)[0][1] - fits[0][1])
+                if key <= best_key:
+                    continue
                 for f in fits:
                     if f[0] <= t:
                         break
                 else:
                     continue
-                key = -minus
                 if not is_op:
                     if lane or t < last_get and t + self.read in self.gets:
                         continue
@@ -122,8 +127,6 @@ class _Pass(ListState):
                         continue
                     if not self.may_look_up(t, lane, need, f):
                         continue
-                    if need != full:
-                        key += style.reuse * (self.fit(node, full)[0][1] - fits[0][1])
                     if style.keep:
                         for kind in (0, 1, 2):
                             if need[kind] and self.wanted(kind, self.held[lane][kind]):
@@ -175,9 +178,10 @@ class _Pass(ListState):
         return False
 
     def dummies(self, arrangement: Arrangement) -> list[tuple[int, Key]]:
-        """Captures of an arrangement in separate slots."""
+        """Captures of an arrangement in separate slots, which follow those of the terms."""
         out = []
-        for s in arrangement.slots:
+        op = arrangement.slots[0].op
+        for s in arrangement.slots[0 if op is None else self.p.terms[op] :]:
             if s.term is None and s.op is not None:
                 for kind, name in enumerate(KINDS):
                     key = self.p.keys[s.op][kind]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -137,10 +138,10 @@ class ListState:
         _, length, arrangement, order = fit
         problem = self.p
         slots: Sequence[Slot] = arrangement.ordered(order)
-        self.awake.remove((-self.priority[node], node))
+        del self.awake[bisect_left(self.awake, (-self.priority[node], node))]
         self.free[lane] = t + length
-        for s in slots:
-            for v in (s.a, s.b):
+        for ports in arrangement.reads:
+            for v in ports:
                 if v in problem.awaited and v is not None:
                     self.horizon = max(self.horizon, self.ready[v] - 1)
         if node < problem.n_ops:

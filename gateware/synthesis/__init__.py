@@ -8,6 +8,9 @@ family       what a family says: synthesis, cells, registers, router, parts
 device       a part: how many of each resource
 spartan6/    the families, a folder each (``docs/targets.md``)
 ecp5/, ice40/
+nexus/, gowin/
+artix7/      area alone
+cyclone5/    area alone
 yosys        Verilog to the netlist of a family
 registers    flip-flops move into multipliers and memories
 harness      flip-flops in place of pins

@@ -47,7 +47,8 @@ class Device:
     memory : str
         Key of the block RAM.
     options : tuple of str
-        What the family's router is told of the part and its first package.
+        What the family's router is told of the part and its first package, ``{grade}`` in place of
+        the speed grade.
     """
 
     name: str

@@ -21,12 +21,15 @@ class Router:
         Its name, ``nextpnr-ecp5``; its package on PyPI is ``yowasp-`` and this name.
     extra : str
         Extra of this package that installs it.
-    grade : str
-        Option that has the speed grade; empty: the part's options have it.
     options : tuple of str
-        Further options.
+        Further options than those of the part.
+    grades : mapping
+        Speed grade -> what it is called in the options of a part, if not by its number.
+    untimed : set of str
+        Types of cells that the program has no delays of: with these it gives no clock.
     pins, placed : (str, str)
-        Option and file of the pins; of the configuration as text.
+        Option and file of the pins; of the configuration as text. These and the next two are for
+        boards.
     packer : tuple of str
         Program that makes the bitstream of that text, with its options; in the same package.
     bitstream : str
@@ -35,12 +38,13 @@ class Router:
 
     program: str
     extra: str
-    pins: tuple[str, str]
-    placed: tuple[str, str]
-    packer: tuple[str, ...]
-    bitstream: str
-    grade: str = ""
+    pins: tuple[str, str] = ("", "")
+    placed: tuple[str, str] = ("", "")
+    packer: tuple[str, ...] = ()
+    bitstream: str = ""
     options: tuple[str, ...] = ()
+    grades: Mapping[int, str] = field(default_factory=dict)
+    untimed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +61,9 @@ class Family:
         Type of a cell -> what it takes of the part's resources, by their keys.
     flip_flop : tuple
         Type, parameters, clock, input and output of a flip-flop without enable.
+    drivers : mapping
+        ``clk`` or ``0`` -> type, parameters and output of the cell that drives it in a core that is
+        routed without pins; what is not there the router drives. None: nothing drives it.
     devices : tuple of Device
         Its parts, small first.
     memory_shapes : mapping
@@ -67,7 +74,7 @@ class Family:
     clocks_source : str
         What these clocks are.
     router : Router, optional
-        None: area alone, or a clock that is estimated.
+        None: area alone, or on Spartan-6 a clock that is estimated.
     absorb : callable
         Moves flip-flops into registers of multipliers and memories: ``absorb(netlist, top)``.
     """
@@ -78,6 +85,7 @@ class Family:
     cells: Mapping[str, Mapping[str, float]]
     devices: tuple[Device, ...]
     flip_flop: tuple[str, Mapping[str, str], str, str, str] = ("", {}, "", "", "")
+    drivers: Mapping[str, tuple[str, Mapping[str, str], str] | None] = field(default_factory=dict)
     memory_shapes: Mapping[tuple[int, int], float] = field(default_factory=dict)
     clocks: Mapping[tuple[int, int], float] = field(default_factory=dict)
     clocks_source: str = ""
@@ -97,6 +105,5 @@ class Target:
     @property
     def title(self) -> str:
         """Part and speed grade, for texts."""
-        router = self.family.router
-        graded = router is None or router.grade
+        graded = len(self.device.grades) > 1
         return f"{self.device.name}, speed {self.grade}" if graded else self.device.name

@@ -121,9 +121,10 @@ def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
     """What the router of a target is started with, without files."""
     router = target.family.router
     assert router is not None
-    grade = (router.grade, str(target.grade)) if router.grade else ()
+    grade = router.grades.get(target.grade, target.grade)
+    part = (option.format(grade=grade) for option in target.device.options)
     wanted = ("--seed", str(seed), "--freq", f"{clock_mhz:g}", "--timing-allow-fail")
-    return (*target.device.options, *grade, *router.options, *wanted)
+    return (*part, *router.options, *wanted)
 
 
 def place_and_route(

@@ -9,7 +9,7 @@ register does. The netlist before and after computes the same in every cycle.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 Json = dict[str, Any]
@@ -63,6 +63,8 @@ class Absorption:
         Port that must carry the same enable; empty: ``enables``, if the cell uses them already.
     wires : mapping
         Further ports, and constants on them.
+    idle : tuple of str
+        Ports that must be open or 0: resets of the register.
     """
 
     cell: str
@@ -74,6 +76,7 @@ class Absorption:
     enables: tuple[str, ...]
     agrees: str = ""
     wires: Mapping[str, str]
+    idle: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,10 +89,13 @@ class Reading:
         A cell as `FlipFlop`, None if it is none.
     table : callable
         A cell as inputs, table and output of a look-up table, None if it is none.
+    constants : mapping
+        Type of a cell that drives a constant -> its output, and "0" or "1".
     """
 
     flip_flop: Callable[[Json], FlipFlop | None]
     table: Callable[[Json], tuple[tuple[Bit, ...], int, Bit] | None]
+    constants: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
 def absorb(netlist: Json, top: str, reading: Reading, rules: tuple[Absorption, ...]) -> int:
@@ -105,13 +111,30 @@ def absorb(netlist: Json, top: str, reading: Reading, rules: tuple[Absorption, .
     int
         Flip-flops less.
     """
+    cells = netlist["modules"][top]["cells"]
+    nets = {
+        cell["connections"][output][0]: value
+        for cell in cells.values()
+        for output, value in (reading.constants.get(cell["type"], ("", "")),)
+        if output
+    }
+    _exchange(cells, nets)
     work = _Netlist(netlist["modules"][top], reading)
     before = len(work.flip_flops)
     for rule in rules:
         for name in [n for n, cell in work.cells.items() if cell["type"] == rule.cell]:
             work.apply(rule, name, work.cells[name])
     work.sweep()
+    _exchange(cells, {value: net for net, value in nets.items()})
     return before - len(work.flip_flops)
+
+
+def _exchange(cells: Mapping[str, Json], bits: Mapping[Bit, Bit]) -> None:
+    """Replace bits at all inputs of cells."""
+    for cell in cells.values():
+        for port, old in cell["connections"].items():
+            if cell["port_directions"][port] == "input":
+                cell["connections"][port] = [bits.get(bit, bit) for bit in old]
 
 
 _TIED: Final = ("0", "1", "x")
@@ -161,13 +184,14 @@ class _Netlist:
     def apply(self, rule: Absorption, name: str, cell: Json) -> None:
         """Use a register of a cell, if the flip-flops allow it."""
         parameters, wires = cell["parameters"], cell["connections"]
-        if not rule.applies(parameters):
+        reset = {bit for port in rule.idle for bit in wires.get(port, ())} - {"0", "x"}
+        if reset or not rule.applies(parameters):
             return
-        ports = [p for p in wires if p.rstrip("0123456789") in rule.pins and p not in rule.pins]
         moved = {
-            port: beside
-            for port in ports
-            for bit in wires[port]
+            (port, k): beside
+            for port in wires
+            if port.rstrip("0123456789") in rule.pins
+            for k, bit in enumerate(wires[port])
             if (beside := self._beside(rule, bit)) != ""
         }
         if not moved or None in moved.values():
@@ -175,19 +199,20 @@ class _Netlist:
         chosen = [self.flip_flops[flip_flop] for flip_flop in moved.values() if flip_flop]
         clocks = {flip_flop.clock for flip_flop in chosen}
         enables = {self.enables(flip_flop) for flip_flop in chosen}
-        at_hand = wires.get(rule.clock, ["x"])[0]
+        at_hand = {*wires.get(rule.clock, ())} - {"0", "x"}
+        enabled = {bit for port in rule.enables for bit in wires.get(port, ())} - {"0", "x"}
         if len(clocks) != 1 or len(enables) != 1:
             return
         (clock,), (enable,) = clocks, enables
         if enable is None:
             return
-        if at_hand not in ("x", clock) or (rule.agrees and wires[rule.agrees] != [enable]):
+        if not at_hand <= {clock} or (rule.agrees and wires[rule.agrees] != [enable]):
             return
-        if not rule.agrees and any(wires.get(p, [enable]) != [enable] for p in rule.enables):
+        if not rule.agrees and not enabled <= {enable}:
             return
-        for port, flip_flop_name in moved.items():
+        for (port, k), flip_flop_name in moved.items():
             if flip_flop_name:
-                self._move(rule, name, port, flip_flop_name)
+                self._move(rule, name, port, k, flip_flop_name)
         parameters.update(rule.parameters)
         added = {rule.clock: clock, **dict.fromkeys(rule.enables, enable), **rule.wires}
         for port, net in added.items():
@@ -211,16 +236,18 @@ class _Netlist:
             fits = name in self.flip_flops
         return name if fits and self.flip_flops[name].plain else None
 
-    def _move(self, rule: Absorption, name: str, port: str, flip_flop_name: str) -> None:
-        flip_flop, wires = self.flip_flops[flip_flop_name], self.cells[name]["connections"]
+    def _move(self, rule: Absorption, name: str, port: str, k: int, flip_flop_name: str) -> None:
+        flip_flop, bits = self.flip_flops[flip_flop_name], self.cells[name]["connections"][port]
+        before = bits[k]
         if rule.output:
-            self.loads.pop(wires[port][0])
-            wires[port] = [flip_flop.q]
+            self.loads.pop(before)
+            bits[k] = flip_flop.q
             self.driver[flip_flop.q] = name
             self._remove(flip_flop_name)
         else:
-            self.loads[wires[port][0]].discard((name, port))
-            wires[port] = [flip_flop.d]
+            bits[k] = flip_flop.d
+            if before not in bits:
+                self.loads[before].discard((name, port))
             if flip_flop.d not in _TIED:
                 self.loads.setdefault(flip_flop.d, set()).add((name, port))
 

@@ -90,8 +90,25 @@ class Routed:
         return min(self.runs, key=lambda run: run.clock_mhz or float("inf"))
 
     @property
+    def untimed(self) -> tuple[str, ...]:
+        """Types of its cells that the router has no delays of."""
+        router, (module,) = (
+            self.mapped.target.family.router,
+            self.mapped.netlist["modules"].values(),
+        )
+        assert router is not None
+        return tuple(sorted(router.untimed & {cell["type"] for cell in module["cells"].values()}))
+
+    @property
     def clock_mhz(self) -> float | None:
-        """Clock of the worst seed, rounded down to 0.1 MHz; None: nothing limits it."""
+        """Clock of the worst seed, rounded down to 0.1 MHz.
+
+        None: nothing limits it, or it would be that of the paths without cells that are not timed.
+        """
+        return None if self.untimed else self._slowest_mhz
+
+    @property
+    def _slowest_mhz(self) -> float | None:
         clock = self.worst.clock_mhz
         return None if clock is None else int(10.0 * clock) / 10
 
@@ -108,6 +125,11 @@ class Routed:
         return f"routed on {title}, {self.version}, worst of {self.seeds}"
 
     def __str__(self) -> str:
+        if self.untimed:
+            return (
+                f"{self.mapped.amounts}; {self.source}, which has no delays of "
+                f"{', '.join(self.untimed)}: no clock, other paths {self._slowest_mhz} MHz"
+            )
         return f"{self.mapped.amounts}; clock {self.clock_mhz} MHz ({self.source})"
 
 

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from typing import Final
 
+from boresight.gateware.synthesis.artix7.family import ARTIX7
+from boresight.gateware.synthesis.cyclone5.family import CYCLONE5
 from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.family import Family, Target
+from boresight.gateware.synthesis.gowin.family import GW2A, GW5A
 from boresight.gateware.synthesis.ice40.family import ICE40
+from boresight.gateware.synthesis.nexus.family import NEXUS
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 
 __all__ = ["FAMILIES", "TARGETS"]
 
 #: Families with parts of their own.
-FAMILIES: Final[tuple[Family, ...]] = (SPARTAN6, ECP5, ICE40)
+FAMILIES: Final[tuple[Family, ...]] = (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, GW5A, ARTIX7, CYCLONE5)
 
 
 def _targets() -> dict[str, Target]:

@@ -210,11 +210,17 @@ class Conductor(wiring.Component):
 
     def _requests(self, m: Module, s: Step, accepted: Value) -> Value:
         """Requests of samples, lines, host and clock; events. Returns the watchdog."""
-        with m.If(accepted):
-            m.d.sync += [s.line_waits.eq(1), s.line_counts.eq(self.is_counts)]
+        with m.If(self.line):  # also one that is not used has changed the words
+            m.d.sync += [
+                s.line_waits.eq(accepted),
+                s.line_counts.eq(self.is_counts),
+                s.line_alone.eq(0),
+            ]
         busy = (s.state != State.IDLE) & ~s.job[1]
         with m.If(self.sample & self.run & ~busy):
             m.d.sync += s.waiting.eq(1)
+        with m.If(~self.run):  # its words do not stay
+            m.d.sync += s.waiting.eq(0)
         with m.If(self.restart | ~self.run):
             m.d.sync += s.restart_next.eq(1)
         late = self._watch(m, (s.state == State.IDLE) | s.complete)
@@ -223,7 +229,7 @@ class Conductor(wiring.Component):
             "field_used": self.updated & s.use_field,
             "restart": self.updated & s.restarting,
             "sample_dropped": self.sample & self.run & (busy | s.waiting),
-            "field_dropped": accepted & s.line_waits,
+            "field_dropped": self.line & s.line_waits,
             "framing": self.framing,
             "watchdog": late,
         }
@@ -303,13 +309,14 @@ class Conductor(wiring.Component):
                 m.d.sync += [
                     s.state.eq(State.TURN),
                     s.line_waits.eq(accepted),
+                    s.line_alone.eq(~self.line),
                     s.job.eq(Mux(s.line_counts, Job.COUNTS, Job.HEADING)),
                     self.choice.eq(Mux(s.line_counts, plan.field, plan.compass)),
                     s.field_counts.eq(s.line_counts),
                 ]
         with m.Else():
             # A line received since may have changed the words being copied.
-            good = ~s.line_waits & ~accepted
+            good = s.line_alone & ~self.line
             m.d.sync += [s.state.eq(State.IDLE), s.fresh.eq(good), s.bank.eq(s.bank ^ good)]
 
     def _flush(self, m: Module, s: Step, fire: Value) -> None:
@@ -321,6 +328,7 @@ class Conductor(wiring.Component):
             self.choice.eq(self.plan.inertial),
             s.job.eq(Job.INERTIAL),
             s.restart_next.eq(1),
+            s.waiting.eq(0),
         ]
         with m.If(fire):
             m.d.sync += s.state.eq(State.IDLE)

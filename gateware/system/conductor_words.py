@@ -64,6 +64,7 @@ class Step:
         self.waiting = Signal()  # a sample
         self.line_waits = Signal()  # a line of the compass, not yet at work
         self.line_counts = Signal()  # ... with counts
+        self.line_alone = Signal()  # none has come since the one at work
         self.fresh = Signal()  # a field that no update has used
         self.field_counts = Signal()  # ... from counts
         self.bank = Signal()  # where the last whole field stands, if it is held
@@ -246,7 +247,8 @@ class Words:
             m.d.comb += early.eq((s.state == State.FEED) & o.valid)
             count, taking = Mux(early, number, s.count), Mux(early, State.COLLECT, s.state)
             count = Mux(s.state == State.COLLECT, number, count)
-            with m.If(o.valid):
+            # Not those of a record that the watchdog has completed: they come before INERTIAL's.
+            with m.If(o.valid & (s.job == Job.FILTER)):
                 m.d.sync += [number.eq(number + 1), s.ended.eq(o.payload.last)]
             with m.If((s.state == State.FINISH) | (s.state == State.IDLE)):
                 m.d.sync += [number.eq(0), s.ended.eq(0)]

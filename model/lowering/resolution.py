@@ -113,7 +113,10 @@ class _Walk:
                 name = declared_name(self.program, self.nodes, number)
                 ends = f"[{state.low:g}, {state.high:g}]"
                 return f"narrow the range {ends} of state {name}, or widen the tolerance"
-        return "limit it, or its factors, with ops.bounded or ops.clip, or use boresight fit"
+        profiled = any(node.fit is not None for node in self.nodes.values())
+        return "limit it, or its factors, with ops.bounded or ops.clip" + (
+            "" if profiled else ", or use boresight fit"
+        )
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach one, each once, and how much of an error of theirs does."""

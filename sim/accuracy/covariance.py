@@ -252,7 +252,8 @@ def covariance_trial(
                 at = (at + len(piece[0])) % len(real[0])
             total += done
             if progress is not None:
-                progress(f"{name} {stimulus} {dict(values)}: {total} of {updates}")
+                given = "".join(f", {key}={value:g}" for key, value in values.items())
+                progress(f"{name}: input {stimulus!r}{given}: {total:,} of {updates:,} updates")
     return CovarianceTrial(name, total, negative, least, checked, saturated, drift, compared)
 
 

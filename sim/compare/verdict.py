@@ -349,6 +349,13 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     unused = program.arithmetic.word - 1 - used.bit_length()
     state = becomes(program, nodes, value)
     if state is None and unused > 1:
+        if any(node.fit is not None for node in nodes.values()):
+            return (
+                f"it leaves {unused} bits unused with the profile, too: limit what it is computed "
+                "from with ops.bounded (elements of a covariance after each measurement, by "
+                "standard deviations), narrow inputs and states (boresight fit --propose), or use "
+                "a wider word"
+            )
         return (
             f"it leaves {unused} bits unused: get formats by boresight fit; where these do not "
             "help, narrow inputs and states (boresight fit --propose), use ops.bounded, or a wider "

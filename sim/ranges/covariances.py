@@ -50,7 +50,7 @@ def check_on_covariances(
     out: dict[int, str] = {}
     for whole in (False, True):
         left = [k for k in depend if k not in out]
-        draw = _Drawn(covariance, program, whole=whole)
+        draw = Drawn(covariance, program, whole=whole)
         search = Search(
             estimator, program, nodes, [claims[k] for k in left], drawn_states=draw.states
         )
@@ -75,7 +75,7 @@ def _dependent(
     ]
 
 
-class _Drawn:
+class Drawn:
     """Random covariances in place of those that runs have.
 
     Parameters

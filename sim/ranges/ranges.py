@@ -16,6 +16,7 @@ from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of, reached_cells
 from boresight.sim.ranges.claims import Claim, assumptions, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
+from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.search import RUNS, Reach, Search
 from boresight.sim.ranges.vectors import Vectors
@@ -223,15 +224,18 @@ def examine(
     steps = -(-updates // RUNS)
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
+    prover = _Prover(estimator, program, nodes)
     proofs: list[Proof | None] = []
-    cells = reached_cells(program, nodes)
-    vectors, matrices = Vectors(program, nodes), Matrices(estimator, program, nodes)
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
-        proofs.append(proof_of(claim, cells) or vectors.proof_of(claim) or matrices.proof_of(claim))
+        proofs.append(prover.gram.proof_of(claim) or prover.proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
     search.run(steps, progress)
     reached = search.reach()
+    assumed = _conditions(program, nodes, claims, proofs, reached)
+    for k, claim in enumerate(claims):  # another proof may assume less
+        if assumed[k] and prover.gram.proof_of(claim):
+            proofs[k] = prover.proof_of(claim) or proofs[k]
     rest = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
@@ -289,6 +293,24 @@ def examine(
             if n in clamping
         },
     )
+
+
+class _Prover:
+    """The methods that prove a claim."""
+
+    def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
+        self.cells = reached_cells(program, nodes)
+        self.vectors = Vectors(program, nodes)
+        self.matrices = Matrices(estimator, program, nodes)
+        self.gram = Gram(estimator, program, nodes)
+
+    def proof_of(self, claim: Claim) -> Proof | None:
+        """A proof that is not one of `Gram`."""
+        return (
+            proof_of(claim, self.cells)
+            or self.vectors.proof_of(claim)
+            or self.matrices.proof_of(claim)
+        )
 
 
 def _conditions(

@@ -1,4 +1,4 @@
-// A block RAM of two ports, of which the families' cells are made (spartan6_cells.v, ecp5_cells.v).
+// A block RAM of two ports, of which the families' cells are made (spartan6_cells.v, nine_bit_ram.v).
 //
 // A word has 32 bits and 4 parity bits, one to each byte. A port of 36, 18 or 9 bits has 4, 2 or 1
 // parity bits; one of 4, 2 or 1 bits has none. Addresses count bits: a port of D data bits leaves

@@ -33,32 +33,9 @@ module DP16KD #(
             $fatal(1, "a port of DP16KD of 1 or 2 bits that is written is not simulated");
     end
 
-    // Bit 8 of each nine is block_ram's parity.
-    function [35:0] apart(input [35:0] word);
-        apart = {word[35], word[26], word[17], word[8],
-                 word[34:27], word[25:18], word[16:9], word[7:0]};
-    endfunction
-    function [35:0] together(input [35:0] word);
-        together = {word[35], word[31:24], word[34], word[23:16],
-                    word[33], word[15:8], word[32], word[7:0]};
-    endfunction
     function [8*40-1:0] mode(input [8*40-1:0] name);
         mode = name == "WRITETHROUGH" ? "WRITE_FIRST"
              : name == "READBEFOREWRITE" ? "READ_FIRST" : "NO_CHANGE";
-    endfunction
-    function [512*32-1:0] data(input integer unused);
-        integer row;
-        for (row = 0; row < 1024; row = row + 1) begin
-            data[16*row +: 8] = CONTENTS[20*row +: 8];
-            data[16*row+8 +: 8] = CONTENTS[20*row+9 +: 8];
-        end
-    endfunction
-    function [512*4-1:0] parity(input integer unused);
-        integer row;
-        for (row = 0; row < 1024; row = row + 1) begin
-            parity[2*row] = CONTENTS[20*row+8];
-            parity[2*row+1] = CONTENTS[20*row+17];
-        end
     endfunction
 
     // A port of 18 bits or more has its byte enables at the low bits of its address.
@@ -67,19 +44,16 @@ module DP16KD #(
                     : DATA_WIDTH_A == 18 ? {2'd0, ADA[1:0]} : 4'd1;
     wire [3:0] we_b = !(go_b && WEB && !WIDE_OUT) ? 4'd0
                     : DATA_WIDTH_B == 18 ? {2'd0, ADB[1:0]} : 4'd1;
-    wire [35:0] read_a, read_b;
-    block_ram #(
-        .WORDS(512), .DATA(data(0)), .PARITY(parity(0)),
-        .WIDTH_A(DATA_WIDTH_A), .WIDTH_B(DATA_WIDTH_B),
-        .MODE_A(mode(WRITEMODE_A)), .MODE_B(mode(WRITEMODE_B)), .SHARED(0)
+    wire [35:0] word_a, word_b;
+    nine_bit_ram #(
+        .CONTENTS(CONTENTS), .WIDTH_A(DATA_WIDTH_A), .WIDTH_B(DATA_WIDTH_B),
+        .MODE_A(mode(WRITEMODE_A)), .MODE_B(mode(WRITEMODE_B))
     ) ram (
         .clk_a(CLKA), .clk_b(CLKB), .en_a(go_a || RSTA), .en_b(go_b || RSTB),
         .rst_a(RSTA), .rst_b(RSTB), .addr_a(ADA), .addr_b(ADB), .we_a(we_a), .we_b(we_b),
         .writes_a(WEA), .writes_b(WEB && !WIDE_OUT),
-        .di_a(apart({WIDE_IN ? DIB : 18'd0, DIA})), .di_b(apart({18'd0, DIB})),
-        .do_a(read_a), .do_b(read_b)
+        .di_a({WIDE_IN ? DIB : 18'd0, DIA}), .di_b({18'd0, DIB}), .do_a(word_a), .do_b(word_b)
     );
-    wire [35:0] word_a = together(read_a), word_b = together(read_b);
     wire [17:0] now_a = WIDE_OUT ? word_b[17:0] : word_a[17:0];
     wire [17:0] now_b = WIDE_OUT ? word_b[35:18] : word_b[17:0];
     reg [17:0] later_a = 0, later_b = 0, later_low = 0;

@@ -2,8 +2,8 @@
 
 Look-up tables, carry chains, flip-flops, multipliers and block RAM take the place of the core's
 Verilog; the bench is that of `sim.rtl.harness`. The cells behave as yosys' library says, and where
-that says nothing as ``spartan6_cells.v`` and ``ecp5_cells.v`` do. What the netlist drops, the place
-of the register writes, cannot be traced.
+that says nothing as ``spartan6_cells.v``, ``ecp5_cells.v``, ``nexus_cells.v`` and
+``gowin_cells.v`` do. What the netlist drops, the place of the register writes, cannot be traced.
 """
 
 from __future__ import annotations
@@ -30,6 +30,9 @@ __all__ = ["CELLS", "SIMULATED", "Cells", "NetlistSimulation", "verilog_of"]
 _NO_HARDWARE = "$scopeinfo"
 #: Path of a net in the simulator's file.
 _NET = re.compile(rf"{re.escape(CORE)}\.n\d+")
+#: Module of a file in Verilog.
+_LINES = re.MULTILINE | re.DOTALL
+_MODULE = re.compile(r"^module (\w+)", _LINES)
 #: Parameters of a memory's output latch at configuration, which the core does not read.
 _UNREAD = ("INIT_A", "INIT_B")
 
@@ -42,6 +45,8 @@ class Cells:
     ----------
     library : tuple of str
         Files of yosys' library.
+    included : tuple of str
+        Files of yosys' library that these include.
     own : tuple of str
         Files beside this one.
     contents : mapping
@@ -52,16 +57,20 @@ class Cells:
     """
 
     library: tuple[str, ...]
+    included: tuple[str, ...] = ()
     own: tuple[str, ...] = ()
     contents: Mapping[str, Mapping[str, tuple[str, int, int]]] = field(default_factory=dict)
     vectors: frozenset[str] = frozenset()
 
     def sources(self) -> dict[str, str]:
-        """Their Verilog, by file name."""
-        return {
-            "cells.v": "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)]),
-            **{name: Path(__file__).with_name(name).read_text() for name in self.own},
-        }
+        """Their Verilog, by file name; a cell of ``own`` replaces that of the library."""
+        own = {name: Path(__file__).with_name(name).read_text() for name in self.own}
+        kinds = "|".join(kind for text in own.values() for kind in _MODULE.findall(text))
+        library = "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)])
+        if kinds:
+            library = re.sub(rf"^module (?:{kinds})\b.*?^endmodule", "", library, flags=_LINES)
+        included = {Path(name).name: cell_library(name) for name in self.included}
+        return {"cells.v": library, **included, **own}
 
 
 #: By the family's name.
@@ -76,11 +85,24 @@ CELLS: Final[Mapping[str, Cells]] = {
     ),
     "ecp5": Cells(
         library=("ecp5/common_sim.vh", "ecp5/ccu2c_sim.vh"),
-        own=("block_ram.v", "ecp5_cells.v"),
+        own=("block_ram.v", "nine_bit_ram.v", "ecp5_cells.v"),
         contents={"DP16KD": {"CONTENTS": ("INITVAL_", 64, 320)}},
         vectors=frozenset({"DP16KD", "MULT18X18D"}),
     ),
     "ice40": Cells(library=("ice40/cells_sim.v",)),
+    "nexus": Cells(
+        library=("lattice/cells_sim_nexus.v",),
+        included=("lattice/parse_init.vh",),
+        own=("block_ram.v", "nine_bit_ram.v", "nexus_cells.v"),
+        contents={kind: {"CONTENTS": ("INITVAL_", 64, 320)} for kind in ("PDP16K", "PDPSC16K")},
+    ),
+    "gw2a": Cells(
+        library=("gowin/cells_sim.v",),
+        own=("block_ram.v", "nine_bit_ram.v", "gowin_cells.v"),
+        contents={
+            kind: {"CONTENTS": ("INIT_RAM_", 64, 288)} for kind in ("SPX9", "SDPX9B", "DPX9B")
+        },
+    ),
 }
 
 #: Parts whose cells are simulated.
@@ -195,8 +217,13 @@ def _parameters(
     for name in _UNREAD if contents else ():
         values.pop(name, None)
     for kind, (prefix, count, width) in contents.items():
-        words = [values.pop(f"{prefix}{k:02X}", "0") for k in range(count)]
+        words = [_bits(values.pop(f"{prefix}{k:02X}", "0")) for k in range(count)]
         values[kind] = "".join(word.rjust(width, "0") for word in reversed(words))
     for name, value in values.items():
         is_bits = value and set(value) <= set("01x")
         yield name, f"{len(value)}'b{value.replace('x', '0')}" if is_bits else f'"{value.strip()}"'
+
+
+def _bits(value: str) -> str:
+    """A number as Lattice writes it, in hexadecimal digits, or already in bits."""
+    return value if set(value) <= set("01x") else f"{int(value, 16):b}"

@@ -4,13 +4,28 @@ import math
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
 from boresight.model.declarations import MICRO_G, Input, Output, Param, State, check_declared
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
 from tests.support.tree import python_files
 
 pytestmark = pytest.mark.pythons
+
+
+class Reciprocal(Estimator):
+    """1 / s."""
+
+    inputs = (Input("z", -1.0, 1.0),)
+    outputs = (Output("y"),)
+
+    def __init__(self, state: State) -> None:
+        self.states = (state,)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"s": x.s}, {"y": 1.0 / x.s}
 
 
 def test_the_ends_of_a_range_belong_to_it() -> None:
@@ -47,6 +62,14 @@ def test_declarations_that_contradict_themselves(make: Any, message: str) -> Non
         InputError, match=rf"^test_declarations\.py, line \d+, {re.escape(message)}"
     ):
         make()
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    half = np.sqrt(np.float64(0.25))
+    state = State("s", -half, np.int64(1), "m", initial=np.float32(0.25))
+    assert repr(state) == repr(State("s", -0.5, 1, "m", initial=0.25, line=state.line))
+    with pytest.raises(InputError, match=r"excludes 0, found s in \[-0.5, 1\]; divide by ops"):
+        Reciprocal(state).compile()
 
 
 def test_names_are_identifiers_and_of_one_group_each_its_own() -> None:

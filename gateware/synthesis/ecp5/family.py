@@ -26,7 +26,7 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
         grades=(6, 7, 8),
         package_source=_SOURCE,
         memory="ram",
-        options=(f"--{size}", "--package", "CABGA381"),
+        options=(f"--{size}", "--package", "CABGA381", "--speed", "{grade}"),
     )
 
 
@@ -164,7 +164,6 @@ ECP5: Final = Family(
         placed=("--textcfg", "top.config"),
         packer=("ecppack", "--compress"),
         bitstream="top.bit",
-        grade="--speed",
         options=("--tmg-ripup",),
     ),
     absorb=lambda netlist, top: absorb(netlist, top, _READING, _RULES),

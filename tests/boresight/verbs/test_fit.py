@@ -172,6 +172,19 @@ def test_verdicts(folder: Path) -> None:
     assert replace(error, after=1.2).verdict == ", BEYOND 1.1, less exact with it"
 
 
+def test_a_profile_that_failed_is_not_written(folder: Path, capsys) -> None:
+    Path("unit.py").write_text(SOURCE.replace("0.5 * x.x", "x.x"))  # x grows beyond its range
+    assert main(["fit", "unit.py:Unit", "log.csv", "-q"]) == 1
+    assert re.search(r"\nFAILED, not written: \d+ updates SATURATED", capsys.readouterr().out)
+    assert not Path("unit.fit.json").exists()
+
+
+def test_names_that_are_not_written_out_are_left_to_the_author(folder: Path, capsys) -> None:
+    Path("unit.py").write_text(SOURCE.replace('Input("b", -40.0', 'Input("" + "b", -40.0'))
+    assert main(["fit", "unit.py:Unit", "log.csv", "-q", "--apply", "narrow.py"]) == 0
+    assert "names that are not written out in the file, by hand: b\n" in capsys.readouterr().out
+
+
 def test_the_covariance_of_a_built_filter_is_summed_up(folder: Path) -> None:
     """Nobody has declared its elements."""
     program = Path(boresight.__file__).parents[1] / "examples" / "kalman.py"

@@ -7,12 +7,14 @@ import importlib
 import json
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from boresight import ReportResult
 from boresight.cli import main
 from boresight.disk.manifest import NAME
+from boresight.gateware.synthesis.routed import Mapped
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
@@ -106,7 +108,12 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
         (tmp_path / "logs" / f"{name}.csv").write_text("u\n0.25\n-0.5\n")
     monkeypatch.setattr(module, "width_section", partial(module.width_section, widths=(18,)))
     name, logs, out = f"{tmp_path}/my double.py", tmp_path / "logs", tmp_path / "deep" / "er"
-    first = module.report(name, logs / "one.csv", synth=False, output=out)
+    used = {"lut": 700, "ff": 400, "dsp": 4, "ram": 6}
+    made: dict[str, Any] = {"netlist": {}, "used": used, "inside": 0, "version": "", "command": ""}
+    monkeypatch.setattr(module, "map_core", lambda core, part: Mapped(target=part, **made))
+    first = module.report(name, logs / "one.csv", target="lifcl-17", output=out)
+    assert first.report["resources"]["lut"] == 700 and first.report["timing"]["fmax_mhz"] is None
+    assert first.report["target"]["device"] == "lifcl-17"
     result = module.report(
         name,
         logs,

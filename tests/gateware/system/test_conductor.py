@@ -328,7 +328,7 @@ class Model:
     def __init__(self, plan: Plan) -> None:
         self.plan, self.state = plan, "idle"
         self.waiting = self.line_waits = self.fresh = self.updated = False
-        self.use_field = self.restarting = self.clamped = False
+        self.use_field = self.restarting = self.clamped = self.alone = False
         self.restart_next = True
         self.line_counts = self.field_counts = self.running = self.number = 0
         self.memory = {ZERO: 0} | {REGISTERS + k: 0 for k in range(len(plan.feed.registers))}
@@ -347,15 +347,17 @@ class Model:
             "field_used": self.updated and self.use_field,
             "restart": self.updated and self.restarting,
             "sample_dropped": c.sample and c.run and (busy or self.waiting),
-            "field_dropped": accepted and self.line_waits,
+            "field_dropped": c.line and self.line_waits,
         }
         events = [name for k, name in enumerate(Conductor.EVENTS) if c.events >> k & 1]
         assert events == [name for name, pulse in names.items() if pulse]
         assert c.number == self.number
         self.seen.update(events)
         self.updated = False
-        self.waiting |= bool(c.sample and c.run and not busy)
-        waits = self.line_waits or accepted
+        self.waiting = bool(c.run) and (self.waiting or bool(c.sample and not busy))
+        # One that is not used replaces the words of one that waits.
+        waits = accepted if c.line else self.line_waits
+        self.alone &= not c.line
         if self.state == "idle" and (c.sample or self.waiting) and c.run:
             self._begin(c)
         elif self.state == "filter ends" and self.chain:
@@ -364,15 +366,15 @@ class Model:
         elif self.state == "filter ends" and c.chosen:
             self._complete(bool(c.saturated))
             if self.line_waits:
-                waits, self.field_counts = accepted, self.line_counts
+                waits, self.field_counts, self.alone = accepted, self.line_counts, not c.line
                 self._start("line", (self.plan.compass, self.plan.field)[self.line_counts])
         elif self.state == "line ends":
-            self.state, self.fresh = "idle", not waits  # else its words may be of two lines
+            self.state, self.fresh = "idle", self.alone  # else its words may be of two lines
             if self.fresh:
                 self.memory |= dict(zip(FIELD, self.given, strict=True))
             self.seen.add("whole line" if self.fresh else "line replaced")
         self.line_waits = waits
-        if accepted:
+        if c.line:
             self.line_counts = c.is_counts
         self.restart_next |= bool(c.restart or not c.run)
         if c.taken:

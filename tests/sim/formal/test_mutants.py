@@ -4,21 +4,27 @@ from dataclasses import replace
 from importlib import import_module
 
 import pytest
+from amaranth.hdl import Elaboratable
 from amaranth.lib.crc import catalog
 
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.serial.uart import Transmitter
+from boresight.gateware.system.conductor import Conductor
 from boresight.sim.formal.blocks import (
+    accesses,
+    attitude_output,
     axi,
     bus,
+    conductor,
     crc,
     frames,
     lane,
     operands,
     registers,
     results,
+    sentence,
     sequencer,
     system_bus,
     uart,
@@ -77,6 +83,45 @@ PARTS = {
         *("bus.results", "results.whole_2"),
         *(lambda b: results.Whole(b.Results(word=2, readers=2)), None),
     ),
+    "packer": (
+        *("boards.pack", "packer.records"),
+        *(lambda b: accesses.Packed(b.Packer(word=accesses.WORD)), 12),
+    ),
+    "packer of replies": (
+        *("boards.pack", "packer.replies"),
+        *(lambda b: accesses.Packed(b.Packer(word=accesses.WORD, records=False)), None),
+    ),
+    "dispatcher": (
+        *("boards.dispatch", "dispatcher.3_1"),
+        lambda b: accesses.Dispatched(
+            b.Dispatcher(word=accesses.WORD, inputs=3, depth=3, address=5)
+        ),
+        12,
+    ),
+    "sentence": (
+        *("sensors.hmr3300_sentence", "sentence.grammar"),
+        *(lambda b: sentence.Parsed(b.SentenceParser()), 14),
+    ),
+    "attitude output": (
+        *("system.attitude_output", "output.frames_2"),
+        *(lambda b: attitude_output.Sent(b.AttitudeOutput(text=False, most=2)), 56),
+    ),
+    "attitude output with lines": (
+        *("system.attitude_output", "output.frames_and_lines"),
+        *(lambda b: attitude_output.Sent(b.AttitudeOutput()), 20),
+    ),
+    "conductor": (
+        *("system.conductor", "conductor.updates_chain"),
+        *(lambda b: conductor.Updates(b.Conductor(plan=conductor.PLANS["chain"], readers=1)), 16),
+    ),
+    "conductor's watchdog": (
+        *("system.conductor", "conductor.watched"),
+        *(lambda b: conductor.Watched(b.Conductor(plan=conductor.PLANS["chain"], readers=1)), 135),
+    ),
+    "conductor's words": (
+        *("system.conductor_words", "conductor.updates_fed"),
+        *(lambda b: conductor.Updates(_with_words(b)), 26),
+    ),
     "stream in": (
         *("bus.axi_stream", "axi.stream_in"),
         *(lambda b: axi.Packets(b.StreamFromAxi(word=4)), None),
@@ -110,6 +155,19 @@ PARTS = {
         *(lambda b: lane.OfOneSlice(b.Multiplier(word=20)), 5),
     ),
 }
+
+
+def _with_words(broken) -> Elaboratable:
+    """The update controller with words that are broken."""
+
+    class Broken(Conductor):
+        def elaborate(self, platform):
+            with pytest.MonkeyPatch.context() as patched:
+                patched.setattr("boresight.gateware.system.conductor.Words", broken.Words)
+                patched.setattr("boresight.gateware.system.conductor.Step", broken.Step)
+                return super().elaborate(platform)
+
+    return Broken(plan=conductor.PLANS["fed"], readers=1)
 
 
 def refuted(name: str, harness, depth: int | None = None) -> bool:
@@ -213,6 +271,42 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
             "r_port.addr.eq(Cat(port.index, bank))",
             "r_port.addr.eq(Cat(port.index, newest))",
         ),
+        # A reply in a record; bytes in another order; a reply that is taken early.
+        ("packer", 'm.next = "NEXT"\n', 'm.next = "IDLE"\n'),
+        ("packer", "held.as_signed()", "held"),
+        ("packer", "sent & whole & answer", "sent & answer"),
+        ("packer of replies", "self.o.ready & whole & ~head", "self.o.ready & ~head"),
+        # Records in the core; the address for the word; a write that is not waited for; its reply.
+        ("dispatcher", "self.pending & (~busy | record)", "self.pending"),
+        ("dispatcher", "self.index.eq(1)", "self.index.eq(0)"),
+        ("dispatcher", 'm.State("WRITE"), m.If(bus.w_ack)', 'm.State("WRITE")'),
+        ("dispatcher", "self.kind == Kind.WRITE, self.bus", "self.kind == Kind.READ, self.bus"),
+        ("dispatcher", "self.index == self.inputs - 1", "self.index == self.inputs - 2"),
+        # Two numbers of three; one that is too large, or long; a point too late; a spoilt line.
+        ("sentence", 'byte["cr"] & field[1] & ~over', 'byte["cr"] & ~over'),
+        ("sentence", "~field[1] & ~over", "~field[1]"),
+        ("sentence", "count != DIGITS_MAX", "count != DIGITS_MAX + 1"),
+        ("sentence", "count <= WHOLE_MAX", "count <= WHOLE_MAX + 1"),
+        ("sentence", "m.Elif(error | (self.pause & ~at_begin))", "m.Elif(self.pause & ~at_begin)"),
+        # Another update in the middle; a frame without end; other bytes; a pace; other updates.
+        ("attitude output", "start.eq(due & idle)", "start.eq(due)"),
+        ("attitude output", "Const(3, 2), s.last", "Const(2, 2), s.last"),
+        ("attitude output", "~word.any() & s.code[1:3].all()", "s.code[1:3].all()"),
+        ("attitude output", "s.next_place.eq(4 << self.bits)", "s.next_place.eq(5 << self.bits)"),
+        ("attitude output", "later = left[1:].any()", "later = left.any()"),
+        ("attitude output with lines", "raw.eq(s.text)", "raw.eq(0)"),
+        ("attitude output with lines", "Mux(is_text, _State.FETCH, _State.KIND)", "_State.KIND"),
+        # A word after the last; a line that is not used leaves its words to one that waits; an
+        # update that begins late; a watchdog that waits for ever, or half the time.
+        ("conductor", "s.offer.eq(self.chosen & ~(fire & s.ends))", "s.offer.eq(self.chosen)"),
+        ("conductor", "with m.If(self.line):", "with m.If(accepted):"),
+        ("conductor", "results.begin.eq(s.begin)", "results.begin.eq(s.complete)"),
+        ("conductor's watchdog", "(once | change) & ~done", "(once | change) & done"),
+        ("conductor's watchdog", "late.eq(once & change)", "late.eq(change)"),
+        # Words that come when the record before has been aborted; sources of words; places.
+        ("conductor's words", "o.valid & (s.job == Job.FILTER)", "o.valid"),
+        ("conductor's words", "Mux(s.count[0], Source.LINE, Source.STAMP)", "Source.STAMP"),
+        ("conductor's words", '== RAW.index("stamp")),', "== 0),"),
         ("stream in", "axi.tready.eq(fifo.w_rdy)", "axi.tready.eq(1)"),
         ("stream in", "Cat(axi.tdata[: self.word], axi.tlast)", "axi.tdata[: self.word + 1]"),
         ("stream out", "fifo.r_data[: self.word].as_signed()", "fifo.r_data[: self.word]"),

@@ -194,6 +194,8 @@ def test_counters_that_are_read_while_they_are_written() -> None:
         ("xc6slx9", "small", "LUT6"),
         pytest.param("ecp5-25k", "small-d10", "LUT4", marks=pytest.mark.soak),
         pytest.param("ice40-up5k", "small", "SB_LUT4", marks=pytest.mark.soak),
+        pytest.param("lifcl-17", "small", "LUT4", marks=pytest.mark.soak),
+        pytest.param("gw2a-18", "small", "LUT4", marks=pytest.mark.soak),
     ],
 )
 def test_a_core_after_synthesis(
@@ -221,7 +223,12 @@ def _with_a_wrong_lut(table: str, *arguments: Any, **options: Any) -> FamilyNetl
     cells = result.synthesis.netlist["modules"]["core"]["cells"].values()
     lut = [c for c in cells if c["type"] == table][40]
     (content,) = {"INIT", "LUT_INIT"} & lut["parameters"].keys()
-    lut["parameters"][content] = lut["parameters"][content].translate({48: 49, 49: 48})
+    table_bits = lut["parameters"][content]
+    if set(table_bits) <= {"0", "1"}:
+        inverted = table_bits.translate({48: 49, 49: 48})
+    else:  # Lattice's hexadecimal digits
+        inverted = f"0x{int(table_bits, 16) ^ 0xFFFF:04X}"
+    lut["parameters"][content] = inverted
     return result
 
 

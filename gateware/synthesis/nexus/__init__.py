@@ -1,0 +1,1 @@
+"""Lattice CrossLink-NX and Certus-NX, placed and routed by nextpnr."""

@@ -1,0 +1,922 @@
+"""Proof that a matrix of states stays a covariance, by vectors whose inner products it is.
+
+A covariance P is P_ij = p_i . p_j of some vectors, |p_i|^2 = P_ii. So is what a filter makes of it,
+in whatever order it computes the elements, also where several measurements share one pass:
+
+* of F P F^T the vectors are sums, sum_k F_ik p_k;
+* noise q of a variance is a new direction, p_i + sqrt(q) e;
+* h P h + v is |m|^2, m = sum_k h_k p_k + sqrt(v) e, and what a measurement takes of each vector is
+  its part along the unit vector u = m / |m|: a gain L_i = P_i: h / |m| is p_i . u, and P - L L^T is
+  that of p_i - (p_i . u) u, shorter than p_i;
+* a selection chooses between vectors: its condition may have either side.
+
+The next matrix is a covariance if its elements are the inner products of one vector each; the first
+one is, and by induction all are. F and h may be any values of the step. An inner product is within
+the lengths of its two vectors, which follow from the variances of the states, from what conditions
+say of them, and from the intervals of F, h, q and v.
+
+That a value is an inner product is an identity of polynomials, checked at random points, with
+selections, limits and functions drawn, too: of one that is false all points would have to be roots.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.graph import Node
+from boresight.model.words.program import Program
+from boresight.sim.accuracy.covariance import covariance_of
+from boresight.sim.ranges.boxes import Proof
+from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.polynomials import polynomial_of
+
+__all__ = ["Gram"]
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+#: Random points, and those that are tried first; decades of the lengths there.
+_POINTS, _FIRST, _DECADES = 512, 32, 1.0
+#: Share of the terms by which an identity may fail at a point: rounding; most that terms count for
+#: more than the product of the lengths.
+_EXACT, _CANCELLED = 1e-12, 1e4
+#: Terms of a sum, and of one without inner products, which then stays whole; pairs that are kept of
+#: one value; conditions of which all sides are tried; vectors.
+_TERMS, _LOOSE, _PAIRS, _CONDITIONS, _VECTORS = 400, 8, 4, 7, 900
+#: Kinds of nodes for which a product or selection is taken apart.
+_READERS = ("bounded", "saturated", "rsqrt", "reciprocal", "select")
+#: Sides of conditions, by number: 1 negative, 2 not.
+Sides = Mapping[int, int]
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A number times nodes where conditions have these sides, and 0 elsewhere."""
+
+    number: float = 1.0
+    nodes: tuple[Node, ...] = ()
+    sides: frozenset[tuple[int, int]] = frozenset()
+
+    def times(self, other: Coefficient) -> Coefficient:
+        """The product; 0 where one condition would need both sides."""
+        sides = self.sides | other.sides
+        number = self.number * other.number
+        if len({n for n, _ in sides}) < len(sides):
+            number = 0.0
+        return Coefficient(number, (*self.nodes, *other.nodes), sides)
+
+    def ends(self, sides: Sides) -> tuple[float, float]:
+        """Least and largest value on the given sides."""
+        if any(sides.get(c, s) != s for c, s in self.sides):
+            return 0.0, 0.0
+        low = high = self.number
+        for node, power in Counter(self.nodes).items():
+            least, most = _known_ends(node)
+            each = [least**power, most**power]
+            if power % 2 == 0 and least < 0.0 < most:
+                each.append(0.0)
+            corners = [x * y if x and y else 0.0 for x in (low, high) for y in each]
+            low, high = min(corners), max(corners)
+        if any(c not in sides for c, _ in self.sides):
+            low, high = min(low, 0.0), max(high, 0.0)
+        return low, high
+
+
+@dataclass(eq=False)
+class Vector:
+    """One vector.
+
+    Attributes
+    ----------
+    number : int
+    at : (points, dimensions) array
+    length : (points,) array
+    parts : tuple of (Coefficient, Vector)
+        Whose sum it is; less the part of that along ``unit``, if there is one.
+    noise : tuple of Coefficient
+        Whose sum is the square of what it has in a direction of its own.
+    unit : Vector or None
+    variance : Node or None
+        The state that is its squared length, of a vector of the matrix before.
+    measured : Vector or None
+        Of a unit vector: along which one it is.
+    share : bool
+        It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
+    """
+
+    number: int
+    at: FloatArray = field(repr=False)
+    length: FloatArray = field(repr=False)
+    parts: tuple[tuple[Coefficient, Vector], ...] = ()
+    noise: tuple[Coefficient, ...] = ()
+    unit: Vector | None = None
+    variance: Node | None = None
+    measured: Vector | None = None
+    share: bool = False
+    conditions: frozenset[int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        coefficients = (*(c for c, _ in self.parts), *self.noise)
+        self.conditions = frozenset(n for c in coefficients for n, _ in c.sides).union(
+            *(v.conditions for _, v in self.parts)
+        )
+
+
+Pair = tuple[Vector, Vector]
+_ONE = Coefficient()
+
+
+@dataclass(frozen=True)
+class Term:
+    """A coefficient times inner products: none, one or two."""
+
+    coefficient: Coefficient
+    factors: tuple[Node, ...] = ()
+
+
+class Gram:
+    """The vectors of a compiled step; no proofs where the next matrix is not proven a covariance.
+
+    Parameters
+    ----------
+    estimator, program, nodes
+        The last two as `Estimator.compile_traced` gives them.
+    """
+
+    def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
+        roots = [
+            nodes[n] for n in (*program.outputs, *(a for _, a in program.states)) if n in nodes
+        ]
+        self.nodes = {node.number: node for node in live(roots)}
+        self.proven = False
+        elements = _elements(estimator, program, nodes)
+        if not elements:
+            return
+        self.after = {ij: following for ij, (_, following) in elements.items()}
+        self.size = max(j for _, j in elements) + 1
+        self.rng = np.random.default_rng(1)
+        self.space = _Space(2 * self.size + 40)
+        self.values: dict[int, FloatArray] = {}
+        self.sizes: dict[int, FloatArray] = {}
+        self.signs: dict[int, BoolArray] = {}
+        self.found: dict[int, list[Pair]] = {}  # of a node: whose inner products it is
+        self.searched: dict[int, int] = {}  # and how many vectors have been tried
+        self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
+        self.weights: dict[int, tuple[list[Vector], Vector]] = {}
+        self.noisy: dict[int, Vector] = {}  # of one without its noise
+        self.within: dict[int, Node] = {}  # from which it follows that limits are not reached
+        self.needed = {n.number for n in live([*self.after.values()])}
+        self.capped: dict[tuple[int, int], dict[int, float]] = {}
+        self.lengths: dict[int, float] = {}
+        self.apart: dict[int, list[Term] | None] = {}
+        self.passed: set[int] = set()
+        self.cone: set[int] = set()
+        try:
+            self._find({ij: before for ij, (before, _) in elements.items()})
+            self.proven = self._is_covariance()
+        except _Full:
+            return
+
+    def _find(self, before: Mapping[tuple[int, int], Node]) -> None:
+        """Values and vectors of all nodes, each after its arguments."""
+        self._begin(before)
+        wanted = {a.number for n in self.nodes.values() if n.kind in _READERS for a in n.args}
+        wanted |= {n.number for n in self.after.values()}
+        for number, node in self.nodes.items():
+            self._evaluate(node)
+            if number in self.cone:
+                self._analyse(node, wanted)
+
+    def proof_of(self, claim: Claim) -> Proof | None:
+        """Prove a claim, if it follows from the lengths of vectors."""
+        node = claim.node
+        if not self.proven or node.number not in self.cone:
+            return None
+        low, high = claim.ends
+        pairs, rest = self.sums.get(node.number, ([], ()))
+        for found, more in ((self._pairs(node), ()), (pairs, rest)):
+            for pair in found:
+                least, most = self._ends(pair, more)
+                if low <= least and most <= high:
+                    return self._proof(node, pair, more)
+        return None
+
+    def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
+        base = {n.number: n for c in rest for m in c.nodes for n in _limits(m)}
+        base |= self._base(pair)
+        base |= self.within
+        own = {n.number for n in live([node])}
+        passed = tuple(self.nodes[n] for n in sorted(self.passed & (own | self.needed)))
+        return Proof("inner products of vectors", tuple(base.values()), passed)
+
+    def _base(self, pair: Pair) -> dict[int, Node]:
+        """The nodes whose intervals the lengths of vectors follow from."""
+        base: dict[int, Node] = {}
+        stack, seen = [*pair], set[int]()
+        while stack:
+            v = stack.pop()
+            if v.number in seen:
+                continue
+            seen.add(v.number)
+            if v.variance is not None:
+                base[v.variance.number] = v.variance
+            base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in _limits(m)}
+            base |= {n.number: n for c in v.noise for m in c.nodes for n in _limits(m)}
+            stack += [part for _, part in v.parts]
+            stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]
+        return base
+
+    # -- values at the points ---------------------------------------------------------------------
+
+    def _begin(self, elements: Mapping[tuple[int, int], Node]) -> None:
+        """Vectors of the matrix before."""
+        n = self.size
+        own = []
+        for i in range(n):
+            variance = elements[i, i]
+            at = self.rng.normal(size=(_POINTS, n))
+            at *= math.sqrt(max(variance.high, 0.0)) / np.linalg.norm(at, axis=1, keepdims=True)
+            at *= 10.0 ** (-_DECADES * self.rng.random((_POINTS, 1)))
+            own.append(self.space.add(at, variance=variance))
+        self.space.used = n
+        for (i, j), node in elements.items():
+            self.values[node.number] = (own[i].at * own[j].at).sum(axis=1)
+            self.sizes[node.number] = abs(self.values[node.number])
+            self.found[node.number] = [(own[i], own[j])]
+        before = {node.number for node in elements.values()}
+        for node in self.nodes.values():
+            if node.number in before or any(a.number in self.cone for a in node.args):
+                self.cone.add(node.number)
+
+    def _evaluate(self, node: Node) -> None:
+        """Value of a node at the points, and the size of the terms that it is the sum of.
+
+        What limits, functions and conditions give is drawn: no identity rests on it.
+        """
+        if node.number in self.values:
+            return
+        args = [self.values[a.number] for a in node.args]
+        sizes = [self.sizes[a.number] for a in node.args]
+        size: FloatArray | None = None
+        if node.kind == "const":
+            value = np.full(_POINTS, node.value)
+        elif node.kind in ("input", "param", "state"):
+            value = self.rng.uniform(node.low, node.high, _POINTS)
+        elif node.kind == "bounded" or (node.kind == "saturated" and self._is_within(node)):
+            value, size = args[0], sizes[0]
+        elif node.kind == "saturated" and _is_nothing(node.args[0], self.passed):
+            value = np.zeros(_POINTS)
+        elif node.kind == "saturated":
+            limited = self.rng.uniform(-node.value, node.value, _POINTS)
+            value = np.where(self.rng.random(_POINTS) < 0.5, limited, args[0])
+        elif node.kind == "sum":
+            value = sum((s * a for s, a in zip(node.signs, args, strict=True)), np.zeros(_POINTS))
+            size = sum(sizes, np.zeros(_POINTS))
+        elif node.kind == "mul":
+            value, size = args[0] * args[1], sizes[0] * sizes[1]
+        elif node.kind in ("select", "flip"):
+            sign = self._sign(node.args[0])
+            yes, no = (-args[1], args[1]) if node.kind == "flip" else args[1:]
+            value, size = np.where(sign, yes, no), np.where(sign, sizes[1], sizes[-1])
+        elif node.kind == "rsqrt":
+            value = 1.0 / np.sqrt(np.maximum(abs(args[0]), 1e-300))
+        elif node.kind == "reciprocal":
+            value = 1.0 / np.where(args[0] == 0.0, 1e-300, args[0])
+        else:
+            value = self.rng.normal(size=_POINTS)
+        self.values[node.number] = value
+        self.sizes[node.number] = abs(value) if size is None else size
+
+    def _is_within(self, node: Node) -> bool:
+        """Whether what a limit limits is an inner product within it."""
+        for pair in self._pairs(node.args[0]):
+            least, most = self._ends(pair)
+            if -node.value <= least and most <= node.value:
+                self.within |= self._base(pair)
+                return True
+        return False
+
+    def _sign(self, condition: Node) -> BoolArray:
+        """Whether a condition is negative, at the points: drawn where it is not made of others."""
+        number = condition.number
+        if number not in self.signs:
+            signs = [self._sign(a) for a in condition.args] if condition.kind in _CHOICES else []
+            if condition.kind == "select":
+                self.signs[number] = np.where(*signs)
+            elif condition.kind == "complement":
+                self.signs[number] = signs[0] ^ signs[1]
+            elif condition.kind == "const":
+                self.signs[number] = np.full(_POINTS, condition.value < 0.0)
+            else:
+                share = self.rng.choice([0.2, 0.5, 0.8], _POINTS)
+                self.signs[number] = self.rng.random(_POINTS) < share
+        return self.signs[number]
+
+    def _at(self, c: Coefficient) -> FloatArray:
+        """Value of a coefficient at the points."""
+        value = np.full(_POINTS, c.number)
+        for node in c.nodes:
+            value = value * self.values[node.number]
+        for number, side in c.sides:
+            value = np.where(self._sign(self.nodes[number]) == (side == 1), value, 0.0)
+        return value
+
+    # -- vectors ----------------------------------------------------------------------------------
+
+    def _sum(self, parts: Sequence[tuple[Coefficient, Vector]]) -> Vector:
+        """The sum of vectors times coefficients."""
+        at = sum((self._at(c)[:, None] * v.at for c, v in parts), np.zeros((_POINTS, 1)))
+        return self.space.add(at, parts=tuple(parts))
+
+    def _noisy(self, v: Vector, noise: tuple[Coefficient, ...]) -> Vector | None:
+        """A vector and the root of what is not negative, in a direction of its own; None: it is."""
+        square = sum((self._at(c) for c in noise), np.zeros(_POINTS))
+        if (square < 0.0).any() or any(low < 0.0 for low in self._lows(noise)):
+            return None
+        if not square.any():
+            return v
+        known = [
+            other
+            for other in self.space.vectors
+            if other.noise == noise and other.parts == ((_ONE, v),)
+        ]
+        if known:
+            return known[0]
+        at = np.zeros((_POINTS, self.space.dimensions))
+        at[:, : v.at.shape[1]] = v.at
+        at[:, self.space.direction()] = np.sqrt(square)
+        self.noisy[v.number] = self.space.add(at, parts=((_ONE, v),), noise=noise)
+        return self.noisy[v.number]
+
+    def _lows(self, noise: Sequence[Coefficient]) -> Iterator[float]:
+        """Least value of a sum for each side of its conditions."""
+        for sides in _all_sides({n for c in noise for n, _ in c.sides}):
+            yield sum(c.ends(sides)[0] for c in noise)
+
+    def _less(self, v: Vector, unit: Vector) -> Vector:
+        """A vector less its part along another one; of a ``share`` s: v - b (v . s) s.
+
+        With b = (1 - sqrt(1 - |s|^2)) / |s|^2 all inner products x . y are less by (x . s)(s . y).
+        """
+        along = np.einsum("ij,ij->i", v.at, unit.at)
+        if unit.share:
+            square = unit.length * unit.length
+            root = np.sqrt(np.maximum(1.0 - square, 0.0))
+            along = along / (1.0 + root)
+        return self.space.add(v.at - along[:, None] * unit.at, parts=((_ONE, v),), unit=unit)
+
+    def _pairs(self, node: Node) -> list[Pair]:
+        """Vectors whose inner product a node is: of all there are the latest, with all noise."""
+        found = self.found.setdefault(node.number, [])
+        start = self.searched.get(node.number, 0)
+        if node.number in self.cone and start < len(self.space.vectors):
+            value, size = self.values[node.number], self.sizes[node.number]
+            found[:] = self._latest(value, size, start, found)
+            self.searched[node.number] = len(self.space.vectors)
+        return found
+
+    def _latest(
+        self, value: FloatArray, size: FloatArray, start: int = 0, known: Sequence[Pair] = ()
+    ) -> list[Pair]:
+        """Pairs whose inner product is a value, the latest first."""
+        new = [*self.space.pairs(value, size, start), *known]
+        out = [*dict.fromkeys(self._whole(pair, value, size) for pair in new)]
+        out.sort(key=lambda pair: -pair[0].number - pair[1].number)
+        return out[:_PAIRS]
+
+    def _whole(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+        """A pair with the noise of its vectors, where that changes nothing."""
+        x, y = (self.noisy.get(v.number, v) for v in pair)
+        x, y = (x, y) if self.space.is_pair((x, y), value, size) else pair
+        return (x, y) if x.number >= y.number else (y, x)
+
+    # -- what the nodes are -----------------------------------------------------------------------
+
+    def _analyse(self, node: Node, wanted: set[int]) -> None:
+        """Find the vectors of a node, after its arguments."""
+        if node.kind == "rsqrt":
+            self._weigh(node)
+        elif node.kind == "mul" and any(a.number in self.weights for a in node.args):
+            at = next(k for k, a in enumerate(node.args) if a.number in self.weights)
+            self._gain(node, node.args[1 - at], *self.weights[node.args[at].number])
+        elif node.kind in ("bounded", "saturated"):
+            self._pairs(node)
+            if node.kind == "bounded" and node.args[0].number in self.sums:
+                self.sums[node.number] = self.sums[node.args[0].number]
+            if node.kind == "bounded":
+                self.passed.add(node.number)
+        elif node.kind == "sum" or (
+            node.kind in ("mul", "select", "flip") and node.number in wanted
+        ):
+            self._take_apart(node)
+
+    def _weigh(self, node: Node) -> None:
+        """The unit vector along m, of the inverse root of |m|^2."""
+        of = node.args[0]
+        total = next((x for x, y in self._pairs(of) if x is y), None)
+        if total is None:
+            return
+        at = total.at / np.where(total.length > 0.0, total.length, 1.0)[:, None]
+        unit = self.space.add(at, measured=total)
+        alike = [total] + ([total.parts[0][1]] if total.noise else [])
+        self.weights[node.number] = alike, unit
+
+    def _gain(self, node: Node, column: Node, alike: Sequence[Vector], unit: Vector) -> None:
+        """The inner product with a unit vector, of that with what it is along."""
+        for x, y in self._pairs(column):
+            for one, other in ((x, y), (y, x)):
+                if other in alike:
+                    self.found.setdefault(node.number, []).append((one, unit))
+                    return
+                if (
+                    len(other.parts) == 1
+                    and other.unit is None
+                    and not other.noise
+                    and other.parts[0][1] in alike
+                    and _is_choice(other.parts[0][0])
+                ):
+                    chosen = self._sum(((other.parts[0][0], unit),))
+                    self.found.setdefault(node.number, []).append((one, chosen))
+                    return
+
+    def _take_apart(self, node: Node) -> None:
+        terms = self._terms(node)
+        if terms is None:
+            return
+        rest = tuple(t.coefficient for t in terms if not t.factors)
+        linear = [t for t in terms if len(t.factors) == 1]
+        products = [t for t in terms if len(t.factors) == 2]
+        value = self.values[node.number] - sum((self._at(c) for c in rest), np.zeros(_POINTS))
+        size = self.sizes[node.number]
+        pairs = self._latest(value, size)
+        if [t.coefficient.number < 0.0 for t in linear] == [True]:
+            return  # of a vector and its negative there is one
+        if not pairs and linear:
+            pairs = [
+                p for p in self._candidates(linear, products) if self.space.is_pair(p, value, size)
+            ]
+        if not pairs:
+            return
+        self.sums[node.number] = pairs, rest
+        found = self.found.setdefault(node.number, [])
+        if not rest:
+            found += pairs
+        for x, y in pairs if rest else ():
+            if x is y and (noisy := self._noisy(x, rest)) is not None:
+                found.append((noisy, noisy))
+                break
+
+    def _terms(self, node: Node) -> list[Term] | None:
+        """A node as a sum of coefficients times inner products; None: too many."""
+        if not self.values[node.number].any():
+            return []
+        if node.number not in self.cone:
+            by = Coefficient(node.value) if node.kind == "const" else Coefficient(nodes=(node,))
+            return [Term(by)]
+        if self._pairs(node):
+            return [Term(_ONE, (node,))]
+        if node.number not in self.apart:
+            self.apart[node.number] = self._made_of(node)
+        return self.apart[node.number]
+
+    def _made_of(self, node: Node) -> list[Term] | None:
+        """The same of a node's arguments."""
+        parts: list[list[Term] | None]
+        if node.kind == "sum":
+            each = zip(node.args, node.signs, strict=True)
+            parts = [_multiplied(self._terms(a), Coefficient(s)) for a, s in each]
+        elif node.kind == "bounded":
+            parts = [self._terms(node.args[0])]
+        elif node.kind in ("select", "flip"):
+            c, sign = node.args[0].number, -1.0 if node.kind == "flip" else 1.0
+            yes, no = (Coefficient(s, (), frozenset({(c, k)})) for s, k in ((sign, 1), (1.0, 2)))
+            parts = [
+                _multiplied(self._terms(node.args[1]), yes),
+                _multiplied(self._terms(node.args[-1]), no),
+            ]
+        elif node.kind == "mul":
+            parts = [self._product(*node.args)]
+        else:
+            parts = [[]]
+        if any(part is None for part in parts):
+            return None
+        out = [term for part in parts for term in part or ()]
+        whole = node.kind == "mul" or len(out) > _LOOSE or not out
+        if whole and not any(t.factors for t in out):
+            return [Term(Coefficient(nodes=(node,)))]
+        return out if len(out) <= _TERMS else None
+
+    def _product(self, a: Node, b: Node) -> list[Term] | None:
+        """A product of which one factor, at least, is made of inner products; else none."""
+        known = [n.number in self.cone and bool(self._pairs(n)) for n in (a, b)]
+        if all(known):
+            return [Term(_ONE, (a, b))]
+        for one, other, is_known in ((a, b, known[0]), (b, a, known[1])):
+            if is_known and other.number in self.cone:
+                terms = self._terms(other) or []
+                if [len(t.factors) for t in terms] == [1]:
+                    return [Term(terms[0].coefficient, (terms[0].factors[0], one))]
+            if is_known or other.number not in self.cone:
+                return self._scaled(one, other)
+        for one, other in ((a, b), (b, a)):
+            parts = self._terms(one)
+            if parts is None or any(t.factors for t in parts):
+                return self._scaled(one, other)
+        return []
+
+    def _scaled(self, node: Node, factor: Node) -> list[Term] | None:
+        """A node times a factor, each side of it where it is a selection that P decides."""
+        if factor.kind == "const":
+            return _multiplied(self._terms(node), Coefficient(factor.value))
+        if factor.kind != "select" or factor.number not in self.cone:
+            return _multiplied(self._terms(node), Coefficient(nodes=(factor,)))
+        out: list[Term] = []
+        for side in (1, 2):
+            part = self._scaled(node, factor.args[side])
+            chosen = frozenset({(factor.args[0].number, side)})
+            part = _multiplied(part, Coefficient(sides=chosen))
+            if part is None:
+                return None
+            out += part
+        return out
+
+    def _candidates(self, linear: Sequence[Term], products: Sequence[Term]) -> Iterator[Pair]:
+        """Pairs that a sum may be the inner product of."""
+        taken = self._taken(products)
+        if taken is None:
+            return
+        for x, y in self._common(linear):
+            for chosen, unit in taken:
+                unit = unit if chosen is None else self._sum(((chosen, unit),))
+                x, y = self._less(x, unit), self._less(y, unit)
+            yield x, y
+
+    def _common(self, linear: Sequence[Term]) -> Iterator[Pair]:
+        """A vector that all terms are inner products with, and the sum of the others."""
+        tried: list[Vector] = []
+        pairs = [(t.coefficient, self._pairs(t.factors[0])) for t in linear]
+        for vector in (v for pair in pairs[0][1] for v in pair):
+            if vector in tried:
+                continue
+            tried.append(vector)
+            parts: list[tuple[Coefficient, Vector]] = []
+            for coefficient, found in pairs:
+                others = [y if x is vector else x for x, y in found if vector in (x, y)]
+                if not others:
+                    break
+                parts.append((coefficient, max(others, key=lambda v: v.number)))
+            else:
+                if len(parts) == 1 and _is_choice(parts[0][0]) and parts[0][0].sides:
+                    yield self._sum(parts), self._sum(((parts[0][0], vector),))
+                plain = [c for c, _ in parts] == [_ONE]
+                yield parts[0][1] if plain else self._sum(parts), vector
+                if len(tried) >= _PAIRS:
+                    return
+
+    def _taken(self, products: Sequence[Term]) -> list[tuple[Coefficient | None, Vector]] | None:
+        """The unit vectors along which products are taken, in order; None: of another form."""
+        out: dict[int, tuple[Coefficient | None, Vector]] = {}
+        for term in products:
+            a, b = (
+                [v for pair in self._pairs(f) for v in pair if _of_unit(v)] for f in term.factors
+            )
+            unit = next((v for v in a if v in b), None) or self._share_of(term)
+            if unit is None:
+                return None
+            chosen = Coefficient(1.0, (), term.coefficient.sides)
+            out[unit.number] = (chosen if chosen.sides else None), unit
+        return [out[n] for n in sorted(out)]
+
+    def _share_of(self, term: Term) -> Vector | None:
+        """The root of k, times m, of a product k (x . m)(m . y); None: of another form."""
+        first, second = ([v for p in self._pairs(f) for v in p] for f in term.factors)
+        own = Coefficient(nodes=term.coefficient.nodes)
+        ways = [(own, m) for m in first if m in second and own.nodes]
+        for some, others in ((first, second), (second, first)):
+            ways += [v.parts[0] for v in some if _is_scaled(v) and v.parts[0][1] in others]
+        for c, m in ways:
+            if self._is_share(c, m):
+                root = np.sqrt(np.maximum(self._at(c), 0.0))
+                return self.space.add(root[:, None] * m.at, measured=m, share=True)
+        return None
+
+    def _is_share(self, c: Coefficient, m: Vector) -> bool:
+        """Whether a coefficient is w / (w |m|^2 + v), neither w nor v negative."""
+        if c.number != 1.0 or c.sides or len(c.nodes) != 1:
+            return False
+        *limits, node = _limits(c.nodes[0])
+        factors = node.args if node.kind == "mul" else (node,)
+        inverse = [f for f in factors if f.kind == "reciprocal"]
+        weights = tuple(f for f in factors if f.kind != "reciprocal")
+        if len(inverse) != 1 or any(w.low < 0.0 for w in weights):
+            return False
+        *more, total = _limits(inverse[0].args[0])
+        terms = self._made_of(total) or []
+        squares = [t for t in terms if t.factors]
+        rest = [t.coefficient for t in terms if not t.factors]
+        if len(squares) != 1 or min(self._lows(rest)) < 0.0:
+            return False
+        (square,), by = squares, Coefficient(nodes=weights)
+        scaled = next((v for v in self.space.vectors if v.parts == ((by, m),)), None)
+        if square.coefficient == by:
+            pair = m, m
+        elif square.coefficient == _ONE and scaled is not None:
+            pair = scaled, m
+        else:
+            return False
+        if len(square.factors) != 1 or not self._is(square.factors[0], pair):
+            return False
+        self.passed.update(n.number for n in (*limits, *more) if n.kind == "bounded")
+        self.within |= {n.number: n for k in (*rest, by) for n in k.nodes}
+        return True
+
+    # -- what follows -----------------------------------------------------------------------------
+
+    def _is_covariance(self) -> bool:
+        """Whether the elements of the next matrix are the inner products of one vector each."""
+        own: list[Vector] = []
+        for j in range(self.size):
+            candidates = [x for x, y in self._pairs(self.after[j, j]) if x is y]
+            chosen = next(
+                (
+                    x
+                    for x in candidates
+                    if all(self._is(self.after[i, j], (own[i], x)) for i in range(j))
+                ),
+                None,
+            )
+            if chosen is None:
+                return False
+            own.append(chosen)
+        return True
+
+    def _is(self, node: Node, pair: Pair) -> bool:
+        return self.space.is_pair(pair, self.values[node.number], self.sizes[node.number])
+
+    def _ends(self, pair: Pair, rest: Sequence[Coefficient] = ()) -> tuple[float, float]:
+        """Ends of an inner product and a rest, over the sides of the conditions."""
+        x, y = pair
+        most = self._longest(x) * self._longest(y)
+        low, high = (0.0 if x is y else -most), most
+        if rest:
+            conditions = {n for c in rest for n, _ in c.sides}
+            ends = [[c.ends(sides) for c in rest] for sides in _all_sides(conditions)]
+            low += min(sum(a for a, _ in each) for each in ends)
+            high += max(sum(b for _, b in each) for each in ends)
+        return low, high
+
+    def _longest(self, v: Vector) -> float:
+        """Largest length of a vector, over the sides of its conditions."""
+        if v.number not in self.lengths:
+            self.lengths[v.number] = max(
+                self._length(v, sides, self._caps(sides), {}) for sides in _all_sides(v.conditions)
+            )
+        return self.lengths[v.number]
+
+    def _length(
+        self, v: Vector, sides: Sides, caps: Mapping[int, float], known: dict[int, float]
+    ) -> float:
+        """Largest length of a vector."""
+        if v.number in known:
+            return known[v.number]
+        if v.variance is not None:
+            most = math.sqrt(max(v.variance.high, 0.0))
+        elif v.measured is not None:
+            most = 1.0
+        else:
+            by: dict[int, tuple[Vector, list[tuple[float, float]]]] = {}
+            for c, part in v.parts:
+                by.setdefault(part.number, (part, []))[1].append(c.ends(sides))
+            most = 0.0
+            for part, ends in by.values():
+                low, high = (sum(e) for e in zip(*ends, strict=True))
+                size = max(-low, high)
+                most += size * self._length(part, sides, caps, known) if size else 0.0
+            if v.noise:
+                most = math.sqrt(most * most + max(0.0, sum(c.ends(sides)[1] for c in v.noise)))
+            if v.unit is not None and (m := self._measured(v.unit, sides)) is not None:
+                vector, noise = m
+                if any(part is vector for _, part in v.parts) and most > 0.0:
+                    most = math.sqrt(most * most * noise / (most * most + noise))
+        known[v.number] = min(most, caps.get(v.number, math.inf))
+        return known[v.number]
+
+    def _measured(self, unit: Vector, sides: Sides) -> tuple[Vector, float] | None:
+        """What a unit vector measures, and the largest noise; None: nothing, on these sides."""
+        if len(unit.parts) == 1 and unit.measured is None:  # where it is chosen
+            c, unit = unit.parts[0]
+            if any(sides.get(n) != s for n, s in c.sides):
+                return None
+        total = unit.measured
+        if total is None or not total.noise:
+            return None
+        return total.parts[0][1], max(0.0, sum(c.ends(sides)[1] for c in total.noise))
+
+    def _caps(self, sides: Sides) -> dict[int, float]:
+        """Largest lengths by what conditions say."""
+        caps: dict[int, float] = {}
+        for said in _implied(self.nodes, sides):
+            if said not in self.capped:
+                self.capped[said] = dict(self._said(*said))
+            for number, most in self.capped[said].items():
+                caps[number] = min(caps.get(number, math.inf), most)
+        return caps
+
+    def _said(self, condition: int, side: int) -> Iterator[tuple[int, float]]:
+        """Largest lengths of the vectors whose squares a condition compares with a constant."""
+        sign = 1.0 if side == 1 else -1.0
+        rest, squares = 0.0, list[tuple[float, Vector]]()
+        for t in self._terms(self.nodes[condition]) or ():
+            c = t.coefficient
+            if not t.factors:
+                low, high = c.ends({})
+                rest += low if sign > 0.0 else -high
+                continue
+            own = [x for x, y in self._pairs(t.factors[0]) if x is y]
+            if len(t.factors) > 1 or c.nodes or c.sides or not own or sign * c.number <= 0.0:
+                return
+            squares += [(sign * c.number, x) for x in own]
+        for factor, x in squares:
+            yield x.number, math.sqrt(max(0.0, -rest / factor))
+
+
+_CHOICES = ("select", "complement")
+
+
+class _Space:
+    """Vectors at the points, each once, and their inner products."""
+
+    def __init__(self, dimensions: int) -> None:
+        rng = np.random.default_rng(2)
+        self.dimensions, self.used = dimensions, 0
+        self.vectors: list[Vector] = []
+        self.weights = rng.uniform(0.5, 1.5, _FIRST) * rng.choice([-1.0, 1.0], _FIRST)
+        self.flat = np.zeros((16, _FIRST * dimensions))
+        self.sums = np.zeros((16, dimensions))
+        self.table = np.zeros((16, 16))
+
+    def direction(self) -> int:
+        """A direction that no vector has."""
+        if self.used >= self.dimensions:
+            raise _Full
+        self.used += 1
+        return self.used - 1
+
+    def add(self, at: FloatArray, **made: Any) -> Vector:
+        """A vector (points, dimensions or fewer), or the one that is the same."""
+        full = np.zeros((_POINTS, self.dimensions))
+        full[:, : at.shape[1]] = at
+        first = full[:_FIRST]
+        key, size = self.weights @ first, _lengths(full)
+        count = len(self.vectors)
+        scale = 1e-9 * (abs(self.weights) @ size[:_FIRST])
+        for k in np.flatnonzero(abs(self.sums[:count] - key).max(axis=1) <= scale):
+            if (abs(self.vectors[k].at - full).max(axis=1) <= 10.0 * _EXACT * size).all():
+                return self.vectors[k]
+        if count >= _VECTORS:
+            raise _Full
+        if count == len(self.flat):
+            self.flat = np.concatenate([self.flat, np.zeros_like(self.flat)])
+            self.sums = np.concatenate([self.sums, np.zeros_like(self.sums)])
+            table = np.zeros((2 * count, 2 * count))
+            table[:count, :count] = self.table
+            self.table = table
+        vector = Vector(count, full, size, **made)
+        self.vectors.append(vector)
+        self.flat[count], self.sums[count] = first.ravel(), key
+        products = self.flat[: count + 1] @ (self.weights[:, None] * first).ravel()
+        self.table[count, : count + 1] = self.table[: count + 1, count] = products
+        return vector
+
+    def pairs(self, value: FloatArray, size: FloatArray, start: int) -> Iterator[Pair]:
+        """Pairs whose inner product is a value, one of them from a number on."""
+        count = len(self.vectors)
+        if start >= count or not value.any():
+            return
+        key = self.weights @ value[:_FIRST]
+        table = self.table[start:count, :count]
+        scale = 1e-8 * (abs(self.weights) @ abs(value[:_FIRST]))
+        for i, j in zip(*np.nonzero(abs(table - key) <= scale), strict=True):
+            pair = self.vectors[start + i], self.vectors[j]
+            if (j <= start + i) and self.is_pair(pair, value, size):
+                yield pair
+
+    @staticmethod
+    def is_pair(pair: Pair, value: FloatArray, size: FloatArray) -> bool:
+        """Whether an inner product is a value."""
+        x, y = pair
+        for part in (slice(_FIRST), slice(_FIRST, None)):
+            off = abs(np.einsum("ij,ij->i", x.at[part], y.at[part]) - value[part])
+            most = x.length[part] * y.length[part]
+            if (off > _EXACT * (np.minimum(size[part], _CANCELLED * most) + most)).any():
+                return False
+        return True
+
+
+def _lengths(at: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", at, at)))
+
+
+class _Full(Exception):
+    """More vectors or directions than there is room for."""
+
+
+def _elements(
+    estimator: Estimator, program: Program, nodes: Mapping[int, Node]
+) -> dict[tuple[int, int], tuple[Node, Node]]:
+    """State and next value of each element of a covariance, i <= j; none without one."""
+    try:
+        covariance = covariance_of(estimator)
+    except InputError:
+        return {}
+    size = len(covariance.axes)
+    out: dict[tuple[int, int], tuple[Node, Node]] = {}
+    first = np.zeros((size, size))
+    for i, j, k in covariance.elements:
+        state, following = program.states[k]
+        if state not in nodes or following not in nodes:
+            return {}
+        out[min(i, j), max(i, j)] = nodes[state], nodes[following]
+        word = program.format(state).real(program.values[state].initial)
+        first[i, j] = first[j, i] = word
+    whole = len(out) == size * (size + 1) // 2 and np.linalg.eigvalsh(first)[0] >= -1e-9
+    return out if whole else {}
+
+
+def _is_nothing(node: Node, passed: set[int]) -> bool:
+    """Whether a node is 0, as x - (x + c - c) is, but for rounding."""
+    form = polynomial_of(node, _LOOSE, _LOOSE, (), passed)
+    return form is not None and not any(form.values())
+
+
+def _multiplied(terms: Sequence[Term] | None, by: Coefficient) -> list[Term] | None:
+    """A sum times a coefficient."""
+    if terms is None:
+        return None
+    products = (Term(by.times(t.coefficient), t.factors) for t in terms)
+    return [t for t in products if t.coefficient.number]
+
+
+def _limits(node: Node) -> Iterator[Node]:
+    """A node, and what claims of it are of."""
+    yield node
+    while node.kind == "bounded":
+        node = node.args[0]
+        yield node
+
+
+def _known_ends(node: Node) -> tuple[float, float]:
+    """Ends of a node, also as what a claim that is wider than needed is of."""
+    low, high = node.low, node.high
+    while node.kind == "bounded":
+        node = node.args[0]
+        low, high = max(low, node.low), min(high, node.high)
+    return low, high
+
+
+def _is_choice(c: Coefficient) -> bool:
+    """Whether a coefficient is 0 or 1."""
+    return c.number == 1.0 and not c.nodes
+
+
+def _is_scaled(v: Vector) -> bool:
+    """Whether a vector is another one, times a coefficient."""
+    return len(v.parts) == 1 and v.unit is None and not v.noise
+
+
+def _of_unit(v: Vector) -> bool:
+    """Whether a vector is of length one, or zero."""
+    if v.measured is not None:
+        return True
+    return _is_scaled(v) and _is_choice(v.parts[0][0]) and _of_unit(v.parts[0][1])
+
+
+def _all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
+    """The sides of the first few conditions, in all ways."""
+    chosen = sorted(conditions)[:_CONDITIONS]
+    for sides in product((1, 2), repeat=len(chosen)):
+        yield dict(zip(chosen, sides, strict=True))
+
+
+def _implied(nodes: Mapping[int, Node], sides: Sides) -> Iterator[tuple[int, int]]:
+    """Sides, and those of the conditions that one is made of: both or neither."""
+    stack = [*sides.items()]
+    while stack:
+        number, side = stack.pop()
+        yield number, side
+        node = nodes[number]
+        if node.kind != "select":
+            continue
+        for k, other in ((1, 2), (2, 1)):
+            at = node.args[k]
+            if at.kind == "const" and (at.value < 0.0) != (side == 1):
+                stack += [(node.args[0].number, other), (node.args[other].number, side)]

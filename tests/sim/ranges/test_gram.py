@@ -1,0 +1,233 @@
+"""Covariances of which several measurements share one pass: true ones, and wrong by a bit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.kalman import Kalman, Measurement
+from boresight.model.kalman import State as Estimated
+from boresight.model.resolve import estimator_of
+from boresight.sim.accuracy.covariance import covariance_of
+from boresight.sim.ranges.boxes import proof_of, reached_cells
+from boresight.sim.ranges.claims import claims_of
+from boresight.sim.ranges.covariances import Drawn
+from boresight.sim.ranges.gram import Gram
+from boresight.sim.ranges.matrices import Matrices
+from boresight.sim.ranges.ranges import examine
+from boresight.sim.ranges.search import Search
+from boresight.sim.ranges.vectors import Vectors
+
+
+class Joint(Estimator):
+    """Predicted, then measured along a row and along the first axis, at once; the latter if valid.
+
+    ``wrong`` changes one thing. No claim says more than that P is a covariance.
+    """
+
+    name = "joint"
+    inputs = (Input("dt", 0.0, 0.1), Input("h", -1.0, 1.0), Input("valid", 0.0, 1.0))
+    params = (Param("q", 0.01, 0.0, 0.04), Param("r", 0.02, 0.01, 1.0))
+    states = (
+        State("p00", 0.0, 1.0, initial=0.1),
+        State("p01", -1.0, 1.0),
+        State("p11", 0.0, 1.0, initial=0.2),
+    )
+    outputs = (Output("y"),)
+    wrong = ""
+    gain = 1.0  #: bound of a gain's share.
+
+    def step(self, x, u, p):
+        w = self.wrong
+        full = (x.p00 > 0.75) | (x.p11 > 0.75)
+        step = ops.where(full, 0.0, u.dt)
+        q = ops.where(full, 0.0, p.q)
+        sheared = x.p01 + step * x.p11
+        across = ops.saturated(sheared, 0.5 if w == "limit" else 2.0)
+        a00 = x.p00 + step * x.p01 + step * across + q
+        if w == "prediction":
+            a00 = x.p00 + step * x.p01 - step * across + q
+        a01 = across + (0.5 * q if w == "noise" else 0.0)
+        a11 = x.p11 + q
+        a = [
+            [ops.bounded(c, low, 2.0, "P") for c, low in row]
+            for row in ([(a00, 0.0), (a01, -2.0)], [(a01, -2.0), (a11, 0.0)])
+        ]
+
+        column = [ops.bounded(a[k][0] + u.h * a[k][1], -4.0, 4.0, "P h") for k in (0, 1)]
+        s = ops.bounded(column[0] + u.h * column[1] + p.r, 0.01, 9.0, "h P h + r")
+        first = [ops.bounded(c * ops.rsqrt(s), -1.5, 1.5, "gain") for c in column]
+        reduced = [a[k][0] - first[0] * first[k] for k in (0, 1)]
+        if w == "second":
+            reduced = [a[k][0] for k in (0, 1)]
+        noise = -0.005 if w == "variance" else p.r
+        s = ops.bounded(reduced[0] + noise, 0.004, 9.0, "P + r")
+        second = [ops.bounded(c * ops.rsqrt(s), -1.5, 1.5, "gain") for c in reduced]
+        valid = u.valid > 0.5
+
+        def left(i, j):
+            taken = first[i] * first[j]
+            if not (w == "side" and i != j):
+                taken = taken + ops.where(valid, second[i] * second[j], 0.0)
+            value = a[i][j] - (-taken if w == "gain" else taken)
+            return ops.bounded(value, 0.0 if i == j else -2.0, 2.0, "covariance")
+
+        share = ops.bounded(first[1], -self.gain, self.gain, "share")
+        return {"p00": left(0, 0), "p01": left(0, 1), "p11": left(1, 1)}, {"y": share}
+
+
+def gram_of(estimator):
+    program, nodes = estimator.compile_traced()
+    return Gram(estimator, program, nodes), claims_of(program, nodes)
+
+
+def test_two_measurements_in_one_pass():
+    gram, claims = gram_of(Joint())
+    assert gram.proven
+    unproven = {c.state or c.reason for c in claims if gram.proof_of(c) is None}
+    assert unproven == set()
+
+
+@pytest.mark.parametrize(
+    "wrong", ["limit", "prediction", "noise", "second", "variance", "side", "gain"]
+)
+def test_wrong_by_a_bit(wrong):
+    estimator = Joint()
+    estimator.wrong = wrong
+    gram, claims = gram_of(estimator)
+    assert not gram.proven and not any(map(gram.proof_of, claims))
+
+
+def test_a_length_is_no_shorter_than_it_can_be():
+    """A gain comes to sqrt(P_ii), of a variance of 1 that grows no more."""
+    for gain, proven in ((1.0, True), (0.99, False)):
+        estimator = Joint()
+        estimator.gain = gain
+        gram, claims = gram_of(estimator)
+        (claim,) = [c for c in claims if c.reason == "share"]
+        assert (gram.proof_of(claim) is not None) == proven
+
+
+class Weighted(Joint):
+    """P - k c c^T, k = w / (1 + w h P h), c = P h: a measurement of variance 1 / w, or none."""
+
+    inputs = (Input("h", -1.0, 1.0), Input("w", 0.0, 1.0))
+    params = ()
+
+    def step(self, x, u, p):
+        wrong = self.wrong
+        column = [a + u.h * b for a, b in ((x.p00, x.p01), (x.p01, x.p11))]
+        along = column[0] + u.h * column[1]
+        weight = u.w - 0.25 if wrong == "sign" else u.w
+        total = 1.0 + (0.5 if wrong == "half" else 1.0) * (weight * along)
+        share = weight / ops.bounded(total, 0.5, 8.0, "S")
+        share = 1.5 * share if wrong == "more" else share
+        gain = [share * c for c in column]
+        a00, a01, a11 = (
+            a - gain[i] * column[j] for a, i, j in ((x.p00, 0, 0), (x.p01, 0, 1), (x.p11, 1, 1))
+        )
+        return {"p00": a00, "p01": a01, "p11": a11}, {"y": gain[0]}
+
+
+def test_a_measurement_by_its_weight():
+    for wrong in ("", "sign", "half", "more"):
+        estimator = Weighted()
+        estimator.wrong = wrong
+        gram, claims = gram_of(estimator)
+        assert gram.proven == (wrong == ""), wrong
+        assert [c.state for c in claims if gram.proof_of(c)] == (
+            ["p00", "p01", "p11"] if gram.proven else []
+        )
+
+
+class Derived(Kalman):
+    """Position and velocity, each measured by the author's model."""
+
+    name = "derived"
+    inputs = (Input("z", -8.0, 8.0, "m"), Input("v", -4.0, 4.0, "m/s"))
+    params = (Param("q", 0.01, 0.0, 0.02), Param("r", 0.1, 0.05, 1.0))
+    states = (
+        Estimated("pos", -8.0, 8.0, "m", sd=1.0, sd_max=2.0),
+        Estimated("vel", -4.0, 4.0, "m/s", sd=0.5, sd_max=1.0),
+    )
+    gate = None
+
+    def f(self, x, u, p):
+        return {"pos": x.pos + 0.1 * x.vel}
+
+    def noise(self, x, u, p):
+        return {"vel": p.q}
+
+    def measure(self, x, u, p):
+        return [
+            Measurement(u.z, x.pos, p.r, valid=u.z > -7.0, gate=self.gate),
+            Measurement(u.v, x.vel + 0.25 * x.pos, p.r),
+        ]
+
+
+@pytest.mark.parametrize("gate", [None, 3.0])
+def test_what_a_builder_claims(gate):
+    estimator = Derived()
+    estimator.gate = gate
+    gram, claims = gram_of(estimator)
+    of_p = [c for c in claims if not c.reason.startswith(("declared", "range of the state pos"))]
+    of_p = [c for c in of_p if c.state != "vel"]
+    assert gram.proven and all(map(gram.proof_of, of_p)) and len(of_p) > 8
+    result = examine(estimator, updates=4000)
+    assert result.good
+
+
+def farthest(estimator, program, nodes, claims):
+    """What searches reach, and whether they break a claim; all states are in their ranges.
+
+    One is from resets on, others are from random covariances.
+    """
+    ends = [
+        [program.format(n).quantise(end) for end in (program.values[n].low, program.values[n].high)]
+        for n, _ in program.states
+    ]
+    low, high = (np.array(each)[:, None] for each in zip(*ends, strict=True))
+
+    def within(draw):
+        return lambda rng, states: draw(rng, np.clip(states, low, high))
+
+    draws = [lambda rng, states: states]
+    try:
+        covariance = covariance_of(estimator)
+        draws += [Drawn(covariance, program, whole=whole).states for whole in (False, True)]
+    except InputError:
+        pass
+    searches = []
+    for draw in draws:
+        searches.append(Search(estimator, program, nodes, claims, drawn_states=within(draw)))
+        searches[-1].run(32)
+    reached = np.max([np.maximum(-s.least, s.most) for s in searches], axis=0)
+    return reached, np.any([s.broken for s in searches], axis=0)
+
+
+@pytest.mark.parametrize("name", ["pmsm", "battery", "mekf"])
+def test_no_method_proves_a_claim_that_a_search_breaks(name):
+    """Each claim with its range a little less than what is reached."""
+    estimator = estimator_of(name)
+    program, nodes = estimator.compile_traced()
+    claims = claims_of(program, nodes)
+    reached, broken = farthest(estimator, program, nodes, claims)
+    cells = reached_cells(program, nodes)
+    methods = [
+        lambda claim: proof_of(claim, cells),
+        Vectors(program, nodes).proof_of,
+        Matrices(estimator, program, nodes).proof_of,
+        Gram(estimator, program, nodes).proof_of,
+    ]
+    tried = 0
+    for claim, most, left in zip(claims, reached, broken, strict=True):
+        if left or not np.isfinite(most) or most <= 1e-3 * claim.size:
+            continue
+        end = (1.0 - 2.0**-10) * most
+        false = replace(claim, low=max(claim.low, -end), high=min(claim.high, end))
+        tried += 1
+        assert not any(method(false) for method in methods), str(claim)
+    assert tried > 10, tried
