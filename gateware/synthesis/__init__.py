@@ -9,8 +9,7 @@ device       a part: how many of each resource
 spartan6/    the families, a folder each (``docs/targets.md``)
 ecp5/, ice40/
 nexus/, gowin/
-artix7/      area alone
-cyclone5/    area alone
+area_alone/  families that no router has
 yosys        Verilog to the netlist of a family
 registers    flip-flops move into multipliers and memories
 harness      flip-flops in place of pins

@@ -1,0 +1,1 @@
+"""Families that no router of PyPI has: area, by yosys alone."""

@@ -1,1 +1,0 @@
-"""Xilinx Artix-7: area, by yosys alone."""

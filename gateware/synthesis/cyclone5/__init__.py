@@ -1,1 +1,0 @@
-"""Intel Cyclone V: area, by yosys alone."""
