@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -56,7 +56,6 @@ class _Line:
     count: Signal  # of spaces, then of digits
     tenths: Signal  # its numbers have points
     negative: Signal
-    spoilt: Signal  # by a pause or a framing error, in this cycle
 
 
 class SentenceParser(wiring.Component):
@@ -149,8 +148,8 @@ class SentenceParser(wiring.Component):
         m.submodules.arithmetic = arithmetic = DecimalNumber(angle_max=self.angle_max)
         m.d.comb += [
             arithmetic.digit.eq(nibble),
-            arithmetic.take.eq(byte["taken"]),
-            arithmetic.store.eq(byte["stored"]),
+            arithmetic.take.eq(valid & byte["digit"]),
+            arithmetic.store.eq(valid & (byte["comma"] | byte["cr"] | byte["lf"])),
             arithmetic.negative.eq(negative),
             arithmetic.tenths.eq(tenths),
             arithmetic.first.eq(field == 0),
@@ -165,13 +164,14 @@ class SentenceParser(wiring.Component):
             m.d.sync += self.is_counts.eq(kind)
             for k, value in enumerate(self.values):
                 m.d.sync += value.eq(arithmetic.values.word_select(k, BITS))
-        spoilt = Signal()
-        line = _Line(step, field, count, tenths, negative, spoilt)
-        at_begin, following, unfit = self._following(m, byte, line, arithmetic.over)
-        m.d.comb += spoilt.eq(~valid & (error | (self.pause & ~at_begin)))
+        line = _Line(step, field, count, tenths, negative)
+        at_begin, following = self._following(m, byte, line, arithmetic.over)
 
         with m.If(valid):
-            m.d.sync += [step.eq(following), self.rejected.eq(unfit & (step != Step.SKIP))]
+            m.d.sync += [
+                step.eq(following),
+                self.rejected.eq((following == Step.SKIP) & (step != Step.SKIP)),
+            ]
             self._advance(m, byte, line)
             with m.If((step == Step.REPLY) & byte["refusal"]):
                 m.d.sync += [self.invalid.eq(1), self.rejected.eq(0)]
@@ -179,12 +179,12 @@ class SentenceParser(wiring.Component):
                 m.d.sync += [step.eq(Step.NUMBER), field.eq(0), tenths.eq(0)]
                 with m.If(step == Step.LF):
                     m.d.sync += [good.eq(1), kind.eq(~tenths), self.rejected.eq(0)]
-        with m.If(spoilt):
+        with m.Elif(error | (self.pause & ~at_begin)):
             m.d.sync += [step.eq(Step.SKIP), self.rejected.eq(step != Step.SKIP)]
         return m
 
     def _byte(self, m: Module) -> tuple[Signal, Mapping[str, Signal]]:
-        """The byte's low half and its classes, and with them what is ``valid``."""
+        """The byte's low half and its class."""
         nibble = Signal(4)
         m.d.sync += nibble.eq(self.data[:4])
 
@@ -193,52 +193,53 @@ class SentenceParser(wiring.Component):
             m.d.sync += flag.eq(condition)
             return flag
 
-        is_digit = (self.data[4:] == 3) & ~(self.data[3] & self.data[1:3].any())
-        ends = Cat(self.data == ord(_SIGNS[name]) for name in ("comma", "cr", "lf")).any()
-        byte = {
-            "digit": is_a("digit", is_digit),
-            "ends": is_a("ends", ends),
-            "taken": is_a("taken", self.valid & is_digit),
-            "stored": is_a("stored", self.valid & ends),
-        }
+        byte = {"digit": is_a("digit", (self.data[4:] == 3) & (self.data[:4] < 10))}
         byte |= {name: is_a(name, self.data == ord(sign)) for name, sign in _SIGNS.items()}
         return nibble, byte
 
     def _following(
         self, m: Module, byte: Mapping[str, Signal], line: _Line, over: Value
-    ) -> tuple[Signal, Signal, Value]:
-        """Whether a line has not begun yet, the parser's next state, and whether that is SKIP.
-
-        What may come is known before a byte: one flip-flop for each class of bytes.
-        """
+    ) -> tuple[Signal, Signal]:
+        """Whether a line has not begun yet, and the parser's next state."""
         step, count, field = line.step, line.count, line.field
         at_begin = Signal()
-        m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
-        signed_as_it_may = Mux(field == 0, ~line.negative, line.tenths)
-        in_number, in_more, in_tenth = (step == k for k in (Step.NUMBER, Step.MORE, Step.TENTH))
-        ends = (in_more & ~line.tenths) | (step == Step.AFTER)
-        more = in_number | (step == Step.FIRST) | (in_more & (count != DIGITS_MAX))
-        rules = {
-            ("space", Step.NUMBER): in_number & (count != SPACES_MAX),
-            ("minus", Step.FIRST): in_number,
-            ("sharp", Step.REPLY): at_begin,
-            ("digit", Step.MORE): more,
-            ("digit", Step.AFTER): in_tenth,
-            ("point", Step.TENTH): in_more & (count <= WHOLE_MAX) & signed_as_it_may,
-            ("comma", Step.NUMBER): ends & ~field[1],
-            ("cr", Step.LF): ends & field[1],
-        }
         following = Signal(Step)
+        m.d.comb += at_begin.eq((step == Step.NUMBER) & (field == 0) & (count == 0))
         m.d.comb += following.eq(Step.SKIP)
-        fits: list[Value] = []
-        for (name, after), rule in rules.items():
-            may = Signal(name=f"may_{name}_{after.name}")
-            m.d.sync += may.eq(rule & ~line.spoilt)
-            # The last digit is compared with the limit up to the cycle of the next byte.
-            fits.append(byte[name] & may & ~(over if name in ("comma", "cr") else Const(0, 1)))
-            with m.If(fits[-1]):
-                m.d.comb += following.eq(after)
-        return at_begin, following, ~Cat(fits).any()
+
+        def end_of_number() -> None:
+            with m.If(byte["comma"] & ~field[1] & ~over):
+                m.d.comb += following.eq(Step.NUMBER)
+            with m.If(byte["cr"] & field[1] & ~over):
+                m.d.comb += following.eq(Step.LF)
+
+        with m.Switch(step):
+            with m.Case(Step.NUMBER):
+                with m.If(byte["space"] & (count != SPACES_MAX)):
+                    m.d.comb += following.eq(Step.NUMBER)
+                with m.If(byte["minus"]):
+                    m.d.comb += following.eq(Step.FIRST)
+                with m.If(byte["digit"]):
+                    m.d.comb += following.eq(Step.MORE)
+                with m.If(byte["sharp"] & at_begin):
+                    m.d.comb += following.eq(Step.REPLY)
+            with m.Case(Step.FIRST), m.If(byte["digit"]):
+                m.d.comb += following.eq(Step.MORE)
+            with m.Case(Step.MORE):
+                with m.If(byte["digit"] & (count != DIGITS_MAX)):
+                    m.d.comb += following.eq(Step.MORE)
+                signed_as_it_may = Mux(field == 0, ~line.negative, line.tenths)
+                with m.If(byte["point"] & (count <= WHOLE_MAX) & signed_as_it_may):
+                    m.d.comb += following.eq(Step.TENTH)
+                with m.If(~line.tenths):
+                    end_of_number()
+            with m.Case(Step.TENTH), m.If(byte["digit"]):
+                m.d.comb += following.eq(Step.AFTER)
+            with m.Case(Step.AFTER):
+                end_of_number()
+            with m.Case(Step.LF, Step.REPLY, Step.SKIP):
+                pass
+        return at_begin, following
 
     def _advance(self, m: Module, byte: Mapping[str, Signal], line: _Line) -> None:
         """Update the state of the line."""
@@ -247,8 +248,9 @@ class SentenceParser(wiring.Component):
         with m.If((line.step == Step.MORE) & byte["point"]):
             m.d.sync += line.tenths.eq(1)
         # Spaces or digits: as many as before and one; the first digit is 1.
+        ends = byte["comma"] | byte["cr"] | byte["lf"]
         first = byte["digit"] & (line.step == Step.NUMBER)
-        with m.If(byte["ends"] | (line.step == Step.FIRST) | first):
+        with m.If(ends | (line.step == Step.FIRST) | first):
             m.d.sync += line.count.eq(byte["digit"])
         with m.Else():
             m.d.sync += line.count.eq(line.count + 1)

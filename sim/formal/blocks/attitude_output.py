@@ -138,6 +138,7 @@ class Sent(Elaboratable):
         within = at(_State.LOAD, _State.SUBTRACT, _State.FORM, _State.PUT)
         m.d.comb += [
             Assert(sending == (state != _State.IDLE)),
+            Assert(inside["idle"] == ~sending),
             Assert((inside["text"] == text) | ~sending),
             Assert(~at(_State.KIND) | ((number == 0) & ~text)),
             Assert(~at(_State.KIND) | (place == 0)),
