@@ -160,7 +160,6 @@ class Framed(Elaboratable):
                 left == Mux(busy, base + 2 * BITS - 1 + before - half, base - 1 - dut.stall_halves)
             ),
             Assert(timer == Mux(busy, period - 1 - cycle, period - 1)),
-            Assert(inside["tick"] == (timer == 0)),
             Assert(
                 (high_for == self.stall)
                 | (stalls & (high_for == elapsed))
