@@ -7,6 +7,7 @@ the folders of their families.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +27,13 @@ class Resource:
     count: int
     unit: str
     source: str
+
+
+def resources(source: str, **counts: tuple[int, str]) -> Mapping[str, Resource]:
+    """Resources of a part by key, from (count, unit), all read in one place."""
+    return MappingProxyType(
+        {key: Resource(count=n, unit=unit, source=source) for key, (n, unit) in counts.items()}
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from boresight.gateware.synthesis.device import Device
 
-__all__ = ["Family", "Router", "Target"]
+__all__ = ["NO_RW_CHECK", "Family", "Router", "Target"]
+
+
+#: Command of yosys. The scheduler never reads a register in the cycle in which it is written, and
+#: the bank of results that is written is not read: these memories need no logic for the old word.
+NO_RW_CHECK: Final = "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,125 +22,48 @@ selections, limits and functions drawn, too: of one that is false all points wou
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import product
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
-from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.inner_products import (
+    ONE,
+    POINTS,
+    Coefficient,
+    FloatArray,
+    Full,
+    Pair,
+    Sides,
+    Space,
+    Term,
+    Vector,
+    claim_chain,
+    is_choice,
+    is_scaled,
+    of_unit,
+)
 from boresight.sim.ranges.polynomials import polynomial_of
+from boresight.sim.ranges.steps import covariance_elements, live_nodes
 
 __all__ = ["Gram"]
 
-FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
-#: Random points, and those that are tried first; decades of the lengths there.
-_POINTS, _FIRST, _DECADES = 512, 32, 1.0
-#: Share of the terms by which an identity may fail at a point: rounding; most that terms count for
-#: more than the product of the lengths.
-_EXACT, _CANCELLED = 1e-12, 1e4
+#: Decades of the lengths at the points.
+_DECADES = 1.0
 #: Terms of a sum, and of one without inner products, which then stays whole; pairs that are kept of
-#: one value; conditions of which all sides are tried; vectors.
-_TERMS, _LOOSE, _PAIRS, _CONDITIONS, _VECTORS = 400, 8, 4, 7, 900
+#: one value; conditions of which all sides are tried.
+_TERMS, _LOOSE, _PAIRS, _CONDITIONS = 400, 8, 4, 7
 #: Kinds of nodes for which a product or selection is taken apart.
 _READERS = ("bounded", "saturated", "rsqrt", "reciprocal", "select")
-#: Sides of conditions, by number: 1 negative, 2 not.
-Sides = Mapping[int, int]
-
-
-@dataclass(frozen=True)
-class Coefficient:
-    """A number times nodes where conditions have these sides, and 0 elsewhere."""
-
-    number: float = 1.0
-    nodes: tuple[Node, ...] = ()
-    sides: frozenset[tuple[int, int]] = frozenset()
-
-    def times(self, other: Coefficient) -> Coefficient:
-        """The product; 0 where one condition would need both sides."""
-        sides = self.sides | other.sides
-        number = self.number * other.number
-        if len({n for n, _ in sides}) < len(sides):
-            number = 0.0
-        return Coefficient(number, (*self.nodes, *other.nodes), sides)
-
-    def ends(self, sides: Sides) -> tuple[float, float]:
-        """Least and largest value on the given sides."""
-        if any(sides.get(c, s) != s for c, s in self.sides):
-            return 0.0, 0.0
-        low = high = self.number
-        for node, power in Counter(self.nodes).items():
-            least, most = _known_ends(node)
-            each = [least**power, most**power]
-            if power % 2 == 0 and least < 0.0 < most:
-                each.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in each]
-            low, high = min(corners), max(corners)
-        if any(c not in sides for c, _ in self.sides):
-            low, high = min(low, 0.0), max(high, 0.0)
-        return low, high
-
-
-@dataclass(eq=False)
-class Vector:
-    """One vector.
-
-    Attributes
-    ----------
-    number : int
-    at : (points, dimensions) array
-    length : (points,) array
-    parts : tuple of (Coefficient, Vector)
-        Whose sum it is; less the part of that along ``unit``, if there is one.
-    noise : tuple of Coefficient
-        Whose sum is the square of what it has in a direction of its own.
-    unit : Vector or None
-    variance : Node or None
-        The state that is its squared length, of a vector of the matrix before.
-    measured : Vector or None
-        Of a unit vector: along which one it is.
-    share : bool
-        It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
-    """
-
-    number: int
-    at: FloatArray = field(repr=False)
-    length: FloatArray = field(repr=False)
-    parts: tuple[tuple[Coefficient, Vector], ...] = ()
-    noise: tuple[Coefficient, ...] = ()
-    unit: Vector | None = None
-    variance: Node | None = None
-    measured: Vector | None = None
-    share: bool = False
-    conditions: frozenset[int] = field(init=False)
-
-    def __post_init__(self) -> None:
-        coefficients = (*(c for c, _ in self.parts), *self.noise)
-        self.conditions = frozenset(n for c in coefficients for n, _ in c.sides).union(
-            *(v.conditions for _, v in self.parts)
-        )
-
-
-Pair = tuple[Vector, Vector]
-_ONE = Coefficient()
-
-
-@dataclass(frozen=True)
-class Term:
-    """A coefficient times inner products: none, one or two."""
-
-    coefficient: Coefficient
-    factors: tuple[Node, ...] = ()
+#: Kinds of conditions that are made of others.
+_CHOICES = ("select", "complement")
 
 
 class Gram:
@@ -153,18 +76,15 @@ class Gram:
     """
 
     def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
-        roots = [
-            nodes[n] for n in (*program.outputs, *(a for _, a in program.states)) if n in nodes
-        ]
-        self.nodes = {node.number: node for node in live(roots)}
+        self.nodes = live_nodes(program, nodes)
         self.proven = False
-        elements = _elements(estimator, program, nodes)
+        elements = covariance_elements(estimator, program, nodes)
         if not elements:
             return
         self.after = {ij: following for ij, (_, following) in elements.items()}
         self.size = max(j for _, j in elements) + 1
         self.rng = np.random.default_rng(1)
-        self.space = _Space(2 * self.size + 40)
+        self.space = Space(2 * self.size + 40)
         self.values: dict[int, FloatArray] = {}
         self.sizes: dict[int, FloatArray] = {}
         self.signs: dict[int, BoolArray] = {}
@@ -183,7 +103,7 @@ class Gram:
         try:
             self._find({ij: before for ij, (before, _) in elements.items()})
             self.proven = self._is_covariance()
-        except _Full:
+        except Full:
             return
 
     def _find(self, before: Mapping[tuple[int, int], Node]) -> None:
@@ -211,7 +131,7 @@ class Gram:
         return None
 
     def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
-        base = {n.number: n for c in rest for m in c.nodes for n in _limits(m)}
+        base = {n.number: n for c in rest for m in c.nodes for n in claim_chain(m)}
         base |= self._base(pair)
         base |= self.within
         own = {n.number for n in live([node])}
@@ -229,8 +149,8 @@ class Gram:
             seen.add(v.number)
             if v.variance is not None:
                 base[v.variance.number] = v.variance
-            base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in _limits(m)}
-            base |= {n.number: n for c in v.noise for m in c.nodes for n in _limits(m)}
+            base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in claim_chain(m)}
+            base |= {n.number: n for c in v.noise for m in c.nodes for n in claim_chain(m)}
             stack += [part for _, part in v.parts]
             stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]
         return base
@@ -243,9 +163,9 @@ class Gram:
         own = []
         for i in range(n):
             variance = elements[i, i]
-            at = self.rng.normal(size=(_POINTS, n))
+            at = self.rng.normal(size=(POINTS, n))
             at *= math.sqrt(max(variance.high, 0.0)) / np.linalg.norm(at, axis=1, keepdims=True)
-            at *= 10.0 ** (-_DECADES * self.rng.random((_POINTS, 1)))
+            at *= 10.0 ** (-_DECADES * self.rng.random((POINTS, 1)))
             own.append(self.space.add(at, variance=variance))
         self.space.used = n
         for (i, j), node in elements.items():
@@ -268,19 +188,19 @@ class Gram:
         sizes = [self.sizes[a.number] for a in node.args]
         size: FloatArray | None = None
         if node.kind == "const":
-            value = np.full(_POINTS, node.value)
+            value = np.full(POINTS, node.value)
         elif node.kind in ("input", "param", "state"):
-            value = self.rng.uniform(node.low, node.high, _POINTS)
+            value = self.rng.uniform(node.low, node.high, POINTS)
         elif node.kind == "bounded" or (node.kind == "saturated" and self._is_within(node)):
             value, size = args[0], sizes[0]
         elif node.kind == "saturated" and _is_nothing(node.args[0], self.passed):
-            value = np.zeros(_POINTS)
+            value = np.zeros(POINTS)
         elif node.kind == "saturated":
-            limited = self.rng.uniform(-node.value, node.value, _POINTS)
-            value = np.where(self.rng.random(_POINTS) < 0.5, limited, args[0])
+            limited = self.rng.uniform(-node.value, node.value, POINTS)
+            value = np.where(self.rng.random(POINTS) < 0.5, limited, args[0])
         elif node.kind == "sum":
-            value = sum((s * a for s, a in zip(node.signs, args, strict=True)), np.zeros(_POINTS))
-            size = sum(sizes, np.zeros(_POINTS))
+            value = sum((s * a for s, a in zip(node.signs, args, strict=True)), np.zeros(POINTS))
+            size = sum(sizes, np.zeros(POINTS))
         elif node.kind == "mul":
             value, size = args[0] * args[1], sizes[0] * sizes[1]
         elif node.kind in ("select", "flip"):
@@ -292,7 +212,7 @@ class Gram:
         elif node.kind == "reciprocal":
             value = 1.0 / np.where(args[0] == 0.0, 1e-300, args[0])
         else:
-            value = self.rng.normal(size=_POINTS)
+            value = self.rng.normal(size=POINTS)
         self.values[node.number] = value
         self.sizes[node.number] = abs(value) if size is None else size
 
@@ -315,15 +235,15 @@ class Gram:
             elif condition.kind == "complement":
                 self.signs[number] = signs[0] ^ signs[1]
             elif condition.kind == "const":
-                self.signs[number] = np.full(_POINTS, condition.value < 0.0)
+                self.signs[number] = np.full(POINTS, condition.value < 0.0)
             else:
-                share = self.rng.choice([0.2, 0.5, 0.8], _POINTS)
-                self.signs[number] = self.rng.random(_POINTS) < share
+                share = self.rng.choice([0.2, 0.5, 0.8], POINTS)
+                self.signs[number] = self.rng.random(POINTS) < share
         return self.signs[number]
 
     def _at(self, c: Coefficient) -> FloatArray:
         """Value of a coefficient at the points."""
-        value = np.full(_POINTS, c.number)
+        value = np.full(POINTS, c.number)
         for node in c.nodes:
             value = value * self.values[node.number]
         for number, side in c.sides:
@@ -334,12 +254,12 @@ class Gram:
 
     def _sum(self, parts: Sequence[tuple[Coefficient, Vector]]) -> Vector:
         """The sum of vectors times coefficients."""
-        at = sum((self._at(c)[:, None] * v.at for c, v in parts), np.zeros((_POINTS, 1)))
+        at = sum((self._at(c)[:, None] * v.at for c, v in parts), np.zeros((POINTS, 1)))
         return self.space.add(at, parts=tuple(parts))
 
     def _noisy(self, v: Vector, noise: tuple[Coefficient, ...]) -> Vector | None:
         """A vector and the root of what is not negative, in a direction of its own; None: it is."""
-        square = sum((self._at(c) for c in noise), np.zeros(_POINTS))
+        square = sum((self._at(c) for c in noise), np.zeros(POINTS))
         if (square < 0.0).any() or any(low < 0.0 for low in self._lows(noise)):
             return None
         if not square.any():
@@ -347,14 +267,14 @@ class Gram:
         known = [
             other
             for other in self.space.vectors
-            if other.noise == noise and other.parts == ((_ONE, v),)
+            if other.noise == noise and other.parts == ((ONE, v),)
         ]
         if known:
             return known[0]
-        at = np.zeros((_POINTS, self.space.dimensions))
+        at = np.zeros((POINTS, self.space.dimensions))
         at[:, : v.at.shape[1]] = v.at
         at[:, self.space.direction()] = np.sqrt(square)
-        self.noisy[v.number] = self.space.add(at, parts=((_ONE, v),), noise=noise)
+        self.noisy[v.number] = self.space.add(at, parts=((ONE, v),), noise=noise)
         return self.noisy[v.number]
 
     def _lows(self, noise: Sequence[Coefficient]) -> Iterator[float]:
@@ -372,7 +292,7 @@ class Gram:
             square = unit.length * unit.length
             root = np.sqrt(np.maximum(1.0 - square, 0.0))
             along = along / (1.0 + root)
-        return self.space.add(v.at - along[:, None] * unit.at, parts=((_ONE, v),), unit=unit)
+        return self.space.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
 
     def _pairs(self, node: Node) -> list[Pair]:
         """Vectors whose inner product a node is: of all there are the latest, with all noise."""
@@ -442,7 +362,7 @@ class Gram:
                     and other.unit is None
                     and not other.noise
                     and other.parts[0][1] in alike
-                    and _is_choice(other.parts[0][0])
+                    and is_choice(other.parts[0][0])
                 ):
                     chosen = self._sum(((other.parts[0][0], unit),))
                     self.found.setdefault(node.number, []).append((one, chosen))
@@ -455,7 +375,7 @@ class Gram:
         rest = tuple(t.coefficient for t in terms if not t.factors)
         linear = [t for t in terms if len(t.factors) == 1]
         products = [t for t in terms if len(t.factors) == 2]
-        value = self.values[node.number] - sum((self._at(c) for c in rest), np.zeros(_POINTS))
+        value = self.values[node.number] - sum((self._at(c) for c in rest), np.zeros(POINTS))
         size = self.sizes[node.number]
         pairs = self._latest(value, size)
         if [t.coefficient.number < 0.0 for t in linear] == [True]:
@@ -483,7 +403,7 @@ class Gram:
             by = Coefficient(node.value) if node.kind == "const" else Coefficient(nodes=(node,))
             return [Term(by)]
         if self._pairs(node):
-            return [Term(_ONE, (node,))]
+            return [Term(ONE, (node,))]
         if node.number not in self.apart:
             self.apart[node.number] = self._made_of(node)
         return self.apart[node.number]
@@ -519,7 +439,7 @@ class Gram:
         """A product of which one factor, at least, is made of inner products; else none."""
         known = [n.number in self.cone and bool(self._pairs(n)) for n in (a, b)]
         if all(known):
-            return [Term(_ONE, (a, b))]
+            return [Term(ONE, (a, b))]
         for one, other, is_known in ((a, b, known[0]), (b, a, known[1])):
             if is_known and other.number in self.cone:
                 terms = self._terms(other) or []
@@ -575,9 +495,9 @@ class Gram:
                     break
                 parts.append((coefficient, max(others, key=lambda v: v.number)))
             else:
-                if len(parts) == 1 and _is_choice(parts[0][0]) and parts[0][0].sides:
+                if len(parts) == 1 and is_choice(parts[0][0]) and parts[0][0].sides:
                     yield self._sum(parts), self._sum(((parts[0][0], vector),))
-                plain = [c for c, _ in parts] == [_ONE]
+                plain = [c for c, _ in parts] == [ONE]
                 yield parts[0][1] if plain else self._sum(parts), vector
                 if len(tried) >= _PAIRS:
                     return
@@ -587,7 +507,7 @@ class Gram:
         out: dict[int, tuple[Coefficient | None, Vector]] = {}
         for term in products:
             a, b = (
-                [v for pair in self._pairs(f) for v in pair if _of_unit(v)] for f in term.factors
+                [v for pair in self._pairs(f) for v in pair if of_unit(v)] for f in term.factors
             )
             unit = next((v for v in a if v in b), None) or self._share_of(term)
             if unit is None:
@@ -602,7 +522,7 @@ class Gram:
         own = Coefficient(nodes=term.coefficient.nodes)
         ways = [(own, m) for m in first if m in second and own.nodes]
         for some, others in ((first, second), (second, first)):
-            ways += [v.parts[0] for v in some if _is_scaled(v) and v.parts[0][1] in others]
+            ways += [v.parts[0] for v in some if is_scaled(v) and v.parts[0][1] in others]
         for c, m in ways:
             if self._is_share(c, m):
                 root = np.sqrt(np.maximum(self._at(c), 0.0))
@@ -613,13 +533,13 @@ class Gram:
         """Whether a coefficient is w / (w |m|^2 + v), neither w nor v negative."""
         if c.number != 1.0 or c.sides or len(c.nodes) != 1:
             return False
-        *limits, node = _limits(c.nodes[0])
+        *limits, node = claim_chain(c.nodes[0])
         factors = node.args if node.kind == "mul" else (node,)
         inverse = [f for f in factors if f.kind == "reciprocal"]
         weights = tuple(f for f in factors if f.kind != "reciprocal")
         if len(inverse) != 1 or any(w.low < 0.0 for w in weights):
             return False
-        *more, total = _limits(inverse[0].args[0])
+        *more, total = claim_chain(inverse[0].args[0])
         terms = self._made_of(total) or []
         squares = [t for t in terms if t.factors]
         rest = [t.coefficient for t in terms if not t.factors]
@@ -629,7 +549,7 @@ class Gram:
         scaled = next((v for v in self.space.vectors if v.parts == ((by, m),)), None)
         if square.coefficient == by:
             pair = m, m
-        elif square.coefficient == _ONE and scaled is not None:
+        elif square.coefficient == ONE and scaled is not None:
             pair = scaled, m
         else:
             return False
@@ -749,109 +669,6 @@ class Gram:
             yield x.number, math.sqrt(max(0.0, -rest / factor))
 
 
-_CHOICES = ("select", "complement")
-
-
-class _Space:
-    """Vectors at the points, each once, and their inner products."""
-
-    def __init__(self, dimensions: int) -> None:
-        rng = np.random.default_rng(2)
-        self.dimensions, self.used = dimensions, 0
-        self.vectors: list[Vector] = []
-        self.weights = rng.uniform(0.5, 1.5, _FIRST) * rng.choice([-1.0, 1.0], _FIRST)
-        self.flat = np.zeros((16, _FIRST * dimensions))
-        self.sums = np.zeros((16, dimensions))
-        self.table = np.zeros((16, 16))
-
-    def direction(self) -> int:
-        """A direction that no vector has."""
-        if self.used >= self.dimensions:
-            raise _Full
-        self.used += 1
-        return self.used - 1
-
-    def add(self, at: FloatArray, **made: Any) -> Vector:
-        """A vector (points, dimensions or fewer), or the one that is the same."""
-        full = np.zeros((_POINTS, self.dimensions))
-        full[:, : at.shape[1]] = at
-        first = full[:_FIRST]
-        key, size = self.weights @ first, _lengths(full)
-        count = len(self.vectors)
-        scale = 1e-9 * (abs(self.weights) @ size[:_FIRST])
-        for k in np.flatnonzero(abs(self.sums[:count] - key).max(axis=1) <= scale):
-            if (abs(self.vectors[k].at - full).max(axis=1) <= 10.0 * _EXACT * size).all():
-                return self.vectors[k]
-        if count >= _VECTORS:
-            raise _Full
-        if count == len(self.flat):
-            self.flat = np.concatenate([self.flat, np.zeros_like(self.flat)])
-            self.sums = np.concatenate([self.sums, np.zeros_like(self.sums)])
-            table = np.zeros((2 * count, 2 * count))
-            table[:count, :count] = self.table
-            self.table = table
-        vector = Vector(count, full, size, **made)
-        self.vectors.append(vector)
-        self.flat[count], self.sums[count] = first.ravel(), key
-        products = self.flat[: count + 1] @ (self.weights[:, None] * first).ravel()
-        self.table[count, : count + 1] = self.table[: count + 1, count] = products
-        return vector
-
-    def pairs(self, value: FloatArray, size: FloatArray, start: int) -> Iterator[Pair]:
-        """Pairs whose inner product is a value, one of them from a number on."""
-        count = len(self.vectors)
-        if start >= count or not value.any():
-            return
-        key = self.weights @ value[:_FIRST]
-        table = self.table[start:count, :count]
-        scale = 1e-8 * (abs(self.weights) @ abs(value[:_FIRST]))
-        for i, j in zip(*np.nonzero(abs(table - key) <= scale), strict=True):
-            pair = self.vectors[start + i], self.vectors[j]
-            if (j <= start + i) and self.is_pair(pair, value, size):
-                yield pair
-
-    @staticmethod
-    def is_pair(pair: Pair, value: FloatArray, size: FloatArray) -> bool:
-        """Whether an inner product is a value."""
-        x, y = pair
-        for part in (slice(_FIRST), slice(_FIRST, None)):
-            off = abs(np.einsum("ij,ij->i", x.at[part], y.at[part]) - value[part])
-            most = x.length[part] * y.length[part]
-            if (off > _EXACT * (np.minimum(size[part], _CANCELLED * most) + most)).any():
-                return False
-        return True
-
-
-def _lengths(at: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", at, at)))
-
-
-class _Full(Exception):
-    """More vectors or directions than there is room for."""
-
-
-def _elements(
-    estimator: Estimator, program: Program, nodes: Mapping[int, Node]
-) -> dict[tuple[int, int], tuple[Node, Node]]:
-    """State and next value of each element of a covariance, i <= j; none without one."""
-    try:
-        covariance = covariance_of(estimator)
-    except InputError:
-        return {}
-    size = len(covariance.axes)
-    out: dict[tuple[int, int], tuple[Node, Node]] = {}
-    first = np.zeros((size, size))
-    for i, j, k in covariance.elements:
-        state, following = program.states[k]
-        if state not in nodes or following not in nodes:
-            return {}
-        out[min(i, j), max(i, j)] = nodes[state], nodes[following]
-        word = program.format(state).real(program.values[state].initial)
-        first[i, j] = first[j, i] = word
-    whole = len(out) == size * (size + 1) // 2 and np.linalg.eigvalsh(first)[0] >= -1e-9
-    return out if whole else {}
-
-
 def _is_nothing(node: Node, passed: set[int]) -> bool:
     """Whether a node is 0, as x - (x + c - c) is, but for rounding."""
     form = polynomial_of(node, _LOOSE, _LOOSE, (), passed)
@@ -864,40 +681,6 @@ def _multiplied(terms: Sequence[Term] | None, by: Coefficient) -> list[Term] | N
         return None
     products = (Term(by.times(t.coefficient), t.factors) for t in terms)
     return [t for t in products if t.coefficient.number]
-
-
-def _limits(node: Node) -> Iterator[Node]:
-    """A node, and what claims of it are of."""
-    yield node
-    while node.kind == "bounded":
-        node = node.args[0]
-        yield node
-
-
-def _known_ends(node: Node) -> tuple[float, float]:
-    """Ends of a node, also as what a claim that is wider than needed is of."""
-    low, high = node.low, node.high
-    while node.kind == "bounded":
-        node = node.args[0]
-        low, high = max(low, node.low), min(high, node.high)
-    return low, high
-
-
-def _is_choice(c: Coefficient) -> bool:
-    """Whether a coefficient is 0 or 1."""
-    return c.number == 1.0 and not c.nodes
-
-
-def _is_scaled(v: Vector) -> bool:
-    """Whether a vector is another one, times a coefficient."""
-    return len(v.parts) == 1 and v.unit is None and not v.noise
-
-
-def _of_unit(v: Vector) -> bool:
-    """Whether a vector is of length one, or zero."""
-    if v.measured is not None:
-        return True
-    return _is_scaled(v) and _is_choice(v.parts[0][0]) and _of_unit(v.parts[0][1])
 
 
 def _all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:

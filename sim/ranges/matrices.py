@@ -22,16 +22,13 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.boxes import Proof, interval_of
-from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.steps import covariance_elements, live_nodes
 
 __all__ = ["Matrices"]
 
@@ -67,31 +64,18 @@ class Matrices:
     """
 
     def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
-        roots = [
-            nodes[n] for n in (*program.outputs, *(a for _, a in program.states)) if n in nodes
-        ]
-        self.nodes = {node.number: node for node in live(roots)}
+        self.nodes = live_nodes(program, nodes)
         self.families: list[Family] = []
         self.used: set[int] = set()
         self.limited: dict[Any, Polynomial | None] = {}
         self.passed: set[int] = set()  # with those of the proof that it is a covariance
-        try:
-            covariance = covariance_of(estimator)
-        except InputError:
+        elements = covariance_elements(estimator, program, nodes)
+        if not elements:
             return
-        size = len(covariance.axes)
-        elements, first = dict[tuple[int, int], tuple[Node, Node]](), np.zeros((size, size))
-        for i, j, k in covariance.elements:
-            state, following = program.states[k]
-            if state not in nodes or following not in nodes:
-                return
-            for a, b in ((i, j), (j, i)):
-                elements[a, b] = nodes[state], nodes[following]
-                first[a, b] = program.format(state).real(program.values[state].initial)
-        if len(elements) < size * size or np.linalg.eigvalsh(first)[0] < -_TINY:
-            return
+        size = 1 + max(j for _, j in elements)
         before, after = (
-            [[elements[i, j][k] for j in range(size)] for i in range(size)] for k in (0, 1)
+            [[elements[min(i, j), max(i, j)][k] for j in range(size)] for i in range(size)]
+            for k in (0, 1)
         )
         self._add(before)
         self.ends = self._intervals()

@@ -24,7 +24,7 @@ import numpy as np
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import Proof
-from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     is_sum_of_squares,
@@ -33,6 +33,7 @@ from boresight.sim.ranges.polynomials import (
     scaled,
     times,
 )
+from boresight.sim.ranges.steps import live_nodes
 
 __all__ = ["Vectors"]
 
@@ -53,10 +54,7 @@ class Vectors:
     """
 
     def __init__(self, program: Program, nodes: Mapping[int, Node]) -> None:
-        roots = [
-            nodes[n] for n in (*program.outputs, *(a for _, a in program.states)) if n in nodes
-        ]
-        self.nodes = {node.number: node for node in live(roots)}
+        self.nodes = live_nodes(program, nodes)
         self.said = {n.number for n in self.nodes.values() if n.kind == "bounded"}
         self.used: set[int] = set()
         self.passed: set[int] = set()

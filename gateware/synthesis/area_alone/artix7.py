@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-from boresight.gateware.synthesis.device import Device, Resource
-from boresight.gateware.synthesis.family import Family
+from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.family import NO_RW_CHECK, Family
 
 __all__ = ["ARTIX7"]
 
@@ -18,9 +18,7 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
     counts |= {"ram": (ram, "RAMB36E1, block RAM of 36 Kbit")}
     return Device(
         name=f"artix7-{size}",
-        resources=MappingProxyType(
-            {k: Resource(count=n, unit=unit, source=_SOURCE) for k, (n, unit) in counts.items()}
-        ),
+        resources=resources(_SOURCE, **counts),
         packages=MappingProxyType({}),
         grades=(1,),
         package_source=_SOURCE,
@@ -31,9 +29,7 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
 ARTIX7: Final = Family(
     name="artix7",
     title="Xilinx Artix-7",
-    # Memories that are never read while they are written, as in ecp5/family.py.
-    synthesis="setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
-    "synth_xilinx -family xc7 -flatten -noiopad -noclkbuf",
+    synthesis=NO_RW_CHECK + "synth_xilinx -family xc7 -flatten -noiopad -noclkbuf",
     cells=MappingProxyType(
         {
             **{f"LUT{inputs}": {"lut": 1} for inputs in range(1, 7)},

@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-from boresight.gateware.synthesis.device import Device, Resource
-from boresight.gateware.synthesis.family import Family
+from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.family import NO_RW_CHECK, Family
 
 __all__ = ["CYCLONE5"]
 
@@ -18,9 +18,7 @@ def _device(size: str, alm: int, dsp: int, ram: int) -> Device:
     counts |= {"dsp": (dsp, "variable-precision DSP block"), "ram": (ram, "M10K")}
     return Device(
         name=f"cyclone5-{size}",
-        resources=MappingProxyType(
-            {k: Resource(count=n, unit=unit, source=_SOURCE) for k, (n, unit) in counts.items()}
-        ),
+        resources=resources(_SOURCE, **counts),
         packages=MappingProxyType({}),
         grades=(8,),
         package_source=_SOURCE,
@@ -33,9 +31,7 @@ def _device(size: str, alm: int, dsp: int, ram: int) -> Device:
 CYCLONE5: Final = Family(
     name="cyclone5",
     title="Intel Cyclone V",
-    # Memories that are never read while they are written, as in ecp5/family.py.
-    synthesis="setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
-    "synth_intel_alm -noiopad -noclkbuf -nolutram",
+    synthesis=NO_RW_CHECK + "synth_intel_alm -noiopad -noclkbuf -nolutram",
     cells=MappingProxyType(
         {
             **{f"MISTRAL_ALUT{inputs}": {"lut": 0.5} for inputs in range(2, 6)},

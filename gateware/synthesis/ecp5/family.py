@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Any, Final
 
-from boresight.gateware.synthesis.device import Device, Resource
-from boresight.gateware.synthesis.family import Family, Router
+from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
 __all__ = ["ECP5"]
@@ -19,9 +19,7 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
     counts |= {"dsp": (dsp, "MULT18X18D"), "ram": (ram, "DP16KD, block RAM of 18 Kbit")}
     return Device(
         name=f"ecp5-{size}",
-        resources=MappingProxyType(
-            {k: Resource(count=n, unit=unit, source=_SOURCE) for k, (n, unit) in counts.items()}
-        ),
+        resources=resources(_SOURCE, **counts),
         packages=MappingProxyType({"CABGA381": None}),
         grades=(6, 7, 8),
         package_source=_SOURCE,
@@ -120,13 +118,11 @@ _READING: Final = Reading(flip_flop=_flip_flop, table=_table)
 ECP5: Final = Family(
     name="ecp5",
     title="Lattice ECP5",
-    # The scheduler never reads a register in the cycle in which it is written, and the bank of
-    # results that is written is not read, so these memories need no logic for the old word. A word
-    # leaves the block RAM after 5.8 ns, so memories of up to 64 words may become tables. A reset
-    # that waits for the enable would be the enable, late as it is, and one more table on the way to
-    # LSR: such resets become logic in front of the data. A net takes about 1 ns as routed; with
-    # this instead of synth_ecp5's 0.3 ns abc9 makes fewer levels.
-    synthesis="setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; synth_ecp5 -run :map_ram; "
+    # A word leaves the block RAM after 5.8 ns, so memories of up to 64 words may become tables. A
+    # reset that waits for the enable would be the enable, late as it is, and one more table on the
+    # way to LSR: such resets become logic in front of the data. A net takes about 1 ns as routed;
+    # with this instead of synth_ecp5's 0.3 ns abc9 makes fewer levels.
+    synthesis=NO_RW_CHECK + "synth_ecp5 -run :map_ram; "
     "setattr -unset ram_style t:$mem_v2 r:SIZE<=64 %i; synth_ecp5 -run map_ram:map_ffs; "
     "dffunmap -srst-only t:$sdffce t:$_SDFFCE_*; synth_ecp5 -run map_ffs:map_luts; "
     "techmap -map +/lattice/latches_map.v; abc9 -W 1000; clean; synth_ecp5 -run map_cells:",

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from boresight.gateware.synthesis.device import Device, Resource
-from boresight.gateware.synthesis.family import Family, Router
+from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
 __all__ = ["GW2A", "GW5A"]
@@ -20,9 +20,7 @@ def _device(
 ) -> Device:
     return Device(
         name=name,
-        resources=MappingProxyType(
-            {k: Resource(count=n, unit=unit, source=_SOURCE) for k, (n, unit) in counts.items()}
-        ),
+        resources=resources(_SOURCE, **counts),
         packages=MappingProxyType({}),
         grades=grades,
         package_source="part numbers in nextpnr's database",
@@ -107,11 +105,7 @@ _SHAPES: Final = MappingProxyType(
 
 
 def _synthesis(family: str) -> str:
-    """As in ecp5/family.py, memories that are never read while they are written."""
-    return (
-        "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
-        f"synth_gowin -family {family} -noiopads -nolutram"
-    )
+    return NO_RW_CHECK + f"synth_gowin -family {family} -noiopads -nolutram"
 
 
 #: nextpnr takes no clock from a pin without its place, and routes its oscillator's clock as any

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Final
 
-from boresight.gateware.synthesis.device import Device, Resource
+from boresight.gateware.synthesis.device import Device, resources
 from boresight.gateware.synthesis.family import Family, Router
 
 __all__ = ["ICE40"]
@@ -44,12 +44,7 @@ ICE40: Final = Family(
     devices=(
         Device(
             name="ice40-up5k",
-            resources=MappingProxyType(
-                {
-                    key: Resource(count=n, unit=unit, source=_SOURCE)
-                    for key, (n, unit) in _COUNTS.items()
-                }
-            ),
+            resources=resources(_SOURCE, **_COUNTS),
             packages=MappingProxyType({"sg48": 39}),
             grades=(1,),
             package_source=_SOURCE,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import MappingProxyType
 from typing import Any, Final
 
-from boresight.gateware.synthesis.device import Device, Resource
-from boresight.gateware.synthesis.family import Family, Router
+from boresight.gateware.synthesis.device import Device, resources
+from boresight.gateware.synthesis.family import NO_RW_CHECK, Family, Router
 from boresight.gateware.synthesis.registers import Absorption, FlipFlop, Reading, absorb
 
 __all__ = ["NEXUS"]
@@ -19,9 +19,7 @@ def _device(name: str, lut: int, dsp: int, ram: int) -> Device:
     counts |= {"dsp": (dsp, "MULT18X18"), "ram": (ram, "EBR, block RAM of 18 Kbit")}
     return Device(
         name=name,
-        resources=MappingProxyType(
-            {k: Resource(count=n, unit=unit, source=_SOURCE) for k, (n, unit) in counts.items()}
-        ),
+        resources=resources(_SOURCE, **counts),
         packages=MappingProxyType({"BG256C": None}),
         grades=(7, 8, 9),
         package_source="nextpnr-nexus --list-devices",
@@ -87,13 +85,13 @@ def _absorb(netlist: dict[str, Any], top: str) -> int:
 NEXUS: Final = Family(
     name="nexus",
     title="Lattice Nexus",
-    # Memories that are never read while they are written, as in ecp5/family.py. Multipliers are
-    # mapped before synth_nexus: its pass that uses their registers (yosys 0.70, lattice_dsp_nexus)
-    # connected an operand of one of a core's four to 0.
+    # Multipliers are mapped before synth_nexus: its pass that uses their registers (yosys 0.70,
+    # lattice_dsp_nexus) connected an operand of one of a core's four to 0.
     synthesis="proc; wreduce t:$mul; techmap -map +/mul2dsp.v -D DSP_A_MAXWIDTH=18 "
     "-D DSP_B_MAXWIDTH=18 -D DSP_NAME=$__NX_MUL18X18 t:$mul; "
     "techmap -map +/lattice/dsp_map_nexus.v t:$__NX_MUL18X18; "
-    "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; synth_nexus -noiopad",
+    + NO_RW_CHECK
+    + "synth_nexus -noiopad",
     cells=MappingProxyType(
         {
             "LUT4": {"lut": 1},

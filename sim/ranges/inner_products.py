@@ -1,0 +1,242 @@
+"""Vectors and their inner products at random points, and what values are made of them.
+
+An identity of polynomials is checked at the points: of one that is false all of them would have to
+be roots.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.lowering.graph import Node
+
+__all__ = [
+    "ONE",
+    "POINTS",
+    "Coefficient",
+    "FloatArray",
+    "Full",
+    "Pair",
+    "Sides",
+    "Space",
+    "Term",
+    "Vector",
+    "claim_chain",
+    "is_choice",
+    "is_scaled",
+    "of_unit",
+]
+
+FloatArray = npt.NDArray[np.float64]
+#: Random points, and those that are tried first.
+POINTS, _FIRST = 512, 32
+#: Share of the terms by which an identity may fail at a point: rounding; most that terms count for
+#: more than the product of the lengths.
+_EXACT, _CANCELLED = 1e-12, 1e4
+#: Vectors of one step.
+_VECTORS = 900
+#: Sides of conditions, by number: 1 negative, 2 not.
+Sides = Mapping[int, int]
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A number times nodes where conditions have these sides, and 0 elsewhere."""
+
+    number: float = 1.0
+    nodes: tuple[Node, ...] = ()
+    sides: frozenset[tuple[int, int]] = frozenset()
+
+    def times(self, other: Coefficient) -> Coefficient:
+        """The product; 0 where one condition would need both sides."""
+        sides = self.sides | other.sides
+        number = self.number * other.number
+        if len({n for n, _ in sides}) < len(sides):
+            number = 0.0
+        return Coefficient(number, (*self.nodes, *other.nodes), sides)
+
+    def ends(self, sides: Sides) -> tuple[float, float]:
+        """Least and largest value on the given sides."""
+        if any(sides.get(c, s) != s for c, s in self.sides):
+            return 0.0, 0.0
+        low = high = self.number
+        for node, power in Counter(self.nodes).items():
+            least, most = _known_ends(node)
+            each = [least**power, most**power]
+            if power % 2 == 0 and least < 0.0 < most:
+                each.append(0.0)
+            corners = [x * y if x and y else 0.0 for x in (low, high) for y in each]
+            low, high = min(corners), max(corners)
+        if any(c not in sides for c, _ in self.sides):
+            low, high = min(low, 0.0), max(high, 0.0)
+        return low, high
+
+
+@dataclass(eq=False)
+class Vector:
+    """One vector.
+
+    Attributes
+    ----------
+    number : int
+    at : (points, dimensions) array
+    length : (points,) array
+    parts : tuple of (Coefficient, Vector)
+        Whose sum it is; less the part of that along ``unit``, if there is one.
+    noise : tuple of Coefficient
+        Whose sum is the square of what it has in a direction of its own.
+    unit : Vector or None
+    variance : Node or None
+        The state that is its squared length, of a vector of the matrix before.
+    measured : Vector or None
+        Of a unit vector: along which one it is.
+    share : bool
+        It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
+    """
+
+    number: int
+    at: FloatArray = field(repr=False)
+    length: FloatArray = field(repr=False)
+    parts: tuple[tuple[Coefficient, Vector], ...] = ()
+    noise: tuple[Coefficient, ...] = ()
+    unit: Vector | None = None
+    variance: Node | None = None
+    measured: Vector | None = None
+    share: bool = False
+    conditions: frozenset[int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        coefficients = (*(c for c, _ in self.parts), *self.noise)
+        self.conditions = frozenset(n for c in coefficients for n, _ in c.sides).union(
+            *(v.conditions for _, v in self.parts)
+        )
+
+
+Pair = tuple[Vector, Vector]
+ONE = Coefficient()
+
+
+@dataclass(frozen=True)
+class Term:
+    """A coefficient times inner products: none, one or two."""
+
+    coefficient: Coefficient
+    factors: tuple[Node, ...] = ()
+
+
+class Space:
+    """Vectors at the points, each once, and their inner products."""
+
+    def __init__(self, dimensions: int) -> None:
+        rng = np.random.default_rng(2)
+        self.dimensions, self.used = dimensions, 0
+        self.vectors: list[Vector] = []
+        self.weights = rng.uniform(0.5, 1.5, _FIRST) * rng.choice([-1.0, 1.0], _FIRST)
+        self.flat = np.zeros((16, _FIRST * dimensions))
+        self.sums = np.zeros((16, dimensions))
+        self.table = np.zeros((16, 16))
+
+    def direction(self) -> int:
+        """A direction that no vector has."""
+        if self.used >= self.dimensions:
+            raise Full
+        self.used += 1
+        return self.used - 1
+
+    def add(self, at: FloatArray, **made: Any) -> Vector:
+        """A vector (points, dimensions or fewer), or the one that is the same."""
+        full = np.zeros((POINTS, self.dimensions))
+        full[:, : at.shape[1]] = at
+        first = full[:_FIRST]
+        key, size = self.weights @ first, _lengths(full)
+        count = len(self.vectors)
+        scale = 1e-9 * (abs(self.weights) @ size[:_FIRST])
+        for k in np.flatnonzero(abs(self.sums[:count] - key).max(axis=1) <= scale):
+            if (abs(self.vectors[k].at - full).max(axis=1) <= 10.0 * _EXACT * size).all():
+                return self.vectors[k]
+        if count >= _VECTORS:
+            raise Full
+        if count == len(self.flat):
+            self.flat = np.concatenate([self.flat, np.zeros_like(self.flat)])
+            self.sums = np.concatenate([self.sums, np.zeros_like(self.sums)])
+            table = np.zeros((2 * count, 2 * count))
+            table[:count, :count] = self.table
+            self.table = table
+        vector = Vector(count, full, size, **made)
+        self.vectors.append(vector)
+        self.flat[count], self.sums[count] = first.ravel(), key
+        products = self.flat[: count + 1] @ (self.weights[:, None] * first).ravel()
+        self.table[count, : count + 1] = self.table[: count + 1, count] = products
+        return vector
+
+    def pairs(self, value: FloatArray, size: FloatArray, start: int) -> Iterator[Pair]:
+        """Pairs whose inner product is a value, one of them from a number on."""
+        count = len(self.vectors)
+        if start >= count or not value.any():
+            return
+        key = self.weights @ value[:_FIRST]
+        table = self.table[start:count, :count]
+        scale = 1e-8 * (abs(self.weights) @ abs(value[:_FIRST]))
+        for i, j in zip(*np.nonzero(abs(table - key) <= scale), strict=True):
+            pair = self.vectors[start + i], self.vectors[j]
+            if (j <= start + i) and self.is_pair(pair, value, size):
+                yield pair
+
+    @staticmethod
+    def is_pair(pair: Pair, value: FloatArray, size: FloatArray) -> bool:
+        """Whether an inner product is a value."""
+        x, y = pair
+        for part in (slice(_FIRST), slice(_FIRST, None)):
+            off = abs(np.einsum("ij,ij->i", x.at[part], y.at[part]) - value[part])
+            most = x.length[part] * y.length[part]
+            if (off > _EXACT * (np.minimum(size[part], _CANCELLED * most) + most)).any():
+                return False
+        return True
+
+
+def _lengths(at: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", at, at)))
+
+
+class Full(Exception):
+    """More vectors or directions than there is room for."""
+
+
+def claim_chain(node: Node) -> Iterator[Node]:
+    """A node, and what claims of it are of."""
+    yield node
+    while node.kind == "bounded":
+        node = node.args[0]
+        yield node
+
+
+def _known_ends(node: Node) -> tuple[float, float]:
+    """Ends of a node, also as what a claim that is wider than needed is of."""
+    low, high = node.low, node.high
+    while node.kind == "bounded":
+        node = node.args[0]
+        low, high = max(low, node.low), min(high, node.high)
+    return low, high
+
+
+def is_choice(c: Coefficient) -> bool:
+    """Whether a coefficient is 0 or 1."""
+    return c.number == 1.0 and not c.nodes
+
+
+def is_scaled(v: Vector) -> bool:
+    """Whether a vector is another one, times a coefficient."""
+    return len(v.parts) == 1 and v.unit is None and not v.noise
+
+
+def of_unit(v: Vector) -> bool:
+    """Whether a vector is of length one, or zero."""
+    if v.measured is not None:
+        return True
+    return is_scaled(v) and is_choice(v.parts[0][0]) and of_unit(v.parts[0][1])
