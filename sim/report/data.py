@@ -204,6 +204,7 @@ def _resources(made: Estimate | Mapped | Routed | None, device: Device) -> dict[
             for key, n in counts.items()
         },
         "available": {key: device.capacity(name) for key, name in names.items()},
+        "units": {key: device.resources[name].unit for key, name in names.items()},
         "more": {key: n for key, n in used.items() if key not in names.values()},
         "source": f"estimate: cells of the netlist by {tool_of(estimate)}, before packing"
         if estimate is not None

@@ -55,6 +55,7 @@ def sources(
         "timing.paper_cycles": PAPER,
         "timing.speedup": "paper_us / update_us, the latter at the target's clock",
         "resources.available": device.resources["lut"].source,
+        "resources.units": device.resources["lut"].source,
         "resources.percent": "part of what the device has",
         "schedule": schedule,
         "numerics": "range: compiled (range_source)"

@@ -114,6 +114,9 @@ def test_logs_widths_another_run_and_lines_of_ones_own_filter(
     first = module.report(name, logs / "one.csv", target="lifcl-17", output=out)
     assert first.report["resources"]["lut"] == 700 and first.report["timing"]["fmax_mhz"] is None
     assert first.report["target"]["device"] == "lifcl-17"
+    page = (out / "report.html").read_text("utf-8")
+    assert "<td>MULT18X18</td>" in page and "--target lifcl-17 --route" in page
+    assert "ISE" not in page and "DSP48A1" not in page
     result = module.report(
         name,
         logs,
