@@ -108,6 +108,6 @@ def test_a_divisor_that_no_word_can_span_is_held_below_what_was_seen() -> None:
     trace = Far().trace()
     number = {e.kind: e.number for e in trace.tracer.expressions}
     for seen, most in (((0.25, 100.0), 1600.0), ((100.0, 200.0), 3200.0)):
-        _, limits = intervals(trace, {number["select"]: seen})
+        _, limits = intervals(trace, {number["larger"]: seen})
         assert limits == {number["div"]: (0.25, most)}
     assert intervals(trace, {})[1] == {}
