@@ -124,6 +124,27 @@ class Reader(Estimator):
         return {}, {"p": u.b * u.s}
 
 
+class Twice(Reader):
+    """Reads one word as two inputs, of which one is limited."""
+
+    inputs = (*Reader.inputs, Input("part", -0.25, 0.25, source="open.s", clamp=True))
+    outputs = (Output("difference"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """What the limit takes away, and the record's word."""
+        return {}, {"difference": u.s - u.part + u.b}
+
+
+def test_two_inputs_of_one_source() -> None:
+    core = build_shared_core(
+        [e.compile() for e in linked_estimators([Twice(), Open()])], "small", restarts=0
+    )
+    machine, models = Emulator(core.machine, core.image), Models(core)
+    for number, word in ((1, 1 << 30), (0, 5), (1, -(1 << 30)), (1, 1 << 29), (0, -7)):
+        machine.select(number)
+        assert machine.update([word]).outputs == models.update(number, [word])
+
+
 def test_the_window_is_never_all_states() -> None:
     """Even where there are no others: its half tells it apart."""
     core = build_shared_core([e.compile() for e in linked_estimators([Reader(), Open()])], "small")
