@@ -5,6 +5,7 @@ The same seed gives the same program. Used to compare interpreter, C and core wo
 
 from __future__ import annotations
 
+import math
 import random
 from dataclasses import dataclass, field, replace
 
@@ -15,6 +16,7 @@ from boresight.model.words.program import (
     Negate,
     Op,
     Overflow,
+    Port,
     Program,
     Scale,
     Term,
@@ -102,7 +104,7 @@ def random_programs(
 def _linked(programs: list[Program], rng: random.Random) -> list[Program]:
     """Programs that read outputs of others, in no circle; each has an input from its record."""
     order = rng.sample(range(len(programs)), len(programs))
-    results = dict(enumerate(programs))
+    results = {k: replace(p, ports=_ports(p)) for k, p in enumerate(programs)}
     for place, reader in enumerate(order):
         sources = [programs[k] for k in order[:place]]
         inputs = programs[reader].inputs
@@ -111,8 +113,17 @@ def _linked(programs: list[Program], rng: random.Random) -> list[Program]:
         for value in chosen:
             source = rng.choice(sources)
             links.append(Link(value, source.name, rng.choice(source.output_names)))
-        results[reader] = replace(programs[reader], links=tuple(links))
+        results[reader] = replace(results[reader], links=tuple(links))
     return [results[k] for k in range(len(programs))]
+
+
+def _ports(program: Program) -> tuple[Port, ...]:
+    """Outputs that begin as the states do whose next values they are."""
+    initial = {after: program.values[state] for state, after in reversed(program.states)}
+    return tuple(
+        Port(name, first=math.ldexp(initial[n].initial, -initial[n].frac) if n in initial else 0.0)
+        for name, n in zip(program.output_names, program.outputs, strict=True)
+    )
 
 
 def _sharing(program: Program, owner: Program) -> Program:
