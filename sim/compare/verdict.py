@@ -335,14 +335,14 @@ def _rounding(
                 f"leaves {left:.0%}: {cure}"
             )
     for d in errors:
-        first = next(iter(effects.get(d.output, [])), None)
-        value = None if d.good or first is None else program.find(first.value)
-        if value is not None and becomes(program, nodes, value) is None:
-            if _unused(program, seen.ranges, value) > 1:
-                return (
-                    f"{rounding}, to one side; {d.output} depends most on the rounding of "
-                    f"{_said(program, nodes, value)}: {_cure(program, nodes, seen.ranges, value)}"
-                )
+        first = None if d.good else next(iter(effects.get(d.output, [])), None)
+        value = program.find(first.value) if first else -1
+        own = first and becomes(program, nodes, value) is None
+        if own and _unused(program, seen.ranges, value) > 1:
+            return (
+                f"{rounding}, to one side; {d.output} depends most on the rounding of "
+                f"{_said(program, nodes, value)}: {_cure(program, nodes, seen.ranges, value)}"
+            )
     return _coarse(program, nodes, seen, rounding)
 
 
