@@ -337,8 +337,8 @@ def _rounding(
     for d in errors:
         first = None if d.good else next(iter(effects.get(d.output, [])), None)
         value = program.find(first.value) if first else -1
-        own = first and becomes(program, nodes, value) is None
-        if own and _unused(program, seen.ranges, value) > 1:
+        intermediate = first is not None and becomes(program, nodes, value) is None
+        if intermediate and _unused(program, seen.ranges, value) > 1:
             return (
                 f"{rounding}, to one side; {d.output} depends most on the rounding of "
                 f"{_said(program, nodes, value)}: {_cure(program, nodes, seen.ranges, value)}"
