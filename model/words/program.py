@@ -297,27 +297,29 @@ def _names(of: type) -> tuple[str, ...]:
 
 def _plain(x: Any) -> Any:
     """``x`` in JSON's types, keys in order."""
-    if type(x) in _PLAIN:
+    of: Any = type(x)
+    if of in _PLAIN:
         return x
     if isinstance(x, tuple):
         return [_plain(y) for y in x]
     if is_dataclass(x):
-        return {name: _plain(getattr(x, name)) for name in _names(type(x))}
+        return {name: _plain(getattr(x, name)) for name in _names(of)}
     return x.value if isinstance(x, Enum) else x
 
 
 def _text(x: Any, line: str) -> str:
     """`_plain` of ``x`` as JSON with an indent of 1; ``line`` ends a line and indents the next.
 
-    As ``json.dumps`` writes it, in a fifth of the time: with an indent that is Python code.
+    As ``json.dumps`` writes it, in half of the time: with an indent that is Python code, too.
     """
-    if write := _PLAIN.get(type(x)):
+    of: Any = type(x)
+    if write := _PLAIN.get(of):
         return write(x)
     inner = line + " "
     if isinstance(x, tuple):
         parts, ends = [_text(y, inner) for y in x], "[]"
     elif is_dataclass(x):
-        names = _names(type(x))
+        names = _names(of)
         parts, ends = [f'"{name}": {_text(getattr(x, name), inner)}' for name in names], "{}"
     else:
         return json.dumps(_plain(x))

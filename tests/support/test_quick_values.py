@@ -1,6 +1,8 @@
 """The shorter ways of the simulator give what Amaranth's give."""
 
 import random
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 from amaranth.hdl import Cat, ClockDomain, Const, Module, Signal, signed
@@ -23,13 +25,14 @@ def test_values_are_those_of_amaranth() -> None:
 
 @pytest.mark.parametrize("options", [{}, {"reset_less": True}, {"async_reset": True}])
 @pytest.mark.parametrize("edge", ["pos", "neg"])
-def test_edges_are_those_of_amaranth(options, edge: str) -> None:
-    def seen(collect) -> list[tuple]:
-        m, count, out = Module(), Signal(4), []
+def test_edges_are_those_of_amaranth(options: dict[str, bool], edge: str) -> None:
+    def seen(collect: Callable[[Any], Any]) -> list[tuple[int, ...]]:
+        m, count = Module(), Signal(4)
+        out: list[tuple[int, ...]] = []
         m.domains.sync = domain = ClockDomain(clk_edge=edge, **options)
         m.d.sync += count.eq(count + 1)
 
-        async def bench(ctx):
+        async def bench(ctx: Any) -> None:
             for k in range(8):
                 if domain.rst is not None:
                     ctx.set(domain.rst, k == 4)
