@@ -157,7 +157,7 @@ def in_schedule(program: Program, core: Core, rng: random.Random) -> Image:
 def in_skew(program: Program, core: Core, rng: random.Random) -> Image:
     """A field stands a word early or late, everywhere."""
     fields = [decode(core.machine, word) for word in core.image.rom]
-    name = rng.choice([f.name for f in core.machine.fields() if f.name != "home"])
+    name = rng.choice([f.name for f in core.machine.fields if f.name != "home"])
     column = [f[name] for f in fields]
     by = rng.choice((-1, 1))
     for f, value in zip(fields, column[by:] + column[:by], strict=True):
