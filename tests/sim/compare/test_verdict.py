@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from typing import Any
+
+import pytest
 
 from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
@@ -101,6 +104,18 @@ def test_rounding_that_adds_up() -> None:
     )
     delayed = judge(Delayed(), [1.0] * 200, 18).culprit
     assert delayed.startswith(f"{said}; state y "), delayed
+
+
+def test_rounding_to_one_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which independent rounding does not explain: of a value with bits to spare, or a state."""
+    monkeypatch.setattr("boresight.sim.compare.verdict._EXPLAINED", math.inf)
+    said = "no operation leaves its float twin: rounding adds up"
+    assert re.fullmatch(
+        rf"{said}, to one side; y depends most on the rounding of y {HERE}: it leaves 2 bits "
+        r"unused: get formats by boresight fit; where .* or a wider word",
+        judge(Stateless(), [1.0], 18).culprit,
+    )
+    assert judge(Slow(), [1.0] * 200, 18).culprit.startswith(f"{said}; state y ")
 
 
 def test_a_state_beyond_its_range_is_no_success_though_its_word_holds_it() -> None:
