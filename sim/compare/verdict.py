@@ -366,6 +366,12 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     state = becomes(program, nodes, value)
     if state is None and unused > 1:
         if any(node.fit is not None for node in nodes.values()):
+            if (node := nodes[value]).kind == "bounded":
+                return (
+                    f"it leaves {unused} bits unused with the profile, too: narrow the range "
+                    f"[{node.low:g}, {node.high:g}] that ops.bounded states there, or use a wider "
+                    "word"
+                )
             return (
                 f"it leaves {unused} bits unused with the profile, too: limit what it is computed "
                 "from with ops.bounded (elements of a covariance after each measurement, by "
