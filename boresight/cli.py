@@ -137,7 +137,7 @@ def _parser(*verbs: str) -> _Parser:
             epilog="\n".join(lines),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        verb.add_argument("--json", action="store_true", help="print one JSON object, nothing else")
+        verb.add_argument("--json", action="store_true", help="print one JSON object as the result")
         verb.add_argument("-q", "--quiet", action="store_true", help="no progress")
         if name in verbs:
             for argument in arguments_of(name):

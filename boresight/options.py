@@ -344,8 +344,8 @@ class Arguments:
 
     @property
     def progress(self) -> Callable[[str], None] | None:
-        """Where progress goes: stderr, unless ``--quiet`` or ``--json``."""
-        return None if self.quiet or self.json else tell
+        """Where progress goes: stderr, also with ``--json``, unless ``--quiet``."""
+        return None if self.quiet else tell
 
     @property
     def params(self) -> tuple[list[str], list[str]]:

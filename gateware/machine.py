@@ -204,6 +204,7 @@ class Machine:
         name = next((m.name for m in enough if m.register_words > self.register_words), None)
         return f"; config {name} has more" if name else "; no configuration has as many"
 
+    @cached_property
     def fields(self) -> tuple[Field, ...]:
         """Fields of the microword, least significant first; a lane's fields end in its number."""
         out: list[Field] = []
@@ -268,7 +269,7 @@ class Machine:
     @property
     def word_bits(self) -> int:
         """Width of the microword."""
-        return sum(f.width for f in self.fields())
+        return sum(f.width for f in self.fields)
 
     def rom_columns(self, depth: int) -> tuple[int, ...]:
         """Widths of the parallel memories for ``depth`` microwords.

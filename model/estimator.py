@@ -261,10 +261,10 @@ class Estimator:
             self.profile.check(trace, self.name, self.inputs)
         program, nodes = lower(trace, Arithmetic(word=word), self.profile)
         numbers = {value: node.number for value, node in nodes.items()}
-        # An output that is the next value of a state begins as the state does.
+        # An output that is the next value of states begins as the first of them does.
         first = {
             numbers.get(after): s.initial
-            for (_, after), s in zip(program.states, self.states, strict=True)
+            for (_, after), s in reversed([*zip(program.states, self.states, strict=True)])
         }
         bits = "; ".join(f"{k}: {meaning}" for k, meaning in self.status_bits.items())
         ports = tuple(

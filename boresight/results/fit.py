@@ -222,7 +222,7 @@ class FitResult(Answer):
                 "(docs/learn/ranges.md, what a profile cannot mend)"
             )
         lines += dict.fromkeys(
-            f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], no interval keeps it off zero"
+            f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], which no interval shows"
             for x in self.limits
         )
         lines += [

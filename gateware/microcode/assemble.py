@@ -27,7 +27,7 @@ def assemble(schedule: Schedule, allocation: Allocation) -> Image:
     machine, program = schedule.machine, schedule.program
     words: Words = [{} for _ in range(schedule.length)]
     registers = allocation.addresses()
-    stage = {f.name: f.stage for f in machine.fields()}
+    stage = {f.name: f.stage for f in machine.fields}
 
     def put(cycle: int, name: str, value: int) -> None:
         word = cycle + stage[name]
@@ -118,7 +118,7 @@ def encode(machine: Machine, values: dict[str, int]) -> int:
     """One microword from its fields; missing ones are 0."""
     word = at = 0
     names = set()
-    for f in machine.fields():
+    for f in machine.fields:
         value = values.get(f.name, 0)
         if not 0 <= value < 1 << f.width:
             raise ValueError(f"field {f.name} must be 0 to {(1 << f.width) - 1}, not {value!r}")
@@ -133,7 +133,7 @@ def encode(machine: Machine, values: dict[str, int]) -> int:
 def decode(machine: Machine, word: int) -> dict[str, int]:
     """Fields of one microword."""
     out = {}
-    for f in machine.fields():
+    for f in machine.fields:
         out[f.name] = word & ((1 << f.width) - 1)
         word >>= f.width
     if word:

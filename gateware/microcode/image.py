@@ -162,7 +162,7 @@ class Image:
     def _positions(machine: Machine) -> dict[str, int]:
         """Lowest bit of every field."""
         out, position = {}, 0
-        for field in machine.fields():
+        for field in machine.fields:
             out[field.name] = position
             position += field.width
         return out

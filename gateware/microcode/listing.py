@@ -42,7 +42,7 @@ class _Listing:
     ) -> None:
         self.machine = machine
         self.words = [decode(machine, w) for w in rom]
-        self.stage = {f.name: f.stage for f in machine.fields()}
+        self.stage = {f.name: f.stage for f in machine.fields}
         self.names: dict[int, list[tuple[int, int, str]]] = {}
         for t in allocation.live_ranges:
             name = program.values[t.value].name

@@ -276,6 +276,13 @@ def _check_streams(schedule: Schedule) -> None:
         )
 
 
+def _word_of(program: Program, value: int) -> object:
+    """What values must have in common to stand in one register."""
+    if link := program.linked.get(value):
+        return link.program, link.state
+    return Kind.CONST if program.values[value].kind is Kind.CONST else value
+
+
 class _Replay:
     """The schedule with names in place of words."""
 
@@ -284,7 +291,8 @@ class _Replay:
         program = schedule.program
         self.where = allocation.addresses()
         lanes = schedule.machine.lanes
-        #: Values whose word each register holds; several only for equal constants.
+        #: Values whose word each register holds; several only for equal constants, and for inputs
+        #: that read the same word of another program.
         self.contents: dict[int, set[int]] = defaultdict(set)
         self.fixed: set[int] = set()
         for n, address in self.where.items():
@@ -293,7 +301,7 @@ class _Replay:
                 self.contents[address].add(n)
                 self.fixed.add(address)
         for address, values in self.contents.items():
-            if len(values) > 1 and any(program.values[n].kind is not Kind.CONST for n in values):
+            if len({_word_of(program, n) for n in values}) > 1:
                 raise _fail(
                     schedule,
                     None,

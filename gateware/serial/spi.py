@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from amaranth.hdl import Cat, Const, Module, Signal, Value
+from amaranth.hdl import Cat, Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
@@ -140,7 +140,7 @@ class SpiController(wiring.Component):
         m = Module()
         miso = Signal()
         m.submodules.synchroniser = FFSynchronizer(self.miso, miso)
-        # With a power of two as base no comparison needs a carry chain.
+        # With a power of two as base the bits tell the parts of a frame.
         base = 1 << max(
             6, self.stall_halves.bit_length(), (2 * BITS + self.setup_halves - 1).bit_length()
         )
@@ -148,13 +148,11 @@ class SpiController(wiring.Component):
         left = Signal(range(2 * base), init=base - 1)
         timer = Signal(range(self.half_cycles), init=self.half_cycles - 1)
         word = Signal(BITS)
-        tick = Signal()
-        idle = Signal()
+        tick = Signal()  # the timer is 0
+        idle = Signal()  # at most ``rest`` is left
         high = Signal()
         last = Signal()
         m.d.comb += [
-            idle.eq(_at_most(left, rest)),
-            tick.eq(timer == 0),
             high.eq(left[-1] & ~left[5:-1].any() & ~left[0]),
             last.eq(high & ~left[1:5].any()),
             self.i.ready.eq(idle),
@@ -162,7 +160,7 @@ class SpiController(wiring.Component):
             self.mosi.eq(word[-1]),
             self.o_data.eq(word),
         ]
-        m.d.sync += [self.o_valid.eq(0), timer.eq(_one_less(timer))]
+        m.d.sync += [self.o_valid.eq(0), timer.eq(_one_less(timer)), tick.eq(timer == 1)]
         with m.If(idle | tick):
             m.d.sync += timer.eq(self.half_cycles - 1)
         with m.If(idle):
@@ -172,10 +170,12 @@ class SpiController(wiring.Component):
                     left.eq(base + 2 * BITS - 1 + self.setup_halves),
                     word.eq(self.i.payload),
                     self.cs_n.eq(0),
+                    idle.eq(0),
                 ]
         with m.Elif(tick):
             m.d.sync += [
                 left.eq(_one_less(left)),
+                idle.eq(left == rest + 1),
                 self.cs_n.eq(last | ~left[-1]),
                 # Low is next after the setup, and after each high half but the last.
                 self.sclk.eq(~((left == base + 2 * BITS) | (high & ~last))),
@@ -183,14 +183,6 @@ class SpiController(wiring.Component):
             with m.If(high):
                 m.d.sync += [word.eq(Cat(miso, word)), self.o_valid.eq(last)]
         return m
-
-
-def _at_most(value: Value, constant: int) -> Value:
-    """Expression ``value <= constant``, as one AND or OR per bit: no carry chain."""
-    result: Value = Const(1, 1)
-    for k in range(len(value)):
-        result = (~value[k] | result) if constant >> k & 1 else (~value[k] & result)
-    return result
 
 
 def _one_less(value: Value) -> Value:

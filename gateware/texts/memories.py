@@ -68,8 +68,8 @@ def _check_rom(machine: Machine, image: Image, roms: dict[str, list[int]]) -> No
         before = pieces.setdefault(piece, [0] * len(column))
         pieces[piece] = [a | b << shift for a, b in zip(before, column, strict=True)]
     words = [word for k in sorted(pieces) for word in pieces[k]]
-    at = sum(f.width for f in machine.fields()[:-1])
-    assert machine.fields()[-1].name == "home"
+    at = sum(f.width for f in machine.fields[:-1])
+    assert machine.fields[-1].name == "home"
     ends = accumulate(image.lengths)
     returns = {end - 1 - machine.prefetch for end in ends}
     wanted = [w & ~(1 << at) | (k in returns) << at for k, w in enumerate(image.rom)]

@@ -155,7 +155,7 @@ class Expansion(Graph):
         turns = self.mul(x, self.const(rounded.LOG2_E))
         g = self._wrap(self.add(turns, self.const(0.5)), 1.0, "turn")
         above = self.add(self.sub(g, turns), self.const(float(k)))  # m + 1/2
-        y = self.saturated(self._polynomial(g, polynomials.EXP2), 1.0)
+        y = self.saturated(self._polynomial(g, polynomials.exp2()), 1.0)
         for j in range(math.floor(span).bit_length()):
             odd = self._wrap(self.mul(above, self.const(2.0**-j)), 2.0, "ht")
             shifted = self.mul(y, self.const(2.0 ** -(2**j)))
@@ -187,7 +187,7 @@ class Expansion(Graph):
             less = self.select(small, self.const(2**j * rounded.LN_2), self.const(0.0))
             rest = self.sub(rest, less)
         centred = self.saturated(self.sub(self.mul(y, self.const(4.0)), self.const(3.0)), 1.0)
-        total = self.add(self._polynomial(centred, polynomials.LOG), rest)
+        total = self.add(self._polynomial(centred, polynomials.log()), rest)
         low, high = rounded.log(a.low), rounded.log(a.high)
         slack = _SLACK * max(1.0, abs(low), abs(high))
         return self.bounded(total, low - slack, high + slack, "log")

@@ -6,11 +6,12 @@ Coefficients are computed with `model.words.rounded.PRECISE` and rounded once to
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from boresight.model.words.rounded import PRECISE
 
-__all__ = ["EXP2", "LOG", "interpolated"]
+__all__ = ["exp2", "interpolated", "log"]
 
 
 def interpolated(function: Callable[[Any], Any], reach: float, count: int) -> tuple[float, ...]:
@@ -31,7 +32,13 @@ def interpolated(function: Callable[[Any], Any], reach: float, count: int) -> tu
     return tuple(float(c) for c in coefficients)
 
 
-#: 2^(x - 1/2) of x in [-1/2, 1/2): [1/2, 1).
-EXP2 = interpolated(lambda x: PRECISE.mpf(2) ** (x - 0.5), 0.5, 8)
-#: log((x + 3) / 4) of x in [-1, 1): the logarithm of [1/2, 1).
-LOG = interpolated(lambda x: PRECISE.log((x + 3) / 4), 1.0, 12)
+@cache
+def exp2() -> tuple[float, ...]:
+    """2^(x - 1/2) of x in [-1/2, 1/2): [1/2, 1)."""
+    return interpolated(lambda x: PRECISE.mpf(2) ** (x - 0.5), 0.5, 8)
+
+
+@cache
+def log() -> tuple[float, ...]:
+    """log((x + 3) / 4) of x in [-1, 1): the logarithm of [1/2, 1)."""
+    return interpolated(lambda x: PRECISE.log((x + 3) / 4), 1.0, 12)

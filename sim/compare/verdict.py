@@ -313,7 +313,9 @@ def _rounding(
     """What to do where no single operation is to blame: rounding adds up.
 
     The values whose rounding makes most of an output's error, where that explains it; else rounding
-    is one-sided, and a state loses it (`_coarse`).
+    is one-sided: of the value on whose rounding an output depends most, where its format has bits
+    to spare, such as an element of a covariance between two measurements, or of a state that loses
+    it (`_coarse`).
     """
     rounding = "no operation leaves its float twin: rounding adds up"
     effects = influences(program, nodes, seen.inputs, seen.states, seen.before)
@@ -332,7 +334,22 @@ def _rounding(
                 f"{rounding}; of the error of {d.output} {shares}; one more bit of the first "
                 f"leaves {left:.0%}: {cure}"
             )
+    for d in errors:
+        first = None if d.good else next(iter(effects.get(d.output, [])), None)
+        value = program.find(first.value) if first else -1
+        intermediate = first is not None and becomes(program, nodes, value) is None
+        if intermediate and _unused(program, seen.ranges, value) > 1:
+            return (
+                f"{rounding}, to one side; {d.output} depends most on the rounding of "
+                f"{_said(program, nodes, value)}: {_cure(program, nodes, seen.ranges, value)}"
+            )
     return _coarse(program, nodes, seen, rounding)
+
+
+def _unused(program: Program, seen: WordRanges, value: int) -> int:
+    """Bits of a word that no update used."""
+    used = max(int(seen.high[value]), -int(seen.low[value]), 1)
+    return program.arithmetic.word - 1 - used.bit_length()
 
 
 def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
@@ -345,11 +362,16 @@ def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
 
 def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int) -> str:
     """How a value gets more bits."""
-    used = max(int(seen.high[value]), -int(seen.low[value]), 1)
-    unused = program.arithmetic.word - 1 - used.bit_length()
+    unused = _unused(program, seen, value)
     state = becomes(program, nodes, value)
     if state is None and unused > 1:
         if any(node.fit is not None for node in nodes.values()):
+            if (node := nodes[value]).kind == "bounded":
+                return (
+                    f"it leaves {unused} bits unused with the profile, too: narrow the range "
+                    f"[{node.low:g}, {node.high:g}] that ops.bounded states there, or use a wider "
+                    "word"
+                )
             return (
                 f"it leaves {unused} bits unused with the profile, too: limit what it is computed "
                 "from with ops.bounded (elements of a covariance after each measurement, by "
@@ -380,8 +402,7 @@ def _coarse(program: Program, nodes: dict[int, Node], seen: Traversed, rounding:
     state, after = program.states[k]
     value, line = program.values[state], nodes[after].line if after in nodes else ""
     name = declared_name(program, nodes, state)
-    used = max(int(seen.ranges.high[state]), -int(seen.ranges.low[state]), 1)
-    unused = program.arithmetic.word - 1 - used.bit_length()
+    unused = _unused(program, seen.ranges, state)
     return (
         f"{rounding}; state {name}{f' ({line})' if line else ''} changes by no more than "
         f"{int(changes[k])} of its least significant bits in an update and leaves {unused} bits of "

@@ -11,6 +11,7 @@ from boresight.model.lowering.expand import Expansion
 from boresight.model.lowering.graph import Flag
 from boresight.model.lowering.profile import Profile, Range, record_digest
 from boresight.model.lowering.trace import Trace
+from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.rounded import binary_exponent
 from boresight.sim.fit.observe import Reached, joined
 
@@ -24,6 +25,8 @@ HOSTILE_BITS = 1.0
 MOST_BITS, UNLIMITED_BITS = 3.0, 2.0
 #: Share of the smallest divisor that was seen, below which it is held where intervals reach zero.
 FLOOR = 2.0**-4
+#: Largest divisor that a word can hold beside the smallest.
+WIDEST = 2.0 ** Arithmetic(word=32).norm_max
 #: Functions of which the last argument must stay off zero.
 _DIVIDING = ("div", "rsqrt", "sqrt")
 
@@ -58,7 +61,8 @@ def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, 
     ----------
     seen : mapping of int to (float, float)
         What each expression reached. A divisor, or the argument of a root, that no interval keeps
-        on its side of zero is held at `FLOOR` of the smallest one seen.
+        on its side of zero is held at `FLOOR` of the smallest one seen; a divisor whose interval
+        spans more than any word can divide by, below what was seen with all margins.
 
     Returns
     -------
@@ -84,13 +88,20 @@ def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, 
 
 
 def _held(kind: str, args: Sequence[Any], seen: Range | None) -> Range | None:
-    """Where to hold the last argument of a division or root; None where it may stay as it is."""
+    """Where to hold the last argument of a division or root; None where it may stay as it is.
+
+    A divisor that its author holds off zero stays as near to it as that.
+    """
     if kind not in _DIVIDING or seen is None:
         return None
     node, (low, high) = args[-1], seen
     room = 2.0 ** (MARGIN_BITS + UNLIMITED_BITS)
-    if kind == "div" and node.low <= 0.0 <= node.high and low * high > 0.0:
-        return (low * FLOOR, high * room) if low > 0.0 else (low * room, high * FLOOR)
+    if kind == "div" and low * high > 0.0:
+        near, far = (node.low, node.high) if low > 0.0 else (-node.high, -node.low)
+        if near <= 0.0 or far > near * WIDEST:
+            least, most = sorted((abs(low), abs(high)))
+            held = near if near > 0.0 else least * FLOOR, most * room
+            return held if low > 0.0 else (-held[1], -held[0])
     if kind != "div" and node.low < 0.0 <= low:
         return low * FLOOR, high * room
     return None

@@ -22,7 +22,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 
-__all__ = ["WORSE", "Effect", "Fitted", "Kept", "effect", "fitted", "kept"]
+__all__ = ["SPARE", "WORSE", "Effect", "Fitted", "Kept", "effect", "fitted", "kept"]
 
 #: Updates of each hostile stimulus.
 HOSTILE_STEPS = 2000
@@ -30,9 +30,8 @@ HOSTILE_STEPS = 2000
 WORSE = 1.1
 #: Bits that a format must gain, of the profiles that are tried where the whole one is worse.
 _GAINS = (2, 4, 8)
-#: Factor by which one may grow where errors together become smaller, and mean factor of all with
-#: which a profile is kept in any case.
-_SOMEWHAT, _MUCH = 1.25, 0.5
+#: Share of an output's tolerance up to which it may be worse where errors together are smaller.
+SPARE = 0.5
 #: Their seed; that of `boresight covariance` is another.
 _SEED = 2
 
@@ -205,9 +204,14 @@ def kept(
 ) -> Kept:
     """Choose what makes outputs most exact: all ranges, those that gain many bits, or none.
 
-    No output becomes `WORSE`; or errors together (their geometric mean) become smaller, and none by
-    more than a quarter larger, or together less than half as large. Nothing more saturates, and no
-    more variances are negative. Where nothing compiles without it, all ranges are kept.
+    Of several, what leaves fewest outputs beyond their tolerance, then what makes errors together
+    (their geometric mean) smallest. An output becomes `WORSE` only if
+
+    * its error stays within `SPARE` of its tolerance, and errors together become smaller, or
+    * outputs were beyond their tolerances, and none is.
+
+    Nothing more saturates, and no more variances are negative. Where nothing compiles without it,
+    all ranges are kept.
 
     Raises
     ------
@@ -222,7 +226,7 @@ def kept(
     before, whole = tried(None), tried(profile)
     if isinstance(whole, str):
         raise InputError(whole)
-    if isinstance(before, str) or _largest(before, whole) <= WORSE:
+    if isinstance(before, str) or (_holds(before, whole) and not _worse(before, whole)):
         return Kept(profile, before, whole, whole)
     candidates = [(profile, whole)]
     for bits in _GAINS:
@@ -231,8 +235,8 @@ def kept(
         after = tried(some) if ranges else ""
         candidates += [(some, after)] if isinstance(after, Effect) else []
     none = replace(profile, ranges={}), before
-    better = [c for c in candidates if _better(before, c[1])]
-    best, after = min(better, key=lambda c: _mean(before, c[1]), default=none)
+    better = [c for c in candidates if _accepted(before, c[1])]
+    best, after = min(better, key=lambda c: (_beyond(c[1]), _mean(before, c[1])), default=none)
     return Kept(best, before, after, whole)
 
 
@@ -250,11 +254,16 @@ def _factors(before: Effect, after: Effect) -> list[float]:
     return [b / a if a > 0.0 else math.inf if b > 0.0 else 1.0 for a, b in errors]
 
 
-def _largest(before: Effect, after: Effect) -> float:
-    """Largest of the factors; infinite where more saturates, or more variances are negative."""
-    more = after.saturated_updates > before.saturated_updates
-    more |= after.negative_updates > before.negative_updates
-    return math.inf if more else max(_factors(before, after), default=1.0)
+def _holds(before: Effect, after: Effect) -> bool:
+    """Whether nothing more saturates, and no more variances are negative."""
+    saturated = after.saturated_updates <= before.saturated_updates
+    return saturated and after.negative_updates <= before.negative_updates
+
+
+def _worse(before: Effect, after: Effect) -> list[Difference]:
+    """Outputs whose errors grow by more than `WORSE`."""
+    factors = zip(_factors(before, after), after.differences, strict=True)
+    return [d for factor, d in factors if factor > WORSE]
 
 
 def _mean(before: Effect, after: Effect) -> float:
@@ -263,8 +272,13 @@ def _mean(before: Effect, after: Effect) -> float:
     return math.exp(math.fsum(logs) / max(len(logs), 1))
 
 
-def _better(before: Effect, after: Effect) -> bool:
-    """Whether formats are kept; see `kept`."""
-    largest, mean = _largest(before, after), _mean(before, after)
-    few = largest <= WORSE or (largest <= _SOMEWHAT and mean < 1.0)
-    return few or (largest < math.inf and mean < _MUCH)
+def _beyond(some: Effect) -> int:
+    """Outputs beyond their tolerances."""
+    return sum(not d.good for d in some.differences)
+
+
+def _accepted(before: Effect, after: Effect) -> bool:
+    """Whether formats may be kept; see `kept`."""
+    spared = all(d.largest <= SPARE * (d.tolerance or 0.0) for d in _worse(before, after))
+    passes = _beyond(before) > 0 == _beyond(after)
+    return _holds(before, after) and (passes or (spared and _mean(before, after) < 1.0))

@@ -2,13 +2,14 @@
 
 Three questions about one harness, all by yosys-smtbmc:
 
-* **bounded**: no assertion fails within ``depth`` cycles after power-up, for any inputs and
-  resets. Power-up means the initial values of all registers and memories; a reset may come in
-  any cycle and any number of times, and leaves registers without reset as they are.
 * **induction**: if the assertions have held for k cycles in a row, from any state, they
-  hold in the next. With the bounded check (at least k deep) they hold for ever. The state at the
+  hold in the next. With the bounded check of k cycles they hold for ever. The state at the
   beginning is not one that a reset reaches: whatever the harness needs to know about it must be
   among the assertions.
+* **bounded**: no assertion fails within k cycles after power-up, or without induction within
+  ``depth``, for any inputs and resets. Power-up means the initial values of all registers and
+  memories; a reset may come in any cycle and any number of times, and leaves registers without
+  reset as they are.
 * **cover**: each ``Cover`` is reached, without a reset after power-up, so that the assumptions do
   not forbid what the proof is about.
 """
@@ -80,7 +81,7 @@ class Proof:
     harness : callable
         Makes the harness; called anew for every run.
     depth : int
-        Cycles of the bounded check.
+        Cycles of the bounded check where there is no induction, or where it fails.
     induction : int
         Longest induction tried, in cycles; 0: the statement is proven up to ``depth`` only.
     cover : int, range or None
@@ -218,12 +219,29 @@ def prove(
                 proof=proof, proven=proven, method=method, seconds=time.monotonic() - began, **more
             )
 
-        bounded = f"bounded, {proof.depth} cycles"
-        log, good = run.smtbmc(proof.depth + 1)
-        if not good:
-            return result(
-                False, bounded, failed="refuted: " + _failed_assertions(log), trace=run.trace()
+        if proof.induction > proof.depth:
+            raise ValueError(
+                f"depth must be at least induction, {proof.induction}, not {proof.depth}"
             )
+        depth, method = proof.depth, f"bounded, {proof.depth} cycles"
+        open_step: dict[str, Any] = {}
+        if proof.induction:
+            log, good = run.smtbmc(proof.induction, "-i")
+            last = re.findall(r"Trying induction in step (\d+)", log)[-1] if good else 0
+            steps = proof.induction - int(last)
+            method = f"induction, k = {steps}"
+            if good:
+                # smtbmc's step is between states after the first, so from that one k more.
+                depth = steps
+            else:
+                open_step = {
+                    "failed": "not inductive: " + _failed_assertions(log),
+                    "trace": run.trace(),
+                }
+        log, good = run.smtbmc(depth + 1)
+        if not good:
+            failed = "refuted: " + _failed_assertions(log)
+            return result(False, method, failed=failed, trace=run.trace())
         reached, missed = run.covers(proof.cover_cycles)
         if missed or not reached:
             return result(
@@ -232,23 +250,7 @@ def prove(
                 covers=reached,
                 failed="not reached: " + (", ".join(missed) or "the harness has no Cover"),
             )
-        if not proof.induction:
-            return result(True, bounded, covers=reached)
-        if proof.induction > proof.depth:
-            raise ValueError(
-                f"depth must be at least induction, {proof.induction}, not {proof.depth}"
-            )
-        log, good = run.smtbmc(proof.induction, "-i")
-        if not good:
-            return result(
-                False,
-                f"induction, k = {proof.induction}",
-                covers=reached,
-                failed="not inductive: " + _failed_assertions(log),
-                trace=run.trace(),
-            )
-        last = re.findall(r"Trying induction in step (\d+)", log)[-1]
-        return result(True, f"induction, k = {proof.induction - int(last)}", covers=reached)
+        return result(not open_step, method, covers=reached, **open_step)
 
 
 class _Run:

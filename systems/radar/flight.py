@@ -40,12 +40,13 @@ def ballistic(place: Sequence[float], velocity: Sequence[float], t: FloatArray) 
 
     Runge and Kutta's fourth order, a step from each time to the next.
     """
-    spin = np.array([0.0, 0.0, EARTH_RATE])
+    w = EARTH_RATE
 
     def rate(s: FloatArray) -> FloatArray:
-        p, v = s[:3], s[3:]
-        turning = 2.0 * np.cross(spin, v) + np.cross(spin, np.cross(spin, p))
-        return np.concatenate([v, gravity(p) - turning])
+        x, y, _, vx, vy, _ = s
+        # 2 w x v + w x (w x p), of w along z
+        turning = np.array([2.0 * (-w * vy) - w * (w * x), 2.0 * (w * vx) - w * (w * y), 0.0])
+        return np.concatenate([s[3:], gravity(s[:3]) - turning])
 
     state = np.array([*place, *velocity], dtype=np.float64)
     points = [state[:3]]

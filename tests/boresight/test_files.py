@@ -505,7 +505,7 @@ from boresight.cli import main
 from unittest.mock import patch
 def work(*args, **options):
     print("at work", flush=True)
-    time.sleep(60)
+    time.sleep(20)
 with patch(sys.argv[1], work):
     sys.exit(main(sys.argv[2:]))
 """

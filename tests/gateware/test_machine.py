@@ -34,7 +34,7 @@ def test_more_registers_and_nothing_else(words: int, bits: int) -> None:
         assert many.state_slots == few.state_slots << bits
         assert (many.lanes, many.latency) == (few.lanes, few.latency)
         wider = {"a_addr", "b_addr", "dest"}
-        for a, b in zip(few.fields(), many.fields(), strict=True):
+        for a, b in zip(few.fields, many.fields, strict=True):
             assert b.width == a.width + bits * (a.name[:-1] in wider)
             assert (a.name, a.stage, a.meaning) == (b.name, b.stage, b.meaning)
     assert len(ALL_CONFIGS) == 6
@@ -104,12 +104,12 @@ def test_memories_side_by_side_hold_a_microword() -> None:
 
 def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:
     for machine in ALL_CONFIGS.values():
-        fields = machine.fields()
+        fields = machine.fields
         assert len({f.name for f in fields}) == len(fields)
         assert {f.stage for f in fields} <= set(range(machine.stages.write + 1))
         assert all(f.width > 0 and f.meaning for f in fields)
     # A result's place is an offset in the lane's own bank: a bit less than a register's address.
-    width = {f.name: f.width for f in (*SMALL.fields(), *FAST.fields())}
+    width = {f.name: f.width for f in (*SMALL.fields, *FAST.fields)}
     assert SMALL.register_bits == width["a_addr1"] == width["b_addr0"] == 9
     assert 1 << width["dest1"] == FAST.bank_depth
 

@@ -4,12 +4,15 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from boresight.gateware import verilog
 from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.verilog import to_verilog
+from boresight.gateware.synthesis.yosys import SynthesisError
+from boresight.gateware.verilog import from_rtlil, to_verilog
 
 TEXT = """
 from boresight.gateware.engine.lane import Lane
@@ -48,3 +51,29 @@ def test_primitives_only_when_asked_for() -> None:
     assert len(re.findall(r"^  DSP48A1 #\(", lane(True), re.M)) == 4
     assert re.search(r"^  LUT6 #\(", lane(True), re.M)
     assert not re.search(r"DSP48A1 #|LUT\d #", lane(False))
+
+
+def test_what_was_converted_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """By text, script and yosys; without a cache it is converted again, and an error each time."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    runs = []
+
+    def converted(text: str, *_: object) -> str:
+        if text == "bad":
+            raise SynthesisError("bad")
+        runs.append(text)
+        return f"module {text}"
+
+    monkeypatch.setattr(verilog, "_converted", converted)
+    for text, instances, count in (("a", True, 1), ("a", True, 1), ("a", False, 2), ("b", True, 3)):
+        assert from_rtlil(text, "lane", instances=instances) == f"module {text}"
+        assert len(runs) == count
+    for identity, count in (("another", 4), ("another", 4), ("", 5), ("", 6)):
+        monkeypatch.setattr(verilog, "_identity", lambda _, identity=identity: identity)
+        assert from_rtlil("a", "lane", instances=True) == "module a" and len(runs) == count
+    monkeypatch.setattr(verilog, "_identity", lambda _: "another")
+    for _ in range(2):
+        with pytest.raises(SynthesisError):
+            from_rtlil("bad", "lane", instances=True)
+    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
+    assert from_rtlil("a", "lane", instances=True) == "module a" and len(runs) == 7

@@ -114,6 +114,29 @@ ROWS = {
         {"rate": 0.5 + 0.1 * np.sin(_K)},
         1,
     ),
+    "a covariance by matrices, three measurements in an update": Row(
+        'inputs = tuple(Input(n, -100.0, 100.0, "m") for n in "abc")\n'
+        '    states = (State("x", -128.0, 128.0, "m"), State("v", -64.0, 64.0, "m/s"),\n'
+        '        State("p00", 0.0, 16.0, initial=4.0), State("p01", -8.0, 8.0),\n'
+        '        State("p11", 0.0, 4.0, initial=1.0))\n'
+        '    outputs = (Output("x", "m", tolerance=1e-4), Output("v", "m/s", tolerance=3e-5))',
+        "import numpy as np\n"
+        "        F, m = np.array([[1.0, 0.02], [0.0, 1.0]]), np.array([x.x, x.v])\n"
+        "        P = np.array([[x.p00, x.p01], [x.p01, x.p11]])\n"
+        "        m, P = F @ m, F @ P @ F.T + np.diag([1e-4, 1e-3])\n"
+        "        for z, h, r in ((u.a, 0, 0.01), (u.b, 1, 0.01), (u.c, 0, 0.04)):\n"
+        "            K = P[:, h] / ops.clip(P[h, h] + r, r, 17.0)\n"
+        "            K = [ops.bounded(k, -g, g, 'gain') for k, g in zip(K, (20.0, 10.0))]\n"
+        "            m, P = m + np.array(K) * (z - m[h]), P - np.outer(K, P[h])\n"
+        "        after = {'x': m[0], 'v': m[1]}\n"
+        "        return after | {'p00': P[0, 0], 'p01': P[0, 1], 'p11': P[1, 1]}, after",
+        {
+            "a": 20.0 * np.sin(0.02 * _K) + 0.1 * _NOISE,
+            "b": 20.0 * np.cos(0.02 * _K) + 0.1 * _NOISE[::-1],
+            "c": 20.0 * np.sin(0.02 * _K) + 0.2 * np.roll(_NOISE, 7),
+        },
+        1,
+    ),
     "a bearing in units far too large": Row(
         'inputs = (Input("a", -1e4, 1e4, "m"), Input("b", -1e4, 1e4, "m"))\n'
         '    outputs = (Output("y", "ht", tolerance=1e-4),)',

@@ -76,9 +76,10 @@ class Models:
 
     def __init__(self, core: Core) -> None:
         self.programs = [part.program for part in core.parts]
-        self._models = [Interpreter(p) for p in self.programs]
+        self.interpreters = [Interpreter(p) for p in self.programs]
+        self.saturated = False
         self._family = families(self.programs)
-        self._states = [model.states for model in self._models]
+        self._states = [model.states for model in self.interpreters]
         self._kept = {
             (p.name, output): first_word(p, output)
             for p in self.programs
@@ -92,13 +93,20 @@ class Models:
         words |= {n: self._kept[k.program, k.output] for n, k in program.linked.items()}
         return [words[n] for n in program.inputs]
 
+    def states(self, number: int) -> list[int]:
+        """State words that the next update of a program begins with."""
+        words: list[int] = self._states[self._family[number]][:, 0].tolist()
+        return words
+
     def update(self, number: int, streamed: list[int]) -> list[int]:
-        """Output words of an update."""
+        """Output words of an update; ``saturated`` is its flag."""
         program = self.programs[number]
         rows = [[word] for word in self.record(number, streamed)]
-        model, owner = self._models[number], self._family[number]
+        model, owner = self.interpreters[number], self._family[number]
         model.states = self._states[owner]
-        out: list[int] = model.update(rows)[0][:, 0].tolist()
+        words, flags = model.update(rows)
+        out: list[int] = words[:, 0].tolist()
+        self.saturated = bool(flags[0])
         self._states[owner] = model.states
         self._kept |= {(program.name, n): w for n, w in zip(program.output_names, out, strict=True)}
         return out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Cover, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
 
 from boresight.gateware.serial.spi import BITS, SpiController
 from boresight.sim.formal.harness import reached, unknown
@@ -29,7 +29,7 @@ class Framed(Elaboratable):
     stall, setup : int
         Requested values, clock cycles.
     whole : bool
-        Whether to reach a second frame (else the beginning of the first: long periods).
+        Whether to reach a second frame (else the first clock of the first: long periods).
     """
 
     def __init__(self, dut: SpiController, *, stall: int, setup: int, whole: bool = True) -> None:
@@ -60,7 +60,7 @@ class Framed(Elaboratable):
         second = Signal()
         with m.If(dut.o_valid):
             m.d.sync += second.eq(1)
-        m.d.comb += reached(m, second & falls, "again") if self.whole else Cover(~dut.sclk)
+        m.d.comb += reached(m, second & falls if self.whole else ~dut.sclk, "seen")
         return m
 
     def _watch(self, m: Module) -> Value:
@@ -160,6 +160,7 @@ class Framed(Elaboratable):
                 left == Mux(busy, base + 2 * BITS - 1 + before - half, base - 1 - dut.stall_halves)
             ),
             Assert(timer == Mux(busy, period - 1 - cycle, period - 1)),
+            Assert(inside["tick"] == (timer == 0)),
             Assert(
                 (high_for == self.stall)
                 | (stalls & (high_for == elapsed))
@@ -195,12 +196,13 @@ def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:
         return Framed(dut, stall=stall, setup=setup, whole=whole)
 
     pause = -(-stall // half) * half
-    second = 2 * pause + (-(-setup // half) + 2 * BITS) * half + 5
+    before = -(-setup // half) * half
+    seen = 2 * pause + before + 2 * BITS * half + 5 if whole else pause + before + 5
     return Proof(
         name=f"spi.framed_{half}_{stall}_{setup}",
         depth=6,
         induction=2,
-        cover=range(second, second + 1) if whole else stall + setup + 3 * half,
+        cover=range(seen, seen + 1),
         claim=f"SPI, half period {half}, stall {stall}, setup {setup} cycles: no shorter half "
         "period, setup or stall than these, whatever the inputs and resets; 16 clocks in each "
         "frame and none outside; both words are whole and in order",

@@ -17,7 +17,10 @@ NAMES = ["complementary", "complementary_as_printed"]
 
 def test_compile_writes_everything(capsys, tmp_path):
     out = tmp_path / "build"
-    assert main(["compile", "complementary", "--board", "mimas", "-q", "-o", str(out)]) == 0
+    assert main(["compile", "complementary", "--board", "mimas", "--json", "-o", str(out)]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["digest"] == json.loads((out / "report.json").read_text())["digest"]
+    assert {"complementary for small: Verilog", "mimas: sensors"} <= {*said.err.splitlines()}
     names = {p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file()}
     expected = [*core_files(["complementary"]), *project_files("mimas", system=True)]
     assert names == {*expected, ".boresight.json"}
@@ -37,7 +40,6 @@ def test_compile_writes_everything(capsys, tmp_path):
     assert "DSP48A1 " not in (out / "core_sim.v").read_text()
     data = json.loads((out / "report.json").read_text())
     assert data["timing"]["latency_cycles"]["predicted"] <= 300
-    capsys.readouterr()
 
 
 @pytest.fixture(scope="module")

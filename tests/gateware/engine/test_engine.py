@@ -30,7 +30,7 @@ class Assembler:
 
     def slot(self, cycle: int, lane: int = 0, **fields: int) -> None:
         """One slot issued at ``cycle``."""
-        stages = {f.name: f.stage for f in self.machine.fields()}
+        stages = {f.name: f.stage for f in self.machine.fields}
         for name, value in {"when": 1, **fields}.items():
             name = f"{name}{lane}"
             self.word(cycle + stages[name], **{name: value})
@@ -46,7 +46,7 @@ class Assembler:
         out = []
         for cycle in range(max(self.words) + 1):
             value = position = 0
-            for f in self.machine.fields():
+            for f in self.machine.fields:
                 part = self.words.get(cycle, {}).get(f.name, 0)
                 assert 0 <= part < 1 << f.width, (f.name, part)
                 value |= part << position

@@ -112,7 +112,7 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
     if count == 3:
         lengths[0], lengths[1] = 1022 + seed, 600 if config in CONFIGS else 1100
     programs = [random_words(rng, length) for length in lengths]
-    known = {f.name for f in machine.fields()}
+    known = {f.name for f in machine.fields}
     rom = [
         encode(
             machine, {"shift0": rng.randrange(32), **{k: v for k, v in word.items() if k in known}}

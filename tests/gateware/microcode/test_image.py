@@ -144,7 +144,7 @@ MACHINES = pytest.mark.parametrize("machine", ALL_CONFIGS.values(), ids=ALL_CONF
 def test_decode_inverts_encode(machine: Machine) -> None:
     fields = {
         f.name: (1 << f.width) - 1 if k % 3 else k % (1 << f.width)
-        for k, f in enumerate(machine.fields())
+        for k, f in enumerate(machine.fields)
     }
     assert decode(machine, encode(machine, fields)) == fields
 
@@ -213,7 +213,7 @@ def test_layout_is_that_of_the_machine(config: str) -> None:
     layout = microword_layout(machine)
     assert layout.size == machine.word_bits
     offset = 0
-    for f in machine.fields():
+    for f in machine.fields:
         assert (layout[f.name].offset, layout[f.name].width) == (offset, f.width)
         offset += f.width
 
@@ -222,7 +222,7 @@ def test_fields_of_a_lane() -> None:
     machine = CONFIGS["fast"]
     fields = lane_fields(machine)
     assert {f"{name}0" for name in fields} | {f"{name}1" for name in fields} == {
-        f.name for f in machine.fields() if f.name[-1] in "01"
+        f.name for f in machine.fields if f.name[-1] in "01"
     }
     assert {**fields, "dest": 0} == {**lane_fields(CONFIGS["small"]), "dest": 0}
     assert fields["shift"].stage == 3 and fields["dest"].width == 8

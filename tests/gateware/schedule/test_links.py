@@ -124,6 +124,50 @@ class Reader(Estimator):
         return {}, {"p": u.b * u.s}
 
 
+class Twice(Reader):
+    """Reads one word as two inputs, of which one is limited."""
+
+    inputs = (*Reader.inputs, Input("part", -0.25, 0.25, source="open.s", clamp=True))
+    outputs = (Output("difference"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """What the limit takes away, and the record's word."""
+        return {}, {"difference": u.s - u.part + u.b}
+
+
+def test_two_inputs_of_one_source() -> None:
+    core = build_shared_core(
+        [e.compile() for e in linked_estimators([Twice(), Open()])], "small", restarts=0
+    )
+    machine, models = Emulator(core.machine, core.image), Models(core)
+    for number, word in ((1, 1 << 30), (0, 5), (1, -(1 << 30)), (1, 1 << 29), (0, -7)):
+        machine.select(number)
+        assert machine.update([word]).outputs == models.update(number, [word])
+
+
+class OpenTwice(Open):
+    """The word that is read is the next one of two states, which begin otherwise."""
+
+    name = "open"
+    states = (State("s", -1.0, 1.0, initial=0.75), State("old", -1.0, 1.0, initial=-0.5))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A low pass."""
+        s = 0.5 * x.s + 0.25 * x.old + 0.25 * u.a
+        return {"s": s, "old": s}, {"s": s}
+
+
+def test_a_word_of_two_states_before_the_first_update() -> None:
+    """It is that of the first of them, on the machine as in a comparison's records."""
+    core = build_shared_core(
+        [e.compile() for e in linked_estimators([Reader(), OpenTwice()])], "small", restarts=0
+    )
+    machine, models = Emulator(core.machine, core.image), Models(core)
+    half = core.parts[0].program.format(core.parts[0].program.inputs[0]).quantise(0.5)
+    wanted = models.update(0, [int(half)])
+    assert machine.update([int(half)]).outputs == wanted and wanted[0] > 0
+
+
 def test_the_window_is_never_all_states() -> None:
     """Even where there are no others: its half tells it apart."""
     core = build_shared_core([e.compile() for e in linked_estimators([Reader(), Open()])], "small")

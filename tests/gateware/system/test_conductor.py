@@ -14,6 +14,7 @@ from boresight.gateware.system.interface import HEADER, Place
 from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.words.program import Kind, Value
+from tests.support.clock import pause
 
 RECORD = tuple(i.name for i in INPUTS)
 NINE_AXIS = tuple(
@@ -73,8 +74,7 @@ class Bench:
         return 1000 * (program + 1) + 10 * at + k
 
     async def pause(self, ctx, cycles: int) -> None:
-        for _ in range(cycles):
-            await ctx.tick()
+        await pause(ctx, cycles)
 
     async def core(self, ctx):
         """Programs in turn: takes a record, answers, then looks whether it shall change."""
@@ -451,8 +451,7 @@ async def watch(ctx, bench: Bench, model: Model) -> None:
     signals = [getattr(dut, name) for name in names]
     streams = (dut.i.valid & dut.i.ready, dut.i.payload.data, dut.i.payload.last)
     streams += (dut.o.valid, dut.o.payload.data, dut.o.payload.last)
-    while True:
-        _, _, *result = await ctx.tick().sample(*signals, *streams, *dut.values)
+    async for _, _, *result in ctx.tick().sample(*signals, *streams, *dut.values):
         c = SimpleNamespace(**dict(zip(names, result, strict=False)), counts=bench.words)
         c.taken, c.i_data, c.i_last, c.given, c.o_data, c.o_last = result[len(names) : -3]
         c.values = result[-3:]

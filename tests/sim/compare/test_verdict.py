@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from typing import Any
 
+import numpy as np
+import pytest
+
+from boresight.model import ops
 from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import Accuracy
+from boresight.sim.fit.fitting import fitted
 from tests.support.faulty import (
     HERE,
     Bounded,
@@ -101,6 +107,40 @@ def test_rounding_that_adds_up() -> None:
     )
     delayed = judge(Delayed(), [1.0] * 200, 18).culprit
     assert delayed.startswith(f"{said}; state y "), delayed
+
+
+def test_rounding_to_one_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which independent rounding does not explain: of a value with bits to spare, or a state."""
+    monkeypatch.setattr("boresight.sim.compare.verdict._EXPLAINED", math.inf)
+    said = "no operation leaves its float twin: rounding adds up"
+    assert re.fullmatch(
+        rf"{said}, to one side; y depends most on the rounding of y {HERE}: it leaves 2 bits "
+        r"unused: get formats by boresight fit; where .* or a wider word",
+        judge(Stateless(), [1.0], 18).culprit,
+    )
+    assert judge(Slow(), [1.0] * 200, 18).culprit.startswith(f"{said}; state y ")
+
+
+class Claimed(Estimator):
+    """A claim that is far too wide."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    outputs = (Output("y", tolerance=1e-9),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """A small square."""
+        return {}, {"y": ops.bounded(1e-3 * u.u * u.u, -64.0, 64.0, "by hand")}
+
+
+def test_a_claim_that_is_too_wide_with_a_profile() -> None:
+    """A profile leaves its margins; only its author may say less."""
+    claimed, inputs = Claimed(), [0.1 * k - 1.0 for k in range(21)]
+    assert "get formats by boresight fit" in judge(claimed, inputs, 18).culprit
+    claimed.profile = fitted(claimed, {"log": np.array(inputs)[:, None]}, starts=()).profile
+    assert judge(claimed, inputs, 18).culprit.endswith(
+        "bits unused with the profile, too: narrow the range [-64, 64] that ops.bounded states "
+        "there, or use a wider word"
+    )
 
 
 def test_a_state_beyond_its_range_is_no_success_though_its_word_holds_it() -> None:

@@ -91,3 +91,23 @@ def test_arguments_of_divisions_and_roots_keep_their_intervals() -> None:
     assert number["mul"] in profile.ranges and number["div"] in profile.ranges
     assert number["sub"] not in profile.ranges  # of a root
     assert not {e.number for e in trace.inputs} & profile.ranges.keys()
+
+
+def test_a_divisor_that_no_word_can_span_is_held_below_what_was_seen() -> None:
+    """As near to zero as its author says."""
+
+    class Far(Ratio):
+        """A divisor whose interval is wide."""
+
+        inputs = (Input("a", -8.0, 8.0), Input("b", -1e9, 1e9))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            return {}, {"quotient": u.a / ops.maximum(u.b, 0.25), "root": u.a, "product": u.a}
+
+    trace = Far().trace()
+    number = {e.kind: e.number for e in trace.tracer.expressions}
+    for seen, most in (((0.25, 100.0), 1600.0), ((100.0, 200.0), 3200.0)):
+        _, limits = intervals(trace, {number["larger"]: seen})
+        assert limits == {number["div"]: (0.25, most)}
+    assert intervals(trace, {})[1] == {}

@@ -204,19 +204,28 @@ def test_ranges_that_saturate_on_the_records_are_left_out(records: dict[str, Any
 
 
 @pytest.mark.parametrize(
-    ("whole", "two", "wanted"),
+    ("whole", "two", "tolerances", "wanted"),
     [
-        ((1.05, 0.9), (0.5, 0.5), "whole"),  # nothing is worse
-        ((1.2, 0.6), (1.0, 0.9), "whole"),  # a little, and together smaller
-        ((1.2, 0.9), (1.0, 0.9), "two"),
-        ((1.5, 0.4), (1.0, 0.9), "two"),
-        ((1.5, 0.1), (1.0, 0.9), "whole"),  # together much smaller
-        ((1.5, 0.8), (1.3, 0.9), "none"),
-        ((0.0, 1.3), (1.0, 1.0), "whole"),
+        ((1.05, 0.9), (0.5, 0.5), (None, None), "whole"),  # nothing is worse
+        ((1.2, 0.1), (1.0, 0.9), (None, None), "two"),  # its author accepts no more
+        ((1.2, 0.1), (1.0, 1.0), (None, None), "none"),
+        ((1.2, 0.1), (1.0, 0.9), (2.3, None), "two"),  # more than half of its tolerance
+        ((1.2, 0.1), (1.0, 0.9), (2.5, None), "whole"),
+        ((1.2, 0.9), (1.0, 0.9), (2.5, None), "two"),  # not together smaller
+        ((1.2, 0.1), (1.0, 0.9), (2.5, 0.95), "whole"),
+        ((1.2, 0.8), (1.0, 0.1), (2.5, 0.95), "two"),  # both within, the more exact
+        ((1.2, 0.8), (1.0, 0.97), (1.3, 0.95), "whole"),  # as it makes all outputs pass
+        ((1.2, 0.8), (1.0, 0.97), (1.1, 0.95), "two"),
+        ((0.0, 1.3), (1.0, 1.0), (None, None), "none"),
     ],
 )
 def test_what_is_kept_of_a_profile(
-    records: dict[str, Any], monkeypatch: pytest.MonkeyPatch, whole: Any, two: Any, wanted: str
+    records: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+    whole: Any,
+    two: Any,
+    tolerances: Any,
+    wanted: str,
 ) -> None:
     """By the factors of two errors, of all ranges and of those that gain two bits."""
     fit = fitted(Motor(), records)
@@ -224,8 +233,8 @@ def test_what_is_kept_of_a_profile(
     def measured(estimator: Any, profile: Any, *_: Any, **__: Any) -> Effect:
         some = profile is not None and len(profile.ranges) < len(fit.profile.ranges)
         sizes = (1.0, 1.0) if profile is None else two if some else whole
-        each = (Difference(n, "", 9, x, x, 0, None) for n, x in zip("ab", sizes, strict=True))
-        return Effect(tuple(each), 0, 0)
+        each = zip("ab", sizes, tolerances, strict=True)
+        return Effect(tuple(Difference(n, "", 9, x, x, 0, t) for n, x, t in each), 0, 0)
 
     monkeypatch.setattr(fitting, "effect", measured)
     ranges = kept(fit, records).profile.ranges

@@ -174,7 +174,7 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
     """Whether the proof of that name refutes the harness by a run from power-up."""
     (proof,) = find_proofs([name])
     assert isinstance(proof, Proof)
-    result = prove(replace(proof, harness=harness, depth=depth or proof.depth))
+    result = prove(replace(proof, harness=harness, depth=depth or proof.depth, induction=0))
     return result.refuted and result.trace is not None
 
 

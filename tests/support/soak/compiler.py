@@ -1,7 +1,8 @@
 """Random programs through interpreter, C, symbolic proofs, emulator and RTL.
 
-A case draws programs that share a core, its machine and width, the outputs that come first, and a
-sequence of updates, parameter writes and changes of the program, with pauses of both streams.
+A case draws programs that share a core, its machine and width, the outputs that come first, whether
+programs read each other's outputs or update the same states, and a sequence of updates, parameter
+writes and changes of the program, with pauses of both streams.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
 from boresight.model.words.terms import Refuted
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.replay import BusWrite, RtlRun
 from boresight.sim.rtl.simulators import SimulationFailed
+from tests.support.linked import Models
 from tests.support.random_program import random_inputs, random_programs
 
 __all__ = ["Case", "check", "drawn", "read", "shrunk", "write"]
@@ -58,6 +59,8 @@ class Case:
         Seed of the pauses of both streams in the RTL; 0: none.
     rtl : bool
         Whether the RTL runs, too.
+    tie : str
+        What programs have of each other: "links", "states", or empty (`random_programs`).
     """
 
     seed: int
@@ -69,12 +72,14 @@ class Case:
     updates: int
     stall: int
     rtl: bool
+    tie: str = ""
 
     def __str__(self) -> str:
         rtl = f", RTL with pauses {self.stall}" if self.rtl else ""
+        tie = f" with {self.tie}" if self.tie else ""
         return (
-            f"seed {self.seed}: {self.programs} programs of up to {2 * self.n_ops} operations on "
-            f"{self.config}, W = {self.word}, {self.updates} updates{rtl}"
+            f"seed {self.seed}: {self.programs} programs{tie} of up to {2 * self.n_ops} operations "
+            f"on {self.config}, W = {self.word}, {self.updates} updates{rtl}"
         )
 
 
@@ -84,22 +89,28 @@ def drawn(seed: int, *, rtl: bool = False) -> Case:
     config, word = rng.choice([*MACHINES]), rng.randint(18, 32)
     if rtl:
         config, word = rng.choice(RTL)
+    programs = rng.choice((1, 2, 3))
+    # States are shared on machines with one lane alone.
+    ties = ("", "links", "states") if MACHINES[config].lanes == 1 else ("", "links")
     return Case(
         seed,
         config,
         word,
-        programs=rng.choice((1, 1, 2, 3)),
+        programs=programs,
         n_ops=rng.choice((1, 5, 20, 40)),
         urgent=rng.randrange(4),
         updates=rng.choice((3, 20, 60)),
         stall=rng.choice((0, rng.randrange(1, 1 << 16))),
         rtl=rtl,
+        tie=rng.choice(ties) if programs > 1 else "",
     )
 
 
 def check(case: Case) -> str:
     """What is wrong; empty: all forms agree. A case that does not fit its machine is good."""
-    programs = random_programs(case.seed, case.programs, word=case.word, n_ops=case.n_ops)
+    programs = random_programs(
+        case.seed, case.programs, word=case.word, n_ops=case.n_ops, tie=case.tie
+    )
     urgents = [min(case.urgent, len(p.outputs)) or None for p in programs]
     try:
         core = build_shared_core(programs, case.config, urgents=urgents, restarts=0)
@@ -120,7 +131,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     """Of the forms of a core that run the same events."""
     rng = random.Random(case.seed + 1)
     parts = [part.program for part in core.parts]
-    models = [Interpreter(p) for p in parts]
+    models = Models(core)
     c = [CModel(p, cflags=("-O0",)) for p in parts]
     emulator = Emulator(core.machine, core.image)
     streams = [iter(random_inputs(p, case.seed + k, case.updates)) for k, p in enumerate(parts)]
@@ -128,7 +139,7 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     bus = list[BusWrite]()
     for k in range(case.updates):
         number = rng.randrange(len(parts))
-        program, model = parts[number], models[number]
+        program = parts[number]
         emulator.select(number)
         if len(parts) > 1:
             bus.append(BusWrite(k, PROGRAM, number))
@@ -137,25 +148,27 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             name = program.values[value].name
             word = random_inputs(program, rng.randrange(1 << 30), 1)[0][0]
             address = core.machine.parameter_address(where[value])
-            model.params[value] = word
+            models.interpreters[number].params[value] = word
             c[number].set_param(name, word)
             emulator.poke(address, word)
             bus.append(BusWrite(k, address, word))
-        row = next(streams[number])
-        out, saturated = model.update(np.array(row)[:, None])
-        words = out[:, 0].tolist()
-        c_out, c_saturated = c[number].update([row])
-        if c_out[0].tolist() != words or bool(c_saturated[0]) != bool(saturated[0]):
+        drawn_words = dict(zip(program.inputs, next(streams[number]), strict=True))
+        row = [drawn_words[n] for n in program.streamed]
+        record = models.record(number, row)
+        c[number].states[:] = models.states(number)
+        words = models.update(number, row)
+        c_out, c_saturated = c[number].update([record])
+        if c_out[0].tolist() != words or bool(c_saturated[0]) != models.saturated:
             yield f"C: update {k} of {program.name}: {c_out[0].tolist()}, not {words}"
         emulator.saturated = False
         if (got := emulator.update(row).outputs) != words:
             yield f"emulator: update {k} of {program.name}: {got}, not {words}"
-        if emulator.saturated != bool(saturated[0]):
+        if emulator.saturated != models.saturated:
             yield f"emulator: saturation of update {k} of {program.name}"
         numbers.append(number)
         rows.append(row)
         wanted.append(words)
-        flags.append(bool(saturated[0]))
+        flags.append(models.saturated)
     if case.rtl:
         width = max(map(len, rows))
         inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
