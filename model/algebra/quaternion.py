@@ -84,11 +84,16 @@ def multiply(p: Vector, q: Vector) -> list[Any]:
     return [dot(row, q) for row in left_matrix(p)]
 
 
-def matrix(q: Vector) -> list[list[Any]]:
-    """C_nb of a unit quaternion; its rows are east, north and up in body axes. 21 slots."""
+def matrix(q: Vector, *, unit: bool = True) -> list[list[Any]]:
+    """C_nb of a unit quaternion; its rows are east, north and up in body axes. 21 slots.
+
+    ``unit``: q is known to be no longer than one. Else elements are limited to one.
+    """
     w, x, y, z = q
 
     def element(value: Any) -> Any:
+        if not unit:
+            return ops.saturated(value, 1.0)
         return ops.bounded(value, -1.0, 1.0, "rotation matrix", unless=NOT_UNIT)
 
     return [

@@ -231,6 +231,7 @@ def prove(
             steps = proof.induction - int(last)
             method = f"induction, k = {steps}"
             if good:
+                # smtbmc's step is between states after the first, so from that one k more.
                 depth = steps
             else:
                 open_step = {

@@ -43,7 +43,7 @@ class Observer(Kalman):
     states = (
         Estimated("ia", -40.0, 40.0, "A", sd=1.0, sd_max=2.0),
         Estimated("ib", -40.0, 40.0, "A", sd=1.0, sd_max=2.0),
-        Estimated("omega", -3000.0, 3000.0, "rad/s", sd=100.0, sd_max=512.0),
+        Estimated("omega", -2048.0, 2048.0 - 2.0**-20, "rad/s", sd=100.0, sd_max=512.0),
         Estimated("theta", -1.0, 1.0, "ht", sd=0.3, sd_max=1.0),
     )
     outputs: tuple[Output, ...] = (

@@ -23,7 +23,7 @@ from typing import Any
 
 from boresight import Estimator, Input, Output, Param, ops
 from boresight.model.algebra.angles import unit_angle_ht
-from boresight.model.algebra.quaternion import NOT_UNIT, conjugate_turn, cross, dot, matrix
+from boresight.model.algebra.quaternion import conjugate_turn, cross, dot, matrix
 from boresight.model.algebra.quaternion_filter import status_word
 
 __all__ = ["STATUS_BITS", "SatcomPointing", "direction"]
@@ -55,7 +55,7 @@ def direction(latitude: Any, longitude: Any, height: Any, satellite: Any) -> tup
     over = (1.0 / ORBIT) * height
     d1 = ops.bounded(axis - (normal + over) * cosine, -1.25, 1.25, "difference of radii")
     d3 = ops.bounded(-((1.0 - E2) * normal + over) * sine, -0.25, 0.25, "radius")
-    square = ops.bounded(d1 * d1 + east * east + d3 * d3, 0.5, 1.5, "distance")
+    square = ops.bounded(d1 * d1 + east * east + d3 * d3, 0.7, 1.35, "distance")
     return (cosine * d3 - sine * d1, east, -(cosine * d1 + sine * d3)), cosine, sine, square
 
 
@@ -96,20 +96,16 @@ class SatcomPointing(Estimator):
         """One sample: see the module docstring."""
         toward, cosine, sine, square = direction(u.latitude, u.longitude, u.height, p.satellite)
         inverse = ops.rsqrt(square)
-        c = matrix((u.qw, u.qx, u.qy, u.qz))
+        c = matrix((u.qw, u.qx, u.qy, u.qz), unit=False)
         los = conjugate_turn(c, [ops.saturated(v * inverse, 1.0) for v in toward])
         los = [ops.saturated(v, 1.0) for v in los]
-        pole = [
-            ops.bounded(cosine * c[0][k] - sine * c[2][k], -1.0, 1.0, "unit", unless=NOT_UNIT)
-            for k in range(3)
-        ]
+        pole = [ops.saturated(cosine * c[0][k] - sine * c[2][k], 1.0) for k in range(3)]
 
         level_sq = ops.bounded(los[0] * los[0] + los[1] * los[1], 0.0, 2.0, "squared cosine")
         secant = ops.rsqrt(level_sq)
-        level = ops.bounded(level_sq * secant, 0.0, 1.0, "cosine of the elevation", unless=NOT_UNIT)
+        level = ops.saturated(level_sq * secant, 1.0)  # cosine of the elevation
         ahead, aside = (ops.saturated(v * secant, 1.0) for v in los[:2])
-        outward = ahead * pole[0] + aside * pole[1]
-        outward = ops.bounded(outward, -1.0, 1.0, "of a unit vector", unless=NOT_UNIT)
+        outward = ops.saturated(ahead * pole[0] + aside * pole[1], 1.0)
         right, up = ahead * pole[1] - aside * pole[0], los[2] * outward - level * pole[2]
 
         w = (u.rate_x, u.rate_y, u.rate_z)

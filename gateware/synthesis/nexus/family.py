@@ -118,6 +118,9 @@ NEXUS: Final = Family(
     memory_shapes=MappingProxyType(
         {(512 << k, bits): 1 for k, bits in enumerate((36, 18, 9, 4, 2, 1))}
     ),
+    # docs/targets.md#measured has the commands.
+    clocks=MappingProxyType({(1, 7): 110.4, (1, 9): 154.8}),
+    clocks_source="clocks of four filters routed on lifcl-17, speed 7, 3 seeds",
     # With --tmg-ripup and a clock that is not reached the router did not end (135 rounds).
     router=Router(program="nextpnr-nexus", extra="nexus"),
     absorb=_absorb,

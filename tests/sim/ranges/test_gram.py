@@ -180,6 +180,13 @@ def test_what_a_builder_claims(gate):
     assert result.good
 
 
+def test_what_is_proven_of_a_shipped_filter():
+    """All but that the predicted currents stay in their ranges."""
+    result = examine(estimator_of("pmsm"), updates=4000)
+    unproven = [c.value.split(",")[0] for c in result.claims if c.status != "proven"]
+    assert unproven == 2 * ["declared range of the state"] and len(result.claims) == 27
+
+
 def farthest(estimator, program, nodes, claims):
     """What searches reach, and whether they break a claim; all states are in their ranges.
 
