@@ -32,6 +32,8 @@ WORSE = 1.1
 _GAINS = (2, 4, 8)
 #: Share of an output's tolerance up to which it may be worse where errors together are smaller.
 SPARE = 0.5
+#: Factor by which one without a tolerance may then be worse, where others have one.
+_UNJUDGED = 1.25
 #: Their seed; that of `boresight covariance` is another.
 _SEED = 2
 
@@ -207,7 +209,8 @@ def kept(
     Of several, what leaves fewest outputs beyond their tolerance, then what makes errors together
     (their geometric mean) smallest. An output becomes `WORSE` only if
 
-    * its error stays within `SPARE` of its tolerance, and errors together become smaller, or
+    * its error stays within `SPARE` of its tolerance (or, where it has none and others have, grows
+      by no more than a quarter), and errors together become smaller, or
     * outputs were beyond their tolerances, and none is.
 
     Nothing more saturates, and no more variances are negative. Where nothing compiles without it,
@@ -260,10 +263,10 @@ def _holds(before: Effect, after: Effect) -> bool:
     return saturated and after.negative_updates <= before.negative_updates
 
 
-def _worse(before: Effect, after: Effect) -> list[Difference]:
-    """Outputs whose errors grow by more than `WORSE`."""
+def _worse(before: Effect, after: Effect) -> list[tuple[float, Difference]]:
+    """Outputs whose errors grow by more than `WORSE`, each after its factor."""
     factors = zip(_factors(before, after), after.differences, strict=True)
-    return [d for factor, d in factors if factor > WORSE]
+    return [(factor, d) for factor, d in factors if factor > WORSE]
 
 
 def _mean(before: Effect, after: Effect) -> float:
@@ -279,6 +282,10 @@ def _beyond(some: Effect) -> int:
 
 def _accepted(before: Effect, after: Effect) -> bool:
     """Whether formats may be kept; see `kept`."""
-    spared = all(d.largest <= SPARE * (d.tolerance or 0.0) for d in _worse(before, after))
+    unjudged = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
+    spared = all(
+        factor <= unjudged if d.tolerance is None else d.largest <= SPARE * d.tolerance
+        for factor, d in _worse(before, after)
+    )
     passes = _beyond(before) > 0 == _beyond(after)
     return _holds(before, after) and (passes or (spared and _mean(before, after) < 1.0))

@@ -217,6 +217,8 @@ def test_ranges_that_saturate_on_the_records_are_left_out(records: dict[str, Any
         ((1.2, 0.8), (1.0, 0.97), (1.3, 0.95), "whole"),  # as it makes all outputs pass
         ((1.2, 0.8), (1.0, 0.97), (1.1, 0.95), "two"),
         ((0.0, 1.3), (1.0, 1.0), (None, None), "none"),
+        ((0.1, 1.2), (0.9, 1.0), (2.0, None), "whole"),  # not judged, beside one that is
+        ((0.1, 1.3), (0.9, 1.0), (2.0, None), "two"),
     ],
 )
 def test_what_is_kept_of_a_profile(
