@@ -16,7 +16,6 @@ from hypothesis.strategies import none
 
 from boresight.firmware import build
 from boresight.gateware import core
-from tests.support.quick_values import quick_values
 
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
 CYCLES, STEPS = 200_000, 2
@@ -122,7 +121,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
             if steps > STEPS * limit:
                 raise TimeoutError(f"the bench has not ended after {limit} cycles")
 
-    with pytest.MonkeyPatch.context() as patch, quick_values():
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Simulator, "run", run)
         if not item.get_closest_marker("full_search"):
             patch.setattr(core, "_schedule", _brief)

@@ -70,6 +70,10 @@ def test_products_and_matrices() -> None:
         assert np.allclose(np.einsum("ijn,nj->ni", m, q), want, atol=1e-15)
     c = np.array(matrix(Q.T))
     assert np.allclose(np.moveaxis(c, 2, 0), quaternion_to_matrix(Q), atol=1e-14)
+    long = 1.5 * Q.T  # bounded is for what cannot be: it does not limit float64
+    limited = np.array(matrix(long, unit=False))
+    assert np.abs(matrix(long)).max() > 1.5
+    assert np.allclose(limited, np.clip(np.array(matrix(long)), -1.0, 1.0), atol=1e-14)
     v = RNG.normal(size=(3, 500))
     assert np.allclose(conjugate_turn(c, turn(c, v)), v, atol=1e-14)
     assert np.allclose(np.stack(cross(v, c[0]), 1), np.cross(v.T, c[0].T), atol=1e-14)
