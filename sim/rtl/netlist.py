@@ -160,14 +160,21 @@ def verilog_of(netlist: Mapping[str, Any], top: str, family: Cells) -> str:
     ports, cells = module["ports"], module["cells"]
     bits = {bit for cell in cells.values() for b in cell["connections"].values() for bit in b}
     wires = sorted(bit for bit in bits if isinstance(bit, int))
-    lines = [f"module {top} ({', '.join(ports)});"]
+    # A pad's net is the port itself: both sides may drive it.
+    pads = {name: port for name, port in ports.items() if port["direction"] == "inout"}
+    heads = (f".{name}({_nets(p['bits'])})" if name in pads else name for name, p in ports.items())
+    lines = [f"module {top} ({', '.join(heads)});"]
     for name, port in ports.items():
-        lines.append(f"  {port['direction']} [{len(port['bits']) - 1}:0] {name};")
+        if name in pads:
+            lines += [f"  inout n{bit};" for bit in port["bits"]]
+        else:
+            lines.append(f"  {port['direction']} [{len(port['bits']) - 1}:0] {name};")
     lines += [f"  wire n{bit};" for bit in wires]
     for name, port in ports.items():
         nets = _nets(port["bits"])
-        inward = port["direction"] == "input"
-        lines.append(f"  assign {nets} = {name};" if inward else f"  assign {name} = {nets};")
+        if name not in pads:
+            inward = port["direction"] == "input"
+            lines.append(f"  assign {nets} = {name};" if inward else f"  assign {name} = {nets};")
     for number, cell in enumerate(cells.values()):
         kind = cell["type"]
         if kind == _NO_HARDWARE:
