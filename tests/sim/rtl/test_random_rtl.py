@@ -8,6 +8,7 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
+from boresight.gateware.machine import Machine, at_depth
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -135,9 +136,11 @@ def test_many_updates_of_interpreter_and_c(updates):
 
 @pytest.mark.soak
 @pytest.mark.skipif(not available("verilator"), reason="needs verilator")
-@pytest.mark.parametrize("config", ["small", "fast", "small-d9", "fast-d12"])
-def test_many_updates_in_rtl(config):
-    """250,000 on each machine, with pauses of both streams in every other program."""
+@pytest.mark.parametrize("depth", Machine.DEPTHS)
+@pytest.mark.parametrize("config", ["small", "fast"])
+def test_many_updates_in_rtl(config, depth):
+    """125,000 on each machine, with pauses of both streams in every other program."""
+    config = at_depth(config, depth)
     done, each = 0, 25_000
     for seed, program in drawn_programs((18, 24, 32), 2000):
         inputs = inputs_for(program, each, seed)
@@ -147,6 +150,6 @@ def test_many_updates_in_rtl(config):
         )
         assert np.array_equal(run.outputs, wanted) and np.array_equal(run.saturated, flags), seed
         done += each
-        if done >= 250_000:
+        if done >= 125_000:
             break
     print(f"{config}: {done:,} updates, C and RTL: 0 differ")
