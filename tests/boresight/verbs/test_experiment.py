@@ -67,7 +67,7 @@ def test_writes_page_and_json_and_reports_targets(stand_in, tmp_path, capsys):
 def test_json_alone_on_stdout(stand_in, tmp_path, capsys):
     assert main(["experiment", "ma2014", "-o", str(tmp_path), "--runs", "3", "--json"]) == 0
     text = capsys.readouterr()
-    assert text.err == "" and stand_in[1] == [(1, 3)]
+    assert text.err == "half way\n" and stand_in[1] == [(1, 3)]
     data = json.loads(text.out)
     assert data == {
         "experiment": "ma2014",
