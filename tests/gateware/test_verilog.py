@@ -64,6 +64,9 @@ def test_what_was_converted_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         runs.append(text)
         return f"module {text}"
 
+    def closed(*_: object) -> None:
+        raise OSError("a read-only file system")
+
     monkeypatch.setattr(verilog, "_converted", converted)
     for text, instances, count in (("a", True, 1), ("a", True, 1), ("a", False, 2), ("b", True, 3)):
         assert from_rtlil(text, "lane", instances=instances) == f"module {text}"
@@ -75,5 +78,5 @@ def test_what_was_converted_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     for _ in range(2):
         with pytest.raises(SynthesisError):
             from_rtlil("bad", "lane", instances=True)
-    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
+    monkeypatch.setattr(verilog.Cache, "get", closed)
     assert from_rtlil("a", "lane", instances=True) == "module a" and len(runs) == 7
