@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum, StrEnum
 from functools import cache, cached_property
@@ -253,7 +253,7 @@ class Program:
 
     def to_json(self) -> str:
         """The program as JSON, the same text for the same program."""
-        return _text(self, "\n")
+        return json.dumps(_plain(self), indent=1, sort_keys=True)
 
     @classmethod
     def from_json(cls, text: str) -> Program:
@@ -280,13 +280,8 @@ class Program:
 _PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
 
 
-#: How JSON writes most of what is neither a tuple nor a dataclass, by type.
-_PLAIN: dict[type, Callable[[Any], str]] = {
-    str: json.encoder.encode_basestring_ascii,
-    int: int.__repr__,
-    float: json.dumps,
-    type(None): json.dumps,
-}
+#: Types that are JSON's, most of what a program holds.
+_PLAIN = {str, int, float, type(None)}
 
 
 @cache
@@ -305,25 +300,6 @@ def _plain(x: Any) -> Any:
     if is_dataclass(x):
         return {name: _plain(getattr(x, name)) for name in _names(of)}
     return x.value if isinstance(x, Enum) else x
-
-
-def _text(x: Any, line: str) -> str:
-    """`_plain` of ``x`` as JSON with an indent of 1; ``line`` ends a line and indents the next.
-
-    As ``json.dumps`` writes it, in half of the time: with an indent that is Python code, too.
-    """
-    of: Any = type(x)
-    if write := _PLAIN.get(of):
-        return write(x)
-    inner = line + " "
-    if isinstance(x, tuple):
-        parts, ends = [_text(y, inner) for y in x], "[]"
-    elif is_dataclass(x):
-        names = _names(of)
-        parts, ends = [f'"{name}": {_text(getattr(x, name), inner)}' for name in names], "{}"
-    else:
-        return json.dumps(_plain(x))
-    return f"{ends[0]}{inner}{f',{inner}'.join(parts)}{line}{ends[1]}" if parts else ends
 
 
 @cache

@@ -101,7 +101,6 @@ def test_look_ups() -> None:
 )
 def test_json_round_trip(program: Any) -> None:
     text = program.to_json()
-    assert text == json.dumps(json.loads(text), indent=1, sort_keys=True)
     again = Program.from_json(text)
     assert again == program  # meta does not compare
     assert again.to_json() == text
