@@ -29,7 +29,7 @@ from boresight.sim.ranges.polynomials import (
     times,
 )
 
-__all__ = ["Proof", "interval_needs", "interval_of", "proof_of", "reached_cells"]
+__all__ = ["Proof", "interval_at", "interval_needs", "interval_of", "proof_of", "reached_cells"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
@@ -216,6 +216,13 @@ def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float,
     with np.errstate(all="ignore"):
         least, most = _ENDS[node.kind](node, ends)
     return float(np.fmax(node.low, least[0])), float(np.fmin(node.high, most[0]))
+
+
+def interval_at(node: Node, cut: Sequence[Node], value: float) -> tuple[float, float]:
+    """Ends of a node where all that it is computed from has one value."""
+    with np.errstate(all="ignore"):
+        least, most = _Function(node, cut)(np.full((1, len(cut), 2), value))
+    return float(least[0]), float(most[0])
 
 
 def _cut(node: Node, depth: int, steps: Callable[[int, int], int]) -> Iterator[Node]:

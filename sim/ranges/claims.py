@@ -127,6 +127,7 @@ def assumptions(
     passed: Sequence[Sequence[Node]],
     broken: Sequence[bool],
     held: Sequence[bool],
+    wider: Mapping[int, tuple[Sequence[Node], Sequence[Node]]],
     needs: Callable[[Node], Sequence[Node]],
 ) -> list[list[int]]:
     """Which claims the proof of each claim assumes without a proof; indices.
@@ -149,13 +150,15 @@ def assumptions(
     held
         Whether the format of the word that others read holds it in the range, whatever the value:
         nothing is assumed then.
+    wider
+        Of a claim without a proof, or broken, by index: what proves that its value fits the format,
+        as ``bases`` and ``passed`` say. What takes the word as its argument assumes no more.
     needs
         Arguments from whose intervals that of a node follows.
     """
     index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
     of_state = {c.state: k for k, c in enumerate(claims) if c.state and broken[k] and not held[k]}
-    known: dict[int, set[int]] = {}
-    more: Sequence[set[int]] = [set()] * len(claims)
+    sound = [base is not None and not b for base, b in zip(bases, broken, strict=True)]
 
     def stated(node: Node) -> int | None:
         if node.kind == "state":
@@ -163,26 +166,24 @@ def assumptions(
         ends = (node.args[0].number, node.low, node.high) if node.kind == "bounded" else None
         return None if ends is None else index.get(ends)
 
-    def assumed(k: int) -> set[int]:
-        if k not in known:
-            nodes = live(
-                bases[k] or (), lambda node: () if stated(node) is not None else needs(node)
-            )
-            below = {j for node in nodes if (j := stated(node)) is not None and not held[j]}
-            proven = {j for j in below if bases[j] is not None and not broken[j]}
-            known[k] = (below - proven).union(more[k], *(assumed(j) for j in proven))
-        return known[k]
+    def of_intervals(nodes: Sequence[Node]) -> set[int]:
+        below = live(nodes, lambda node: () if stated(node) is not None else needs(node))
+        return {j for node in below if (j := stated(node)) is not None and not held[j]}
 
-    alone = [assumed(k) for k in range(len(claims))]
-    more = [
-        set[int]().union(
-            *(
-                alone[j] if bases[j] is not None and not broken[j] else {j}
-                for node in nodes
-                if (j := stated(node)) is not None and not held[j]
-            )
-        )
-        for nodes in passed
-    ]
-    known.clear()
-    return [sorted(assumed(k)) for k in range(len(claims))]
+    fits = {j: len(claims) + k for k, j in enumerate(wider)}  # numbered after the claims
+
+    def taken(nodes: Sequence[Node]) -> set[int]:
+        found = {j for node in nodes if (j := stated(node)) is not None}
+        return {j if sound[j] else fits.get(j, j) for j in found}
+
+    proofs = [*zip(bases, passed, strict=True), *wider.values()]
+    needed = [of_intervals(base or ()) | taken(nodes) for base, nodes in proofs]
+    sound += [True] * len(fits)
+    assumed = [{j for j in each if not sound[j]} for each in needed]
+    grown = True
+    while grown:  # what a proof assumes of an update before may be what it proves of this one
+        before = [len(each) for each in assumed]
+        for k, each in enumerate(needed):
+            assumed[k].update(*(assumed[j] for j in each if sound[j]))
+        grown = before != [len(each) for each in assumed]
+    return [sorted(each) for each in assumed[: len(claims)]]

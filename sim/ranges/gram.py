@@ -50,7 +50,9 @@ from boresight.sim.ranges.inner_products import (
     of_unit,
 )
 from boresight.sim.ranges.polynomials import polynomial_of
-from boresight.sim.ranges.steps import covariance_elements, live_nodes
+from boresight.sim.ranges.steps import covariance_elements, implied, live_nodes
+from boresight.sim.ranges.unit_vectors import Ball
+from boresight.sim.ranges.vectors import Vectors
 
 __all__ = ["Gram"]
 
@@ -73,14 +75,25 @@ class Gram:
     ----------
     estimator, program, nodes
         The last two as `Estimator.compile_traced` gives them.
+    vectors : Vectors, optional
+        Of the same step.
     """
 
-    def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
+    def __init__(
+        self,
+        estimator: Estimator,
+        program: Program,
+        nodes: Mapping[int, Node],
+        vectors: Vectors | None = None,
+    ) -> None:
         self.nodes = live_nodes(program, nodes)
         self.proven = False
         elements = covariance_elements(estimator, program, nodes)
         if not elements:
             return
+        self.vectors = vectors or Vectors(program, nodes)
+        self.rows: dict[tuple[int, ...], tuple[float, Ball]] = {}  # of coefficients
+        self.joined: dict[int, Ball] = {}  # of a vector whose length follows from such a row's
         self.after = {ij: following for ij, (_, following) in elements.items()}
         self.size = max(j for _, j in elements) + 1
         self.rng = np.random.default_rng(1)
@@ -94,6 +107,7 @@ class Gram:
         self.weights: dict[int, tuple[list[Vector], Vector]] = {}
         self.noisy: dict[int, Vector] = {}  # of one without its noise
         self.within: dict[int, Node] = {}  # from which it follows that limits are not reached
+        self.passed_within: set[int] = set()
         self.needed = {n.number for n in live([*self.after.values()])}
         self.capped: dict[tuple[int, int], dict[int, float]] = {}
         self.lengths: dict[int, float] = {}
@@ -135,25 +149,25 @@ class Gram:
         base |= self._base(pair)
         base |= self.within
         own = {n.number for n in live([node])}
-        passed = tuple(self.nodes[n] for n in sorted(self.passed & (own | self.needed)))
+        numbers = self.passed & (own | self.needed)
+        numbers |= self.passed_within.union(*(b.passed for b in self._rows_of(pair)))
+        passed = tuple(self.nodes[n] for n in sorted(numbers))
         return Proof("inner products of vectors", tuple(base.values()), passed)
 
     def _base(self, pair: Pair) -> dict[int, Node]:
         """The nodes whose intervals the lengths of vectors follow from."""
         base: dict[int, Node] = {}
-        stack, seen = [*pair], set[int]()
-        while stack:
-            v = stack.pop()
-            if v.number in seen:
-                continue
-            seen.add(v.number)
+        for v in _made_from(pair):
             if v.variance is not None:
                 base[v.variance.number] = v.variance
             base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in claim_chain(m)}
             base |= {n.number: n for c in v.noise for m in c.nodes for n in claim_chain(m)}
-            stack += [part for _, part in v.parts]
-            stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]
+        base |= {n: self.nodes[n] for ball in self._rows_of(pair) for n in ball.used}
         return base
+
+    def _rows_of(self, pair: Pair) -> list[Ball]:
+        """The rows of coefficients whose lengths the lengths of vectors follow from."""
+        return [self.joined[v.number] for v in _made_from(pair) if v.number in self.joined]
 
     # -- values at the points ---------------------------------------------------------------------
 
@@ -222,6 +236,7 @@ class Gram:
             least, most = self._ends(pair)
             if -node.value <= least and most <= node.value:
                 self.within |= self._base(pair)
+                self.passed_within.update(*(ball.passed for ball in self._rows_of(pair)))
                 return True
         return False
 
@@ -621,6 +636,7 @@ class Gram:
                 low, high = (sum(e) for e in zip(*ends, strict=True))
                 size = max(-low, high)
                 most += size * self._length(part, sides, caps, known) if size else 0.0
+            most = min(most, self._joined(v, most, sides, caps, known))
             if v.noise:
                 most = math.sqrt(most * most + max(0.0, sum(c.ends(sides)[1] for c in v.noise)))
             if v.unit is not None and (m := self._measured(v.unit, sides)) is not None:
@@ -629,6 +645,31 @@ class Gram:
                     most = math.sqrt(most * most * noise / (most * most + noise))
         known[v.number] = min(most, caps.get(v.number, math.inf))
         return known[v.number]
+
+    def _joined(
+        self,
+        v: Vector,
+        most: float,
+        sides: Sides,
+        caps: Mapping[int, float],
+        known: dict[int, float],
+    ) -> float:
+        """|sum of r_k p_k| <= |r| sqrt(sum of |p_k|^2), where that is less than ``most``."""
+        parts = [*_flat(v.parts)]
+        if len(parts) < 2 or any(len(c.nodes) != 1 or c.sides for c, _ in parts):
+            return math.inf
+        row = [c.nodes[0] for c, _ in parts]
+        key = tuple(n.number for n in row)
+        if len({*key}) < len(key):
+            return math.inf
+        if key not in self.rows:
+            self.rows[key] = self.vectors.square_of(row)
+        square, told_by = self.rows[key]
+        lengths = ((c.number * self._length(p, sides, caps, known)) ** 2 for c, p in parts)
+        length = math.sqrt(square * sum(lengths))
+        if length < most:
+            self.joined[v.number] = told_by
+        return length
 
     def _measured(self, unit: Vector, sides: Sides) -> tuple[Vector, float] | None:
         """What a unit vector measures, and the largest noise; None: nothing, on these sides."""
@@ -644,7 +685,7 @@ class Gram:
     def _caps(self, sides: Sides) -> dict[int, float]:
         """Largest lengths by what conditions say."""
         caps: dict[int, float] = {}
-        for said in _implied(self.nodes, sides):
+        for said in implied(self.nodes, sides):
             if said not in self.capped:
                 self.capped[said] = dict(self._said(*said))
             for number, most in self.capped[said].items():
@@ -669,10 +710,34 @@ class Gram:
             yield x.number, math.sqrt(max(0.0, -rest / factor))
 
 
+def _flat(parts: Sequence[tuple[Coefficient, Vector]]) -> Iterator[tuple[Coefficient, Vector]]:
+    """A sum of vectors, with what those are the sums of that are sums themselves."""
+    for c, v in parts:
+        if v.parts and v.unit is None and not v.noise:
+            yield from _flat([(c.times(own), part) for own, part in v.parts])
+        else:
+            yield c, v
+
+
+def _made_from(pair: Pair) -> Iterator[Vector]:
+    """Two vectors and all that they are made from, each once."""
+    stack, seen = [*pair], set[int]()
+    while stack:
+        v = stack.pop()
+        if v.number not in seen:
+            seen.add(v.number)
+            yield v
+            stack += [part for _, part in v.parts]
+            stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]
+
+
 def _is_nothing(node: Node, passed: set[int]) -> bool:
     """Whether a node is 0, as x - (x + c - c) is, but for rounding."""
-    form = polynomial_of(node, _LOOSE, _LOOSE, (), passed)
-    return form is not None and not any(form.values())
+    own: set[int] = set()
+    form = polynomial_of(node, _LOOSE, _LOOSE, (), own)
+    nothing = form is not None and not any(form.values())
+    passed |= own if nothing else set()
+    return nothing
 
 
 def _multiplied(terms: Sequence[Term] | None, by: Coefficient) -> list[Term] | None:
@@ -688,18 +753,3 @@ def _all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]
     chosen = sorted(conditions)[:_CONDITIONS]
     for sides in product((1, 2), repeat=len(chosen)):
         yield dict(zip(chosen, sides, strict=True))
-
-
-def _implied(nodes: Mapping[int, Node], sides: Sides) -> Iterator[tuple[int, int]]:
-    """Sides, and those of the conditions that one is made of: both or neither."""
-    stack = [*sides.items()]
-    while stack:
-        number, side = stack.pop()
-        yield number, side
-        node = nodes[number]
-        if node.kind != "select":
-            continue
-        for k, other in ((1, 2), (2, 1)):
-            at = node.args[k]
-            if at.kind == "const" and (at.value < 0.0) != (side == 1):
-                stack += [(node.args[0].number, other), (node.args[other].number, side)]

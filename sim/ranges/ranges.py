@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -45,6 +45,8 @@ _TITLES = {
 }
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
+#: Share of a format that is left free by what fits it.
+_ROOM = 1e-5
 
 
 @dataclass(frozen=True)
@@ -228,14 +230,24 @@ def examine(
     proofs: list[Proof | None] = []
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
-        proofs.append(prover.gram.proof_of(claim) or prover.proof_of(claim))
+        proofs.append(prover.proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
     search.run(steps, progress)
     reached = search.reach()
-    assumed = _conditions(program, nodes, claims, proofs, reached)
-    for k, claim in enumerate(claims):  # another proof may assume less
-        if assumed[k] and prover.gram.proof_of(claim):
-            proofs[k] = prover.proof_of(claim) or proofs[k]
+
+    def conditions_of(proofs: Sequence[Proof | None]) -> list[tuple[str, ...]]:
+        return _conditions(program, nodes, claims, proofs, reached, prover.fits)
+
+    assumed = conditions_of(proofs)
+    for method in prover.methods:  # another proof may assume less
+        others = [
+            method(c) or p if p and a else p
+            for c, p, a in zip(claims, proofs, assumed, strict=True)
+        ]
+        if others != proofs:
+            less = [len(b) < len(a) for a, b in zip(assumed, conditions_of(others), strict=True)]
+            proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
+            assumed = conditions_of(proofs)
     rest = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
@@ -245,16 +257,15 @@ def examine(
         estimator, program, nodes, [claims[k] for k in rest], max(1, steps // 4)
     )
     checked = {rest[k]: how for k, how in passed.items()}
-    conditions = _conditions(program, nodes, claims, proofs, reached)
     results = []
     for k, (claim, reach, proof) in enumerate(zip(claims, reached, proofs, strict=True)):
         how = proof.how if proof else checked.get(k, "")
         share = _share(claim, reach)
         if reach.broken:
             status = "excepted" if claim.unless else "refuted" if claim.bounded else "left"
-            holds = "would hold" if conditions[k] else "holds but for rounding"
+            holds = "would hold" if assumed[k] else "holds but for rounding"
             how = f"{holds} ({how})" if how else ""
-        elif proof and conditions[k]:
+        elif proof and assumed[k]:
             status = "tight" if share >= NEAR and not claim.state else "conditional"
         elif proof:
             status = "invariant" if claim.state else "proven"
@@ -275,7 +286,7 @@ def examine(
                 reach.least,
                 reach.most,
                 share,
-                conditions[k],
+                assumed[k],
                 _witness(estimator, search, reach) if reach.broken else None,
             )
         )
@@ -299,18 +310,27 @@ class _Prover:
     """The methods that prove a claim."""
 
     def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
-        self.cells = reached_cells(program, nodes)
-        self.vectors = Vectors(program, nodes)
-        self.matrices = Matrices(estimator, program, nodes)
-        self.gram = Gram(estimator, program, nodes)
+        cells = reached_cells(program, nodes)
+        vectors = Vectors(program, nodes)
+        self.methods: tuple[Callable[[Claim], Proof | None], ...] = (
+            Gram(estimator, program, nodes, vectors).proof_of,
+            lambda claim: proof_of(claim, cells),
+            vectors.proof_of,
+            Matrices(estimator, program, nodes).proof_of,
+        )
+        self.fitting: dict[tuple[int, Format], Proof | None] = {}
+
+    def fits(self, claim: Claim, form: Format) -> Proof | None:
+        """A proof that what a claim is of does not saturate a format, whatever the claim."""
+        key = claim.node.number, form
+        if key not in self.fitting:
+            ends = ((1.0 - _ROOM) * end for end in (form.min, form.max))
+            self.fitting[key] = self.proof_of(replace(claim, low=next(ends), high=next(ends)))
+        return self.fitting[key]
 
     def proof_of(self, claim: Claim) -> Proof | None:
-        """A proof that is not one of `Gram`."""
-        return (
-            proof_of(claim, self.cells)
-            or self.vectors.proof_of(claim)
-            or self.matrices.proof_of(claim)
-        )
+        """The first proof that a method finds."""
+        return next((p for method in self.methods if (p := method(claim)) is not None), None)
 
 
 def _conditions(
@@ -319,14 +339,16 @@ def _conditions(
     claims: Sequence[Claim],
     proofs: Sequence[Proof | None],
     reached: Sequence[Reach],
+    fits: Callable[[Claim, Format], Proof | None],
 ) -> list[tuple[str, ...]]:
     """The claims that each proof assumes without a proof, by reason and line."""
     words = {program.values[state].name: state for state, _ in program.states}
     leaves = {name: nodes[state].number for name, state in words.items() if state in nodes}
-    held = [
-        (word := words.get(c.state, c.word)) is not None and _holds(program.format(word), c.ends)
+    formats = [
+        None if (word := words.get(c.state, c.word)) is None else program.format(word)
         for c in claims
     ]
+    held = [f is not None and _holds(f, c.ends) for f, c in zip(formats, claims, strict=True)]
     broken = [reach.broken for reach in reached]
     bases = [None if proof is None else proof.base for proof in proofs]
     sure = {}  # of a state that leaves its range at one end, the other, and that of its format
@@ -336,11 +358,19 @@ def _conditions(
             low = form.min if reach.least < low else c.low
             sure[leaves[c.state]] = low, form.max if reach.most > high else c.high
     passed = [() if proof is None else proof.passed for proof in proofs]
+    taken = {n.args[0].number for each in passed for n in each}
+    wider = {}
+    for k, (c, own, reach) in enumerate(zip(claims, formats, reached, strict=True)):
+        unsure = c.node.number in taken and (proofs[k] is None or broken[k])
+        if unsure and own is not None and own.min < reach.least and reach.most < own.max:
+            proof = fits(c, own)
+            if proof is not None:
+                wider[k] = proof.base, proof.passed
     texts = [f"{c.reason} ({c.line})" if c.line else c.reason for c in claims]
     return [
         tuple(dict.fromkeys(texts[j] for j in indices))
         for indices in assumptions(
-            claims, bases, passed, broken, held, lambda node: interval_needs(node, sure)
+            claims, bases, passed, broken, held, wider, lambda node: interval_needs(node, sure)
         )
     ]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from boresight.model.words.program import Program
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.claims import live
 
-__all__ = ["covariance_elements", "live_nodes"]
+__all__ = ["covariance_elements", "implied", "live_nodes"]
 
 #: Share of an eigenvalue that rounding explains.
 _ROUNDING = 1e-9
@@ -48,3 +48,21 @@ def covariance_elements(
         first[i, j] = first[j, i] = word
     whole = len(elements) == size * (size + 1) // 2
     return elements if whole and np.linalg.eigvalsh(first)[0] >= -_ROUNDING else {}
+
+
+def implied(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> Iterator[tuple[int, int]]:
+    """Sides of conditions, by number, and those of the conditions that one is made of.
+
+    1: negative, 2: not. A condition that a selection makes of two others says both or neither.
+    """
+    stack = [*sides.items()]
+    while stack:
+        number, side = stack.pop()
+        yield number, side
+        node = nodes[number]
+        if node.kind != "select":
+            continue
+        for k, other in ((1, 2), (2, 1)):
+            at = node.args[k]
+            if at.kind == "const" and (at.value < 0.0) != (side == 1):
+                stack += [(node.args[0].number, other), (node.args[other].number, side)]

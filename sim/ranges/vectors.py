@@ -16,8 +16,9 @@ A saturated component is none the longer.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 
@@ -25,23 +26,17 @@ from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
-from boresight.sim.ranges.polynomials import (
-    Polynomial,
-    is_sum_of_squares,
-    plus,
-    polynomial_of,
-    scaled,
-    times,
-)
+from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
+from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.reductions import reductions_of
 from boresight.sim.ranges.steps import live_nodes
+from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare
 
 __all__ = ["Vectors"]
 
 #: Terms of a polynomial, and those of its square; steps back to what it is computed from.
 _TERMS, _DEPTH, _NESTED = 100, 24, 4
 _ROUNDING = 1e-9
-#: A vector within a ball: numbers of its components, the squared radius.
-Ball = tuple[frozenset[int], float]
 
 
 class Vectors:
@@ -61,16 +56,32 @@ class Vectors:
         self.after = {
             nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
         }
-        self.balls: list[Ball] = list(self._unit_vectors())
-        self.members = set[int]().union(*(ball for ball, _ in self.balls))
-        self.balls += self._states(program, nodes)
-        self.of_vectors = self.passed
+        self.balls = [*{ball.numbers: ball for ball in UnitVectors(self.nodes).balls}.values()]
+        self.members = set[int]().union(*(ball.numbers for ball in self.balls))
+        self.forms = Forms(self.nodes)
+        self.low_passes = [*low_passes_of(program, nodes)]
+        self.reductions = [*reductions_of(self.nodes)]
+        self.lengths: dict[int, Ball] = {}  # that a part is along one no longer than the root of 2
+        for found in [*self.reductions]:
+            for t, p in found.along.items():
+                self.used, self.passed = set(), set(found.passed[t])
+                if self._square(p) > 2.0:
+                    self.reductions.remove(found)
+                    break
+                self.lengths[t] = Ball(frozenset(), frozenset(self.used), frozenset(self.passed))
+        self.first = {
+            nodes[s].number: float(program.format(s).real(program.values[s].initial))
+            for s, _ in program.states
+            if s in nodes
+        }
+        self.balls += self._states()
+        self.balls += self._reduced_states()
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
-        if not self.balls:
+        if not self.balls and not self.low_passes:
             return None
-        self.used, self.passed = set(), set(self.of_vectors)
+        self.used, self.passed = set(), set()
         low, high = claim.ends
         least, most = self._ends(claim.node, (low, high))
         if not (low <= least and most <= high):
@@ -80,77 +91,82 @@ class Vectors:
         )
         return Proof("length of vectors", base, passed)
 
+    def square_of(self, vector: Sequence[Node]) -> tuple[float, Ball]:
+        """An upper bound of the squared length of a vector, and what tells it."""
+        self.used, self.passed = set(), set()
+        square = self._square(vector)
+        numbers = frozenset(n.number for n in vector)
+        return square, Ball(numbers, frozenset(self.used), frozenset(self.passed))
+
     # -- which vectors there are ----------------------------------------------------------------
 
-    def _unit_vectors(self) -> Iterator[Ball]:
-        """Components that one inverse root divides."""
-        parts: dict[int, dict[int, Node]] = {}
-        for node in self.nodes.values():
-            inner = _bare(node)
-            if inner.kind == "mul":
-                for c, root in (inner.args, inner.args[::-1]):
-                    if root.kind == "rsqrt":
-                        parts.setdefault(root.number, {})[node.number] = c
-                        break
-        for divisor, found in parts.items():
-            each: dict[int, list[int]] = {}  # a component, also saturated, by what it is made from
-            for number, part_of in found.items():
-                each.setdefault(part_of.number, []).append(number)
-            for ends in (each.keys(), ()):
-                passed = set[int]()
-                members = self._squares_below(divisor, each, ends, passed)
-                if len(members) > 1:
-                    self.passed |= passed
-                    for k in range(max(map(len, members))):
-                        yield frozenset(m[min(k, len(m) - 1)] for m in members), 1.0
-                    break
-
-    def _squares_below(
-        self, divisor: int, each: Mapping[int, list[int]], ends: Container[int], passed: set[int]
-    ) -> list[list[int]]:
-        """Components whose squares together are at most what the root is of."""
-        rest = polynomial_of(self.nodes[divisor].args[0], _TERMS, _DEPTH, ends, passed)
-        members = list[list[int]]()
-        for made_from, numbers in each.items():
-            part = polynomial_of(self.nodes[made_from], _TERMS, _DEPTH, ends, passed)
-            square = None if part is None else times(part, part, _TERMS)
-            if rest is None or square is None:
-                continue
-            less = plus(rest, scaled(square, -1.0))
-            if is_sum_of_squares(less):
-                rest, members = less, [*members, numbers]
-        return members
-
-    def _states(self, program: Program, nodes: Mapping[int, Node]) -> Iterator[Ball]:
+    def _states(self) -> Iterator[Ball]:
         """States that begin as a vector within the unit ball, and are replaced by one each time."""
-        after = self.after
-        first = {
-            nodes[s].number: float(program.format(s).real(program.values[s].initial))
-            for s, _ in program.states
-            if s in nodes
-        }
-        for ball, _ in list(self.balls):
+        for ball in [*self.balls]:
             chosen = [
                 s
-                for s, node in after.items()
-                if any(part.number in ball for part in _alternatives(node))
+                for s, node in self.after.items()
+                if any(part.number in ball.numbers for part in _alternatives(node))
             ]
-            start = sum(first[s] ** 2 for s in chosen)
-            if len(chosen) < 2 or start > 1.0 + _ROUNDING:
+            if len(chosen) > 1 and (found := self._kept(chosen, 1.0 + _ROUNDING)) is not None:
+                yield found
+
+    def _reduced_states(self) -> Iterator[Ball]:
+        """States that begin as a vector within the unit ball, and become one that is no longer."""
+        for reduction in self.reductions:
+            chosen = [n.number for n in reduction.base]
+            if not self.after.keys() >= {*chosen} or self._ball(chosen) is not None:
                 continue
-            if self._square([after[s] for s in chosen]) <= 1.0 + _ROUNDING:
-                yield frozenset(chosen), 1.0
+            assumed = Ball(frozenset(chosen))
+            self.balls.append(assumed)
+            found = self._kept(chosen, 1.0)
+            self.balls.remove(assumed)
+            if found is not None:
+                yield found
+
+    def _kept(self, states: Sequence[int], most: float) -> Ball | None:
+        """States whose first and next values are a vector within the unit ball."""
+        self.used, self.passed = set(), set()
+        square = self._square([self.after[s] for s in states])
+        if square > most or sum(self.first[s] ** 2 for s in states) > 1.0 + _ROUNDING:
+            return None
+        return Ball(frozenset(states), frozenset(self.used), frozenset(self.passed))
 
     # -- what follows ---------------------------------------------------------------------------
 
     def _ends(self, node: Node, wanted: tuple[float, float]) -> tuple[float, float]:
         """Ends of a node; no closer than wanted."""
+        ways: tuple[Callable[[], float], ...] = (
+            lambda: self._by_reduction(node, 0),
+            lambda: self._by_reduction(node, _NESTED),
+            lambda: math.sqrt(self._filtered([node])),
+        )
+        for way in ways:
+            self.used, self.passed = set(), set()
+            most = way()
+            if most <= min(-wanted[0], wanted[1]):
+                return -most, most
+        self.used, self.passed = set(), set()
         form = polynomial_of(node, _TERMS, _DEPTH, self.members, self.passed)
         if form is None:
             return -math.inf, math.inf
         most = self._most(form, wanted[1])
         least = -self._most(scaled(form, -1.0), -wanted[0]) if most <= wanted[1] else -math.inf
         return least, most
+
+    def _by_reduction(self, node: Node, nested: int) -> float:
+        """Of a part that a reduction takes, or of a component that it leaves."""
+        for reduction in self.reductions:
+            parts = [*reduction.along]
+            for k, t in enumerate(parts):
+                if node is bare(self.nodes[t]):
+                    for other in parts[: k + 1]:
+                        self._take(self.lengths[other])
+                    length = self._square(reduction.base, nested)
+                    return math.sqrt(length * self._square(reduction.along[t], nested))
+            if node.number in reduction.rest:
+                return math.sqrt(self._reduced([node], nested + 1))
+        return math.inf
 
     def _most(self, form: Polynomial, wanted: float) -> float:
         """An upper bound of a polynomial."""
@@ -205,9 +221,21 @@ class Vectors:
         length = self._square([self.nodes[n] for n, _ in squares])
         return form.get((), 0.0) + max(squares.values()) * length
 
+    def _ball(self, numbers: Sequence[int]) -> Ball | None:
+        """A vector that has these components, and perhaps others."""
+        inside = (ball for ball in self.balls if ball.numbers.issuperset(numbers))
+        return next(inside, None)
+
     def _ball_square(self, numbers: Sequence[int]) -> float:
-        inside = [r for ball, r in self.balls if ball.issuperset(numbers)]
-        return min(inside, default=math.inf)
+        ball = self._ball(numbers)
+        if ball is None:
+            return math.inf
+        self._take(ball)
+        return 1.0
+
+    def _take(self, ball: Ball) -> None:
+        self.used |= ball.used
+        self.passed |= ball.passed
 
     def _by_product(self, form: Polynomial) -> float:
         """Cauchy-Schwarz, where every term has one component of a vector."""
@@ -236,7 +264,7 @@ class Vectors:
         present = {n for m in form for n in m}
         inputs = {n for n in present if self.nodes[n].kind == "input"}
         states = {n for n in present if self.nodes[n].kind == "state"}
-        balls = [present & ball for ball, _ in self.balls]
+        balls = [present & ball.numbers for ball in self.balls]
         bound = set().union(*balls)
         tried = []
         for vector in (*balls, inputs, states - bound, present - bound):
@@ -252,18 +280,19 @@ class Vectors:
         """Of what is left where other squares and a rest replace one square of each vector."""
         numbers = {n for m in form for n in m}
         balls = sorted(
-            {(tuple(sorted(ball)), r) for ball, r in self.balls if len(ball & numbers) > 1},
-            key=lambda found: -len(numbers.intersection(found[0])),
+            (ball for ball in self.balls if len(ball.numbers & numbers) > 1),
+            key=lambda ball: (-len(ball.numbers & numbers), sorted(ball.numbers)),
         )[:2]
         best = math.inf
         for order in permutations(balls):
             forms = [form]
-            for k, (ball, square) in enumerate(order):
+            for k, ball in enumerate(order):
+                self._take(ball)
                 forms = [
                     out
                     for f in forms
-                    for n in ball
-                    if n in numbers and (out := _replaced(f, n, ball, square, -1 - k)) is not None
+                    for n in sorted(ball.numbers & numbers)
+                    if (out := _replaced(f, n, ball.numbers, -1 - k)) is not None
                 ]
             best = min([best, *(self._by_signs(f) for f in forms)])
         return best
@@ -272,8 +301,8 @@ class Vectors:
         """An upper bound of the squared length of a vector of nodes."""
         best = sum(max(n.low * n.low, n.high * n.high) for n in vector)
         used = {n.number for n in vector}
-        bare = [_bare(n) for n in vector]
-        for parts in (vector, bare):
+        inner = [bare(n) for n in vector]
+        for parts in (vector, inner):
             ball = self._ball_square([n.number for n in parts if n.kind != "const"])
             if ball < best and not any(n.kind == "const" for n in parts):
                 best, used = ball, set()
@@ -281,28 +310,86 @@ class Vectors:
             self.used |= used
             return best
         before = self.used, self.passed
-        self.used = set()
-        self.passed = {n.number for node in vector for n in _limits(node) if n.kind == "bounded"}
-        other = math.inf
-        conditions = [n.args[0] for n in bare if n.kind == "select"]
+        passed = {n.number for node in vector for n in _limits(node) if n.kind == "bounded"}
+        known = used, set[int]()
+        for way in self._ways(inner, nested):
+            self.used, self.passed = set(), set(passed)
+            square = way()
+            if square < best * (1.0 - _ROUNDING):
+                best, known = square, (self.used, self.passed)
+        self.used, self.passed = before[0] | known[0], before[1] | known[1]
+        return best
+
+    def _ways(self, vector: Sequence[Node], nested: int) -> Iterator[Callable[[], float]]:
+        """Ways to bound the squared length of a vector of nodes."""
+        yield lambda: self._filtered(vector)
+        yield lambda: self._reduced(vector, nested)
+        conditions = [n.args[0] for n in vector if n.kind == "select"]
         if conditions:
             c = conditions[0]
             sides = [
-                [n.args[k] if n.kind == "select" and n.args[0] is c else n for n in bare]
+                [n.args[k] if n.kind == "select" and n.args[0] is c else n for n in vector]
                 for k in (1, 2)
             ]
-            other = max(self._square(side, nested - 1) for side in sides)
-        else:
-            for ends in (self.members | self.said, self.members):
-                total = self._summed_squares(bare, ends)
-                if total is not None:
-                    ways = (self._by_signs(total), self._by_elimination(total))
-                    other = min(other, *ways, self._factors(total, nested))
-        passed: set[int] = set()
-        if other < best:
-            best, used, passed = other, self.used, self.passed
-        self.used, self.passed = before[0] | used, before[1] | passed
-        return best
+            yield lambda: max(self._square(side, nested - 1) for side in sides)
+            return
+        for ends in (self.members | self.said, self.members):
+            for method in (
+                *(self._by_signs, self._by_elimination),
+                lambda total: self._factors(total, nested),
+            ):
+
+                def way(ends: Set[int] = ends, method: Callable[..., float] = method) -> float:
+                    total = self._summed_squares(vector, ends)
+                    return math.inf if total is None else method(total)
+
+                yield way
+
+    def _filtered(self, vector: Sequence[Node]) -> float:
+        """Of a vector whose components low-passes make alike of those of a sample."""
+        if not self.low_passes or len({n.number for n in vector}) < len(vector):
+            return math.inf
+        found = [self._filter_of(node) for node in vector]
+        known = [f for f in found if f is not None]
+        samples = [low_pass.sample for low_pass, _, _ in known]
+        if len(known) < len(vector) or len({n.number for n in samples}) < len(samples):
+            return math.inf
+        (first, gain, forms), *others = known
+        if any(not first.is_like(other) or forms != its for other, _, its in others):
+            return math.inf
+        return gain * gain * self._square(samples)
+
+    def _filter_of(self, node: Node) -> tuple[LowPass, float, list[Any]] | None:
+        """Of which low-pass a node is a form, the largest of it of samples up to one, and which."""
+        for low_pass in self.low_passes:
+            own = {low_pass.z.number, low_pass.v.number}
+            if not near(node, own):
+                continue
+            counter = low_pass.counting[2] if low_pass.counting else None
+            passed = {*low_pass.passed}
+            gain, forms = 0.0, list[Any]()
+            for sides, form in self.forms.of(node, own, counter, passed):
+                if form is None:
+                    break
+                gain = max(gain, low_pass.largest(form, sides))
+                forms.append((sides, low_pass.alike(form)))
+            else:
+                if math.isfinite(gain):
+                    self.passed |= passed
+                    return low_pass, gain, forms
+        return None
+
+    def _reduced(self, vector: Sequence[Node], nested: int) -> float:
+        """Of a vector, some components of which are what a reduction leaves."""
+        for reduction in self.reductions:
+            rest = [n for n in vector if n.number not in reduction.rest]
+            before = [*rest, *reduction.base]
+            distinct = len({n.number for n in (*vector, *reduction.base)})
+            if len(rest) < len(vector) and distinct == len(vector) + len(reduction.base):
+                for t in reduction.along:
+                    self._take(self.lengths[t])
+                return self._square(before, nested - 1)
+        return math.inf
 
     def _summed_squares(self, vector: Sequence[Node], ends: Set[int]) -> Polynomial | None:
         total: Polynomial = {}
@@ -339,11 +426,6 @@ def _limits(node: Node) -> Iterator[Node]:
         yield node
 
 
-def _bare(node: Node) -> Node:
-    """What a node is but for limits."""
-    return [*_limits(node)][-1]
-
-
 def _alternatives(node: Node) -> Iterator[Node]:
     """A node, what it is but for limits, and each side of a selection."""
     yield node
@@ -358,11 +440,9 @@ def _alike(a: Polynomial, b: Polynomial) -> bool:
     return a.keys() == b.keys() and all(abs(c - b[m]) <= 1e-12 for m, c in a.items())
 
 
-def _replaced(
-    form: Polynomial, number: int, ball: Sequence[int], square: float, rest: int
-) -> Polynomial | None:
-    """A polynomial with ``square`` less the other squares and a rest for the square of a node."""
-    by: Polynomial = {(): square, (rest,): -square}
+def _replaced(form: Polynomial, number: int, ball: Set[int], rest: int) -> Polynomial | None:
+    """A polynomial with one less the other squares and a rest for the square of a node."""
+    by: Polynomial = {(): 1.0, (rest,): -1.0}
     by |= {(n, n): -1.0 for n in ball if n != number}
     out: Polynomial | None = {}
     for m, c in form.items():

@@ -272,6 +272,36 @@ class Turned(Estimator):
         return {"angle": angle}, {"y": x.angle}
 
 
+class Divided(Estimator):
+    """A vector over its length, whose square a claim holds too small, for some vectors."""
+
+    name = "divided"
+    inputs = tuple(Input(n, -1.0, 1.0) for n in "abc")
+    outputs = tuple(Output(n) for n in "xy")
+    most = 2.0
+
+    def step(self, x, u, p):
+        square = ops.bounded(
+            u.a * u.a + u.b * u.b + u.c * u.c + 0.01, 0.0, self.most, "square", unless="it is long"
+        )
+        parts = [ops.bounded(c * ops.rsqrt(square), -1.0, 1.0, "component") for c in (u.a, u.b)]
+        return {}, dict(zip("xy", parts, strict=True))
+
+
+class Saturating(Divided):
+    """The word of [0, 0.9] ends below 3, that of [0, 2] does not."""
+
+    most = 0.9
+
+
+def test_a_word_that_holds_all_there_is_needs_no_claim():
+    square, component, _ = examine(Divided(), updates=4000).claims
+    assert (square.status, component.status, component.conditions) == ("excepted", "proven", ())
+    square, component, _ = examine(Saturating(), updates=4000).claims
+    assert square.status == "excepted" and component.status in ("conditional", "tight")
+    assert component.conditions[0].startswith("square (")
+
+
 def test_a_false_claim_about_a_next_state_is_refuted():
     result = examine(Turned(), updates=4000)
     assert not result.good and result.states[0].status == "refuted" and not result.claims

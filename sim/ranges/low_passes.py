@@ -1,0 +1,380 @@
+"""Ranges of linear filters of two states, by all that their samples can add up to.
+
+A filter s' = A s + B x of the states s = (z, v) is linear. After n samples of at most X
+
+    |e s| <= |e A^n s_0| + sum over k < n of |e A^k B| X
+
+and so is the length of a vector whose components are filtered alike, from those of samples x of
+length X: along any direction it is a filtered component of the samples.
+
+A filter may begin as a mean: while a counter is below a limit, s' = (a, b) m' of
+m' = (1 - g) m + g x, 0 <= g <= 1, where s = (a, b) m, and g = 1 while the counter is 0. The counter
+may stay, return to 0, or be more by a constant, this only where there is a sample. So s is
+(a, b) m, |m| <= X, whenever the counter is neither 0 nor at its limit, and s_0 is such a state.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.lowering.graph import Node
+from boresight.model.words.program import Program
+from boresight.sim.ranges.boxes import interval_at
+from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.steps import live_nodes
+
+__all__ = ["Forms", "LowPass", "low_passes_of", "near"]
+
+FloatArray = npt.NDArray[np.float64]
+#: Terms of a polynomial; conditions of a filter; steps from a next state to the states that it is
+#: made of; samples that are added up; share of a number that its rounding explains.
+_TERMS, _CONDITIONS, _NEAR, _SAMPLES, _EXACT = 40, 3, 8, 100_000, 1e-12
+#: What is left of a state when no more samples are added up; what no filter makes of one.
+_LEFT, _GROWN = 1e-9, 1e6
+Sides = dict[int, int]
+
+
+class _Open(Exception):
+    """A condition that has to have a side first."""
+
+
+@dataclass(frozen=True, eq=False)
+class LowPass:
+    """One filter.
+
+    Attributes
+    ----------
+    z, v, sample : Node
+    matrix, column : tuple of float
+        A, row by row, and B.
+    mean : tuple of float or None
+        (a, b), of a filter that begins as a mean.
+    counting : tuple of (int, float, int) or None
+        Condition that it is one, the side of it, and the number of the counter.
+    share : int or None
+        Number of g.
+    passed : frozenset of int
+        "bounded" nodes that count as their arguments.
+    """
+
+    z: Node
+    v: Node
+    sample: Node
+    matrix: tuple[float, ...]
+    column: tuple[float, ...]
+    mean: tuple[float, ...] | None
+    counting: tuple[int, int, int] | None
+    share: int | None
+    passed: frozenset[int]
+
+    def is_like(self, other: LowPass) -> bool:
+        """Whether two filters differ in nothing but states and samples."""
+        own, its = ((f.matrix, f.column, f.mean, f.counting, f.share) for f in (self, other))
+        return own == its
+
+    @cached_property
+    def _gains(self) -> Callable[[FloatArray], float]:
+        a, b = np.array(self.matrix).reshape(2, 2), np.array(self.column)
+        start = np.array(self.mean or (0.0, 0.0))
+        states, moved, whole = [start], [b], np.eye(2)
+        while abs(whole := a @ whole).sum() > _LEFT:
+            if len(states) >= _SAMPLES or not abs(whole).sum() < _GROWN:
+                return lambda e: math.inf
+            states.append(a @ states[-1])
+            moved.append(a @ moved[-1])
+        at, by = np.array(states), np.array(moved)
+
+        def gain(e: FloatArray) -> float:
+            added = abs(by @ e)
+            before = np.concatenate([[0.0], np.cumsum(added)[:-1]])
+            rest = _LEFT / (1.0 - _LEFT) * (added.sum() + abs(by).sum() + abs(at).sum())
+            return float((abs(at @ e) + before).max() + rest * (1.0 + abs(e).sum()))
+
+        return gain
+
+    def largest(self, form: Polynomial, sides: Mapping[int, int]) -> float:
+        """Upper bound of a form of states and sample, of samples up to one; infinite: of another.
+
+        ``sides``: of the conditions under which it is that form.
+        """
+        z, v, x = ((n.number,) for n in (self.z, self.v, self.sample))
+        if {*form} <= {z, v, x}:
+            e = np.array([form.get(z, 0.0), form.get(v, 0.0)])
+            return self._gains(e) + abs(form.get(x, 0.0))
+        if self.mean is None or self.counting is None:
+            return math.inf
+        condition, side, _ = self.counting
+        found = _mean_of(form, z[0], x[0]) if sides.get(condition) == side else None
+        if found is None or found[0] != self.share:
+            return math.inf
+        return max(abs(found[1] * self.mean[0]), abs(found[2]))
+
+    def alike(self, form: Polynomial) -> dict[tuple[str, ...], float]:
+        """A form by what its nodes are for the filter: the same for filters that are alike."""
+        names = {self.z.number: "z", self.v.number: "v", self.sample.number: "x"}
+        return {tuple(sorted(names.get(n, str(n)) for n in m)): c for m, c in form.items()}
+
+
+def _mean_of(form: Polynomial, z: int, x: int) -> tuple[int, float, float] | None:
+    """g, p and q of p (1 - g) z + q g x."""
+    shares = {n for m in form for n in m} - {z, x}
+    if len(shares) != 1:
+        return None
+    (g,) = shares
+    p, q = form.get((z,), 0.0), form.get(_key(g, x), 0.0)
+    alike = abs(p + form.get(_key(g, z), 0.0)) <= _EXACT * abs(p)
+    return (g, p, q) if alike and {*form} <= {(z,), _key(g, z), _key(g, x)} else None
+
+
+def _key(*numbers: int) -> tuple[int, ...]:
+    return tuple(sorted(numbers))
+
+
+class Forms:
+    """Nodes as polynomials of the states and samples of filters, side by side of conditions."""
+
+    def __init__(self, nodes: Mapping[int, Node]) -> None:
+        self.nodes = nodes
+        self.leaves: dict[int, frozenset[int]] = {}
+        for number, node in nodes.items():
+            own = frozenset[int]() if node.kind == "const" or node.args else frozenset({number})
+            self.leaves[number] = own.union(*(self.leaves[a.number] for a in node.args))
+
+    def of(
+        self, node: Node, own: set[int], counter: int | None, passed: set[int]
+    ) -> Iterator[tuple[Sides, Polynomial | None]]:
+        """Forms of a node for each side of the conditions that choose among them."""
+        waiting: list[Sides] = [{}]
+        while waiting:
+            sides = waiting.pop()
+            try:
+                yield sides, self._form(node, own, counter, sides, passed)
+            except _Open as e:
+                if len(sides) >= _CONDITIONS:
+                    yield sides, None
+                else:
+                    waiting += [{**sides, e.args[0]: side} for side in (1, 2)]
+
+    def _is_weight(self, node: Node, counter: int | None) -> bool:
+        """Whether a node depends on a counter and on conditions alone."""
+        if node.kind in ("select", "bounded"):
+            return all(self._is_weight(arg, counter) for arg in node.args[-2:])
+        return self.leaves[node.number] <= {counter}
+
+    def _form(
+        self, node: Node, own: set[int], counter: int | None, sides: Sides, passed: set[int]
+    ) -> Polynomial | None:
+        if node.kind == "const":
+            return {(): node.value} if node.value else {}
+        inside = self._is_weight(node, counter) or (
+            node.kind == "mul" and any(self._is_weight(arg, counter) for arg in node.args)
+        )
+        if node.number in own or not (inside or self.leaves[node.number] & own):
+            return {(node.number,): 1.0}
+        if node.kind == "bounded":
+            passed.add(node.number)
+            return self._form(node.args[0], own, counter, sides, passed)
+        if node.kind == "select":
+            condition = node.args[0].number
+            if condition not in sides:
+                raise _Open(condition)
+            return self._form(node.args[sides[condition]], own, counter, sides, passed)
+        if node.kind not in ("sum", "mul"):
+            return {(node.number,): 1.0}
+        parts = [self._form(arg, own, counter, sides, passed) for arg in node.args]
+        known = [part for part in parts if part is not None]
+        if len(known) < len(parts):
+            return None
+        if node.kind == "mul":
+            return _cleared(times(known[0], known[1], _TERMS))
+        out: Polynomial = {}
+        for part, sign in zip(known, node.signs, strict=True):
+            out = plus(out, scaled(part, sign))
+        return _cleared(out) if len(out) <= _TERMS else None
+
+
+def _cleared(form: Polynomial | None) -> Polynomial | None:
+    return None if form is None else {m: c for m, c in form.items() if c}
+
+
+def low_passes_of(program: Program, nodes: Mapping[int, Node]) -> Iterator[LowPass]:
+    """The filters of a compiled step, as `Estimator.compile_traced` gives it."""
+    forms = Forms(live_nodes(program, nodes))
+    pairs = [(s, a) for s, a in program.states if s in nodes and a in nodes]
+    following = {nodes[s].number: nodes[a] for s, a in pairs}
+    first = {
+        nodes[s].number: float(program.format(s).real(program.values[s].initial)) for s, _ in pairs
+    }
+    for z, node in following.items():
+        for v in near(node, following.keys() - {z}):
+            found = _Filter(forms, following, first, z, v).found()
+            if found is not None:
+                yield found
+
+
+def near(node: Node, wanted: set[int]) -> set[int]:
+    """Nodes among those that some steps back lead to."""
+    level, seen = [node], set[int]()
+    for _ in range(_NEAR):
+        level = [arg for at in level for arg in at.args if arg.number not in seen]
+        seen |= {at.number for at in level}
+    return seen & wanted
+
+
+class _Filter:
+    """Whether two states are a filter, and which."""
+
+    def __init__(
+        self,
+        forms: Forms,
+        following: Mapping[int, Node],
+        first: Mapping[int, float],
+        z: int,
+        v: int,
+    ) -> None:
+        self.nodes, self.forms, self.following, self.first = forms.nodes, forms, following, first
+        self.z, self.v = z, v
+        self.passed: set[int] = set()
+
+    def found(self) -> LowPass | None:
+        """The filter."""
+        if self.first[self.z] or self.first[self.v]:
+            return None
+        counters = {None, *near(self.following[self.z], {*self.following}) - {self.z, self.v}}
+        for counter in sorted(counters, key=lambda n: n or 0):
+            self.passed = set()
+            found = self._with(counter)
+            if found is not None:
+                return found
+        return None
+
+    def _with(self, counter: int | None) -> LowPass | None:
+        """The filter, if it begins as a mean while this counter is below a limit."""
+        steady, means = list[tuple[Polynomial, Polynomial]](), list[tuple[Polynomial, Polynomial]]()
+        counting, moves = None, list[tuple[Sides, bool]]()
+        for sides, of_z, of_v in self._both(counter):
+            if of_z is None or of_v is None:
+                return None
+            held = of_z == {(self.z,): 1.0} and of_v == {(self.v,): 1.0}
+            moves.append((sides, held))
+            if held:
+                continue
+            mean = False
+            if counter is not None:
+                phases = [n for n in sides if self._limit(n, counter)]
+                if len(phases) != 1 or (counting is not None and counting[0] != phases[0]):
+                    return None
+                counting = phases[0], self._limit(phases[0], counter), counter
+                mean = sides[phases[0]] == counting[1]
+            (means if mean else steady).append((of_z, of_v))
+        if not steady or any(pair != steady[0] for pair in steady):
+            return None
+        if (counter is None) == bool(means) or any(pair != means[0] for pair in means):
+            return None
+        if counting is not None and counter is not None:
+            form = self._condition(counting[0])
+            limit = -form[()] / form[counter,]
+            if self.first[counter] or not all(
+                self._moves(counter, limit, sides, held=held) for sides, held in moves
+            ):
+                return None
+        return self._filter(steady[0], means[0] if means else None, counting)
+
+    def _both(
+        self, counter: int | None
+    ) -> Iterator[tuple[Sides, Polynomial | None, Polynomial | None]]:
+        """Next z and v, side by side."""
+        own = {self.z, self.v}
+        for sides, of_z in self.forms.of(self.following[self.z], own, counter, self.passed):
+            for more, of_v in self.forms.of(self.following[self.v], own, counter, self.passed):
+                if all(sides.get(n, side) == side for n, side in more.items()):
+                    yield {**sides, **more}, of_z, of_v
+
+    def _condition(self, condition: int) -> Polynomial:
+        return polynomial_of(self.nodes[condition], _TERMS, _NEAR, (), self.passed) or {}
+
+    def _limit(self, condition: int, counter: int) -> int:
+        """Side of a condition on which a counter is below a positive limit; 0: of another kind."""
+        form = self._condition(condition)
+        slope, alone = form.get((counter,), 0.0), form.get((), 0.0)
+        if {*form} != {(counter,), ()} or slope * alone >= 0.0:
+            return 0
+        return 1 if slope > 0.0 else 2
+
+    def _moves(self, counter: int, limit: float, sides: Sides, *, held: bool) -> bool:
+        """Whether a counter stays, returns to 0, or is more by a constant, this unless held.
+
+        What limits it is no less than the ``limit`` of the mean.
+        """
+        stack = [self.following[counter]]
+        while stack:
+            node = stack.pop()
+            if node.kind == "select":
+                side = sides.get(node.args[0].number)
+                stack += [node.args[side]] if side else node.args[1:]
+            elif node.kind == "bounded":
+                self.passed.add(node.number)
+                stack.append(node.args[0])
+            elif node.kind == "saturated" and node.value >= limit:
+                stack.append(node.args[0])
+            else:
+                for more, form in self.forms.of(node, {counter}, counter, self.passed):
+                    if any(sides.get(n, side) != side for n, side in more.items()):
+                        continue
+                    step = None if form is None else form.pop((), 0.0)
+                    if form == {} and step == 0.0:
+                        continue
+                    if form != {(counter,): 1.0} or step is None or step < 0.0 or (held and step):
+                        return False
+        return True
+
+    def _filter(
+        self,
+        steady: tuple[Polynomial, Polynomial],
+        means: tuple[Polynomial, Polynomial] | None,
+        counting: tuple[int, int, int] | None,
+    ) -> LowPass | None:
+        samples = {n for form in steady for m in form for n in m} - {self.z, self.v}
+        if len(samples) != 1 or any(len(m) != 1 for form in steady for m in form):
+            return None
+        (x,) = samples
+        begin, g = None, None
+        if means is not None and counting is not None:
+            found = [_mean_of(form, self.z, x) for form in means]
+            if any(f is None for f in found):
+                return None
+            (g, p, a), (same, q, b) = (f for f in found if f is not None)
+            share = self.nodes[g]
+            if g != same or a <= 0.0 or not 0.0 <= share.low <= share.high <= 1.0:
+                return None
+            # The mean that z holds moves by p = 1, and v follows z.
+            if abs(p - 1.0) > _EXACT or abs(q * a - b * p) > _EXACT * abs(b):
+                return None
+            if not self._is_one_at(share, counting[2]):
+                return None
+            begin = a, b
+        return LowPass(
+            self.nodes[self.z],
+            self.nodes[self.v],
+            self.nodes[x],
+            tuple(form.get((n,), 0.0) for form in steady for n in (self.z, self.v)),
+            tuple(form.get((x,), 0.0) for form in steady),
+            begin,
+            counting,
+            g,
+            frozenset(self.passed | {self.following[n].number for n in (self.z, self.v)}),
+        )
+
+    def _is_one_at(self, share: Node, counter: int) -> bool:
+        """Whether g is 1 where the counter is 0."""
+        cut = [self.nodes[counter]]
+        if self.forms.leaves[share.number] != {counter}:
+            return False
+        least, most = interval_at(share, cut, 0.0)
+        return abs(least - 1.0) <= _EXACT and abs(most - 1.0) <= _EXACT

@@ -1,0 +1,220 @@
+"""Vectors of a step that are at most of length one, by what their components are divided by.
+
+c_i / sqrt(S) with S >= sum of c_i^2, also where the inverse root is one factor of several, and
+where a selection leaves it out. A limit of what S contains is not reached where a condition that
+the selection needs says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.polynomials import (
+    Polynomial,
+    is_sum_of_squares,
+    plus,
+    polynomial_of,
+    scaled,
+    times,
+)
+from boresight.sim.ranges.steps import implied
+
+__all__ = ["Ball", "UnitVectors", "bare"]
+
+#: Terms of a polynomial; steps back to what it is computed from; sides of conditions.
+_TERMS, _DEPTH, _SIDES = 100, 24, 6
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A vector that is no longer than one, and what tells it.
+
+    Attributes
+    ----------
+    numbers : frozenset of int
+        Of its components.
+    used, passed : frozenset of int
+        Nodes whose intervals it follows from, and "bounded" ones that count as their arguments.
+    """
+
+    numbers: frozenset[int]
+    used: frozenset[int] = frozenset()
+    passed: frozenset[int] = frozenset()
+
+
+class UnitVectors:
+    """The vectors, as ``balls``."""
+
+    def __init__(self, nodes: Mapping[int, Node]) -> None:
+        self.nodes = nodes
+        self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
+        self.balls: list[Ball] = [*self._divided(), *self._scaled()]
+
+    def _divided(self) -> Iterator[Ball]:
+        """Components that one inverse root divides."""
+        for divisor, found in self._with_factor(lambda node: node.kind == "rsqrt"):
+            each = _alike(found)
+            for ends in (each.keys(), ()):
+                passed = set[int]()
+                members = self._squares_below(divisor, each, ends, passed)
+                if len(members) > 1:
+                    yield from _balls(members, set(), passed)
+                    break
+
+    def _scaled(self) -> Iterator[Ball]:
+        """Components with a factor that is made of an inverse root."""
+        for factor, found in self._with_factor(_has_root):
+            each = _alike(found)
+            used, passed = set[int](), set[int]()
+            if len(each) > 1 and self._largest([*each], [factor], {}, used, passed) <= 1.0:
+                yield from _balls([*each.values()], used, passed)
+
+    def _with_factor(
+        self, wanted: Callable[[Node], bool]
+    ) -> Iterator[tuple[Node, dict[int, Node]]]:
+        """Factors of a kind, each with what it multiplies, by the product's number."""
+        found: dict[int, dict[int, Node]] = {}
+        for node in self.nodes.values():
+            inner = bare(node)
+            if inner.kind == "mul":
+                for c, factor in (inner.args, inner.args[::-1]):
+                    if wanted(factor):
+                        found.setdefault(factor.number, {})[node.number] = c
+                        break
+        for number, parts in found.items():
+            yield self.nodes[number], parts
+
+    def _squares_below(
+        self, divisor: Node, each: Mapping[int, list[int]], ends: Container[int], passed: set[int]
+    ) -> list[list[int]]:
+        """Components whose squares together are at most what the root is of."""
+        rest = polynomial_of(divisor.args[0], _TERMS, _DEPTH, ends, passed)
+        members = list[list[int]]()
+        for made_from, numbers in each.items():
+            square = self._square(made_from, ends, passed)
+            if rest is None or square is None:
+                continue
+            less = plus(rest, scaled(square, -1.0))
+            if is_sum_of_squares(less):
+                rest, members = less, [*members, numbers]
+        return members
+
+    def _square(self, number: int, ends: Container[int], passed: set[int]) -> Polynomial | None:
+        part = polynomial_of(self.nodes[number], _TERMS, _DEPTH, ends, passed)
+        return None if part is None else times(part, part, _TERMS)
+
+    def _largest(
+        self,
+        parts: Sequence[int],
+        factors: Sequence[Node],
+        sides: Mapping[int, int],
+        used: set[int],
+        passed: set[int],
+    ) -> float:
+        """Upper bound of the sum of the squares of some nodes, each times the factors."""
+        atoms: list[Node] = []
+        for k, factor in enumerate(factors):
+            others = [*atoms, *factors[k + 1 :]]
+            node = factor
+            while node.kind == "bounded" and bare(node).kind in ("mul", "select", "rsqrt"):
+                passed.add(node.number)
+                node = node.args[0]
+            if node.kind == "mul":
+                return self._largest(parts, [*others, *node.args], sides, used, passed)
+            if node.kind == "select":
+                number = node.args[0].number
+                if number not in sides and len(sides) >= _SIDES:
+                    return math.inf
+                return max(
+                    self._largest(
+                        parts, [*others, node.args[s]], {**sides, number: s}, used, passed
+                    )
+                    for s in ((sides[number],) if number in sides else (1, 2))
+                )
+            if node.kind == "const" and node.value == 0.0:
+                return 0.0
+            atoms.append(node)
+        for k, root in enumerate(atoms):
+            if root.kind == "rsqrt" and self._is_below(root.args[0], parts, sides, used, passed):
+                most = 1.0
+                for node in (*atoms[:k], *atoms[k + 1 :]):
+                    used.add(node.number)
+                    most *= max(node.low * node.low, node.high * node.high)
+                return most
+        return math.inf
+
+    def _is_below(
+        self,
+        total: Node,
+        parts: Sequence[int],
+        sides: Mapping[int, int],
+        used: set[int],
+        passed: set[int],
+    ) -> bool:
+        """Whether the squares of some nodes together are at most a node, on these sides."""
+        while total.kind == "bounded":
+            passed.add(total.number)
+            total = total.args[0]
+        ends = self.said.union(parts)
+        form = polynomial_of(total, _TERMS, _DEPTH, ends)
+        for (number,) in [m for m in form or {} if len(m) == 1]:
+            node = self.nodes[number]
+            if form is not None and node.kind == "saturated" and self._is_free(node, sides):
+                used.add(node.args[0].number)
+                own = polynomial_of(node.args[0], _TERMS, _DEPTH, ends)
+                by = form.pop((number,))
+                form = None if own is None else plus(form, scaled(own, by))
+        for number in parts:
+            square = self._square(number, ends, passed)
+            if form is None or square is None:
+                return False
+            form = plus(form, scaled(square, -1.0))
+        return form is not None and is_sum_of_squares(form)
+
+    def _is_free(self, limited: Node, sides: Mapping[int, int]) -> bool:
+        """Whether sides of conditions keep a value below its upper limit, and it has no other."""
+        if limited.args[0].low < -limited.value:
+            return False
+        for number, side in implied(self.nodes, sides):
+            form = polynomial_of(self.nodes[number], _TERMS, _DEPTH, self.said | {limited.number})
+            if form is None or not set(form) <= {(), (limited.number,)}:
+                continue
+            slope = form.get((limited.number,), 0.0)
+            above = (slope > 0.0 and side == 1) or (slope < 0.0 and side == 2)
+            if above and -form.get((), 0.0) / slope < limited.value:
+                return True
+        return False
+
+
+def bare(node: Node) -> Node:
+    """What a node is but for limits."""
+    while node.kind in ("bounded", "saturated"):
+        node = node.args[0]
+    return node
+
+
+def _has_root(node: Node) -> bool:
+    """Whether a factor is a product or a selection of what has an inverse root."""
+    inner = bare(node)
+    if inner.kind == "rsqrt":
+        return inner is not node
+    if inner.kind in ("mul", "select"):
+        return any(bare(a).kind == "rsqrt" or _has_root(a) for a in inner.args[-2:])
+    return False
+
+
+def _alike(found: Mapping[int, Node]) -> dict[int, list[int]]:
+    """Products by what they are made from: one may also be there with a limit."""
+    each: dict[int, list[int]] = {}
+    for number, part_of in found.items():
+        each.setdefault(part_of.number, []).append(number)
+    return each
+
+
+def _balls(members: Sequence[Sequence[int]], used: set[int], passed: set[int]) -> Iterator[Ball]:
+    for k in range(max(map(len, members))):
+        numbers = frozenset(m[min(k, len(m) - 1)] for m in members)
+        yield Ball(numbers, frozenset(used), frozenset(passed))
