@@ -1,13 +1,16 @@
 """Sequences of commands against a compass of a few lines, and against none."""
 
+import functools
+
 import pytest
-from amaranth.hdl import Cat
+from amaranth.hdl import Cat, Module, Signal
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from tests.support.bench import run_bench
+from tests.support.bench import Simulation
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
+FLAGS = ("sent", "acknowledged", "timed_out", "paused")
 
 
 class Compass:
@@ -37,6 +40,17 @@ class Compass:
             self.refusals += 1
 
 
+@functools.cache
+def made() -> tuple[Commander, Signal, Simulation]:
+    """The commander, made once; a word of its character, whether it is busy or takes, its flags."""
+    top, dut = Module(), Commander(timeout_ticks=10, quiet_ticks=5)
+    top.submodules.dut = dut
+    takes, flags = dut.command.valid & dut.command.ready, (getattr(dut, name) for name in FLAGS)
+    shown = Signal(3 + len(FLAGS))
+    top.d.comb += shown.eq(Cat(dut.o.valid, dut.busy, takes, *flags))
+    return dut, shown, Simulation(top)
+
+
 def run(
     compass: Compass,
     cycles: int,
@@ -47,10 +61,8 @@ def run(
     deaf=None,
 ) -> tuple[list, Commander]:
     """(cycle, event) pairs; ``mode`` is a number or a mapping from cycles to numbers."""
-    dut = Commander(timeout_ticks=10, quiet_ticks=5)
+    dut, shown, simulation = made()
     events: list[tuple[int, str]] = []
-    flags = ("sent", "acknowledged", "timed_out", "paused")
-    all_flags = Cat(*(getattr(dut, name) for name in flags), dut.busy)
 
     async def bench(ctx):
         wait, refusals, driven = 0, 0, {}
@@ -77,21 +89,21 @@ def run(
             drive("invalid", refuses)
             drive("heard", speaks or refuses)
             drive("ready", wait == 0, dut.o)
-            if ctx.get(dut.o.valid) and wait == 0:
+            seen = ctx.get(shown)
+            if seen & 1 and wait == 0:
                 compass.hear(ctx.get(dut.o.payload))
                 wait = CHARACTER
             elif wait:
                 wait -= 1
-            seen = ctx.get(all_flags)
-            events.extend((cycle, name) for k, name in enumerate(flags) if seen >> k & 1)
-            if seen >> len(flags):
+            if seen & 2:
                 compass.busy.append(cycle)
-            taken = ctx.get(dut.command.valid) and ctx.get(dut.command.ready)
+            if seen >> 3:
+                events.extend((cycle, name) for k, name in enumerate(FLAGS) if seen >> 3 + k & 1)
             await ctx.tick()
-            if taken:
+            if seen & 4:
                 ctx.set(dut.command.valid, 0)
 
-    run_bench(dut, bench)
+    simulation.run(bench)
     return events, dut
 
 
