@@ -178,11 +178,3 @@ def _makers(s: Schedule) -> dict[int, int]:
     """Op and value of each next state."""
     producer = {op.dest: k for k, op in enumerate(s.program.ops)}
     return {producer[after]: after for _, after in s.program.states}
-
-
-def test_occupant() -> None:
-    s = schedule(random_program(4), CONFIGS["fast"], restarts=0)
-    a = allocate(s)
-    for slot in s.slots:
-        assert slot.a in (a.occupant(a.addresses()[slot.a], slot.cycle), slot.a)
-    assert a.occupant(511, 0) is None
