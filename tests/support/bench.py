@@ -71,13 +71,13 @@ class Pins:
     Either all are driven by the word or all are shown in it.
     """
 
-    def __init__(self, top: Module, signals: Mapping[str, Any], *, driven: bool = False) -> None:
+    def __init__(self, top: Module, signals: Mapping[Any, Any], *, driven: bool = False) -> None:
         self.shapes = {name: Value.cast(signal).shape() for name, signal in signals.items()}
         together = Cat(*signals.values())
         self.word = Signal(len(together))
         top.d.comb += together.eq(self.word) if driven else self.word.eq(together)
 
-    def put(self, ctx: Any, values: Mapping[str, int]) -> None:
+    def put(self, ctx: Any, values: Mapping[Any, int]) -> None:
         """Drive the signals; 0 where there is no value."""
         word = at = 0
         for name, shape in self.shapes.items():
@@ -85,11 +85,11 @@ class Pins:
             at += shape.width
         ctx.set(self.word, word)
 
-    def get(self, ctx: Any) -> dict[str, int]:
+    def get(self, ctx: Any) -> dict[Any, int]:
         """Values of the signals."""
         return self.parts(ctx.get(self.word))
 
-    def parts(self, word: int) -> dict[str, int]:
+    def parts(self, word: int) -> dict[Any, int]:
         """Values in a word that was sampled."""
         out = {}
         for name, shape in self.shapes.items():
