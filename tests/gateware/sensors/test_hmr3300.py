@@ -2,14 +2,14 @@
 rest, with the model of the compass."""
 
 import pytest
-from amaranth.hdl import Cat, Module, Signal
+from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import DIVISOR_MIN
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.verilog import to_verilog
-from tests.support.bench import run_bench
+from tests.support.bench import Pins, run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
@@ -39,30 +39,27 @@ def happenings(
 ) -> tuple[list, Hmr3300]:
     """(cycle, event or flags) while bytes or pauses of so many cycles come."""
     top, dut = Module(), Hmr3300(**SLOW, **times)
-    shown = Cat(*(getattr(dut.flags, name) for name in FLAGS), dut.line, dut.events)
-    word = Signal(len(shown))
     top.submodules.dut = dut
-    top.d.comb += word.eq(shown)
+    flags_of_it = {name: getattr(dut.flags, name) for name in FLAGS}
+    shown = Pins(top, {**flags_of_it, "line": dut.line, "events": dut.events})
     out: list = []
 
     async def bench(ctx):
-        now, before, flags = 0, None, None
+        now, flags = 0, None
         ctx.set(dut.mode, mode)
 
         async def wait(cycles: int) -> None:
-            nonlocal now, before, flags
+            nonlocal now, flags
             for _ in range(cycles):
                 await ctx.tick()
                 now += 1
                 ctx.set(dut.time, now)
-                seen = ctx.get(word)
-                if seen == before and seen < 1 << len(FLAGS):
-                    continue
-                before, events = seen, seen >> len(FLAGS) + 1
+                seen = shown.get(ctx)
+                events = seen["events"]
                 out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
-                if seen >> len(FLAGS) & 1:
+                if seen["line"]:
                     out.append((now, tuple(ctx.get(value) for value in dut.values)))
-                if (raised := {n for k, n in enumerate(FLAGS) if seen >> k & 1}) != flags:
+                if (raised := {name for name in FLAGS if seen[name]}) != flags:
                     flags = raised
                     out.append((now, raised))
 

@@ -3,10 +3,10 @@
 import functools
 
 import pytest
-from amaranth.hdl import Cat, Module, Signal
+from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from tests.support.bench import Simulation
+from tests.support.bench import Pins, Simulation
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
@@ -41,14 +41,13 @@ class Compass:
 
 
 @functools.cache
-def made() -> tuple[Commander, Signal, Simulation]:
-    """The commander, made once; a word of its character, whether it is busy or takes, its flags."""
+def made() -> tuple[Commander, Pins, Simulation]:
+    """The commander, made once, and what it shows."""
     top, dut = Module(), Commander(timeout_ticks=10, quiet_ticks=5)
     top.submodules.dut = dut
-    takes, flags = dut.command.valid & dut.command.ready, (getattr(dut, name) for name in FLAGS)
-    shown = Signal(3 + len(FLAGS))
-    top.d.comb += shown.eq(Cat(dut.o.valid, dut.busy, takes, *flags))
-    return dut, shown, Simulation(top)
+    signals = {name: getattr(dut, name) for name in ("busy", *FLAGS)}
+    taken = dut.command.valid & dut.command.ready
+    return dut, Pins(top, {"valid": dut.o.valid, "taken": taken, **signals}), Simulation(top)
 
 
 def run(
@@ -89,18 +88,17 @@ def run(
             drive("invalid", refuses)
             drive("heard", speaks or refuses)
             drive("ready", wait == 0, dut.o)
-            seen = ctx.get(shown)
-            if seen & 1 and wait == 0:
+            seen = shown.get(ctx)
+            if seen["valid"] and wait == 0:
                 compass.hear(ctx.get(dut.o.payload))
                 wait = CHARACTER
             elif wait:
                 wait -= 1
-            if seen & 2:
+            if seen["busy"]:
                 compass.busy.append(cycle)
-            if seen >> 3:
-                events.extend((cycle, name) for k, name in enumerate(FLAGS) if seen >> 3 + k & 1)
+            events.extend((cycle, name) for name in FLAGS if seen[name])
             await ctx.tick()
-            if seen & 4:
+            if seen["taken"]:
                 ctx.set(dut.command.valid, 0)
 
     simulation.run(bench)
