@@ -1,4 +1,4 @@
-"""The computer's bus with the processor left out: who answers where, and what when nobody does."""
+"""The computer's bus with the processor left out: what answers at each address, and what is read where nothing does."""
 
 from typing import Any
 
