@@ -211,7 +211,7 @@ def test_a_link_to_itself() -> None:
         source=programs[0].digest,
         program=dataclasses.replace(plans[0].program, links=links),
     )
-    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of nob"):
+    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of unknown"):
         check_core(programs, plans, allocations, window)
 
 
