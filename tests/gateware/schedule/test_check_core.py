@@ -124,7 +124,7 @@ def test_states_in_the_same_registers(machine: Machine) -> None:
 @MACHINES
 @pytest.mark.parametrize("writer", [0, 1])
 def test_only_the_two_copies_of_a_state_are_kept(machine: Machine, writer: int) -> None:
-    """A word a quarter of the bank below a state, or above it but for the copy, is free for any program."""
+    """A word a quarter of the bank below a state, or above it but for the copy, is free."""
     programs, plans, allocations = made(machine)
     mine, other = (allocations[k].addresses() for k in (writer, 1 - writer))
     used = {*mine.values(), *other.values()}
@@ -211,7 +211,7 @@ def test_a_link_to_itself() -> None:
         source=programs[0].digest,
         program=dataclasses.replace(plans[0].program, links=links),
     )
-    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of unknown"):
+    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of unk"):
         check_core(programs, plans, allocations, window)
 
 
