@@ -1,4 +1,4 @@
-"""The computer's bus with the processor left out: what answers where, and what is read elsewhere."""
+"""The bus without the processor: what answers at each address, and what is read elsewhere."""
 
 from typing import Any
 
