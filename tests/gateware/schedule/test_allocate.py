@@ -154,7 +154,7 @@ def test_results_live_where_next_states_are_yet_to_be_written(machine: Machine) 
     assert all(t.end < nexts[t.address] for t in guests)
     below = {t.address for t in a.live_ranges if t.address % depth < depth // 2}
     assert len(below) <= depth // 2 * machine.lanes
-    # Where the lower half suffices, nobody does.
+    # Where the lower half suffices, no register of the upper one is used.
     few = schedule(crowded_program(results=60), machine, restarts=0)
     used = allocate(few).addresses()
     taken = [used[after] for _, after in few.program.states]
