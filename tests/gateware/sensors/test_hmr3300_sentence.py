@@ -1,36 +1,40 @@
 """The compass's sentences: the parser and its numbers."""
 
+import functools
 import random
 
 import pytest
 
 from boresight.gateware.sensors.hmr3300_number import BITS, COUNT_MAX, HEADING_MAX, DecimalNumber
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
-from tests.support.bench import run_bench
+from tests.support.bench import Simulation, at_edges
 
 # -- the parser by itself: each rule of the grammar, each limit, each way to begin anew -----------
 
 GOOD = b"1.0, 2.0, 3.0\r\n"
 
 
+@functools.cache
+def made(angle_max: int) -> tuple[SentenceParser, Simulation]:
+    """The parser, made once."""
+    dut = SentenceParser(angle_max=angle_max)
+    return dut, Simulation(dut)
+
+
 def parse(
     data: bytes, *, angle_max: int = 900, spoil: dict[int, str] | None = None, begin: bytes = b"\n"
 ) -> list:
     """What happens; ``spoil`` says before which byte "error" or "pause" comes."""
-    dut, out = SentenceParser(angle_max=angle_max), []
+    (dut, simulation), out = made(angle_max), []
+
+    def take(line: int, rejected: int, invalid: int, is_counts: int, *values: int) -> None:
+        if line:
+            out.append(("counts" if is_counts else "heading", *values))
+        out.extend(["rejected"] * rejected + ["invalid"] * invalid)
 
     async def watch(ctx):
-        async for _, _, line, rejected, invalid in ctx.tick().sample(
-            dut.line, dut.rejected, dut.invalid
-        ):
-            if line:
-                out.append(
-                    (
-                        "counts" if ctx.get(dut.is_counts) else "heading",
-                        *(ctx.get(value) for value in dut.values),
-                    )
-                )
-            out.extend(["rejected"] * rejected + ["invalid"] * invalid)
+        signals = dut.line, dut.rejected, dut.invalid
+        await at_edges(ctx, take, *signals, also=(dut.is_counts, *dut.values))
 
     async def pulse(ctx, signal):
         ctx.set(signal, 1)
@@ -47,7 +51,7 @@ def parse(
             await pulse(ctx, dut.valid)
         await ctx.tick().repeat(dut.cycles_per_byte)
 
-    run_bench(dut, bench, background=[watch])
+    simulation.run(bench, background=[watch])
     return out
 
 
