@@ -8,6 +8,7 @@ import pytest
 from boresight.gateware.sensors.hmr3300_number import BITS, COUNT_MAX, HEADING_MAX, DecimalNumber
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from tests.support.bench import Simulation, at_edges
+from tests.support.clock import pause
 
 # -- the parser by itself: each rule of the grammar, each limit, each way to begin anew -----------
 
@@ -40,7 +41,7 @@ def parse(
         ctx.set(signal, 1)
         await ctx.tick()
         ctx.set(signal, 0)
-        await ctx.tick().repeat(dut.cycles_per_byte - 1)
+        await pause(ctx, dut.cycles_per_byte - 1)
 
     async def bench(ctx):
         for k, byte in enumerate(begin + data):
@@ -276,13 +277,13 @@ def test_value_and_limit(tenths: int, first: int, limit: int, simulate) -> None:
                 ctx.set(dut.take, 1)
                 await ctx.tick()
                 ctx.set(dut.take, 0)
-                await ctx.tick().repeat(BITS + 1)
+                await pause(ctx, BITS + 1)
             assert ctx.get(dut.over) == (number > limit), number
             ctx.set(dut.negative, negative)
             ctx.set(dut.store, 1)
             await ctx.tick()
             ctx.set(dut.store, 0)
-            await ctx.tick().repeat(BITS)
+            await pause(ctx, BITS)
             stored.append((-number if negative else number) % (1 << BITS))
             values = ctx.get(dut.values)
             for back, value in enumerate(reversed(stored[-3:])):

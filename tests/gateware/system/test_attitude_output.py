@@ -26,6 +26,7 @@ from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
 from boresight.gateware.system.interface import Place
 from boresight.model.estimators import FILTERS, estimator
+from tests.support import clock
 from tests.support.bench import at_edges, pulse, run_bench
 
 # -- what is sent is bit by bit what the software makes of one update, and never of two -----------
@@ -64,7 +65,7 @@ class Bench:
         ctx.set(results.complete, 0)
         await pulse(ctx, self.dut.updated)
         if pause:
-            await ctx.tick().repeat(pause)
+            await clock.pause(ctx, pause)
 
     def run(self, test: Callable, *, stalls: float = 0.0) -> None:
         rng, body = random.Random(7), bytearray()
@@ -180,7 +181,7 @@ def test_a_slow_line_never_mixes_updates(mode: OutputMode) -> None:
             words = random_update(rng)
             updates.append(words)
             await bench.update(ctx, words, pause=k % 3)
-        await ctx.tick().repeat(3000)
+        await clock.pause(ctx, 3000)
 
     bench.run(test, stalls=0.8)
     as_sent = [text_line(w).encode() if mode == OutputMode.TEXT else body_of(w) for w in updates]

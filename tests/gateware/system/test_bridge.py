@@ -9,6 +9,7 @@ from amaranth.lib import memory
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from boresight.gateware.system.bridge import Bridge
 from tests.support.bench import at_edges, put, run_bench
+from tests.support.clock import pause
 
 DIVISOR = 8
 
@@ -54,12 +55,12 @@ class Host:
         await self._send(ctx, self.dut.rx, DIVISOR, data, **options)
 
     async def answer(self, ctx, limit: int = 4000) -> tuple[Kind, list[int]] | None:
-        for _ in range(limit):
+        for _ in range(0, limit, DIVISOR):
             self.frames += self.decoder.feed(bytes(self.received))
             self.received.clear()
             if self.frames:
                 return self.frames.pop(0)
-            await ctx.tick()
+            await pause(ctx, DIVISOR)
         return None
 
     async def ask(self, ctx, kind: Kind, words: list[int]) -> list[int]:
@@ -72,8 +73,7 @@ class Host:
         self, ctx, body: bytes, raw: bool = False, gap: int = 0, last: bool = True
     ) -> None:
         for k, byte in enumerate(body):
-            for _ in range(gap):
-                await ctx.tick()
+            await pause(ctx, gap)
             payload = {"data": byte, "raw": raw, "last": last and k == len(body) - 1}
             await put(ctx, self.dut.i, payload, limit=100_000)
 
