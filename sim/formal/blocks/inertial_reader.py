@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Cat, Const, Elaboratable, Fragment, Module, Mux, Signal, Value
+from amaranth.hdl import (
+    Array,
+    Assert,
+    Assume,
+    Cat,
+    Const,
+    Elaboratable,
+    Fragment,
+    Module,
+    Mux,
+    Signal,
+    Value,
+)
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -43,6 +55,12 @@ class Frames(wiring.Component):
     ----------
     quick : bool
         Every frame and stall is as short as it can be (to reach more in the same cycles).
+
+    Members
+    -------
+    answer : In(16)
+        The answer to a frame, if it ends in this cycle.
+    Others as of `SpiController`.
     """
 
     def __init__(self, *, quick: bool = False) -> None:
@@ -52,6 +70,7 @@ class Frames(wiring.Component):
             {
                 **pins,
                 "i": In(stream.Signature(BITS)),
+                "answer": In(BITS),
                 "o_data": Out(BITS),
                 "o_valid": Out(1),
                 "busy": Out(1),
@@ -63,18 +82,17 @@ class Frames(wiring.Component):
         m = Module()
         goes = Const(1) if self.quick else unknown(m, 1, "goes")
         framed, stalled = Signal(name="framed"), Signal(init=1, name="stalled")
-        cycles, word = Signal(2, name="cycles"), Signal(BITS, name="answer")
-        answer = unknown(m, BITS, "next_answer")
+        cycles, word = Signal(2, name="cycles"), Signal(BITS, name="answered_word")
         m.d.comb += [
             self.i.ready.eq(~framed & ~stalled),
             self.busy.eq(framed | stalled),
-            self.o_data.eq(Mux(framed, answer, word)),
+            self.o_data.eq(word),
         ]
         m.d.sync += [self.o_valid.eq(0), cycles.eq(cycles + ~cycles[1])]
         with m.If(self.i.ready & self.i.valid):
             m.d.sync += [framed.eq(1), cycles.eq(1)]
         with m.If(framed & goes):
-            m.d.sync += [framed.eq(0), stalled.eq(1), self.o_valid.eq(1), word.eq(answer)]
+            m.d.sync += [framed.eq(0), stalled.eq(1), self.o_valid.eq(1), word.eq(self.answer)]
             m.d.sync += cycles.eq(0)
         with m.If(stalled & cycles[1] & goes):
             m.d.sync += stalled.eq(0)
@@ -121,23 +139,22 @@ class Sampled(Elaboratable):
         for name in ("data_ready", "miso", "msc_ctrl", "smpl_prd", "sens_avg"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), f"{name}_in"))
-        quick = self.dut.spi.quick
-        m.d.comb += [
-            dut.enable.eq(1 if quick else unknown(m, 1, "enable_in")),
-            dut.restart.eq(0 if quick else unknown(m, 1, "restart_in")),
-        ]
         self.time = time = Signal(32, name="clock")
         m.d.sync += time.eq(time + 1)
         m.d.comb += dut.time.eq(time)
 
         self.state = state = Signal(3, init=_RESET, name="state")
         self.frame, self.turn = Signal(4, name="frame"), Signal(2, name="turn")
+        # The command of the last frame, and the register that the one before it asked for.
+        self.sent, self.asked = Signal(16, name="sent"), Signal(7, name="asked")
         self.used = [Signal(16, name=f"used{k}") for k in range(3)]
         self.start_over = Signal(name="starts_over")
         self.running = (state == _EDGE) | (state == _BURST)
         self.framing = (state == _START) | (state == _BURST)
         ready = inside.parts["synchroniser"].component.o
         self.edge = ready & ~before(m, ready, "ready_before_")
+        self.takes = spi.i.valid & spi.i.ready
+        self._surroundings(m)
         self.expired = self._waits(m)
         # The cycle after an answer.
         self.reply = before(m, spi.o_valid & self.framing & ~self.start_over, "reply")
@@ -153,6 +170,14 @@ class Sampled(Elaboratable):
         self._judge(m)
         self._states(m)
         return m
+
+    def _surroundings(self, m: Module) -> None:
+        """Answers and orders: any."""
+        m.d.comb += [
+            self.dut.spi.answer.eq(unknown(m, BITS, "answer")),
+            self.dut.enable.eq(unknown(m, 1, "enable_in")),
+            self.dut.restart.eq(unknown(m, 1, "restart_in")),
+        ]
 
     def _waits(self, m: Module) -> Value:
         """Ticks of the clock, and the end of the wait of a state: the tick after so many."""
@@ -188,7 +213,7 @@ class Sampled(Elaboratable):
 
     def _commands(self, m: Module) -> None:
         """The frames follow each other without a pause; which register each one asks for."""
-        dut, spi, frame, state, inside = self.dut, self.dut.spi, self.frame, self.state, self.inside
+        spi, frame, state, inside = self.dut.spi, self.frame, self.state, self.inside
 
         def addresses(before_: int) -> Value:
             """Of the register that a frame, or the one before, reads or writes."""
@@ -205,20 +230,21 @@ class Sampled(Elaboratable):
         writes = (state == _START) & Cat(frame == k for k in _WRITES).any()
         data = Array([word[8 * k : 8 * k + 8] for word in self.used for k in range(2)])
         byte = data[(frame - _WRITES.start)[:3]] & writes.replicate(8)
-        takes = spi.i.valid & spi.i.ready
+        command = Cat(byte, address, writes)
         # What the answer is: a device gives what the frame before asked for.
-        now, self.asked = Signal(7, name="asks"), Signal(7, name="asked")
-        with m.If(takes):
-            m.d.sync += [now.eq(spi.i.payload[8:15]), self.asked.eq(now)]
+        with m.If(self.takes):
+            m.d.sync += [self.sent.eq(spi.i.payload), self.asked.eq(self.sent[8:15])]
+        now = self.sent[8:15]
         port = inside.parts["spi"]
         framed, stalled = port["framed"], port["stalled"]
         out = framed | (stalled & ~port["cycles"][1])
         first = (state == _START) & (frame == 0)
         m.d.comb += [
             Assert(spi.i.valid == self.framing),
-            Assert(~takes | (spi.i.payload == Cat(byte, address, writes))),
+            Assert(~self.takes | (spi.i.payload == command)),
             # For induction.
-            Assert(~(self.framing & out) | ((now == address) & (first | (self.asked == earlier)))),
+            Assert(~(self.framing & out) | (self.sent == command)),
+            Assert(~(self.framing & out) | first | (self.asked == earlier)),
             Assert(~self.framing | out | first | (now == earlier)),
             Assert((state != _EDGE) | ((now == REGISTERS["TEMP_OUT"]) & ~framed)),
         ]
@@ -399,7 +425,7 @@ class Sampled(Elaboratable):
             Assert((state == _RESET) & self.begins | (inside["final"] == (count == bad_limit - 1))),
             Assert((state == _RESET) | (count < bad_limit)),
         ]
-        self.good, self.missing, self.bad = good, missing, bad
+        self.good, self.missing, self.bad, self.doubt, self.count = good, missing, bad, doubt, count
 
     def _states(self, m: Module) -> None:
         """Reset pulse, wait, start, then data-ready and sample in turn."""
@@ -443,13 +469,131 @@ class Sampled(Elaboratable):
         ]
 
 
-PROOFS = (
-    Proof(
-        name="inertial.samples",
+class Recovered(Sampled):
+    """A sample comes, whatever the state in which the device begins to work.
+
+    From some cycle on the device answers to each frame what the one before asked for: its identity,
+    the settings that were last written to it (before: any), a status without the bits that make
+    samples invalid. No wait that begins then ends without a data-ready edge; the reader is enabled
+    and not told to restart.
+
+    Parameters
+    ----------
+    dut : Adis16385
+        Component, as of `scaled`.
+    """
+
+    def _surroundings(self, m: Module) -> None:
+        """The device, and since when it works."""
+        dut, spi, state = self.dut, self.dut.spi, self.state
+        quick = spi.quick
+        self.works = works = Signal(name="works", init=quick)
+        m.d.sync += works.eq(works | unknown(m, 1, "begins_to_work"))
+        answer = unknown(m, BITS, "answer")
+        self.kept = kept = Signal(48, name="kept")
+        # Commands that the device has got, and not forgotten in a reset.
+        self.got, self.got_before = Signal(name="got"), Signal(name="got_before")
+        resets = state <= _STARTUP
+        with m.If(self.takes):
+            m.d.sync += [self.got.eq(works), self.got_before.eq(self.got)]
+        with m.If(resets):
+            m.d.sync += [self.got.eq(0), self.got_before.eq(0)]
+        with m.If(~works | resets | (spi.o_valid & ~self.got)):
+            m.d.sync += kept.eq(unknown(m, 48, "whatever"))
+        with m.Elif(spi.o_valid & self.sent[15]):
+            for k in range(6):
+                with m.If(self.sent[8:15] == REGISTERS["MSC_CTRL"] + k):
+                    m.d.sync += kept[8 * k : 8 * k + 8].eq(self.sent[:8])
+        contents = Signal(BITS, name="contents")
+        m.d.comb += contents.eq(answer)
+        with m.Switch(self.asked):
+            with m.Case(REGISTERS["PROD_ID"]):
+                m.d.comb += contents.eq(dut.settings.identity)
+            with m.Case(REGISTERS["DIAG_STAT"]):
+                m.d.comb += contents.eq(answer & ~dut.settings.invalid_mask)
+            for k, name in enumerate(CHECKED[1:]):
+                with m.Case(REGISTERS[name]):
+                    m.d.comb += contents.eq(kept[16 * k : 16 * k + 16])
+        m.d.comb += [
+            spi.answer.eq(Mux(works & self.got_before, contents, answer)),
+            dut.enable.eq(works | unknown(m, 1, "enable_in")),
+            dut.restart.eq(~works & unknown(m, 1, "restart_in")),
+        ]
+
+    def _states(self, m: Module) -> None:
+        """The bounds, and their induction."""
+        super()._states(m)
+        dut, works, state, frame = self.dut, self.works, self.state, self.frame
+        limit = dut.settings.bad_limit
+        known = Array([Const(1), *(self.kept.word_select(k, 16) == self.used[k] for k in range(3))])
+        again, whole, waits = Signal(name="again"), Signal(name="whole"), Signal(name="waits")
+        bad, linked = Signal(range(limit + 2), name="bad_since"), Signal(2, name="linked")
+        link = self.judged & self.right & ~self.good & ~self.invalid
+        with m.If(works & self.bad):
+            m.d.sync += bad.eq(bad + 1)
+        with m.If(works & link):
+            m.d.sync += linked.eq(linked + 1)
+        with m.If(self.good):
+            m.d.sync += [bad.eq(0), linked.eq(0)]
+        with m.If(works & self.start_over):
+            m.d.sync += [again.eq(1), bad.eq(0), linked.eq(0)]
+        with m.If(self.accepted):
+            m.d.sync += whole.eq(works)
+        with m.If(self.reply | self.missing):
+            m.d.sync += waits.eq(works)
+        m.d.comb += [
+            # A data-ready edge is in time.
+            Assume(~(self.missing & waits)),
+            # The claims.
+            Assert(~(works & self.start_over) | ~again),
+            Assert(bad + linked <= limit),
+            Assert(~again | ~(self.bad | link)),
+            # For induction.
+            Assert(bad <= Mux(self.running, self.count, 0)),
+            Assert(self.running | (linked == 0)),
+            Assert(linked <= 1),
+        ]
+        burst, edge = state == _BURST, state == _EDGE
+        right_setting = known[self.turn]
+        started = (state == _START) & again
+        m.d.comb += [
+            Assert(works | (~again & ~whole & ~waits & (bad == 0) & (linked == 0))),
+            Assert(~whole | works),
+            Assert(~self.got | works),
+            Assert(~self.got_before | works),
+            Assert(~(edge & (again | (linked != 0) | (bad != 0))) | waits),
+            Assert(~(burst & (again | (linked != 0) | (bad != 0))) | whole),
+            Assert(~(burst & whole & self.out) | (self.got & ((frame == 0) | self.got_before))),
+            Assert(~(burst & whole & (frame != 0)) | self.got),
+            Assert(~(burst & whole & (frame == 8)) | ~self.invalid),
+            Assert(~(works & self.judged & whole) | (self.right == right_setting)),
+            Assert((linked == 0) | ~self.doubt | ~right_setting),
+            Assert(~(again & self.running) | (known[1] & known[2] & known[3] & ~self.doubt)),
+            Assert(~(started & self.out) | (self.got & ((frame == 0) | self.got_before))),
+            Assert(~(started & (frame != 0)) | self.got),
+            *(
+                Assert(
+                    ~(started & (frame > 2 + k))
+                    | (self.kept[8 * k : 8 * k + 8] == self.used[k // 2][8 * (k % 2) :][:8])
+                )
+                for k in range(6)
+            ),
+        ]
+
+
+def _proof(name: str, harness: type[Sampled], **parameters: Any) -> Proof:
+    return Proof(
+        name=f"inertial.{name}",
         depth=4,
         induction=3,
-        cover=range(140, 141),
+        cover=range(125, 126),
         claim="",
-        harness=lambda: Sampled(scaled()),
-    ),
+        harness=lambda: harness(scaled(**parameters)),
+    )
+
+
+PROOFS = (
+    _proof("samples", Sampled),
+    _proof("recovers", Recovered),
+    _proof("quick", Recovered, quick=True),
 )
