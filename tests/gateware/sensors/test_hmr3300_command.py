@@ -1,13 +1,16 @@
 """Sequences of commands against a compass of a few lines, and against none."""
 
+import functools
+
 import pytest
-from amaranth.hdl import Cat
+from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from tests.support.bench import run_bench
+from tests.support.bench import Pins, Simulation
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
+FLAGS = ("sent", "acknowledged", "timed_out", "paused")
 
 
 class Compass:
@@ -37,6 +40,16 @@ class Compass:
             self.refusals += 1
 
 
+@functools.cache
+def made() -> tuple[Commander, Pins, Simulation]:
+    """The commander, made once, and what it shows."""
+    top, dut = Module(), Commander(timeout_ticks=10, quiet_ticks=5)
+    top.submodules.dut = dut
+    signals = {name: getattr(dut, name) for name in ("busy", *FLAGS)}
+    taken = dut.command.valid & dut.command.ready
+    return dut, Pins(top, {"valid": dut.o.valid, "taken": taken, **signals}), Simulation(top)
+
+
 def run(
     compass: Compass,
     cycles: int,
@@ -47,10 +60,8 @@ def run(
     deaf=None,
 ) -> tuple[list, Commander]:
     """(cycle, event) pairs; ``mode`` is a number or a mapping from cycles to numbers."""
-    dut = Commander(timeout_ticks=10, quiet_ticks=5)
+    dut, shown, simulation = made()
     events: list[tuple[int, str]] = []
-    flags = ("sent", "acknowledged", "timed_out", "paused")
-    all_flags = Cat(*(getattr(dut, name) for name in flags), dut.busy)
 
     async def bench(ctx):
         wait, refusals, driven = 0, 0, {}
@@ -77,21 +88,20 @@ def run(
             drive("invalid", refuses)
             drive("heard", speaks or refuses)
             drive("ready", wait == 0, dut.o)
-            if ctx.get(dut.o.valid) and wait == 0:
+            seen = shown.get(ctx)
+            if seen["valid"] and wait == 0:
                 compass.hear(ctx.get(dut.o.payload))
                 wait = CHARACTER
             elif wait:
                 wait -= 1
-            seen = ctx.get(all_flags)
-            events.extend((cycle, name) for k, name in enumerate(flags) if seen >> k & 1)
-            if seen >> len(flags):
+            if seen["busy"]:
                 compass.busy.append(cycle)
-            taken = ctx.get(dut.command.valid) and ctx.get(dut.command.ready)
+            events.extend((cycle, name) for name in FLAGS if seen[name])
             await ctx.tick()
-            if taken:
+            if seen["taken"]:
                 ctx.set(dut.command.valid, 0)
 
-    run_bench(dut, bench)
+    simulation.run(bench)
     return events, dut
 
 

@@ -3,18 +3,19 @@
 import pytest
 
 from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
-from tests.support.bench import run_bench
+from tests.support.bench import at_edges, run_bench
 
 
 def receive(divisor: int, drive) -> list[int | None]:
     """Bytes that come out, None for an error."""
     dut, out = Receiver(divisor=divisor), []
 
+    def take(valid: int, error: int, data: int) -> None:
+        assert not (valid and error)
+        out.append(data if valid else None)
+
     async def watch(ctx):
-        async for _, _, valid, data, error in ctx.tick().sample(dut.valid, dut.data, dut.error):
-            if valid or error:
-                assert not (valid and error)
-                out.append(data if valid else None)
+        await at_edges(ctx, take, dut.valid, dut.error, also=[dut.data])
 
     async def bench(ctx):
         await ctx.tick().repeat(5)

@@ -26,7 +26,7 @@ from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
 from boresight.gateware.system.interface import Place
 from boresight.model.estimators import FILTERS, estimator
-from tests.support.bench import pulse, run_bench
+from tests.support.bench import at_edges, pulse, run_bench
 
 # -- what is sent is bit by bit what the software makes of one update, and never of two -----------
 
@@ -73,6 +73,8 @@ class Bench:
             while True:
                 ready = rng.random() >= stalls
                 ctx.set(self.dut.o.ready, ready)
+                if not ctx.get(self.dut.o.valid):
+                    await ctx.posedge(self.dut.o.valid)
                 _, _, valid, payload = await ctx.tick().sample(self.dut.o.valid, self.dut.o.payload)
                 if valid and ready:
                     body.append(payload.data)
@@ -81,12 +83,14 @@ class Bench:
                         self.raw.append(bool(payload.raw))
                         body.clear()
 
-        async def count(ctx):
-            async for _, _, events in ctx.tick().sample(self.dut.events):
-                self.sent += events & 1
-                self.skipped += events >> 1
+        def count(events: int) -> None:
+            self.sent += events & 1
+            self.skipped += events >> 1
 
-        run_bench(self.top, test, background=[take, count])
+        async def watch(ctx):
+            await at_edges(ctx, count, self.dut.events)
+
+        run_bench(self.top, test, background=[take, watch])
         assert not body
 
 

@@ -8,7 +8,7 @@ from amaranth.lib import memory
 
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from boresight.gateware.system.bridge import Bridge
-from tests.support.bench import put, run_bench
+from tests.support.bench import at_edges, put, run_bench
 
 DIVISOR = 8
 
@@ -39,13 +39,15 @@ class Host:
         self.events = [0, 0]
 
     def run(self, test) -> None:
-        async def count(ctx):
-            async for _, _, events in ctx.tick().sample(self.dut.events):
-                for k in range(2):
-                    self.events[k] += events >> k & 1
+        def count(events: int) -> None:
+            for k in range(2):
+                self.events[k] += events >> k & 1
+
+        async def watch(ctx):
+            await at_edges(ctx, count, self.dut.events)
 
         run_bench(
-            self.top, test, background=[self._listen(self.dut.tx, DIVISOR, self.received), count]
+            self.top, test, background=[self._listen(self.dut.tx, DIVISOR, self.received), watch]
         )
 
     async def send(self, ctx, data: bytes, **options) -> None:
