@@ -6,7 +6,7 @@ import pytest
 from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from tests.support.bench import Pins, Simulation
+from tests.support.bench import Pins, Simulation, run_bench
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
