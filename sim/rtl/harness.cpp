@@ -108,13 +108,19 @@ void Harness::run(
         complete = false;
         ++update;
     };
+    const auto give = [&] {
+        words.push_back(int32_t(uint32_t(bench.out_payload) << (32 - word)) >> (32 - word));
+        cycles.push_back(int32_t(cycle));
+        complete = (bench.out_payload & last) != 0;
+    };
     for (int64_t left = batch.limit;; --left) {
         const bool resets = write != end && write[1] < 0;
         if (resets && (update > *write || (counting && update == *write && cycle >= write[2]))) {
-            bench.in_valid = bench.out_ready = bench.bus_stb = 0;
-            bench.rst = 1;
+            bench.in_valid = bench.bus_stb = 0;
+            bench.out_ready = bench.rst = 1;
             step();
             bench.rst = 0;
+            if (bench.out_valid) give();
             if (update == *write) {
                 if (in_record == update) input += counts[in_record] - in_word;
                 finish(-2);
@@ -153,11 +159,7 @@ void Harness::run(
             break;
         }
         const bool taken = valid && bench.in_ready, given = bench.out_valid && take;
-        if (given) {
-            words.push_back(int32_t(uint32_t(bench.out_payload) << (32 - word)) >> (32 - word));
-            cycles.push_back(int32_t(cycle));
-            complete = (bench.out_payload & last) != 0;
-        }
+        if (given) give();
         if (strobe && bench.bus_ack) write += 3;
         ++cycle;
         if (asks) counting = false;
