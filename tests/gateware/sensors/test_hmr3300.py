@@ -111,6 +111,14 @@ def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
     assert dut.timeout_cycles < late[0] - sent[0] < 2 * dut.timeout_cycles
 
 
+def test_a_compass_that_goes_on_is_not_stopped() -> None:
+    """Its bytes are heard: no command counts as obeyed, and the time-out comes."""
+    lines = [b"\n", *(b"1.0, 2.0, 3.0\r\n", 500) * 9]
+    out, _ = happenings(lines, mode=2, timeout_s=0.05, quiet_s=0.02)
+    names = {what for _, what in out if isinstance(what, str)}
+    assert names == {"heading_line", "command_sent", "command_timed_out"}
+
+
 def test_line_with_a_pause_in_it_is_rejected() -> None:
     _, dut = happenings([])
     pause = 2 * dut.tick_cycles

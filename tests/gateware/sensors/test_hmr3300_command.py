@@ -6,7 +6,7 @@ import pytest
 from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from tests.support.bench import Pins, Simulation
+from tests.support.bench import Pins, Simulation, run_bench
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
@@ -205,6 +205,29 @@ def test_refusal_ends_an_attempt_at_once() -> None:
     events, dut = run(compass, 400, 2)
     assert names(events)[:4] == ["sent", "acknowledged", "sent", "timed_out"]
     assert events[3][0] - events[2][0] < 2 * (CHARACTER + 1)
+
+
+def test_effect_in_the_cycle_of_the_time_out_counts() -> None:
+    dut = Commander(timeout_ticks=1, quiet_ticks=1)
+
+    async def bench(ctx):
+        async def ticks(count: int) -> None:
+            for value in (1, 0) * count:
+                ctx.set(dut.tick, value)
+                await ctx.tick()
+
+        ctx.set(dut.mode, 2)
+        ctx.set(dut.o.ready, 1)
+        await ticks(2)  # nothing comes: *M
+        await ctx.tick().repeat(4)
+        await ticks(1)  # quiet: *S
+        await ctx.tick().repeat(4)
+        await ticks(1)
+        for name in ("tick", "line", "is_counts"):
+            ctx.set(getattr(dut, name), 1)
+        assert ctx.get(dut.acknowledged) and not ctx.get(dut.timed_out)
+
+    run_bench(dut, bench)
 
 
 def test_line_that_was_dead_leaves_no_compass_stopped() -> None:

@@ -154,8 +154,9 @@ class Leaves(Estimator):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_next_value_beyond_its_state_has_the_states_format(sign: float) -> None:
     program = Leaves(sign).compile()
-    after, state = (program.values[program.find(name)].frac for name in ("s_next", "s"))
-    assert after == state == 30
+    after, state = (program.values[program.find(name)] for name in ("s_next", "s"))
+    assert after.frac == state.frac == 30
+    assert (after.low, after.high) == ((-0.5, 1.0) if sign > 0.0 else (-1.0, 0.5))
 
 
 def test_numbers_that_no_word_is_are_refused() -> None:
