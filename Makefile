@@ -135,7 +135,7 @@ tools: preflight-setup
 cross: preflight-setup
 	@"$(PYTHON)" -I model/tools/needs.py cross $(VENV)
 
-clean:                 ## Remove what make made; results that somebody changed stay
+clean:                 ## Remove what make made; results that were changed since stay
 	rm -rf "$(OUT)/site" "$(OUT)/dist" "$(OUT)/texts"
 	$(PYTHON) -m boresight.disk.clear "$(OUT)"
 	rm -rf $(VENV) $(VENV)-* .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info

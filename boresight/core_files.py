@@ -44,6 +44,7 @@ from boresight.sim.levels.build import Build
 __all__ = [
     "TARGET_NAMES",
     "core_files",
+    "core_texts",
     "estimate_core",
     "has_primitives",
     "map_core",
@@ -87,7 +88,7 @@ _PROJECT = (
 def core_files(
     names: Sequence[str], *, target: str = TARGET_NAMES[0], axi: bool = False
 ) -> list[str]:
-    """Names of the files that `write_core` writes for these estimators, and of the report."""
+    """Names of the texts of these estimators' core (`core_texts`), and of the report."""
     out = [*_verilog(target), "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
     for name in names:
         of = f"-{name}" if len(names) > 1 else ""
@@ -125,7 +126,7 @@ def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
     core : Core
         The core.
     texts : mapping, optional
-        Files of `write_core` by name: their C, and the memories in their Verilog.
+        Files by name (`core_texts`): their C, and the memories in their Verilog.
 
     Raises
     ------
@@ -195,23 +196,18 @@ def write_system(
     return system, routed
 
 
-def write_core(
-    folder: Path,
+def core_texts(
     build: Build,
     records: Sequence[Recorded],
     *,
     area: Estimate | Mapped | Routed | None = None,
     target: str = TARGET_NAMES[0],
     axi: bool = False,
-) -> Proven:
-    """Write Verilog, microcode, programs, schedules, C, register map, texts and bench of a core.
-
-    Before anything is written, microcode and C are proven.
+) -> dict[str, str]:
+    """Verilog, microcode, programs, schedules, C, register map, texts and bench of a core, by file.
 
     Parameters
     ----------
-    folder : Path
-        Output folder.
     build : Build
         The core and its estimators.
     records : sequence of Recorded
@@ -221,12 +217,7 @@ def write_core(
     target : str
         One of `TARGET_NAMES`.
     axi : bool
-        Whether to write the core with an AXI interface, too.
-
-    Raises
-    ------
-    Refuted
-        Microcode or C do not compute the programs: a bug of the compiler.
+        With the core that has an AXI interface, too.
     """
     core = build.core
     about = describe(core, {e.name: e.summary for e in build.estimators})
@@ -240,6 +231,17 @@ def write_core(
     )
     for number in range(len(core.parts)):
         texts |= _program_texts(core.select(number))
+    return texts
+
+
+def write_core(folder: Path, core: Core, texts: Mapping[str, str]) -> Proven:
+    """Prove microcode and C of a core, then write its texts (`core_texts`).
+
+    Raises
+    ------
+    Refuted
+        Microcode or C do not compute the programs, and nothing is written: a bug of the compiler.
+    """
     proven = prove(core, texts)
     for file, text in texts.items():
         (folder / file).parent.mkdir(exist_ok=True)

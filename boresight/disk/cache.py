@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import re
 import shutil
@@ -35,6 +36,8 @@ LIMIT_VARIABLE = "BORESIGHT_CACHE_MB"
 LIMIT_MB = 1000
 
 _LIST = "entry.json"
+#: File of the cache with the bytes of all entries, or more: what stands there is never too small.
+_SIZE = "size"
 _FORMAT = 1
 _ENTRY = re.compile(r"[A-Za-z0-9_.-]+-[0-9a-f]{32}")
 _WORK = re.compile(r"work-[a-z0-9_]{8}")
@@ -137,12 +140,16 @@ class Cache:
         return Usage(self.root, len(entries), sum(k.size for k in entries), self.limit)
 
     def trim(self) -> Cleared:
-        """Remove leftovers of ended processes, and least recently used entries beyond the limit."""
-        return self._remove(self.limit)
+        """Remove leftovers of ended processes, and beyond the limit least recently used entries.
+
+        A tenth of the limit is then free, so that not every new entry needs a count of all.
+        """
+        return self._remove(self.limit, 9 * self.limit // 10)
 
     def clear(self) -> Cleared:
         """Remove all entries, locks and logs of the cache, except entries in use."""
-        cleared = self._remove(-1)
+        cleared = self._remove(-1, -1)
+        (self.root / _SIZE).unlink(missing_ok=True)
         for path in sorted((self.root / "locks").glob("*")):
             lock = FileLock(path)
             if _LOCK.fullmatch(path.name) and not cleared.in_use:
@@ -173,8 +180,9 @@ class Cache:
         assert lock is not None
         try:
             make(work)
-            _list(work)
+            size = _list(work)
             with self._locked():
+                self._note(self._noted() + size)
                 if folder.exists():  # damaged, or `_use` would have returned it
                     self._rename_away(folder)
                 work.rename(folder)
@@ -193,8 +201,19 @@ class Cache:
                     entries.append(_Stored(path, size, (path / _LIST).stat().st_mtime_ns))
         return sorted(entries, key=lambda entry: entry.used_ns)
 
-    def _remove(self, limit: int) -> Cleared:
-        """Remove entries until the size is within a limit in bytes; all if it is negative."""
+    def _noted(self) -> float:
+        """Return the bytes of all entries, or more; infinity if nobody has counted them."""
+        try:
+            return int((self.root / _SIZE).read_text(encoding="ascii"))
+        except (OSError, ValueError):
+            return math.inf
+
+    def _note(self, size: float) -> None:
+        if math.isfinite(size):
+            (self.root / _SIZE).write_text(str(size), encoding="ascii")
+
+    def _remove(self, limit: int, left: int) -> Cleared:
+        """Remove entries until ``left`` bytes are left, if there are more than ``limit``."""
         if not self.root.is_dir():
             return Cleared(0, 0, 0)
         gone: list[Path] = []
@@ -204,10 +223,11 @@ class Cache:
                 if _WORK.fullmatch(path.name):
                     with _unused(path) as unused:
                         gone += [path] if unused else []
-            stored = self._stored()
+            stored = self._stored() if self._noted() > limit else []
             size_left = sum(k.size for k in stored)
+            least = left if size_left > limit else limit
             for entry in stored:
-                if size_left <= limit:
+                if size_left <= least:
                     break
                 with _unused(entry.folder) as unused:
                     if not unused:
@@ -216,6 +236,8 @@ class Cache:
                     gone.append(self._rename_away(entry.folder))
                 size_left -= entry.size
                 entries, size = entries + 1, size + entry.size
+            if stored:
+                self._note(size_left)
         for path in gone:
             shutil.rmtree(path, ignore_errors=True)
         return Cleared(entries, size, in_use)
@@ -267,13 +289,15 @@ def _unused(folder: Path) -> Iterator[bool]:
         lock.release()
 
 
-def _list(folder: Path) -> None:
-    files = {
+def _list(folder: Path) -> int:
+    """List the files of an entry in it; return their bytes."""
+    files: dict[str, dict[str, Any]] = {
         path.relative_to(folder).as_posix(): {"size": path.stat().st_size, "sha256": digest(path)}
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
     (folder / _LIST).write_text(json.dumps({"format": _FORMAT, "files": files}), encoding="utf-8")
+    return sum(file["size"] for file in files.values())
 
 
 def _listed(folder: Path) -> dict[str, dict[str, Any]]:

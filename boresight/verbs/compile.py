@@ -27,6 +27,7 @@ from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
     core_files,
+    core_texts,
     estimate_core,
     has_primitives,
     is_open,
@@ -206,7 +207,8 @@ def compile(
             say(f"synthesis (yosys) for {part.title}")
             area = map_core(core, part)
         say(f"{', '.join(own)} for {build.config}: Verilog")
-        proven = write_core(folder, build, recorded(build), area=area, target=target, axi=axi)
+        texts = core_texts(build, recorded(build), area=area, target=target, axi=axi)
+        proven = write_core(folder, core, texts)
         whole: CoreFigures | TargetFigures | None = None
         if board is not None:
             say(f"{board}: {top}")

@@ -16,6 +16,7 @@ from boresight.board.simulated import BoardFigures, runs_table
 from boresight.board.simulation import BOARD_FILES, default_log, write_board
 from boresight.core_files import (
     core_files,
+    core_texts,
     estimate_core,
     project_files,
     together,
@@ -197,7 +198,7 @@ def demo(
             _require_runs(results)
             say("synthesis (yosys) and clock estimate")
             area = estimate_core(build.core)
-            write_core(place, build, recorded(build), area=area)
+            write_core(place, build.core, core_texts(build, recorded(build), area=area))
             system = system_core(names, config=config, restarts=restarts)
             write_system(place / "ise-mimas", "mimas", system)
             if config == CONFIGS[0]:

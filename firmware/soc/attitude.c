@@ -19,7 +19,7 @@
 //------------------------------------------------------------------------------
 // Variables
 
-// One is the newest, one is being copied, one is free to be written: nobody waits for a copy.
+// One is the newest, one is being copied, one is free to be written: no copy makes another wait.
 static attitude_t updates[3];
 static uint32_t newest;
 static uint32_t taken;
@@ -65,7 +65,7 @@ static int32_t both(const int32_t step, const int32_t before) {
     return before < 0 ? before : sum > INT32_MAX ? INT32_MAX : (int32_t) sum;
 }
 
-// Time and field of an update that nobody took go to the next one; a restart starts afresh, and so
+// Time and field of an update that was not taken go to the next one; a restart starts afresh, and so
 // does another estimator.
 static void merge(attitude_t *const to, const attitude_t *const before) {
     const uint32_t filter = attitude_filter(to);

@@ -83,11 +83,6 @@ class Image:
         """Bytes of data that is written, without the stack."""
         return self.symbols["_stack_bottom"] - self.symbols["_data_begin"]
 
-    @property
-    def stack_size(self) -> int:
-        """Bytes that remain for the stack."""
-        return self.symbols["_stack_top"] - self.symbols["_stack_bottom"]
-
 
 def source(name: str) -> str:
     """Text of a file of this folder."""

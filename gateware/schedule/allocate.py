@@ -53,13 +53,6 @@ class Allocation:
         """Register of each value."""
         return {t.value: t.address for t in self.live_ranges}
 
-    def occupant(self, address: int, cycle: int) -> int | None:
-        """Value in register ``address`` in a cycle."""
-        for t in self.live_ranges:
-            if t.address == address and t.start <= cycle <= t.end:
-                return t.value
-        return None
-
     def used(self, machine: Machine) -> tuple[tuple[int, int], ...]:
         """Registers that the program uses, per bank: lower half, state pairs."""
         depth = machine.bank_depth

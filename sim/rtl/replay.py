@@ -17,7 +17,7 @@ from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.simulators import SimulationFailed
 
-__all__ = ["Batch", "BusWrite", "RegisterWrite", "ReplayFailed", "RtlRun", "RtlSimulation"]
+__all__ = ["Batch", "BusWrite", "RegisterWrite", "ReplayFailed", "Reset", "RtlRun", "RtlSimulation"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,17 @@ class BusWrite:
     record: int
     address: int
     word: int
+
+
+@dataclass(frozen=True)
+class Reset:
+    """A reset of one cycle, ``cycle`` cycles after the first input word of ``record`` was taken.
+
+    If the update is complete before, the reset comes then. Only the compiled bench has it.
+    """
+
+    record: int
+    cycle: int
 
 
 @dataclass(frozen=True)
@@ -50,9 +61,11 @@ class RtlRun:
     saturated : bool (steps,)
         The update's saturation flag.
     latency_cycles : int64 (steps, n_outputs)
-        Cycles from the first input word taken to each output word taken, both inclusive.
+        Cycles from the first input word taken to each output word taken, both inclusive; 0 for a
+        word that was not given.
     interval_cycles : int64 (steps,)
-        Cycles from the first input word taken until the next record could begin.
+        Cycles from the first input word taken until the next record could begin; -2: a `Reset` came
+        before.
     writes : tuple of RegisterWrite
         Register writes of the traced update.
     """
@@ -74,8 +87,8 @@ class Batch:
         Words of each record, padded; the first ``n_in`` count.
     n_in, n_out : int64 (steps,)
         Numbers of input and output words of each record.
-    bus_writes : sequence of BusWrite
-        In the order of records.
+    bus_writes : sequence of BusWrite or Reset
+        In the order of records, the reset of one behind its writes.
     stall : int
         0: no pauses of input and output. Otherwise the seed of a pattern of pauses.
     trace : int
@@ -87,7 +100,7 @@ class Batch:
     inputs: IntArray
     n_in: IntArray
     n_out: IntArray
-    bus_writes: Sequence[BusWrite]
+    bus_writes: Sequence[BusWrite | Reset]
     stall: int
     trace: int
     limit: int
@@ -96,7 +109,13 @@ class Batch:
         """Binary form of the batch, defined in `harness.cpp`."""
         head = (len(self.inputs), len(self.bus_writes), self.stall, self.trace, self.limit)
         counted = np.arange(self.inputs.shape[1]) < self.n_in[:, None]
-        writes = [x for w in self.bus_writes for x in (w.record, w.address, w.word)]
+        writes = [
+            x
+            for w in self.bus_writes
+            for x in (
+                (w.record, -1, w.cycle) if isinstance(w, Reset) else (w.record, w.address, w.word)
+            )
+        ]
         words = np.concatenate([self.n_in, self.inputs[counted], np.array(writes, dtype=np.int64)])
         return np.array(head, dtype=np.int64).tobytes() + words.astype(np.int32).tobytes()
 
@@ -126,21 +145,23 @@ class Batch:
             np.frombuffer(read(4 * int.from_bytes(read(8), sys.byteorder)), dtype=np.int32)
             for _ in range(4)
         )
-        mask, n_out = (1 << word) - 1, self.n_out
+        mask = (1 << word) - 1
         writes = tuple(
             RegisterWrite(lane, address, value & mask if address >= 0 else None, cycle)
             for lane, address, value, cycle in traced.reshape(-1, 4).tolist()
         )
         counts, flags, intervals = updates.reshape(-1, 3).T.astype(np.int64)
-        wrong = (counts != n_out[: len(counts)]) | (intervals < 0)
+        cut = intervals == -2
+        n_out = np.where(cut, counts, self.n_out[: len(counts)])
+        wrong = (counts != n_out) | ((intervals < 0) & ~cut)
         if wrong.any() and not fault:
             k = int(np.argmax(wrong))
             fault = f"update {k} gave {counts[k]} output words, {n_out[k]} expected"
             if intervals[k] < 0:
-                fault = f"update {k} of {len(n_out)} did not complete"
+                fault = f"update {k} of {len(self.n_out)} did not complete"
         if fault:
             raise ReplayFailed(f"{who}: {fault}", writes)
-        there = np.arange(n_out.max()) < n_out[:, None]
+        there = np.arange(self.n_out.max()) < n_out[:, None]
         outputs, latency = np.zeros((2, *there.shape), dtype=np.int64)
         outputs[there], latency[there] = words, cycles + 1
         return RtlRun(outputs, flags != 0, latency, intervals, writes)
@@ -193,7 +214,7 @@ class RtlSimulation(ABC):
         inputs: IntArray,
         *,
         numbers: IntArray | None = None,
-        bus_writes: Sequence[BusWrite] = (),
+        bus_writes: Sequence[BusWrite | Reset] = (),
         stall: int = 0,
         trace: int | None = None,
     ) -> RtlRun:
@@ -220,7 +241,7 @@ class RtlSimulation(ABC):
         self,
         inputs: IntArray,
         numbers: IntArray | None = None,
-        bus_writes: Sequence[BusWrite] = (),
+        bus_writes: Sequence[BusWrite | Reset] = (),
         *,
         stall: int = 0,
         trace: int | None = None,

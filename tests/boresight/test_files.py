@@ -615,8 +615,8 @@ def test_killed_in_the_middle_and_run_again(home: Path, monkeypatch: Any, capsys
 
 
 @contextlib.contextmanager
-def nobody() -> Iterator[Path]:
-    """A folder that is closed for writing, seen by somebody who is not root."""
+def unprivileged() -> Iterator[Path]:
+    """A folder that is closed for writing, seen by a user who is not root."""
     place = Path(tempfile.mkdtemp())
     user = os.getuid()
     (place / "sub").mkdir()
@@ -639,7 +639,7 @@ def nobody() -> Iterator[Path]:
 @pytest.mark.parametrize("output", ["", "sub", "new"])
 @pytest.mark.parametrize("verb", ["run", "report"])
 def test_closed_folders(verb: str, output: str, home: Path, capsys: Any, monkeypatch: Any) -> None:
-    with nobody() as place:
+    with unprivileged() as place:
         before = everything(place)
         name = place / output / "out.csv" if verb == "run" else place / output
         message = refused((FILES | FOLDERS)[verb], str(name), capsys, monkeypatch)

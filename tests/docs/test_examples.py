@@ -1,4 +1,4 @@
-"""`examples/`: each against something that nobody here wrote, on its own log."""
+"""`examples/`: each against an independent reference, on its own log."""
 
 from __future__ import annotations
 

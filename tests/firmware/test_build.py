@@ -218,7 +218,7 @@ def test_compiler_that_fails(tmp_path: Path) -> None:
 
 
 def everything_used(program: Program) -> Program:
-    """The program with sums of all results that nobody reads, lest the compiler drop them."""
+    """The program with sums of all results that nothing reads, lest the compiler drop them."""
     read = {value for op in program.ops for value in op.operands()}
     unread = [op.dest for op in program.ops if op.dest not in read]
     values, ops, one = list(program.values), list(program.ops), program.find("one")

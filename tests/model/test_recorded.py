@@ -95,7 +95,7 @@ class Keeps(Own):
 def test_nothing_is_kept(keep: Any) -> None:
     for ask in (check_recorded, Estimator.compile):
         estimator = Keeps(keep)
-        estimator.trace()  # as somebody else did
+        estimator.trace()  # as other code may have done
         with pytest.raises(
             InputError, match=r"line \d+: wanted a step that .* nothing kept in self"
         ):

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from tests.mutants.edits import Mutant
-from tests.mutants.groups import GROUPS, all_mutants, nearest_tests, wider_tests
+from tests.mutants.groups import Group, all_mutants, nearest_tests, wider_tests
 from tests.mutants.trial import Verdict, run_tests, try_mutant
 
 
@@ -24,10 +24,10 @@ class Done:
     verdict: Verdict
 
 
-def sample(root: Path, group: str, seed: int, count: int) -> list[Mutant]:
+def sample(root: Path, name: str, group: Group, seed: int, count: int) -> list[Mutant]:
     """``count`` mutants of a group, or all; the same whatever the machine."""
     everything = all_mutants(root, group)
-    rng = random.Random(f"{group} {seed}")
+    rng = random.Random(f"{name} {seed}")
     return rng.sample(everything, min(count, len(everything)))
 
 
@@ -84,10 +84,11 @@ def run(
     limit_s: float,
     cache: Path,
     say: Callable[[str], None],
+    witness: Callable[[Path, str], list[str]] | None = None,
 ) -> list[Done]:
     """Verdicts in the order of the samples; mutants that are ``known`` to be equivalent are left
-    out."""
-    wanted = [(g, m) for g in GROUPS for m in samples.get(g, ()) if m.key not in known]
+    out. By the tests of each file, or by what one ``witness`` runs for it."""
+    wanted = [(g, m) for g, drawn in samples.items() for m in drawn if m.key not in known]
     verdicts = {m.key: v for _, m in wanted if (v := record.find(m)) is not None}
     open_ones = [m for _, m in wanted if m.key not in verdicts]
     if verdicts:
@@ -98,8 +99,8 @@ def run(
                 try_mutant,
                 root,
                 m,
-                nearest_tests(root, m.file),
-                wider_tests(root, m.file),
+                witness(root, m.file) if witness else nearest_tests(root, m.file),
+                [] if witness else wider_tests(root, m.file),
                 limit_s=limit_s,
                 cache=cache,
             ): m

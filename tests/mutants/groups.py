@@ -52,16 +52,17 @@ def _compiler_files(root: Path) -> list[str]:
     return [str(path.relative_to(root)) for path in results]
 
 
-#: Name of a group: how its files are found, and its faults.
-GROUPS: Mapping[str, tuple[Callable[[Path], list[str]], Callable[[str, str], list[Mutant]]]] = {
+#: How the files of a group are found, and its faults.
+Group = tuple[Callable[[Path], list[str]], Callable[[str, str], list[Mutant]]]
+GROUPS: Mapping[str, Group] = {
     "hardware": (_hardware_files, hardware_mutants),
     "compiler": (_compiler_files, software_mutants),
 }
 
 
-def all_mutants(root: Path, group: str) -> list[Mutant]:
+def all_mutants(root: Path, group: Group) -> list[Mutant]:
     """Every mutant of a group, in the order of files and text."""
-    files, mutants = GROUPS[group]
+    files, mutants = group
     return [m for file in files(root) for m in mutants(file, (root / file).read_text("utf-8"))]
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 from tests.mutants.campaign import Done
 from tests.mutants.edits import Mutant
-from tests.mutants.groups import GROUPS
 
 Figures = dict[str, int]
 
@@ -42,10 +41,8 @@ def render(
         "| group | sample | equivalent | tried | noticed | by the nearest tests | over time |",
         "|---|---|---|---|---|---|---|",
     ]
-    for group in GROUPS:
-        row, drawn = figures(done, group), samples.get(group, ())
-        if not drawn:
-            continue
+    for group, drawn in samples.items():
+        row = figures(done, group)
         share = f" ({row['noticed'] / row['tried']:.1%})" if row["tried"] else ""
         lines.append(
             f"| {group} | {len(drawn)} | {sum(m.key in known for m in drawn)} | {row['tried']} | "
@@ -55,7 +52,7 @@ def render(
     survivors = [d for d in done if not d.verdict.noticed]
     lines += [line for d in survivors for line in _item(d.mutant, d.verdict.by)] or ["None.", ""]
     lines += ["## Equivalent", ""]
-    equal = [m for group in GROUPS for m in samples.get(group, ()) if m.key in known]
+    equal = [m for drawn in samples.values() for m in drawn if m.key in known]
     lines += [line for m in equal for line in _item(m, known[m.key])] or ["None.", ""]
     return "\n".join(lines)
 

@@ -15,6 +15,7 @@ from tests.mutants.hardware import hardware_mutants
 from tests.mutants.page import figures, render
 from tests.mutants.software import software_mutants
 from tests.mutants.trial import Verdict, try_mutant
+from tests.mutants.witnesses import PARTS, WITNESSES
 
 ROOT = Path(__file__).parents[2]
 
@@ -119,13 +120,28 @@ def test_keys_outlive_what_stands_around_the_edit() -> None:
     assert len(keys) == len(set(keys)) and any(key.endswith("3 -> 4 (2)") for key in keys)
 
 
-@pytest.mark.parametrize("group", GROUPS)
-def test_mutants_of_the_project(group: str) -> None:
+@pytest.mark.parametrize("name", GROUPS)
+def test_mutants_of_the_project(name: str) -> None:
+    group = GROUPS[name]
     mutants = all_mutants(ROOT, group)
     assert len(mutants) > 2000
     assert len({m.key for m in mutants}) == len(mutants)
-    assert sample(ROOT, group, 7, 30) == sample(ROOT, group, 7, 30) != sample(ROOT, group, 8, 30)
+    first, again, other = (sample(ROOT, name, group, seed, 30) for seed in (7, 7, 8))
+    assert first == again != other
     assert len({m.file for m in mutants}) > 30
+
+
+def test_parts_and_what_runs_a_witness_alone() -> None:
+    """The parts share no file; what a witness runs is there."""
+    files = {name: set(files(ROOT)) for name, (files, _) in PARTS.items()}
+    assert all(files.values()) and sum(map(len, files.values())) == len(
+        set().union(*files.values())
+    )
+    assert "gateware/schedule/allocate.py" in files["allocator"]
+    for witness in WITNESSES.values():
+        for file in set().union(*files.values()):
+            name, _, test = witness(ROOT, file)[0].partition("::")
+            assert f"def {test}" in (ROOT / name).read_text("utf-8")
 
 
 def test_every_file_has_tests() -> None:
@@ -248,8 +264,6 @@ def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.Monk
         return Verdict("survived" if mutant.new == "pass" else "nearest", "tests/test_near.py")
 
     monkeypatch.setattr("tests.mutants.campaign.try_mutant", verdict)
-    monkeypatch.setattr("tests.mutants.campaign.nearest_tests", lambda root, file: [])
-    monkeypatch.setattr("tests.mutants.campaign.wider_tests", lambda root, file: [])
     mutants = software_mutants("gateware/code.py", CODE)
     known = {mutants[0].key: "because"}
     path = tree.parent / "verdicts.jsonl"
@@ -265,6 +279,7 @@ def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.Monk
             limit_s=1,
             cache=tree,
             say=lambda text: None,
+            witness=lambda root, file: [],
         )
 
     first = go(1)

@@ -42,7 +42,7 @@ class Verdict:
 
     @property
     def noticed(self) -> bool:
-        """Somebody noticed it."""
+        """Whether a test noticed it."""
         return self.verdict in ("nearest", "wider", "time")
 
 

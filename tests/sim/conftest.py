@@ -34,7 +34,7 @@ def small_core() -> Core:
 
 @pytest.fixture(scope="session")
 def estimate() -> Estimate:
-    """Four corners and an area that nobody measured."""
+    """Four corners, and an area that was not measured."""
     area = Area(
         lut_logic=801,
         lut_inv=2,
@@ -123,7 +123,7 @@ def checked() -> CheckResult:
 
 @pytest.fixture(scope="session")
 def check(checked: CheckResult, core: Core) -> CheckResult:
-    """With an RTL level that nobody ran."""
+    """With an RTL level that did not run."""
     latency, interval = core.schedule.latency, core.schedule.interval
     cycles = {"cycles_predicted": latency, "cycles_min": latency, "cycles_max": latency}
     intervals = {f"interval_{name}": interval for name in ("predicted", "min", "max")}

@@ -129,7 +129,7 @@ class Vanishing(Estimator):
 
 
 class Windup(Estimator):
-    """A controller whose integral nobody stops, and which nobody can see."""
+    """A controller whose integral has no limit and is no output."""
 
     inputs = (Input("error", -20.0, 20.0, "K"),)
     params = (Param("ki", 0.01, 0.0, 0.1, "", "share of the error"),)

@@ -44,7 +44,7 @@ class Bounded(Base):
 
 
 class Loose(Bounded):
-    """Nobody minds how far it is off."""
+    """No limit on its error."""
 
     outputs = (Output("y", "", tolerance=100.0),)
 

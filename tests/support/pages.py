@@ -159,7 +159,7 @@ def run_page(page: str, folder: Path) -> int:
             assert same_text(block.text, said), f"{where}: shown\n{block.text}\nsaid\n{said}"
         else:
             site = block.language.startswith("{")  # Sphinx's own
-            assert block.language == "" or site, f"{where}: nobody runs {block.language}"
+            assert block.language == "" or site, f"{where}: no test runs {block.language}"
         previous = "" if block.name else block.language
     return len(blocks)
 
@@ -193,7 +193,7 @@ def _command(line: str, folder: Path, where: str, shown: str, *, only: bool) -> 
         elif program == "pytest":
             call_tests(folder)
         else:
-            assert program in TOOLS, f"{where}: {line!r} is not run by anybody"
+            assert program in TOOLS, f"{where}: {line!r} is not run by any test"
             command = [sys.executable if program == "python" else program, *words[1:]]
             subprocess.run(command, check=True, cwd=folder)
     return heard.getvalue()

@@ -135,6 +135,21 @@ def test_least_recently_used_go_first(tmp_path: Path) -> None:
     assert entries(cache) == ["e"]
 
 
+def test_entries_are_counted_only_when_there_may_be_too_many(tmp_path: Path) -> None:
+    cache, size = Cache(tmp_path, limit_mb=0.01), tmp_path / "size"
+    for age, name in enumerate("abcdefghij"):
+        used_long_ago(get(cache, name), 100 - age)
+        assert int(size.read_text()) == 1000 * (age + 1)
+    (next(tmp_path.glob("b-*")) / "entry.json").unlink()
+    get(cache, "k")  # Eleven, but for the damaged one.
+    assert cache.usage().entries == 10 and int(size.read_text()) == 10_000
+    get(cache, "l")
+    assert cache.usage().entries == 9 and int(size.read_text()) == 9000
+    size.write_text("nan")
+    get(cache, "m")
+    assert cache.usage().entries == 10 and int(size.read_text()) == 10_000
+
+
 def test_what_is_in_use_stays(tmp_path: Path) -> None:
     cache = Cache(tmp_path, limit_mb=0)
     mine = get(cache, "mine")

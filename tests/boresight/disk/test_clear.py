@@ -1,4 +1,4 @@
-"""`make clean`: results go, whatever is somebody's stays."""
+"""`make clean`: results go, the user's own files stay."""
 
 from __future__ import annotations
 

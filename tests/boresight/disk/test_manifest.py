@@ -50,7 +50,7 @@ def test_states(tmp_path: Path) -> None:
     assert state(path) is State.OURS
     path.unlink()
     os.mkfifo(path)
-    assert state(path) is State.FOREIGN  # and nobody waits for who writes into it
+    assert state(path) is State.FOREIGN  # and the manifest does not wait for a writer
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,7 @@ def test_a_living_process_keeps_its_staging(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("what", ["file", "folder", "full", "link"])
 def test_only_staging_folders_are_removed(tmp_path: Path, what: str) -> None:
-    """Names like ours that are somebody's."""
+    """Files of the user whose names look like ours."""
     place = tmp_path / ".boresight-abcdefgh"
     if what == "file":
         place.write_text("user")

@@ -58,7 +58,7 @@ def test_whose_log_is_missing(logs: list[str], capsys: pytest.CaptureFixture[str
     assert main(["check", BOTH, f"pi={logs[1]}", "--levels", "fixed"]) == 2
     said = "error: logs: wanted a log of kalman, since pi has its own, found none; write for "
     assert capsys.readouterr().err == f"{said}example kalman=log.csv\n"
-    # One that is nobody's is a file of that name.
+    # A name of no estimator is a file of that name.
     assert main(["check", BOTH, f"x={logs[1]}", "--levels", "fixed"]) == 2
     assert "x=" in capsys.readouterr().err
 

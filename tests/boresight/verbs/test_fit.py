@@ -186,7 +186,7 @@ def test_names_that_are_not_written_out_are_left_to_the_author(folder: Path, cap
 
 
 def test_the_covariance_of_a_built_filter_is_summed_up(folder: Path) -> None:
-    """Nobody has declared its elements."""
+    """Its elements are not declared."""
     program = Path(boresight.__file__).parents[1] / "examples" / "kalman.py"
     log = program.with_suffix(".csv")
     result = boresight.fit(str(program), log, output="kalman.json", steps=300, propose=True)

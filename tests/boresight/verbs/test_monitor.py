@@ -263,7 +263,7 @@ def test_outputs_of_another_estimator(tmp_path, capsys) -> None:
     assert "    2  azimuth -0.5  rate +1.5" in capsys.readouterr().out
     with pytest.raises(boresight.InputError, match="--plot: wanted attitudes, found other outputs"):
         boresight.monitor(str(capture), register_map=path, plot=tmp_path / "out.png")
-    # Without the map nobody knows what the words are.
+    # Without the map the words have no names and units.
     with pytest.raises(boresight.InputError, match="wanted attitudes, in frames or lines of text"):
         boresight.monitor(str(capture))
     mixed = [words_of(6, 600_000, filter=0), [7 | 1 << 16, 700_000, 0, 0]]

@@ -1,4 +1,4 @@
-"""Nothing is lost, nobody waits for ever, and a transfer is never broken."""
+"""Nothing is lost, no initiator waits for ever, and a transfer is never broken."""
 
 import random
 from collections.abc import Callable
@@ -44,7 +44,7 @@ def test_many_transfers(count: int, busy: float) -> None:
             ctx.set(port.w_stb, 0)
             if write:
                 made[k].append((address, n << 4 | k))
-            else:  # nobody else writes there
+            else:  # no other initiator writes there
                 assert ctx.get(port.r_data) == dict(made[k]).get(address, 0)
         finished.append(k)
 

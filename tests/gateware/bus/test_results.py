@@ -38,7 +38,7 @@ def test_newest_after_complete_and_not_before(simulate) -> None:
     port = dut.ports[0]
 
     async def bench(ctx):
-        ctx.set(dut.w_en, 1)  # of no update: nobody sees it
+        ctx.set(dut.w_en, 1)  # of no update: no reader sees it
         ctx.set(dut.w_data, 77)
         for k in range(6):
             ctx.set(dut.w_index, k)

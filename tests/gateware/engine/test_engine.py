@@ -1,15 +1,17 @@
 """The engine with small programs assembled by hand: results, cycles, streams, faults, bus."""
 
+import functools
 import random
 from dataclasses import dataclass, field
 
 import pytest
+from amaranth.hdl import ResetInserter, Signal
 
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.model.words.fixed import saturate, table_index, wrap
-from tests.support.bench import pulse, put, read, run_bench, write
+from tests.support.bench import Simulation, pulse, put, read, write
 
 WORD = 32
 MASK = (1 << WORD) - 1
@@ -121,6 +123,14 @@ class Model:
         return [(self.state & MASK, 0), (product & MASK, 1)], self.state != q
 
 
+@functools.cache
+def _made(config: str, program) -> tuple[Engine, Signal, Simulation]:
+    """An engine with its program, made once, and its reset."""
+    machine, reset = ALL_CONFIGS[config], Signal()
+    dut = Engine(machine=machine, image=program(machine))
+    return dut, reset, Simulation(ResetInserter(reset)(dut))
+
+
 class Bench:
     """Drives an engine."""
 
@@ -128,7 +138,7 @@ class Bench:
         self, config: str, seed: int = 0, gaps: float = 0.0, blocked: float = 0.0, program=image
     ) -> None:
         self.machine = ALL_CONFIGS[config]
-        self.dut = Engine(machine=self.machine, image=program(self.machine))
+        self.dut, self.reset, self.simulation = _made(config, program)
         self.rng = random.Random(seed)
         self.gaps, self.blocked = gaps, blocked
         self.outputs: list[tuple[int, int]] = []
@@ -139,7 +149,7 @@ class Bench:
 
     def run(self, test) -> "Bench":
         """Run ``test(ctx)`` beside the sink of the output stream."""
-        run_bench(self.dut, test, background=[self._sink])
+        self.simulation.run(test, background=[self._sink])
         return self
 
     async def _sink(self, ctx):
@@ -307,10 +317,7 @@ def test_no_framing_hangs_the_engine(config: str) -> None:
 
 @CONFIG
 def test_reset_in_mid_update_keeps_the_states(config: str) -> None:
-    from amaranth.hdl import ResetInserter, Signal
-
     bench, model = Bench(config), Model()
-    reset = Signal()
     engine = bench.dut
 
     async def updates(ctx, x: int, q: int) -> None:
@@ -332,7 +339,7 @@ def test_reset_in_mid_update_keeps_the_states(config: str) -> None:
                 if ready:  # the words alternate between not last and last
                     ctx.set(engine.i.payload.last, ~ctx.get(engine.i.payload.last))
             ctx.set(engine.i.valid, 0)
-            await pulse(ctx, reset)
+            await pulse(ctx, bench.reset)
             ended = after > 14  # the second update ended before the reset
             assert await bench.read(ctx, STATUS) >> 3 == before ^ ended, after
             parities.add(before)
@@ -341,7 +348,7 @@ def test_reset_in_mid_update_keeps_the_states(config: str) -> None:
             await updates(ctx, 1 << 16, 7 + after)
         assert parities == {0, 1}
 
-    run_bench(ResetInserter(reset)(engine), test, background=[bench._sink])
+    bench.run(test)
 
 
 @ANY_CONFIG

@@ -43,6 +43,8 @@ class Bench:
         o = self.dut.o
         while True:
             ctx.set(o.ready, self.rng.random() >= self.pauses)
+            if not ctx.get(o.valid):
+                await ctx.posedge(o.valid)
             _, _, ready, valid, word, last = await ctx.tick().sample(
                 o.ready, o.valid, o.payload.data, o.payload.last
             )

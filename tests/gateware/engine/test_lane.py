@@ -4,7 +4,7 @@ import random
 from dataclasses import dataclass, field
 
 import pytest
-from amaranth.hdl import Fragment
+from amaranth.hdl import Fragment, Module
 
 import boresight.gateware.engine.lane as lane
 import boresight.gateware.engine.sequencer as sequencer
@@ -23,7 +23,7 @@ from boresight.model.words.fixed import (
     table_index,
     wrap,
 )
-from tests.support.bench import run_bench
+from tests.support.bench import Pins, run_bench
 
 # -- the lane, field by field at random, against the integer semantics of `model.words.fixed` -----
 
@@ -109,15 +109,16 @@ def test_random_slots(word: int, stalls: float) -> None:
         indices.append(reference.index)
     assert reference.seen == {-1, 0, 1}
 
-    dut = Lane(machine=machine)
+    top, dut = Module(), Lane(machine=machine)
+    top.submodules.dut = dut
+    pins = Pins(top, {name: getattr(dut, name) for name in fields}, driven=True)
     mask = (1 << word) - 1
 
     async def bench(ctx):
         # Slot s is in stage k at cycle s + k.
         for cycle in range(count + dut.stages.write):
-            for name, f in fields.items():
-                slot = cycle - f.stage
-                ctx.set(getattr(dut, name), slots[slot][2][name] if 0 <= slot < count else 0)
+            at = {name: cycle - f.stage for name, f in fields.items()}
+            pins.put(ctx, {name: slots[s][2][name] for name, s in at.items() if 0 <= s < count})
             reading = cycle - dut.stages.read
             if 0 <= reading < count:
                 ctx.set(dut.a, slots[reading][0] & mask)
@@ -133,7 +134,7 @@ def test_random_slots(word: int, stalls: float) -> None:
                 assert got == expected[done], (done, slots[done])
             await ctx.tick()
 
-    run_bench(dut, bench)
+    run_bench(top, bench)
 
 
 @pytest.mark.parametrize("sources", [1, 2])

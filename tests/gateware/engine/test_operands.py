@@ -1,13 +1,16 @@
 """The operand memories against a dictionary."""
 
 import random
+from typing import Any
 
 import pytest
+from amaranth.hdl import Module
 
 from boresight.gateware.engine.operands import Operands
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.links import Window
+from tests.support.bench import Pins, run_bench
 
 
 def physical(machine: Machine, address: int, parity: int) -> int:
@@ -32,36 +35,41 @@ CASES += [("small-2048", Window(256, (1, 0))), ("fast-2048", None)]
 
 
 @pytest.mark.parametrize(("config", "window"), CASES)
-def test_random_traffic(config: str, window: Window | None, simulate) -> None:
+def test_random_traffic(config: str, window: Window | None) -> None:
     machine = ALL_CONFIGS[config]
     rng = random.Random(3)
     lanes, depth = machine.lanes, machine.bank_depth
     registers = [rng.getrandbits(32) for _ in range(machine.register_words)]
     tables = [rng.getrandbits(32) for _ in range(1536)]
     image = Image(rom=[], registers=registers, tables=tables, lengths=(3,), window=window)
-    dut = Operands(machine=machine, image=image)
+    top, dut = Module(), Operands(machine=machine, image=image)
+    top.submodules.dut = dut
     memory = list(registers)
+    of_lanes = ("a_addr", "b_addr", "table", "index", "w_en", "w_addr", "w_data")
+    signals: dict[Any, Any] = {(n, k): getattr(dut, n)[k] for n in of_lanes for k in range(lanes)}
+    signals |= {"parity": dut.parity, "en": dut.en}
+    if window is not None:
+        signals["others"] = dut.others
+    pins = Pins(top, signals, driven=True)
 
     async def bench(ctx):
         expected: list[tuple[int, int] | None] = [None] * lanes
         for _ in range(900):
-            parity, others = rng.getrandbits(1), 0
+            parity, others, reads = rng.getrandbits(1), 0, set()
             if window is not None:
                 others = rng.getrandbits(len(window.owners))
-                ctx.set(dut.others, others)
             running = rng.random() < 0.8
-            ctx.set(dut.parity, parity)
-            ctx.set(dut.en, running)
+            values: dict[Any, int] = {"parity": parity, "en": running, "others": others}
             for k in range(lanes):
                 a, b = rng.randrange(len(registers)), rng.randrange(len(registers))
                 index = rng.randrange(128)
                 table = rng.random() < 0.4
                 if table:
                     b = rng.randrange(machine.TABLE_BLOCKS) << 2 | b & 3
-                ctx.set(dut.a_addr[k], a)
-                ctx.set(dut.b_addr[k], b)
-                ctx.set(dut.table[k], table)
-                ctx.set(dut.index[k], index)
+                values |= {("a_addr", k): a, ("b_addr", k): b, ("table", k): table}
+                values["index", k] = index
+                # Never written at the end of the cycle: nothing relies on what is then read.
+                reads |= {read_of(machine, at, parity, window, others) for at in (a, b)}
                 if running:
                     expected[k] = (
                         memory[read_of(machine, a, parity, window, others)],
@@ -69,24 +77,17 @@ def test_random_traffic(config: str, window: Window | None, simulate) -> None:
                         if table
                         else memory[read_of(machine, b, parity, window, others)],
                     )
-            # Written at the end of the cycle, but never what is being read: nothing relies on it.
-            reads = {
-                read_of(machine, ctx.get(port[k]), parity, window, others)
-                for port in (dut.a_addr, dut.b_addr)
-                for k in range(lanes)
-            }
             for k in range(lanes):
                 offset, word = rng.randrange(depth), rng.getrandbits(32)
                 target = physical(machine, k * depth + offset, parity)
                 write = rng.random() < 0.5 and target not in reads
-                ctx.set(dut.w_en[k], write)
-                ctx.set(dut.w_addr[k], offset)
-                ctx.set(dut.w_data[k], word)
+                values |= {("w_en", k): write, ("w_addr", k): offset, ("w_data", k): word}
                 if write:
                     memory[target] = word
+            pins.put(ctx, values)
             await ctx.tick()
             for k in range(lanes):
                 if expected[k] is not None:
                     assert (ctx.get(dut.a[k]), ctx.get(dut.b[k])) == expected[k]
 
-    simulate(dut, bench)
+    run_bench(top, bench)

@@ -11,7 +11,7 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.registers.core import PROGRAM
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
-from tests.support.bench import put_record, read, run_bench, write
+from tests.support.bench import at_edges, put_record, read, run_bench, write
 from tests.support.random_program import random_inputs, random_programs
 
 MASK = (1 << 32) - 1
@@ -31,10 +31,7 @@ def test_turns_beside_writes(config: str, seed: int) -> None:
 
     async def sink(ctx):
         ctx.set(dut.o.ready, 1)
-        while True:
-            _, _, valid, word = await ctx.tick().sample(dut.o.valid, dut.o.payload.data)
-            if valid:
-                got.append(word)
+        await at_edges(ctx, lambda _, w: got.append(w), dut.o.valid, also=[dut.o.payload.data])
 
     async def host(ctx):
         """Writes parameters while the test says so, and now and then the program's number."""

@@ -4,13 +4,16 @@ import random
 from dataclasses import dataclass
 
 import pytest
+from amaranth.hdl import Module
 
 from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
+from tests.support.bench import Pins, run_bench
 
 FIELDS = ("get", "get_last", "emit", "home", "we0", "we1")
+INPUTS = ("program", "i_valid", "i_last", "o_ready", "request", "switch")
 OUTPUTS = (
     "active",
     "en",
@@ -103,7 +106,7 @@ SOAK = [pytest.param(*case, marks=pytest.mark.soak) for case in MORE]
 
 
 @pytest.mark.parametrize(("config", "seed", "count"), [*CASES, ("small-1024", 0, 3), *SOAK])
-def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
+def test_random_programs(config: str, seed: int, count: int) -> None:
     rng = random.Random(seed)
     machine = ALL_CONFIGS[config]
     lengths = [rng.randrange(3, 20) for _ in range(count)]
@@ -125,13 +128,15 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
     image = Image(
         rom=rom, registers=[0] * machine.register_words, tables=[0] * 1536, lengths=tuple(lengths)
     )
-    dut = Sequencer(machine=machine, image=image)
+    top, dut = Module(), Sequencer(machine=machine, image=image)
+    top.submodules.dut = dut
+    driven = Pins(top, {name: getattr(dut, name) for name in INPUTS}, driven=True)
+    shown = Pins(top, {name: getattr(dut, name) for name in (*OUTPUTS, "word")})
     rules = Rules(programs, machine.lanes)
     home = encode(machine, {"home": 1})
 
     async def bench(ctx):
         for cycle in range(2400 if count == 3 else 1200):
-            ctx.set(dut.program, rules.program)
             # Mostly the ``last`` that the program wants, so that updates also end.
             wanted = rules.word["get_last"]
             request = int(rng.random() < (0.5 if count == 3 else 0.2))
@@ -142,13 +147,11 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
                 "request": request,
                 "switch": int(count > 1 and rng.random() < 0.5),
             }
-            for name, value in inputs.items():
-                ctx.set(getattr(dut, name), value)
-            got = {name: ctx.get(getattr(dut, name)) for name in OUTPUTS}
-            at, program = rules.at, rules.program
+            driven.put(ctx, {"program": rules.program, **inputs})
+            got = shown.get(ctx)
+            word, at, program = got.pop("word"), rules.at, rules.program
             if at >= 0:
-                word = ctx.get(dut.word).as_bits() & ~home
-                assert word == image.program(program)[at] & ~home, (cycle, program, at)
+                assert (word ^ image.program(program)[at]) & ~home == 0, (cycle, program, at)
             want = rules.cycle(**inputs, other=rng.randrange(count))
             assert got == want, (cycle, program, at, inputs)
             seen.update(name for name in OUTPUTS if want[name])
@@ -157,7 +160,7 @@ def test_random_programs(config: str, seed: int, count: int, simulate) -> None:
 
     seen: set[str] = set()
     ran: set[int] = set()
-    simulate(dut, bench)
+    run_bench(top, bench)
     rare = {"framing", "write"} if count == 3 else set()
     assert seen >= set(OUTPUTS) - {"commit", "o_valid", "idle"} - rare
     assert ran == set(range(count))

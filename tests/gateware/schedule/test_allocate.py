@@ -154,7 +154,7 @@ def test_results_live_where_next_states_are_yet_to_be_written(machine: Machine) 
     assert all(t.end < nexts[t.address] for t in guests)
     below = {t.address for t in a.live_ranges if t.address % depth < depth // 2}
     assert len(below) <= depth // 2 * machine.lanes
-    # Where the lower half suffices, nobody does.
+    # Where the lower half suffices, no register of the upper one is used.
     few = schedule(crowded_program(results=60), machine, restarts=0)
     used = allocate(few).addresses()
     taken = [used[after] for _, after in few.program.states]
@@ -178,11 +178,3 @@ def _makers(s: Schedule) -> dict[int, int]:
     """Op and value of each next state."""
     producer = {op.dest: k for k, op in enumerate(s.program.ops)}
     return {producer[after]: after for _, after in s.program.states}
-
-
-def test_occupant() -> None:
-    s = schedule(random_program(4), CONFIGS["fast"], restarts=0)
-    a = allocate(s)
-    for slot in s.slots:
-        assert slot.a in (a.occupant(a.addresses()[slot.a], slot.cycle), slot.a)
-    assert a.occupant(511, 0) is None

@@ -45,8 +45,10 @@ def test_late_operand_last() -> None:
     assert x.place({0: 10, 1: 0, 2: 0, 3: 0}) == (9, [1, 0])  # type: ignore[arg-type]
 
 
-def test_one_dummy_for_two_captures_of_a_value() -> None:
-    op = Op(9, (Term(0, None, 22, 1), Term(0, 1, 22, scale=Scale.FULL)), norm=2, index=2, table=0)
+@pytest.mark.parametrize("quarter", [False, True])
+def test_one_dummy_for_two_captures_of_a_value(quarter: bool) -> None:
+    terms = (Term(0, None, 22, 1), Term(0, 1, 22, scale=Scale.FULL))
+    op = Op(9, terms, norm=2, index=2, index_quarter=quarter, table=0)
     shortest = arrangements(op, 0, needs(op))[0]
     assert len(shortest.slots) == 3
     dummy = shortest.slots[2]

@@ -174,7 +174,7 @@ def test_mutants_of_crowded_registers_are_caught_or_harmless(machine: Machine) -
         else:
             assert works(p, s, a2, machine)
     assert 20 < caught < 60
-    # Nobody's state slot is no place for a result: its parity may be another program's.
+    # A state slot without an owner is no place for a result: its parity may be another program's.
     lost = where[p.states[0][0]] + len(nexts)
     rejected(p, s, readdressed(a, results[0], lost), r": v0 is on the wrong side of the state")
 

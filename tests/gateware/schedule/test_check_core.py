@@ -124,7 +124,7 @@ def test_states_in_the_same_registers(machine: Machine) -> None:
 @MACHINES
 @pytest.mark.parametrize("writer", [0, 1])
 def test_only_the_two_copies_of_a_state_are_kept(machine: Machine, writer: int) -> None:
-    """A word a quarter of the bank below a state, or above it but for the copy, is anybody's."""
+    """A word a quarter of the bank below a state, or above it but for the copy, is free."""
     programs, plans, allocations = made(machine)
     mine, other = (allocations[k].addresses() for k in (writer, 1 - writer))
     used = {*mine.values(), *other.values()}
@@ -204,14 +204,14 @@ def test_a_link_to_another_output() -> None:
 def test_a_link_to_itself() -> None:
     programs, plans, allocations, window = linked()
     outer = programs[0]
-    links = tuple(dataclasses.replace(k, program="nobody") for k in outer.links)
+    links = tuple(dataclasses.replace(k, program="unknown") for k in outer.links)
     programs[0] = dataclasses.replace(outer, links=links)
     plans[0] = dataclasses.replace(
         plans[0],
         source=programs[0].digest,
         program=dataclasses.replace(plans[0].program, links=links),
     )
-    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of nob"):
+    with pytest.raises(ScheduleError, match=r"^outer: sum must be of another program, not of unk"):
         check_core(programs, plans, allocations, window)
 
 

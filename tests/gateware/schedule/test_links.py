@@ -47,6 +47,15 @@ def test_outputs_that_are_read_become_states() -> None:
     ]
 
 
+def test_a_kept_output_has_a_name_of_its_own() -> None:
+    outer, middle, inner = programs()
+    number = inner.inputs[0]
+    values = list(inner.values)
+    values[number] = dataclasses.replace(values[number], name="product.kept")
+    inner = tied([outer, middle, dataclasses.replace(inner, values=tuple(values))])[2]
+    assert [inner.values[s].name for s, _ in inner.states] == ["half", "product.kept_"]
+
+
 def test_a_link_changes_the_identity() -> None:
     """What the hardware does is another thing; what a program alone says of its sources is not."""
     _, middle, _ = programs()

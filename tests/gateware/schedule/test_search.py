@@ -164,7 +164,7 @@ def test_emit_rides_on_a_term() -> None:
 
 
 def test_late_gets_make_room() -> None:
-    """A result of lane 0 may take the cycle of a get whose word nobody waits for."""
+    """A result of lane 0 may take the cycle of a get whose word no operation waits for."""
     p = program(
         [Op(21, (Term(0, 20, 22),)), Op(22, (Term(21, 20, 22), Term(19, 20, 22)))], [22], inputs=20
     )

@@ -2,13 +2,14 @@
 rest, with the model of the compass."""
 
 import pytest
+from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300 import FLAGS, LINES_HZ, Hmr3300
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import DIVISOR_MIN
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.verilog import to_verilog
-from tests.support.bench import run_bench
+from tests.support.bench import Pins, run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
@@ -37,7 +38,10 @@ def happenings(
     data: list, *, after: int = 0, mode: int = 0, **times: float
 ) -> tuple[list, Hmr3300]:
     """(cycle, event or flags) while bytes or pauses of so many cycles come."""
-    dut = Hmr3300(**SLOW, **times)
+    top, dut = Module(), Hmr3300(**SLOW, **times)
+    top.submodules.dut = dut
+    flags_of_it = {name: getattr(dut.flags, name) for name in FLAGS}
+    shown = Pins(top, {**flags_of_it, "line": dut.line, "events": dut.events})
     out: list = []
 
     async def bench(ctx):
@@ -50,14 +54,14 @@ def happenings(
                 await ctx.tick()
                 now += 1
                 ctx.set(dut.time, now)
-                events = ctx.get(dut.events)
+                seen = shown.get(ctx)
+                events = seen["events"]
                 out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
-                if ctx.get(dut.line):
+                if seen["line"]:
                     out.append((now, tuple(ctx.get(value) for value in dut.values)))
-                shown = {name for name in FLAGS if ctx.get(getattr(dut.flags, name))}
-                if shown != flags:
-                    flags = shown
-                    out.append((now, shown))
+                if (raised := {name for name in FLAGS if seen[name]}) != flags:
+                    flags = raised
+                    out.append((now, raised))
 
         for item in data:
             if isinstance(item, int):
@@ -69,7 +73,7 @@ def happenings(
                         await wait(dut.divisor)
         await wait(after)
 
-    run_bench(dut, bench)
+    run_bench(top, bench)
     return out, dut
 
 
@@ -105,6 +109,14 @@ def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
     )
     assert sent and late and sent[0] < late[0]
     assert dut.timeout_cycles < late[0] - sent[0] < 2 * dut.timeout_cycles
+
+
+def test_a_compass_that_goes_on_is_not_stopped() -> None:
+    """Its bytes are heard: no command counts as obeyed, and the time-out comes."""
+    lines = [b"\n", *(b"1.0, 2.0, 3.0\r\n", 500) * 9]
+    out, _ = happenings(lines, mode=2, timeout_s=0.05, quiet_s=0.02)
+    names = {what for _, what in out if isinstance(what, str)}
+    assert names == {"heading_line", "command_sent", "command_timed_out"}
 
 
 def test_line_with_a_pause_in_it_is_rejected() -> None:

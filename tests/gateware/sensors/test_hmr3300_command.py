@@ -1,13 +1,16 @@
 """Sequences of commands against a compass of a few lines, and against none."""
 
+import functools
+
 import pytest
-from amaranth.hdl import Cat
+from amaranth.hdl import Module
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from tests.support.bench import run_bench
+from tests.support.bench import Pins, Simulation, run_bench
 
 #: Cycles from tick to tick, from line to line, of one character.
 TICK, LINE, CHARACTER = 10, 30, 3
+FLAGS = ("sent", "acknowledged", "timed_out", "paused")
 
 
 class Compass:
@@ -37,6 +40,16 @@ class Compass:
             self.refusals += 1
 
 
+@functools.cache
+def made() -> tuple[Commander, Pins, Simulation]:
+    """The commander, made once, and what it shows."""
+    top, dut = Module(), Commander(timeout_ticks=10, quiet_ticks=5)
+    top.submodules.dut = dut
+    signals = {name: getattr(dut, name) for name in ("busy", *FLAGS)}
+    taken = dut.command.valid & dut.command.ready
+    return dut, Pins(top, {"valid": dut.o.valid, "taken": taken, **signals}), Simulation(top)
+
+
 def run(
     compass: Compass,
     cycles: int,
@@ -47,10 +60,8 @@ def run(
     deaf=None,
 ) -> tuple[list, Commander]:
     """(cycle, event) pairs; ``mode`` is a number or a mapping from cycles to numbers."""
-    dut = Commander(timeout_ticks=10, quiet_ticks=5)
+    dut, shown, simulation = made()
     events: list[tuple[int, str]] = []
-    flags = ("sent", "acknowledged", "timed_out", "paused")
-    all_flags = Cat(*(getattr(dut, name) for name in flags), dut.busy)
 
     async def bench(ctx):
         wait, refusals, driven = 0, 0, {}
@@ -77,21 +88,20 @@ def run(
             drive("invalid", refuses)
             drive("heard", speaks or refuses)
             drive("ready", wait == 0, dut.o)
-            if ctx.get(dut.o.valid) and wait == 0:
+            seen = shown.get(ctx)
+            if seen["valid"] and wait == 0:
                 compass.hear(ctx.get(dut.o.payload))
                 wait = CHARACTER
             elif wait:
                 wait -= 1
-            seen = ctx.get(all_flags)
-            events.extend((cycle, name) for k, name in enumerate(flags) if seen >> k & 1)
-            if seen >> len(flags):
+            if seen["busy"]:
                 compass.busy.append(cycle)
-            taken = ctx.get(dut.command.valid) and ctx.get(dut.command.ready)
+            events.extend((cycle, name) for name in FLAGS if seen[name])
             await ctx.tick()
-            if taken:
+            if seen["taken"]:
                 ctx.set(dut.command.valid, 0)
 
-    run_bench(dut, bench)
+    simulation.run(bench)
     return events, dut
 
 
@@ -195,6 +205,29 @@ def test_refusal_ends_an_attempt_at_once() -> None:
     events, dut = run(compass, 400, 2)
     assert names(events)[:4] == ["sent", "acknowledged", "sent", "timed_out"]
     assert events[3][0] - events[2][0] < 2 * (CHARACTER + 1)
+
+
+def test_effect_in_the_cycle_of_the_time_out_counts() -> None:
+    dut = Commander(timeout_ticks=1, quiet_ticks=1)
+
+    async def bench(ctx):
+        async def ticks(count: int) -> None:
+            for value in (1, 0) * count:
+                ctx.set(dut.tick, value)
+                await ctx.tick()
+
+        ctx.set(dut.mode, 2)
+        ctx.set(dut.o.ready, 1)
+        await ticks(2)  # nothing comes: *M
+        await ctx.tick().repeat(4)
+        await ticks(1)  # quiet: *S
+        await ctx.tick().repeat(4)
+        await ticks(1)
+        for name in ("tick", "line", "is_counts"):
+            ctx.set(getattr(dut, name), 1)
+        assert ctx.get(dut.acknowledged) and not ctx.get(dut.timed_out)
+
+    run_bench(dut, bench)
 
 
 def test_line_that_was_dead_leaves_no_compass_stopped() -> None:

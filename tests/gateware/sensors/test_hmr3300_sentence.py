@@ -1,42 +1,47 @@
 """The compass's sentences: the parser and its numbers."""
 
+import functools
 import random
 
 import pytest
 
 from boresight.gateware.sensors.hmr3300_number import BITS, COUNT_MAX, HEADING_MAX, DecimalNumber
 from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
-from tests.support.bench import run_bench
+from tests.support.bench import Simulation, at_edges
+from tests.support.clock import pause
 
 # -- the parser by itself: each rule of the grammar, each limit, each way to begin anew -----------
 
 GOOD = b"1.0, 2.0, 3.0\r\n"
 
 
+@functools.cache
+def made(angle_max: int) -> tuple[SentenceParser, Simulation]:
+    """The parser, made once."""
+    dut = SentenceParser(angle_max=angle_max)
+    return dut, Simulation(dut)
+
+
 def parse(
     data: bytes, *, angle_max: int = 900, spoil: dict[int, str] | None = None, begin: bytes = b"\n"
 ) -> list:
     """What happens; ``spoil`` says before which byte "error" or "pause" comes."""
-    dut, out = SentenceParser(angle_max=angle_max), []
+    (dut, simulation), out = made(angle_max), []
+
+    def take(line: int, rejected: int, invalid: int, is_counts: int, *values: int) -> None:
+        if line:
+            out.append(("counts" if is_counts else "heading", *values))
+        out.extend(["rejected"] * rejected + ["invalid"] * invalid)
 
     async def watch(ctx):
-        async for _, _, line, rejected, invalid in ctx.tick().sample(
-            dut.line, dut.rejected, dut.invalid
-        ):
-            if line:
-                out.append(
-                    (
-                        "counts" if ctx.get(dut.is_counts) else "heading",
-                        *(ctx.get(value) for value in dut.values),
-                    )
-                )
-            out.extend(["rejected"] * rejected + ["invalid"] * invalid)
+        signals = dut.line, dut.rejected, dut.invalid
+        await at_edges(ctx, take, *signals, also=(dut.is_counts, *dut.values))
 
     async def pulse(ctx, signal):
         ctx.set(signal, 1)
         await ctx.tick()
         ctx.set(signal, 0)
-        await ctx.tick().repeat(dut.cycles_per_byte - 1)
+        await pause(ctx, dut.cycles_per_byte - 1)
 
     async def bench(ctx):
         for k, byte in enumerate(begin + data):
@@ -47,7 +52,7 @@ def parse(
             await pulse(ctx, dut.valid)
         await ctx.tick().repeat(dut.cycles_per_byte)
 
-    run_bench(dut, bench, background=[watch])
+    simulation.run(bench, background=[watch])
     return out
 
 
@@ -272,13 +277,13 @@ def test_value_and_limit(tenths: int, first: int, limit: int, simulate) -> None:
                 ctx.set(dut.take, 1)
                 await ctx.tick()
                 ctx.set(dut.take, 0)
-                await ctx.tick().repeat(BITS + 1)
+                await pause(ctx, BITS + 1)
             assert ctx.get(dut.over) == (number > limit), number
             ctx.set(dut.negative, negative)
             ctx.set(dut.store, 1)
             await ctx.tick()
             ctx.set(dut.store, 0)
-            await ctx.tick().repeat(BITS)
+            await pause(ctx, BITS)
             stored.append((-number if negative else number) % (1 << BITS))
             values = ctx.get(dut.values)
             for back, value in enumerate(reversed(stored[-3:])):

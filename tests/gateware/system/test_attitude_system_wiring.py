@@ -337,7 +337,7 @@ def test_reads_and_writes_of_nothing_are_counted_once(wishbone: bool, bench: Ben
 
 
 def test_host_and_processor_share_the_registers(bench: Bench) -> None:
-    """Both at a time, in any order; nobody gets the other's word."""
+    """Both at a time, in any order; neither gets the other's word."""
     words: dict[str, list[int]] = {"host": [], "processor": []}
 
     async def transfer(ctx, name: str, word: int | None = None) -> int:

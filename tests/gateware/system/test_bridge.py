@@ -8,7 +8,8 @@ from amaranth.lib import memory
 
 from boresight.gateware.boards.frames import END, ESC, Decoder, Kind, encode
 from boresight.gateware.system.bridge import Bridge
-from tests.support.bench import put, run_bench
+from tests.support.bench import at_edges, put, run_bench
+from tests.support.clock import pause
 
 DIVISOR = 8
 
@@ -39,25 +40,27 @@ class Host:
         self.events = [0, 0]
 
     def run(self, test) -> None:
-        async def count(ctx):
-            async for _, _, events in ctx.tick().sample(self.dut.events):
-                for k in range(2):
-                    self.events[k] += events >> k & 1
+        def count(events: int) -> None:
+            for k in range(2):
+                self.events[k] += events >> k & 1
+
+        async def watch(ctx):
+            await at_edges(ctx, count, self.dut.events)
 
         run_bench(
-            self.top, test, background=[self._listen(self.dut.tx, DIVISOR, self.received), count]
+            self.top, test, background=[self._listen(self.dut.tx, DIVISOR, self.received), watch]
         )
 
     async def send(self, ctx, data: bytes, **options) -> None:
         await self._send(ctx, self.dut.rx, DIVISOR, data, **options)
 
     async def answer(self, ctx, limit: int = 4000) -> tuple[Kind, list[int]] | None:
-        for _ in range(limit):
+        for _ in range(0, limit, DIVISOR):
             self.frames += self.decoder.feed(bytes(self.received))
             self.received.clear()
             if self.frames:
                 return self.frames.pop(0)
-            await ctx.tick()
+            await pause(ctx, DIVISOR)
         return None
 
     async def ask(self, ctx, kind: Kind, words: list[int]) -> list[int]:
@@ -70,8 +73,7 @@ class Host:
         self, ctx, body: bytes, raw: bool = False, gap: int = 0, last: bool = True
     ) -> None:
         for k, byte in enumerate(body):
-            for _ in range(gap):
-                await ctx.tick()
+            await pause(ctx, gap)
             payload = {"data": byte, "raw": raw, "last": last and k == len(body) - 1}
             await put(ctx, self.dut.i, payload, limit=100_000)
 

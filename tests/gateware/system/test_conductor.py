@@ -4,9 +4,10 @@ import random
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from amaranth.sim import Simulator
+from amaranth.hdl import Module
 
 from boresight.gateware.system.conductor import Conductor
 from boresight.gateware.system.feed import FIELD, HELD, PLACES, REGISTERS, ZERO, Fed, Feed
@@ -14,6 +15,7 @@ from boresight.gateware.system.interface import HEADER, Place
 from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
 from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.words.program import Kind, Value
+from tests.support.bench import Pins, Simulation
 from tests.support.clock import pause
 
 RECORD = tuple(i.name for i in INPUTS)
@@ -42,6 +44,19 @@ def field_of(header: int, name: str) -> int:
     return FIELDS[name].of(header)
 
 
+_MADE: dict[str, tuple[Conductor, Pins, Simulation]] = {}
+
+
+def _made(plan: Plan) -> tuple[Conductor, Pins, Simulation]:
+    """The conductor of a plan, made once, and all that is `watched`."""
+    if repr(plan) not in _MADE:
+        top, dut = Module(), Conductor(plan=plan)
+        top.submodules.dut = dut
+        shown = Pins(top, watched(dut))
+        _MADE[repr(plan)] = dut, shown, Simulation(top)
+    return _MADE[repr(plan)]
+
+
 class Bench:
     """A conductor, a core that answers word k of program p with ``answer``, and readers."""
 
@@ -56,7 +71,7 @@ class Bench:
         self.records_in, self.records_out = records_in, records_out
         self.clamps: tuple[int, ...] = ()  # programs whose updates saturate
         self.early = False  # programs 0 to 2 give their words before the last of the record
-        self.dut = Conductor(plan=plan)
+        self.dut, self.shown, self.simulation = _made(plan)
         self.plan = plan
         self.rng = random.Random(seed)
         self.records: list[tuple[int, list[int]]] = []
@@ -152,22 +167,13 @@ class Bench:
             self.updates += updated
 
     def run(self, test, *others) -> None:
-        sim = Simulator(self.dut)
-        sim.add_clock(1e-8)
-        sim.add_testbench(self.core, background=True)
-        sim.add_testbench(self.clock, background=True)
-        sim.add_process(self.reader)
-
         async def whole(ctx):
             ctx.set(self.dut.run, 1)
             ctx.set(self.dut.source, 3)
             await ctx.tick().repeat(3)
             await test(ctx)
 
-        for other in others:
-            sim.add_testbench(other, background=True)
-        sim.add_testbench(whole)
-        sim.run()
+        self.simulation.run(whole, background=[self.core, self.clock, *others], process=self.reader)
 
     async def reader(self, ctx):
         """The sensor's words, in the cycle in which they are asked for."""
@@ -443,18 +449,24 @@ class Model:
         self.results[Place.STAMP] = self.results.pop(Place.RAWS + RAW.index("stamp"))
 
 
-async def watch(ctx, bench: Bench, model: Model) -> None:
-    """Show the model every cycle."""
-    dut = bench.dut
+def watched(dut: Conductor) -> dict[str, Any]:
+    """What the model is shown, by its names; ``values`` in three."""
     names = ("sample", "line", "is_counts", "source", "filter", "run", "restart", "stamp", "events")
     names += ("number", "chosen", "choice", "saturated")
-    signals = [getattr(dut, name) for name in names]
-    streams = (dut.i.valid & dut.i.ready, dut.i.payload.data, dut.i.payload.last)
-    streams += (dut.o.valid, dut.o.payload.data, dut.o.payload.last)
-    async for _, _, *result in ctx.tick().sample(*signals, *streams, *dut.values):
-        c = SimpleNamespace(**dict(zip(names, result, strict=False)), counts=bench.words)
-        c.taken, c.i_data, c.i_last, c.given, c.o_data, c.o_last = result[len(names) : -3]
-        c.values = result[-3:]
+    return {
+        **{name: getattr(dut, name) for name in names},
+        **{"taken": dut.i.valid & dut.i.ready, "given": dut.o.valid},
+        **{"i_data": dut.i.payload.data, "i_last": dut.i.payload.last},
+        **{"o_data": dut.o.payload.data, "o_last": dut.o.payload.last},
+        **{f"values{k}": value for k, value in enumerate(dut.values)},
+    }
+
+
+async def watch(ctx, bench: Bench, model: Model) -> None:
+    """Show the model every cycle."""
+    async for _, _, word in ctx.tick().sample(bench.shown.word):
+        c = SimpleNamespace(**bench.shown.parts(word), counts=bench.words)
+        c.values = [c.values0, c.values1, c.values2]
         model.check(c)
 
 
@@ -464,7 +476,7 @@ async def watch(ctx, bench: Bench, model: Model) -> None:
         (Bench, 0),
         (Bench, 1),
         (partial(Bench, replace(PLAN, word=26, count_bits=10)), 5),
-        (chain_bench, 15),
+        (chain_bench, 13),
         (chain_bench, 4),
     ],
 )
@@ -485,7 +497,7 @@ def test_any_events_in_any_cycle(make, seed: int) -> None:
                 updates.append(wanted)
 
     async def test(ctx):
-        for _ in range(300):
+        for _ in range(200):
             event = rng.random()
             if rng.random() < 0.3:  # beside the end of a job
                 for _ in range(200):

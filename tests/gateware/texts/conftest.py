@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from boresight.core_files import write_core
+from boresight.core_files import core_texts, write_core
 from boresight.sim.levels import vectors
 from boresight.sim.levels.build import Build
 from tests.support.linked import Inner, Middle
@@ -17,7 +17,8 @@ def _written(folder: Path, build: Build, target: str) -> tuple[Path, Build]:
     """24 records of each program, to be quick."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vectors, "_RECORDS", (24, 24))
-        write_core(folder, build, vectors.recorded(build), target=target, axi=True)
+        texts = core_texts(build, vectors.recorded(build), target=target, axi=True)
+    write_core(folder, build.core, texts)
     return folder, build
 
 

@@ -136,6 +136,29 @@ def test_a_constant_has_its_states_format(word: int) -> None:
     assert program.values[after].initial == round(0.3 * 2**frac)
 
 
+class Leaves(Estimator):
+    """A state whose next value can leave its range at one end."""
+
+    inputs = (Input("u", 0.0, 100.0),)
+    states = (State("s", -1.0, 1.0),)
+    outputs = (Output("y", ""),)
+
+    def __init__(self, sign: float) -> None:
+        self.sign = sign
+
+    def step(self, x, u, p):
+        after = 0.5 * x.s + self.sign * u.u
+        return {"s": after}, {"y": 0.25 * after}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_next_value_beyond_its_state_has_the_states_format(sign: float) -> None:
+    program = Leaves(sign).compile()
+    after, state = (program.values[program.find(name)] for name in ("s_next", "s"))
+    assert after.frac == state.frac == 30
+    assert (after.low, after.high) == ((-0.5, 1.0) if sign > 0.0 else (-1.0, 0.5))
+
+
 def test_numbers_that_no_word_is_are_refused() -> None:
     """What only intervals show to be a constant; what shifts cannot bring to its format."""
     g = Tracer("far")

@@ -1,4 +1,4 @@
-"""Integer semantics against apytypes, which nobody here wrote."""
+"""Integer semantics against apytypes, an independent library."""
 
 from typing import Any
 

@@ -250,7 +250,7 @@ def test_what_is_no_whole_update() -> None:
         timeline_of(BOARD, spans_run(frames=8)[0], filter=1, update=1)
     with pytest.raises(ValueError, match="^update 1 must have a frame, not none$"):
         timeline_of(BOARD, spans_run(number=3)[0], filter=1, update=1)
-    # Nobody's: frames between the updates, and one that ends behind the sample.
+    # Of no update: frames between the updates, and one that ends behind the sample.
     made, _ = spans_run()
     more = np.concatenate([made.trace.select, [[90_000, 91_000], [130_900, 131_100]]])
     made.trace = dataclasses.replace(made.trace, select=more)

@@ -59,7 +59,7 @@ def test_a_log_that_is_read_in_pieces(
 ) -> None:
     """From a file, in memory, whole: also where a cause is looked for, and what is kept."""
     file = tmp_path / "ximu_walk.parquet"
-    record = WALK.head(1500)
+    record = WALK.head(600)
     file.write_bytes(content_of(file, record))
     build = Build(estimator("complementary"), word=word)
     (whole,) = of_pieces(build, record, (1 << 16,))
@@ -67,13 +67,13 @@ def test_a_log_that_is_read_in_pieces(
     monkeypatch.setattr(logs, "_WHOLE", 0)
     log = Log.of(file)
     assert log.data == file
-    assert of_pieces(build, log, (1, 7, 1000)) == of_pieces(build, record, (1000,)) == {whole}
+    assert of_pieces(build, log, (1, 7, 400)) == of_pieces(build, record, (400,)) == {whole}
     check = Check(build, levels=("c",))
     (short,), (every,) = check.run(log, whole=False), check.run(log)
     assert (len(short.given), len(short.fixed.outputs["roll"])) == (256, 256)
-    assert (len(every.given), len(every.floating.outputs["roll"])) == (1500, 1500)
+    assert (len(every.given), len(every.floating.outputs["roll"])) == (600, 600)
     assert np.array_equal(every.given.inputs[:256], short.given.inputs)
-    assert {len(d.apart) for d in every.accuracy.differences} == {1500}
+    assert {len(d.apart) for d in every.accuracy.differences} == {600}
 
 
 @pytest.mark.parametrize("name", ["complementary", "complementary,ekf_quaternion"])

@@ -75,7 +75,7 @@ def trace() -> list[str]:
 @pytest.fixture(scope="module")
 def judged() -> Callable[[list[str]], dict[str, int]]:
     reader = scaled_reader()
-    to_verilog(reader, "adis16385", instances=False)  # a component that nobody builds is a warning
+    to_verilog(reader, "adis16385", instances=False)  # a component that is not built is a warning
     return lambda lines: judge(lines, Contract(reader, (6, 1, 0x402)))
 
 

@@ -17,6 +17,7 @@ from boresight.sim.formal.blocks import (
     attitude_output,
     axi,
     bus,
+    commander,
     conductor,
     crc,
     frames,
@@ -101,6 +102,10 @@ PARTS = {
     "sentence": (
         *("sensors.hmr3300_sentence", "sentence.grammar"),
         *(lambda b: sentence.Parsed(b.SentenceParser()), 14),
+    ),
+    "commander": (
+        *("sensors.hmr3300_command", "commander.sequences_3_2"),
+        *(lambda b: commander.Commanded(b.Commander(timeout_ticks=3, quiet_ticks=2)), 24),
     ),
     "attitude output": (
         *("system.attitude_output", "output.frames_2"),
@@ -288,6 +293,13 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ("sentence", "count != DIGITS_MAX", "count != DIGITS_MAX + 1"),
         ("sentence", "count <= WHOLE_MAX", "count <= WHOLE_MAX + 1"),
         ("sentence", "m.Elif(error | (self.pause & ~at_begin))", "m.Elif(self.pause & ~at_begin)"),
+        # An effect and a time-out at once; a user's letter that is lost; no start; a pause that is
+        # early, and one that is short; silence while it speaks itself.
+        ("commander", "m.Elif(expired | self.invalid)", "m.If(expired | self.invalid)"),
+        ("commander", "at.manual & (left == 3)", "(left == 3)"),
+        ("commander", "go_to(Stage.START, command=True)", "go_to(Stage.START)"),
+        ("commander", "at.tries == TRIES - 1", "at.tries == TRIES - 2"),
+        ("commander", "m.If(self.heard | sending)", "m.If(self.heard)"),
         # Another update in the middle; a frame without end; other bytes; a pace; other updates.
         ("attitude output", "start.eq(due & idle)", "start.eq(due)"),
         ("attitude output", "Const(3, 2), s.last", "Const(2, 2), s.last"),

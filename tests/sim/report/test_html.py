@@ -51,9 +51,25 @@ class Page(HTMLParser):
             self.text += data
 
 
+draw_plots = module._plots
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without plots, which take a second, but for the page of the report."""
+    none = dict.fromkeys(("outputs", "errors", "vs_log"), "")
+    monkeypatch.setattr(module, "_plots", lambda log, number: none)
+
+
 @pytest.fixture(scope="module")
 def html(report: dict[str, Any]) -> str:
     return render_html(report)
+
+
+@pytest.fixture(scope="module")
+def page(html: str) -> Page:
+    """The page of the report, read."""
+    return Page(html)
 
 
 def at(data: Any, path: str) -> Any:
@@ -64,8 +80,7 @@ def at(data: Any, path: str) -> Any:
     return data
 
 
-def test_well_formed_and_small(html: str) -> None:
-    page = Page(html)
+def test_well_formed_and_small(html: str, page: Page) -> None:
     assert html.startswith("<!DOCTYPE html>") and len(html) < 3_000_000
     assert sum(tag == "svg" for tag, _ in page.tags) == 4  # schedule and three plots
     ids = [a["id"] for tag, a in page.tags if tag == "section"]
@@ -80,15 +95,15 @@ def test_well_formed_and_small(html: str) -> None:
     ]
 
 
-def test_nothing_from_outside(html: str) -> None:
+def test_nothing_from_outside(html: str, page: Page) -> None:
     assert re.search(r"https?://|\bsrc\s*=|@import|url\((?!#)", html) is None
-    for tag, attributes in Page(html).tags:
+    for tag, attributes in page.tags:
         assert tag not in ("script", "link", "iframe", "object", "img")
         assert (attributes.get("href") or "#").startswith("#")
 
 
-def test_headline_numbers_are_those_of_the_json(html: str, report: dict[str, Any]) -> None:
-    shown = Page(html).numbers
+def test_headline_numbers_are_those_of_the_json(page: Page, report: dict[str, Any]) -> None:
+    shown = page.numbers
     assert {
         "timing.latency_cycles.predicted",
         "timing.latency_cycles.max",
@@ -104,18 +119,18 @@ def test_headline_numbers_are_those_of_the_json(html: str, report: dict[str, Any
     } <= set(shown)
     for path, value in shown.items():
         assert value is not None and float(value) == at(report, path), path
-    assert "31\N{NARROW NO-BREAK SPACE}600" in Page(html).text
+    assert "31\N{NARROW NO-BREAK SPACE}600" in page.text
 
 
-def test_every_level_has_its_line(html: str, report: dict[str, Any]) -> None:
-    text = " ".join(Page(html).text.split())
+def test_every_level_has_its_line(page: Page, report: dict[str, Any]) -> None:
+    text = " ".join(page.text.split())
     for level in report["verification"]:
         assert f"[{level['n_mismatch']}/{level['n_total']}] mismatches" in text
     assert "equal" in text and "failed" not in text
 
 
-def test_names_and_guesses_are_shown_and_escaped(html: str) -> None:
-    text = Page(html).text
+def test_names_and_guesses_are_shown_and_escaped(html: str, page: Page) -> None:
+    text = page.text
     assert "lane0.<i>" in text and "lane0.&lt;i&gt;" in html
     assert "guess & nothing else" in text and "(made by synthesis)" in text
     assert "boresight report complementary <log>" in text
@@ -133,7 +148,10 @@ def test_missing_synthesis_gives_a_warning_and_no_number(core: Core) -> None:
     assert "path" not in [a.get("id") for _, a in page.tags]
 
 
-def test_truth_and_comparison_have_their_names(html: str, report: dict[str, Any]) -> None:
+def test_truth_and_comparison_have_their_names(
+    html: str, report: dict[str, Any], monkeypatch: Any
+) -> None:
+    monkeypatch.setattr(module, "_plots", draw_plots)
     assert "exact truth" in html and "a comparison, not truth" not in html
     data = copy.deepcopy(report)
     data["accuracy"]["logs"][0]["reference"] = "comparison"
@@ -156,13 +174,6 @@ def test_failures_and_tight_formats_are_marked(core: Core, report: dict[str, Any
     assert "saturated" in rows
 
 
-@pytest.fixture
-def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Logs without plots, which take a second."""
-    none = dict.fromkeys(("outputs", "errors", "vs_log"), "")
-    monkeypatch.setattr(module, "_plots", lambda log, number: none)
-
-
 def parted(report: dict[str, Any]) -> dict[str, Any]:
     data = copy.deepcopy(report)
     wrong = {"sample": 12, "t": 0.12, "outputs": ["qw"], "culprit": "step 12 (a&b.py, line 3): <x>"}
@@ -170,7 +181,6 @@ def parted(report: dict[str, Any]) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.usefixtures("plain")
 def test_where_fixed_and_float_part(report: dict[str, Any], html: str) -> None:
     page = Page(render_html(parted(report)))
     text = " ".join(page.text.split())
@@ -179,7 +189,6 @@ def test_where_fixed_and_float_part(report: dict[str, Any], html: str) -> None:
     assert "red line" not in html
 
 
-@pytest.mark.usefixtures("plain")
 def test_lines_are_links_where_the_file_is_known(report: dict[str, Any], html: str) -> None:
     assert "nine_axis.py, line " in html and "<a " not in html
     assert "<a " not in render_html(report, links={"axis.py": "no"})
@@ -191,7 +200,6 @@ def test_lines_are_links_where_the_file_is_known(report: dict[str, Any], html: s
     assert f'x"y/nine_axis.py#L{row["line"].rpartition(" ")[2]}' in results
 
 
-@pytest.mark.usefixtures("plain")
 def test_bits_to_gain(report: dict[str, Any]) -> None:
     text = " ".join(Page(render_html(report)).text.split())
     rows = [r for r in report["numerics"] if r["advice"]]
@@ -212,7 +220,6 @@ def test_bits_to_gain(report: dict[str, Any]) -> None:
     assert "Bits to gain" in text and "Bits to gain" not in render_html(data)
 
 
-@pytest.mark.usefixtures("plain")
 def test_widths_another_run_and_several_logs(report: dict[str, Any]) -> None:
     data = copy.deepcopy(report)
     outputs = report["accuracy"]["verdict"]["outputs"]
@@ -241,8 +248,8 @@ def test_widths_another_run_and_several_logs(report: dict[str, Any]) -> None:
     assert "none of them keeps every tolerance" in text and "Nothing differs." in text
 
 
-def test_the_verdict_comes_first(report: dict[str, Any]) -> None:
-    good = " ".join(Page(render_html(report)).text.split())
+def test_the_verdict_comes_first(page: Page, report: dict[str, Any]) -> None:
+    good = " ".join(page.text.split())
     assert report["verdict"] == {"good": True, "failures": []}
     assert good.index("Verdict: good") < good.index("bit words") and "FAILED" not in good
     data = copy.deepcopy(report)
@@ -254,21 +261,21 @@ def test_the_verdict_comes_first(report: dict[str, Any]) -> None:
     assert report["warnings"][0] in text
 
 
-def test_every_slot_is_in_the_table_of_lines(report: dict[str, Any]) -> None:
-    text = " ".join(Page(render_html(report)).text.split())
+def test_every_slot_is_in_the_table_of_lines(page: Page, report: dict[str, Any]) -> None:
+    text = " ".join(page.text.split())
     schedule = report["schedule"]
     assert f"outputs that are sent{schedule['emitted']}" in text and schedule["emitted"]
     named = sum(row["slots"] for row in schedule["lines"])
     assert f"other lines{schedule['slots_total'] - named - schedule['emitted']}" in text
 
 
-def test_a_long_chart_is_folded(report: dict[str, Any]) -> None:
-    folds = sum(tag == "details" for tag, _ in Page(render_html(report)).tags)
+def test_a_long_chart_is_folded(page: Page, report: dict[str, Any]) -> None:
+    folds = sum(tag == "details" for tag, _ in page.tags)
     data = copy.deepcopy(report)
     data["schedule"]["cycles"] = 3133
-    page = Page(render_html(data))
-    assert sum(tag == "details" for tag, _ in page.tags) == folds + 1
-    assert "The chart: 3\N{NARROW NO-BREAK SPACE}133 cycles" in page.text
+    long = Page(render_html(data))
+    assert sum(tag == "details" for tag, _ in long.tags) == folds + 1
+    assert "The chart: 3\N{NARROW NO-BREAK SPACE}133 cycles" in long.text
 
 
 def test_half_turns_are_in_degrees_in_tables_as_in_plots(report: dict[str, Any]) -> None:
@@ -279,8 +286,8 @@ def test_half_turns_are_in_degrees_in_tables_as_in_plots(report: dict[str, Any])
     assert "1.80.93.6deg" in text and "half turns0" not in text
 
 
-def test_same_data_same_text(html: str, report: dict[str, Any]) -> None:
-    assert render_html(report) == html
+def test_same_data_same_text(html: str, report: dict[str, Any], monkeypatch: Any) -> None:
+    monkeypatch.setattr(module, "_plots", draw_plots)
     assert render_html(json.loads(json.dumps(report))) == html
 
 

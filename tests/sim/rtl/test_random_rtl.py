@@ -16,6 +16,7 @@ from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.simulators import available
 from tests.support.random_program import random_program
+from tests.support.soak.compiler import Case, check
 
 VERILATOR, ICARUS = (
     pytest.mark.skipif(not available(name), reason=f"needs {name}")
@@ -95,6 +96,34 @@ def test_interpreter_c_and_rtl_agree(config, word, simulator, seeds, steps, odd)
                 assert (run.interval_cycles == core.schedule.interval).all()
         compared += len(inputs)
     assert compared >= steps * len(seeds) // 2
+
+
+@VERILATOR
+@pytest.mark.parametrize(
+    ("config", "seeds"),
+    [
+        ("small", range(3)),
+        ("fast", range(3, 6)),
+        pytest.param("small", range(1000, 1100), marks=pytest.mark.soak),
+        pytest.param("fast", range(1100, 1200), marks=pytest.mark.soak),
+    ],
+)
+def test_resets_in_any_cycle(config, seeds):
+    """The update is abandoned, or complete in its last cycle; the next ones know nothing of it."""
+    for seed in seeds:
+        case = Case(
+            seed,
+            config,
+            word=32,
+            programs=1 + seed % 3,
+            n_ops=10,
+            urgent=0,
+            updates=30,
+            stall=seed // 3 % 2,
+            rtl=True,
+            resets=4,
+        )
+        assert not (wrong := check(case)), f"{case}: {wrong}"
 
 
 def from_each_state(program: Program, inputs: IntArray, model: CModel) -> None:

@@ -2,11 +2,12 @@
 
 A case draws programs that share a core, its machine and width, the outputs that come first, whether
 programs read each other's outputs or update the same states, and a sequence of updates, parameter
-writes and changes of the program, with pauses of both streams.
+writes and changes of the program, with pauses of both streams and resets of the RTL.
 """
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 from collections.abc import Iterator
@@ -27,7 +28,7 @@ from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.program import Kind
 from boresight.model.words.terms import Refuted
 from boresight.sim.rtl.harness import CompiledSimulation
-from boresight.sim.rtl.replay import BusWrite, RtlRun
+from boresight.sim.rtl.replay import BusWrite, Reset, RtlRun
 from boresight.sim.rtl.simulators import SimulationFailed
 from tests.support.linked import Models
 from tests.support.random_program import random_inputs, random_programs
@@ -61,6 +62,8 @@ class Case:
         Whether the RTL runs, too.
     tie : str
         What programs have of each other: "links", "states", or empty (`random_programs`).
+    resets : int
+        Of 8 updates so many are followed or interrupted by a reset, in the RTL.
     """
 
     seed: int
@@ -73,9 +76,10 @@ class Case:
     stall: int
     rtl: bool
     tie: str = ""
+    resets: int = 0
 
     def __str__(self) -> str:
-        rtl = f", RTL with pauses {self.stall}" if self.rtl else ""
+        rtl = f", RTL with pauses {self.stall}, {self.resets}/8 resets" if self.rtl else ""
         tie = f" with {self.tie}" if self.tie else ""
         return (
             f"seed {self.seed}: {self.programs} programs{tie} of up to {2 * self.n_ops} operations "
@@ -103,6 +107,7 @@ def drawn(seed: int, *, rtl: bool = False) -> Case:
         stall=rng.choice((0, rng.randrange(1, 1 << 16))),
         rtl=rtl,
         tie=rng.choice(ties) if programs > 1 else "",
+        resets=rng.choice((0, 1, 4)) if rtl else 0,
     )
 
 
@@ -135,8 +140,8 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
     c = [CModel(p, cflags=("-O0",)) for p in parts]
     emulator = Emulator(core.machine, core.image)
     streams = [iter(random_inputs(p, case.seed + k, case.updates)) for k, p in enumerate(parts)]
-    numbers, rows, wanted, flags = list[int](), list[list[int]](), list[list[int]](), list[bool]()
-    bus = list[BusWrite]()
+    numbers, rows, wanted = list[int](), list[list[int]](), list[_Update]()
+    bus = list[BusWrite | Reset]()
     for k in range(case.updates):
         number = rng.randrange(len(parts))
         program = parts[number]
@@ -154,6 +159,14 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             bus.append(BusWrite(k, address, word))
         drawn_words = dict(zip(program.inputs, next(streams[number]), strict=True))
         row = [drawn_words[n] for n in program.streamed]
+        numbers.append(number)
+        rows.append(row)
+        if case.rtl and rng.randrange(8) < case.resets:
+            bus.append(reset := _reset(rng, k, core.parts[number].schedule.interval, case))
+            if reset.cycle < core.parts[number].schedule.interval - 1:
+                lost = copy.deepcopy(models)
+                wanted.append(_Update(lost.update(number, row), abandoned=True))
+                continue
         record = models.record(number, row)
         c[number].states[:] = models.states(number)
         words = models.update(number, row)
@@ -165,10 +178,8 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
             yield f"emulator: update {k} of {program.name}: {got}, not {words}"
         if emulator.saturated != models.saturated:
             yield f"emulator: saturation of update {k} of {program.name}"
-        numbers.append(number)
-        rows.append(row)
-        wanted.append(words)
-        flags.append(models.saturated)
+        whole = bool(bus) and bus[-1] == Reset(k, core.parts[number].schedule.interval - 1)
+        wanted.append(_Update(words, models.saturated, in_last_cycle=whole))
     if case.rtl:
         width = max(map(len, rows))
         inputs = np.array([row + [0] * (width - len(row)) for row in rows], dtype=np.int64)
@@ -180,14 +191,38 @@ def _differences(case: Case, core: Core) -> Iterator[str]:
         except SimulationFailed as error:
             yield f"RTL: {error}"
             return
-        yield from _beside(run, wanted, flags)
+        yield from _beside(run, wanted)
 
 
-def _beside(run: RtlRun, wanted: list[list[int]], flags: list[bool]) -> Iterator[str]:
+@dataclass(frozen=True)
+class _Update:
+    """Words and flag of an update, of which a reset may leave the first words alone."""
+
+    words: list[int]
+    saturated: bool = False
+    abandoned: bool = False
+    in_last_cycle: bool = False
+
+
+def _reset(rng: random.Random, record: int, interval: int, case: Case) -> Reset:
+    """In any cycle of an update before its last, in that, or after it.
+
+    With pauses the last cycle is not known beforehand, but it is no sooner.
+    """
+    cycles = [rng.randrange(1, max(2, interval - 1)), rng.randrange(1, max(2, interval - 1))]
+    return Reset(record, rng.choice([*cycles, 1 << 30, interval - 1 if not case.stall else 1]))
+
+
+def _beside(run: RtlRun, wanted: list[_Update]) -> Iterator[str]:
     """Differences of the RTL's updates."""
-    for k, (words, flag) in enumerate(zip(wanted, flags, strict=True)):
-        if run.outputs[k, : len(words)].tolist() != words or bool(run.saturated[k]) != flag:
-            yield f"RTL: update {k}: {run.outputs[k].tolist()}, not {words}"
+    for k, update in enumerate(wanted):
+        got = run.outputs[k, : int((run.latency_cycles[k] > 0).sum())].tolist()
+        cut = update.abandoned or update.in_last_cycle
+        words = update.words[: len(got)] if update.abandoned else update.words
+        if got != words or (run.interval_cycles[k] == -2) != cut:
+            yield f"RTL: update {k}: {got}, not {words}; interval {run.interval_cycles[k]}"
+        elif not cut and bool(run.saturated[k]) != update.saturated:
+            yield f"RTL: saturation of update {k}"
 
 
 def shrunk(case: Case) -> Case:
@@ -206,7 +241,7 @@ def shrunk(case: Case) -> Case:
     return case
 
 
-_ZERO = (("stall", 0), ("urgent", 0))
+_ZERO = (("stall", 0), ("urgent", 0), ("resets", 0))
 
 
 def write(case: Case, wrong: str, folder: Path) -> Path:

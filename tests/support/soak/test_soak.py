@@ -1,6 +1,8 @@
 """The search for trouble: cases agree, a seeded fault is found, shrunk and replayed, runs go on."""
 
 import dataclasses
+import itertools
+import time
 import weakref
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,17 @@ import pytest
 from boresight.firmware.build import CModel
 from tests.support.soak import compiler
 from tests.support.soak import search as soak
+
+
+@pytest.mark.soak
+def test_ten_minutes() -> None:
+    """The search alone, as `python -m tests.mutants --witness search` runs it on faults."""
+    end = time.monotonic() + 600.0
+    for seed in itertools.count(10**6):
+        case = compiler.drawn(seed, rtl=seed % 4 == 0)
+        assert compiler.check(case) == "", case
+        if time.monotonic() > end:
+            break
 
 
 @pytest.mark.parametrize("seed", [0, 5])

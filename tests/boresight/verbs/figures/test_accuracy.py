@@ -197,7 +197,7 @@ class Strict(Lag):
 
 @pytest.fixture
 def lag(tmp_path, monkeypatch):
-    """Estimators of somebody's, and two logs with truths, in centimetres and with gaps."""
+    """A user's estimators, and two logs with truths, in centimetres and with gaps."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lag.py").write_text(FILES)
     for name, seed in (("one", 1), ("two", 2)):

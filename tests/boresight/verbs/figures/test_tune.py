@@ -198,7 +198,7 @@ class Lag(Estimator):
 
 @pytest.fixture
 def lag(tmp_path, monkeypatch):
-    """An estimator of somebody's, and logs with truth."""
+    """A user's estimator, and logs with truth."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lag.py").write_text(FILES)
     for seed in range(3):
