@@ -202,7 +202,7 @@ class Cache:
         return sorted(entries, key=lambda entry: entry.used_ns)
 
     def _noted(self) -> float:
-        """Return the bytes of all entries, or more; infinity if nobody has counted them."""
+        """Return the bytes of all entries, or more; infinity if they were never counted."""
         try:
             return int((self.root / _SIZE).read_text(encoding="ascii"))
         except (OSError, ValueError):

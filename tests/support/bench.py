@@ -143,7 +143,7 @@ async def at_edges(
 ) -> None:
     """Call ``do`` with signals, and others, for ever at each edge at which one of them is not 0.
 
-    Between these edges nobody is woken.
+    Between these edges it sleeps.
     """
     others = [*also]
     while True:
