@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=40, help="mutants of each group (default 40)")
     parser.add_argument("--group", choices=[*GROUPS, *PARTS], help="only this one")
     parser.add_argument("--witness", choices=WITNESSES, help="this alone, not the tests")
-    parser.add_argument("--only", default="", help="only files whose path holds this text")
+    parser.add_argument("--only", default="", help="draw from files whose path holds this")
     parser.add_argument("--jobs", type=int, default=2, help="workers (default 2)")
     parser.add_argument("--limit", type=float, default=1200, help="seconds for one mutant's tests")
     parser.add_argument("-o", type=Path, default=Path("build/mutants"), help="folder of the page")
@@ -42,12 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
     for key in old:
         print(f"equivalent.toml: no such mutant any longer: {key}")
     samples = {
-        g: [
-            m
-            for m in sample(ROOT, g, everything[g], given.seed, given.count)
-            if given.only in m.file
-        ]
-        for g in groups
+        g: sample(ROOT, g, everything[g], given.seed, given.count, given.only) for g in groups
     }
     folder = given.o.resolve()
     folder.mkdir(parents=True, exist_ok=True)

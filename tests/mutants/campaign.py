@@ -24,9 +24,12 @@ class Done:
     verdict: Verdict
 
 
-def sample(root: Path, name: str, group: Group, seed: int, count: int) -> list[Mutant]:
-    """``count`` mutants of a group, or all; the same whatever the machine."""
-    everything = all_mutants(root, group)
+def sample(
+    root: Path, name: str, group: Group, seed: int, count: int, only: str = ""
+) -> list[Mutant]:
+    """``count`` mutants of a group, or all, in files whose path holds ``only``; the same whatever
+    the machine."""
+    everything = [m for m in all_mutants(root, group) if only in m.file]
     rng = random.Random(f"{name} {seed}")
     return rng.sample(everything, min(count, len(everything)))
 

@@ -128,6 +128,8 @@ def test_mutants_of_the_project(name: str) -> None:
     assert len({m.key for m in mutants}) == len(mutants)
     first, again, other = (sample(ROOT, name, group, seed, 30) for seed in (7, 7, 8))
     assert first == again != other
+    file = mutants[-1].file
+    assert {m.file for m in sample(ROOT, name, group, 7, 3, only=file)} == {file}
     assert len({m.file for m in mutants}) > 30
 
 
