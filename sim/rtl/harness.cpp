@@ -10,8 +10,8 @@
 // -1 and the cycles from the first word taken to it; if the update is complete before, it comes then.
 // Results: four arrays of int32, each behind its size (int64). For each record the number of output
 // words, the saturation flag, the cycles until the next record could begin (-2: a reset came before;
-// -1, in the last one: not complete after `limit` cycles); all output words; the cycle of each; for each register write of
-// the traced record lane, address, word, cycle.
+// -1, in the last one: not complete after `limit` cycles); all output words; the cycle of each; for
+// each register write of the traced record lane, address, word, cycle.
 
 #include "Vbench.h"
 #include "verilated.h"

@@ -62,7 +62,7 @@ def test_parameters_by_estimator(tmp_path):
         ("complementary.kp_roll_per_s=a", r"^--param: wanted NAME=NUMBER, found '.*=a'; .*$"),
     ],
 )
-def test_parameters_of_nobody_are_refused(setting, message):
+def test_parameters_of_no_estimator_are_refused(setting, message):
     with pytest.raises(InputError, match=message):
         params_for_each(NAMES, [], [setting])
 

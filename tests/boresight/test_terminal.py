@@ -91,7 +91,7 @@ def shell(line: str, tmp_path: Path) -> tuple[int, str]:
         ("run mekf nosuch 2>&-", 2, ""),
     ],
 )
-def test_nobody_listens(line: str, code: int, words: str, tmp_path) -> None:
+def test_a_closed_output(line: str, code: int, words: str, tmp_path) -> None:
     got, said = shell(line, tmp_path)
     assert got == code and words in said and said.count("\n") == bool(words), said
 

@@ -30,5 +30,5 @@ def test_require() -> None:
         require(False, "a", "2", 1, "write 2")
 
 
-def test_a_place_that_nobody_knows_is_left_out() -> None:
+def test_an_unknown_place_is_left_out() -> None:
     assert str(InputError.at("", wanted="a", found="b", fix="c")) == "wanted a, found b; c"

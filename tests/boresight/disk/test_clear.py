@@ -23,7 +23,7 @@ def test_everything_goes_that_we_made(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_somebodys_stays(tmp_path: Path, capsys) -> None:
+def test_the_users_files_stay(tmp_path: Path, capsys) -> None:
     build = tmp_path / "build"
     results(build)
     (build / "sub" / "user").write_text("user")

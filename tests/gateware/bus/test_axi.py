@@ -141,7 +141,7 @@ def test_latency() -> None:
     assert took == {"write": 3, "read": 4}
 
 
-def test_a_response_that_nobody_takes_holds_up_its_own_side_only() -> None:
+def test_a_response_that_is_not_taken_holds_up_its_own_side_only() -> None:
     bench = Bench()
     axi = bench.dut.axi
 

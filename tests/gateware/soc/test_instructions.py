@@ -96,7 +96,7 @@ def test_memory_larger_than_the_cache(run) -> None:
     assert run(text + END)["O"] == [0, 0, 0x8000]
 
 
-def test_nobody_answers(run) -> None:
+def test_an_address_without_a_part(run) -> None:
     text = ""
     for address in (0x80001000, 0xFFFFFFF0, 0x00100000):
         text += f"""

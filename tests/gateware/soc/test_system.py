@@ -119,7 +119,7 @@ def test_everybody_answers_at_his_place(machine: Machine) -> None:
         CONTROL_BASE + (1 << 20),
     ],
 )
-def test_where_nobody_is_the_bus_gives_up_at_once(machine: Machine, address: int) -> None:
+def test_the_bus_gives_up_at_once_where_no_part_is(machine: Machine, address: int) -> None:
     async def bench(ctx, here):
         assert await here.access(ctx, address) == (0, 1)
         assert await here.status(ctx) == BUS_ERROR

@@ -151,7 +151,7 @@ def test_inputs_and_orders_are_passed_on(bench: Bench) -> None:
     bench.run(test)
 
 
-def test_nobody_writes_the_place_that_reads_0() -> None:
+def test_the_place_that_reads_0_is_never_written() -> None:
     assert Place.RAWS + len(RAW) <= (1 << INDEX_BITS) - 1
 
 

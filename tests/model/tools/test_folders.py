@@ -76,7 +76,7 @@ def test_closed_configuration_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["link", "open to others", "file"])
-def test_a_folder_that_may_be_somebody_elses_is_not_used(tmp_path: Path, kind: str) -> None:
+def test_a_folder_of_another_user_is_not_used(tmp_path: Path, kind: str) -> None:
     expected = tmp_path / "tmp" / f"boresight-{os.getuid()}"
     if kind == "link":
         (tmp_path / "other").mkdir(mode=0o700)

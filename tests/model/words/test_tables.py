@@ -300,7 +300,7 @@ def test_exact_values() -> None:
     assert rounded.rsqrt(0.25) == 2.0 and rounded.log(1.0) == 0.0
 
 
-def test_the_precision_is_nobody_elses() -> None:
+def test_the_precision_of_other_code_stays() -> None:
     before = rounded.sin_ht(0.1)
     with mp.workdps(3):
         assert rounded.sin_ht(0.1) == before

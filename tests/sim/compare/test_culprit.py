@@ -51,7 +51,7 @@ def test_culprits(
     assert look(estimator(), inputs[:step], word) is None
 
 
-def test_an_angle_that_nobody_wraps() -> None:
+def test_an_angle_that_is_not_wrapped() -> None:
     class Turning(Estimator):
         inputs = (Input("u", -1.0, 1.0),)
         states = (State("a", -1.0, 1.0, "ht"),)
@@ -74,7 +74,7 @@ def test_below_the_floor_of_a_function() -> None:
 
 
 @pytest.mark.parametrize("word", [18, 32])
-def test_nobody_is_to_blame_for_rounding(word: int) -> None:
+def test_rounding_alone_has_no_culprit(word: int) -> None:
     inputs = np.random.default_rng(5).uniform(-4.0, 4.0, 300).tolist()
     assert look(All(), inputs, word) is None
     assert look(Slow(), inputs, word) is None

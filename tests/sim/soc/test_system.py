@@ -42,7 +42,7 @@ def test_memory_larger_than_the_caches(run) -> None:
     assert words(lines) == [0]
 
 
-def test_nobody_answers(run) -> None:
+def test_an_address_without_a_part(run) -> None:
     """Reads 0, is flagged, goes on."""
     lines = run(
         NO_INTERRUPT
