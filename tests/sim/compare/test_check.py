@@ -54,6 +54,7 @@ def test_all_levels_agree_on_recorded_data(log, config):
     assert rtl.cycles_min == rtl.cycles_max == rtl.cycles_predicted
     assert result.accuracy.largest("attitude") < 1e-4
     assert result.accuracy.saturated_updates == 0
+    assert all(0.0 < level.seconds < 600.0 for level in result.levels)
 
 
 def faulty(name, pattern, change, config="small"):
