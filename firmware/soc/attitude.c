@@ -65,8 +65,8 @@ static int32_t both(const int32_t step, const int32_t before) {
     return before < 0 ? before : sum > INT32_MAX ? INT32_MAX : (int32_t) sum;
 }
 
-// Time and field of an update that was not taken go to the next one; a restart starts afresh, and so
-// does another estimator.
+// Time and field of an update that was not taken go to the next one; a restart starts afresh, and
+// so does another estimator.
 static void merge(attitude_t *const to, const attitude_t *const before) {
     const uint32_t filter = attitude_filter(to);
     const int32_t step = record_step[filter];

@@ -202,7 +202,11 @@ def test_many_builders_at_once(tmp_path: Path) -> None:
     with ThreadPoolExecutor(6) as pool:
         paths = set(pool.map(lambda _: build_library(program, cache=tmp_path), range(6)))
     assert len(paths) == 1
-    assert {p for p in tmp_path.iterdir()} == {paths.pop().parent, tmp_path / "locks"}
+    assert {p for p in tmp_path.iterdir()} == {
+        paths.pop().parent,
+        tmp_path / "locks",
+        tmp_path / "size",
+    }
 
 
 def test_missing_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
