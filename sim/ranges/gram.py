@@ -664,11 +664,11 @@ class Gram:
             return math.inf
         if key not in self.rows:
             self.rows[key] = self.vectors.square_of(row)
-        square, told_by = self.rows[key]
+        square, proof_of_row = self.rows[key]
         lengths = ((c.number * self._length(p, sides, caps, known)) ** 2 for c, p in parts)
         length = math.sqrt(square * sum(lengths))
         if length < most:
-            self.joined[v.number] = told_by
+            self.joined[v.number] = proof_of_row
         return length
 
     def _measured(self, unit: Vector, sides: Sides) -> tuple[Vector, float] | None:

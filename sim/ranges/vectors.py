@@ -61,7 +61,7 @@ class Vectors:
         self.forms = Forms(self.nodes)
         self.low_passes = [*low_passes_of(program, nodes)]
         self.reductions = [*reductions_of(self.nodes)]
-        self.lengths: dict[int, Ball] = {}  # that a part is along one no longer than the root of 2
+        self.lengths: dict[int, Ball] = {}  # why |p|^2 <= 2, by t
         for found in [*self.reductions]:
             for t, p in found.along.items():
                 self.used, self.passed = set(), set(found.passed[t])
