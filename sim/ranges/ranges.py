@@ -29,6 +29,7 @@ __all__ = [
     "STATE_STATUSES",
     "STATUSES",
     "ClaimResult",
+    "Prover",
     "RangesResult",
     "Witness",
     "examine",
@@ -229,7 +230,7 @@ def examine(
     steps = -(-updates // RUNS)
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
-    prover = _Prover(estimator, program, nodes)
+    prover = Prover(estimator, program, nodes)
     proofs: list[Proof | None] = []
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
@@ -316,7 +317,7 @@ def examine(
     )
 
 
-class _Prover:
+class Prover:
     """The methods that prove a claim."""
 
     def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:

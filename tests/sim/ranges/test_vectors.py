@@ -9,7 +9,7 @@ from boresight.model import ops
 from boresight.model.algebra.quaternion import cross, dot, increment, product
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.ranges.claims import claims_of
-from boresight.sim.ranges.ranges import examine
+from boresight.sim.ranges.ranges import Prover, examine
 from boresight.sim.ranges.search import Search
 from boresight.sim.ranges.vectors import Vectors
 
@@ -27,7 +27,7 @@ class Beam(Estimator):
         *(Input(n, -9.0, 9.0) for n in ("e", "n", "u")),
         *(Input(n, -1.0, 1.0) for n in ("a", "b", "p", "q", "r")),
     )
-    outputs = (Output("along"), Output("level"))
+    outputs = (Output("along"), Output("level"), Output("part"))
     wrong = ""
     most = 1.0 + SLACK
 
@@ -41,12 +41,16 @@ class Beam(Estimator):
         sin_n, cos_n = (ops.saturated(c * by_level, 1.0) for c in (u.e, u.n))
         root = by_range if w == "root" else by_level
         level = ops.saturated(level_sq * root, 128.0 if w == "root" else 16.0)
-        sin_e, cos_e = (ops.saturated(c * by_range, 1.0) for c in (u.u, level))
+        cos_e, sin_e = (ops.saturated(c * by_range, 1.0) for c in (level, u.u))
         angle = ops.saturated(u.a, 0.125)
         bent = 0.5 * (angle * angle)
         bent = 0.25 * (angle * angle) if w == "bent" else bent
         other = -angle if w == "sign" else angle
         turned = [sin_e - sin_e * bent - cos_e * angle, cos_e - cos_e * bent + sin_e * other]
+        if w == "offset":
+            turned[0] = turned[0] + 0.25 * u.b
+        if w == "longer":
+            turned[1] = turned[1] + 0.25 * turned[1]
         sin_t, cos_t = (ops.bounded(c, -self.most, self.most, "of a turned vector") for c in turned)
         flat = [ops.bounded(c * cos_t, -self.most, self.most, "flat") for c in (sin_n, cos_n)]
         if w == "twice":
@@ -54,7 +58,14 @@ class Beam(Estimator):
         other = [c * ops.rsqrt(u.p * u.p + u.q * u.q + u.r * u.r + 0.01) for c in (u.p, u.q, u.r)]
         along = dot([*flat, sin_t], [ops.saturated(c, 1.0) for c in other])
         along = ops.bounded(along, -self.most, self.most, "along another")
-        return {}, {"along": along, "level": level}
+        fixed = [
+            ops.bounded(dot(row, [*flat, sin_t]), -2.0, 2.0, "in fixed axes")
+            for row in ([0.6, 0.8, 0.0], [-0.48, 0.36, 0.8])
+        ]
+        other = [c * ops.rsqrt(u.p * u.p + u.q * u.q + 0.01) for c in (u.p, u.q)]
+        part = dot(fixed, [ops.saturated(c, 1.0) for c in other])
+        part = ops.bounded(part, -self.most, self.most, "part along another")
+        return {}, {"along": along, "level": level, "part": part}
 
 
 def proofs(estimator):
@@ -80,6 +91,8 @@ def test_a_direction_of_two_angles():
     [
         ("root", {"of a turned vector", "along another"}),  # x / sqrt(y) is no root
         ("negative", {"of a turned vector", "along another"}),  # it has no root
+        ("longer", {"of a turned vector", "along another"}),  # one row is
+        ("offset", {"of a turned vector", "along another"}),
         ("bent", {"of a turned vector", "along another"}),  # 1 + c^2/2 is longer
         ("sign", {"along another"}),  # rows are not orthogonal
         ("twice", {"along another"}),  # factors differ
@@ -94,7 +107,39 @@ def test_wrong_by_a_bit(wrong, broken):
 def test_no_length_is_proven_shorter_than_it_can_be():
     estimator = Beam()
     estimator.most = 1.0 - SLACK
-    assert unproven(estimator) == {"of a turned vector", "along another"}
+    assert unproven(estimator) == {"of a turned vector", "along another", "part along another"}
+
+
+class Weighed(Estimator):
+    """The squares of a unit vector, all times a number below 0: from -1 up to 0."""
+
+    name = "weighed"
+    inputs = (Input("a", -9.0, 9.0), Input("b", -9.0, 9.0), Input("w", -1.0, -0.5))
+    outputs = (Output("y"), Output("z"))
+    most = 0.0
+
+    def step(self, x, u, p):
+        root = ops.rsqrt(u.a * u.a + u.b * u.b + 0.01)
+        parts = [ops.saturated(c * root, 1.0) for c in (u.a, u.b)]
+        total = u.w * dot(parts, parts)
+        alone = ops.bounded(0.5 - 2.0 * (parts[0] * parts[0]), -1.75, 1.75, "alone")
+        return {}, {"y": ops.bounded(total, -1.0, self.most, "weighed"), "z": alone}
+
+
+def test_a_component_alone():
+    """1/2 less twice a square of a component comes to -3/2."""
+    program, nodes = Weighed().compile_traced()
+    vectors = Vectors(program, nodes)
+    (node,) = [n for n in vectors.nodes.values() if n.kind == "bounded" and n.low == -1.75]
+    square, found = vectors.square_of([node])
+    assert 2.25 <= square <= 2.2501 and node.number not in found.used
+
+
+def test_a_factor_of_squares_may_be_negative():
+    """No square is below 0, but the vector may be short."""
+    narrow = Weighed()
+    narrow.most = -0.25
+    assert unproven(narrow) == {"weighed"}
 
 
 class Lever(Estimator):
@@ -165,6 +210,62 @@ def test_what_holds_without_a_claim():
     narrow.most = 3.75
     square, far = examine(narrow, updates=4000).claims
     assert far.status == "refuted" and far.how.startswith("would hold")
+
+
+class Short(Reach):
+    """The word of the square ends below 1, or holds all there is."""
+
+    outputs = (Output("y"), Output("z"))
+    said, factor = 0.9, 1.0
+
+    def step(self, x, u, p):
+        square = u.a * u.a + u.b * u.b + u.c * u.c
+        square = ops.bounded(square, 0.0, self.said, "square", unless="it is far")
+        product = square * (self.factor * u.b)
+        total = ops.bounded(product + u.a, -self.most, self.most, "sum")
+        return {}, {"y": total, "z": product}
+
+
+def test_what_a_word_that_is_too_short_holds():
+    """0.9 and 1 are within 1.95; what the word holds, 1 and 1, within 2.1."""
+    for most, proven in ((2.1, True), (1.95, False)):
+        estimator = Short()
+        estimator.most = most
+        _, total = examine(estimator, updates=4000).claims
+        assert (total.status == "proven") == proven, most
+
+
+def test_a_product_that_is_part_of_a_sum_leaves_its_format():
+    """3 times 1.6 is beyond 4, where the product's word ends; the sum does not read that word."""
+    estimator = Short()
+    estimator.said, estimator.factor, estimator.most = 2.4, 1.6, 5.2
+    _, total = examine(estimator, updates=4000).claims
+    assert total.conditions and total.conditions[0].startswith("square (")
+
+
+def test_a_proof_without_claims_says_which_words_it_takes():
+    estimator = Lever()
+    program, nodes = estimator.compile_traced()
+    claim = next(c for c in claims_of(program, nodes) if c.reason == "across")
+    _, lengths = Prover(estimator, program, nodes).methods_without([])
+    assert lengths(claim).passed == Vectors(program, nodes).proof_of(claim).passed != ()
+
+
+class Root(Estimator):
+    """An inverse root of what a claim holds above 0, for some inputs."""
+
+    name = "root"
+    inputs = (Input("a", -1.0, 1.0),)
+    outputs = (Output("y"),)
+
+    def step(self, x, u, p):
+        square = ops.bounded(u.a, 0.25, 1.0, "square", unless="there is none")
+        return {}, {"y": ops.bounded(ops.saturated(ops.rsqrt(square), 4.0), 0.0, 3.0, "root")}
+
+
+def test_there_is_no_root_of_a_negative_number():
+    _, root = examine(Root(), updates=4000).claims
+    assert root.status != "proven"
 
 
 @pytest.mark.parametrize("estimator", [Beam(), Lever()], ids=["beam", "lever"])
