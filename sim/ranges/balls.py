@@ -18,7 +18,7 @@ from itertools import permutations, product
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, times
+from boresight.sim.ranges.polynomials import Polynomial, plus, times
 from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["DEPTH", "TERMS", "Balls", "largest_eigenvalue"]
@@ -48,9 +48,9 @@ class Balls:
         self.passed: set[int] = set()
         self.sums: dict[int, frozenset[int]] = {}  # of squares: of which nodes
         for node in nodes.values():
-            form = polynomial_of(node, TERMS, DEPTH, self.said) if node.kind == "sum" else None
-            if form and all(c == 1.0 and len(m) == 2 and m[0] == m[1] for m, c in form.items()):
-                self.sums[node.number] = frozenset(n for n, _ in form)
+            squares = [*_squares(node)] if node.kind == "sum" else []
+            if len({*squares}) == len(squares) > 1 and None not in squares:
+                self.sums[node.number] = frozenset(n for n in squares if n is not None)
 
     def _best(self, ways: Iterable[Callable[[], float]], wanted: float = -math.inf) -> float:
         """The least of some bounds, and what tells it; of equal ones that of the fewest claims."""
@@ -177,6 +177,21 @@ class Balls:
             ):
                 tried.append(vector)
                 yield sorted(vector)
+
+
+def _squares(node: Node) -> Iterator[int | None]:
+    """Of which nodes a sum is the sum of the squares; None, at last: it has another term."""
+    for arg, sign in zip(node.args, node.signs, strict=True):
+        if arg.kind == "sum" and sign == 1:
+            for number in _squares(arg):
+                yield number
+                if number is None:
+                    return
+        elif arg.kind == "mul" and arg.args[0] is arg.args[1] and sign == 1:
+            yield arg.args[0].number
+        else:
+            yield None
+            return
 
 
 def largest_eigenvalue(form: Polynomial, numbers: Sequence[int]) -> float:

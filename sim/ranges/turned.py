@@ -21,7 +21,7 @@ from boresight.sim.ranges.unit_vectors import Ball, bare
 __all__ = ["Turned", "turned_of"]
 
 #: Terms of a polynomial; steps back to what it is computed from; share that rounding explains.
-_TERMS, _DEPTH, _EXACT = 60, 12, 1e-12
+_TERMS, _DEPTH, _EXACT = 60, 6, 1e-12
 #: A row: the factor of each component.
 Row = dict[int, Polynomial]
 
