@@ -18,7 +18,9 @@ from boresight.sim.ranges.claims import Claim, assumptions, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.matrices import Matrices
+from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.search import RUNS, Reach, Search
+from boresight.sim.ranges.traces import Traces
 from boresight.sim.ranges.vectors import Vectors
 
 __all__ = [
@@ -312,8 +314,10 @@ class _Prover:
     def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
         cells = reached_cells(program, nodes)
         vectors = Vectors(program, nodes)
+        gram = Gram(estimator, program, nodes, vectors)
         self.methods: tuple[Callable[[Claim], Proof | None], ...] = (
-            Gram(estimator, program, nodes, vectors).proof_of,
+            gram.proof_of,
+            Traces(gram, Norms(vectors)).proof_of,
             lambda claim: proof_of(claim, cells),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,
