@@ -42,8 +42,9 @@ from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["Traces"]
 
-#: Updates after which limits of the traces have to repeat themselves.
-_ROUNDS = 12
+#: Updates after which limits of the traces have to repeat themselves; states of which blocks are
+#: tried.
+_ROUNDS, _STATES = 12, 9
 #: A sum of vectors: each with its coefficients, by number.
 Row = dict[int, list[Coefficient]]
 
@@ -69,7 +70,9 @@ class Traces:
         self.limits: dict[tuple[int, ...], float] = {}
         self.balls: dict[frozenset[int], Ball] = {}  # of which norms follow
         self.totals: dict[Any, float] = {}
-        if gram.proven and not any(self._are_kept(blocks) for blocks in _partitions(gram.size)):
+        if not gram.proven or gram.size > _STATES:
+            return
+        if not any(self._are_kept(blocks) for blocks in _partitions(gram.size)):
             self.limits = {}
 
     def proof_of(self, claim: Claim) -> Proof | None:

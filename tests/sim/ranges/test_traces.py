@@ -147,15 +147,22 @@ def test_what_a_correction_is_at_most(limit, power, square):
     estimator = Corrected()
     estimator.limit, estimator.power = limit, power
     norms, by = norms_of(estimator)
-    c = [by["root"][0], *by["c"]] if len(by["c"]) == 3 else by["c"]
+    c = by["c"]
     row, _ = norms.square_of(entries([c]))
     assert row == pytest.approx(square)
     signed = right_matrix([Signed(n) for n in c])
     whole, _ = norms.square_of([[v.coefficient for v in row] for row in signed])
     assert whole == pytest.approx(square)
-    changed = [[v.coefficient for v in row] for row in signed]
-    changed[1][2] = changed[1][3]
-    assert norms.square_of(changed)[1] is None
+    (one, other), _ = entries([c[:2], c[:2]])  # their matrix is longer than they are
+    assert norms.square_of([[one, other], [one, other]])[1] is None
+
+
+def test_a_correction_of_a_short_quaternion():
+    """It makes a covariance larger."""
+    estimator = Corrected()
+    estimator.states = (State("qw", -1.0, 1.0, initial=0.5), *estimator.states[1:])
+    norms, by = norms_of(estimator)
+    assert norms.square_of(entries([by["c"]]))[0] == pytest.approx(4.0)
 
 
 class Signed:
