@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
+from boresight.sim.compare.check import KEPT
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.records.feed import feed
-from boresight.sim.records.record import Record
+from boresight.sim.records.log import Log
+from boresight.sim.records.record import joined
 from boresight.sim.rtl.wave import write_wave
 
-__all__ = ["WAVE_FOLDER", "window_of", "write_waves"]
+__all__ = ["WAVE_FOLDER", "write_waves"]
 
 #: Where waveforms are, unless said otherwise.
 WAVE_FOLDER = "wave"
 
 
-def window_of(text: str, rows: int) -> range:
+def _window(text: str, rows: int) -> range:
     """Rows "FIRST:STOP" of a log with so many; STOP is not one of them.
 
     Raises
@@ -38,21 +41,41 @@ def window_of(text: str, rows: int) -> range:
     return range(int(first), int(stop))
 
 
-def write_waves(build: Build, record: Record, window: range, folder: str | Path) -> str:
+def write_waves(
+    build: Build, rounds: Sequence[Sequence[Log]], rows: str, folder: str | Path
+) -> str:
     """Write ESTIMATOR.vcd, and .gtkw and .sucl for GTKWave and Surfer; return a line for people.
+
+    Parameters
+    ----------
+    rounds : sequence of sequence of Log
+        The only log of the only estimator of ``build``.
+    rows : str
+        As FIRST:STOP, without STOP.
 
     Raises
     ------
     InputError
-        The folder cannot be written, or the record does not feed the estimator.
+        Several estimators or logs, rows that the log does not have, a folder that cannot be
+        written, or a log that does not feed the estimator.
     ToolMissing, SimulationFailed
         As `write_wave`.
     """
+    if len(build.estimators) > 1 or len(rounds) > 1:
+        raise InputError.at(
+            "--wave",
+            wanted="one estimator and one log",
+            found=f"{len(build.estimators)} and {len(rounds)}",
+            fix="check them one by one",
+        )
+    record = joined([*rounds[0][0].blocks(KEPT)])
+    window = _window(rows, len(record))
     (estimator,), (program,), (nodes,) = build.estimators, build.programs, build.nodes
     name, lines = estimator.name, {number: node.line for number, node in nodes.items()}
     files = [f"{name}.{suffix}" for suffix in ("vcd", "gtkw", "sucl")]
     vcd = files[0]
-    words = words_of(program, feed(estimator, record).inputs[: window.stop])
+    inputs = feed(estimator, record).inputs[: window.stop]
+    words = words_of(program, inputs)
     with output_folder(folder, "check", of=name, files=files, option="--wave-folder") as out:
         with (out / vcd).open("w", encoding="ascii", errors="backslashreplace") as file:
             wave = write_wave(build.core, lines, words, window.start, window.stop, file)

@@ -26,17 +26,15 @@ from boresight.options import Arguments, Config, EstimatorNames, Logs, Option, O
 from boresight.regression import JudgedVerb
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.compare.check import KEPT, ROWS, USUAL, Check
+from boresight.sim.compare.check import ROWS, USUAL, Check
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.synthesised import NetlistSimulated
-from boresight.sim.records.files import log_files
 from boresight.sim.records.log import Log, logs_of
-from boresight.sim.records.record import joined
 from boresight.sim.rtl.netlist import SIMULATED
 from boresight.terminal import say
-from boresight.waves import WAVE_FOLDER, window_of, write_waves
+from boresight.waves import WAVE_FOLDER, write_waves
 
 __all__ = ["CheckResults", "check"]
 
@@ -211,18 +209,18 @@ def check(
         progress=lambda text: tell("".join((*messages, text))),
     )
     shared, own = _shared_and_own(logs, [e.name for e in estimators])
-    files = log_files(x for x in (*shared, *own.values()) if isinstance(x, str | Path))
-    kept = None
-    if reproducer is not None:
-        of = ",".join(e.name for e in estimators)
-        kept = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
     rounds = [[each_log] for each_log in logs_of(shared, steps)]
     if own:
         rounds.append([_own_log(e.name, own, steps) for e in estimators])
     if not rounds:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
+    kept = None
+    if reproducer is not None:
+        of = ",".join(e.name for e in estimators)
+        files = [log.path for records in rounds for log in records if log.path]
+        kept = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
     if wave is not None:
-        tell(_waves(build, rounds, wave, wave_folder))
+        tell(write_waves(build, rounds, wave, wave_folder))
     results: list[CheckResult] = []
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
@@ -251,19 +249,6 @@ def _simulated(target: str | None, levels: Sequence[str]) -> str:
             fix="say --levels fixed,netlist, or leave --target out",
         )
     return target
-
-
-def _waves(build: Build, rounds: Sequence[Sequence[Log]], wave: str, folder: Any) -> str:
-    """Write the waveforms of the only estimator on the only log; return a line for people."""
-    if len(build.estimators) > 1 or len(rounds) > 1:
-        raise InputError.at(
-            "--wave",
-            wanted="one estimator and one log",
-            found=f"{len(build.estimators)} and {len(rounds)}",
-            fix="check them one by one",
-        )
-    record = joined([*rounds[0][0].blocks(KEPT)])
-    return write_waves(build, record, window_of(wave, len(record)), folder)
 
 
 def replay(

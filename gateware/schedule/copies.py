@@ -37,7 +37,6 @@ def with_copies(program: Program) -> Program:
         name = value.name
         while name in names:
             name += "_"
-        names.add(name)
         values.append(replace(value, name=name))
         return len(values) - 1
 

@@ -195,9 +195,9 @@ class ListState:
             if value not in (s.a, s.b) or t + i + self.read in self.gets:
                 continue
             if s.a != value:
-                if s.cap_index or s.cap_flag or s.cap_norm or s.b is None:
+                if s.cap_index or s.cap_flag or s.cap_norm:
                     continue
-                s = replace(s, a=s.b, b=s.a, swap=not s.swap)
+                s = replace(s, a=value, b=s.a, swap=not s.swap)
             out[i] = replace(s, emit=self.emitted)
             entry = (-self.priority[node], node)
             if entry in self.awake:

@@ -69,8 +69,8 @@ def read_trials(
     comparisons: Collection[str] = (),
     peers: bool = False,
     declination_deg: float = 0.0,
-) -> tuple[list[Trial], list[str]]:
-    """Trials of logs and folders (the bundled logs by default), and names of those left out.
+) -> tuple[list[Trial], list[Log]]:
+    """Trials of logs and folders (the bundled logs by default), and logs that are left out.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def read_trials(
         A bad log, two logs of one name, a name among ``comparisons`` that no log has.
     """
     trials: dict[str, Trial] = {}
-    left_out: list[str] = []
+    left_out: dict[str, Log] = {}
     # Published filters hold a whole log.
     for log in logs_of(logs or [bundled(name) for name in bundled_names()], whole=peers):
         if log.name in trials or log.name in left_out:
@@ -102,7 +102,7 @@ def read_trials(
         other = log.comparison or log.name in comparisons
         trial = _trial(log, estimators, "comparison" if other else "truth", peers)
         if trial is None:
-            left_out.append(log.name)
+            left_out[log.name] = log
         else:
             trials[log.name] = trial
     for name in comparisons:
@@ -113,7 +113,7 @@ def read_trials(
                 found=repr(name),
                 fix="write the file's name without its suffix",
             )
-    return sorted(trials.values(), key=lambda t: t.name), sorted(left_out)
+    return [trials[n] for n in sorted(trials)], [left_out[n] for n in sorted(left_out)]
 
 
 def _from_magnetic_north(declination_deg: float, record: Record) -> Record:
@@ -142,5 +142,5 @@ def _trial(log: Log, estimators: Sequence[Estimator], reference: str, peers: boo
         return Trial(log, reference, folder, feeds)
     if not nine.mag_new.any():
         return None
-    log = Log.held(replace(nine, q=run_peer(PEERS[STAND_IN], log.first)).record())
+    log = Log.held(replace(nine, q=run_peer(PEERS[STAND_IN], log.first)).record(), log.path)
     return Trial(log, STAND_IN, folder, {e.name: _fed(e, log) for e in estimators})

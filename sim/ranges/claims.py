@@ -60,6 +60,11 @@ class Claim:
         return max(abs(self.low), abs(self.high))
 
     @property
+    def said(self) -> str:
+        """The reason, and the line."""
+        return f"{self.reason} ({self.line})" if self.line else self.reason
+
+    @property
     def ends(self) -> tuple[float, float]:
         """The range, and what rounding explains."""
         slack = TOLERANCE * self.size

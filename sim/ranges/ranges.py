@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -19,7 +20,9 @@ from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.norms import Norms
+from boresight.sim.ranges.released import released
 from boresight.sim.ranges.search import RUNS, Reach, Search
+from boresight.sim.ranges.steps import live_nodes
 from boresight.sim.ranges.traces import Traces
 from boresight.sim.ranges.vectors import Vectors
 
@@ -28,6 +31,7 @@ __all__ = [
     "STATE_STATUSES",
     "STATUSES",
     "ClaimResult",
+    "Prover",
     "RangesResult",
     "Witness",
     "examine",
@@ -228,7 +232,7 @@ def examine(
     steps = -(-updates // RUNS)
     program, nodes = estimator.compile_traced(word=word)
     claims = claims_of(program, nodes)
-    prover = _Prover(estimator, program, nodes)
+    prover = Prover(estimator, program, nodes)
     proofs: list[Proof | None] = []
     for k, claim in enumerate(claims):
         progress(f"claim {k + 1} of {len(claims)}")
@@ -237,11 +241,18 @@ def examine(
     search.run(steps, progress)
     reached = search.reach()
 
-    def conditions_of(proofs: Sequence[Proof | None]) -> list[tuple[str, ...]]:
+    def conditions_of(proofs: Sequence[Proof | None]) -> list[list[int]]:
         return _conditions(program, nodes, claims, proofs, reached, prover.fits)
 
     assumed = conditions_of(proofs)
-    for method in prover.methods:  # another proof may assume less
+
+    def methods() -> Iterator[Callable[[Claim], Proof | None]]:
+        yield from prover.methods
+        without = {j for each in assumed for j in each}
+        if without:
+            yield from prover.methods_without([claims[j] for j in sorted(without)])
+
+    for method in methods():  # another proof may assume less
         others = [
             method(c) or p if p and a else p
             for c, p, a in zip(claims, proofs, assumed, strict=True)
@@ -288,7 +299,7 @@ def examine(
                 reach.least,
                 reach.most,
                 share,
-                assumed[k],
+                tuple(dict.fromkeys(claims[j].said for j in assumed[k])),
                 _witness(estimator, search, reach) if reach.broken else None,
             )
         )
@@ -308,17 +319,18 @@ def examine(
     )
 
 
-class _Prover:
+class Prover:
     """The methods that prove a claim."""
 
     def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
-        cells = reached_cells(program, nodes)
+        self.program, self.nodes = program, nodes
+        self.cells = reached_cells(program, nodes)
         vectors = Vectors(program, nodes)
         gram = Gram(estimator, program, nodes, vectors)
         self.methods: tuple[Callable[[Claim], Proof | None], ...] = (
             gram.proof_of,
             Traces(gram, Norms(vectors)).proof_of,
-            lambda claim: proof_of(claim, cells),
+            lambda claim: proof_of(claim, self.cells),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,
         )
@@ -332,6 +344,23 @@ class _Prover:
             self.fitting[key] = self.proof_of(replace(claim, low=next(ends), high=next(ends)))
         return self.fitting[key]
 
+    def methods_without(
+        self, claims: Sequence[Claim]
+    ) -> tuple[Callable[[Claim], Proof | None], ...]:
+        """Those that intervals alone suffice for, in a step without some claims."""
+        new = released(self.program, self.nodes, [c for c in claims if not c.state])
+        nodes = {value: new.get(node.number, node) for value, node in self.nodes.items()}
+        own, left = live_nodes(self.program, self.nodes), live_nodes(self.program, nodes)
+        vectors = Vectors(self.program, nodes)
+
+        def method(prove: Callable[[Claim], Proof | None], claim: Claim) -> Proof | None:
+            node = left.get(claim.node.number)
+            proof = None if node is None else prove(replace(claim, node=node))
+            return proof and replace(proof, passed=tuple(own[n.number] for n in proof.passed))
+
+        proofs = (proof_of, vectors.proof_of)
+        return tuple(partial(method, prove) for prove in proofs)
+
     def proof_of(self, claim: Claim) -> Proof | None:
         """The first proof that a method finds."""
         return next((p for method in self.methods if (p := method(claim)) is not None), None)
@@ -344,8 +373,8 @@ def _conditions(
     proofs: Sequence[Proof | None],
     reached: Sequence[Reach],
     fits: Callable[[Claim, Format], Proof | None],
-) -> list[tuple[str, ...]]:
-    """The claims that each proof assumes without a proof, by reason and line."""
+) -> list[list[int]]:
+    """The claims that each proof assumes without a proof; indices."""
     words = {program.values[state].name: state for state, _ in program.states}
     leaves = {name: nodes[state].number for name, state in words.items() if state in nodes}
     formats = [
@@ -370,13 +399,9 @@ def _conditions(
             proof = fits(c, own)
             if proof is not None:
                 wider[k] = proof.base, proof.passed
-    texts = [f"{c.reason} ({c.line})" if c.line else c.reason for c in claims]
-    return [
-        tuple(dict.fromkeys(texts[j] for j in indices))
-        for indices in assumptions(
-            claims, bases, passed, broken, held, wider, lambda node: interval_needs(node, sure)
-        )
-    ]
+    return assumptions(
+        claims, bases, passed, broken, held, wider, lambda node: interval_needs(node, sure)
+    )
 
 
 def _holds(form: Format, ends: tuple[float, float]) -> bool:

@@ -3,6 +3,9 @@
 c_i / sqrt(S) with S >= sum of c_i^2, also where the inverse root is one factor of several, and
 where a selection leaves it out. A limit of what S contains is not reached where a condition that
 the selection needs says so.
+
+A c may be a root itself, c = x / sqrt(x) with c^2 = x, as in the sine and cosine of an elevation,
+u / sqrt(S) and sqrt(e^2 + n^2) / sqrt(S) with S = e^2 + n^2 + u^2.
 """
 
 from __future__ import annotations
@@ -30,7 +33,7 @@ _TERMS, _DEPTH, _SIDES = 100, 24, 6
 
 @dataclass(frozen=True)
 class Ball:
-    """A vector that is no longer than one, and what tells it.
+    """A vector that is no longer than one, or than a length, and what tells it.
 
     Attributes
     ----------
@@ -38,11 +41,14 @@ class Ball:
         Of its components.
     used, passed : frozenset of int
         Nodes whose intervals it follows from, and "bounded" ones that count as their arguments.
+    square : float
+        Of the length.
     """
 
     numbers: frozenset[int]
     used: frozenset[int] = frozenset()
     passed: frozenset[int] = frozenset()
+    square: float = 1.0
 
 
 class UnitVectors:
@@ -103,7 +109,15 @@ class UnitVectors:
         return members
 
     def _square(self, number: int, ends: Container[int], passed: set[int]) -> Polynomial | None:
-        part = polynomial_of(self.nodes[number], _TERMS, _DEPTH, ends, passed)
+        """The square of a node, or more; of x / sqrt(x), limited or not, x."""
+        node = self.nodes[number]
+        inner = bare(node)
+        if inner.kind == "mul" and number not in ends:
+            for x, root in (inner.args, inner.args[::-1]):
+                if root.kind == "rsqrt" and root.args[0] is x:
+                    own = polynomial_of(x, _TERMS, _DEPTH, ends, passed)
+                    return own if own is not None and is_sum_of_squares(own) else None
+        part = polynomial_of(node, _TERMS, _DEPTH, ends, passed)
         return None if part is None else times(part, part, _TERMS)
 
     def _largest(

@@ -4,42 +4,41 @@ The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ba
 states that every update replaces by such a vector. A value is expanded to a polynomial of what it
 is computed from, and its range follows from
 
-* the eigenvalues of a quadratic form of the components of one vector;
+* what `balls` says of polynomials of the components of such vectors;
 * Cauchy-Schwarz, where it is linear in the components of another: |sum b_i p_i| <= |b| |p|;
-* |p|^2 as a polynomial in which r^2 less the other squares and a rest, which cannot be negative,
-  replaces one square of a vector of length r: what stays has a sign, or an interval;
-* |p|^2 = |a|^2 |b|^2 of a product of quaternions.
+* |p|^2 = |a|^2 |b|^2 of a product of quaternions, and |A p| of `turned`.
 
-A saturated component is none the longer.
+A component that a limit, or the format of its word, holds is none the longer: no length rests on
+what is said of a vector's own components.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
-from itertools import permutations
+from functools import partial
 from typing import Any
-
-import numpy as np
 
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
+from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, largest_eigenvalue
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
 from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
 from boresight.sim.ranges.reductions import reductions_of
 from boresight.sim.ranges.steps import live_nodes
+from boresight.sim.ranges.turned import turned_of
 from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare
 
 __all__ = ["Vectors"]
 
-#: Terms of a polynomial, and those of its square; steps back to what it is computed from.
-_TERMS, _DEPTH, _NESTED = 100, 24, 4
+#: Steps from a vector to those that tell its length.
+_NESTED = 4
 _ROUNDING = 1e-9
 
 
-class Vectors:
+class Vectors(Balls):
     """The vectors of a compiled step.
 
     Parameters
@@ -49,10 +48,8 @@ class Vectors:
     """
 
     def __init__(self, program: Program, nodes: Mapping[int, Node]) -> None:
-        self.nodes = live_nodes(program, nodes)
-        self.said = {n.number for n in self.nodes.values() if n.kind == "bounded"}
-        self.used: set[int] = set()
-        self.passed: set[int] = set()
+        super().__init__(live_nodes(program, nodes))
+        self.known: dict[tuple[tuple[int, ...], int], Ball] = {}  # squares
         self.after = {
             nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
         }
@@ -76,6 +73,9 @@ class Vectors:
         }
         self.balls += self._states()
         self.balls += self._reduced_states()
+        self.balls += self._turned()
+        self.members = self.members.union(*(ball.numbers for ball in self.balls))
+        self.known.clear()
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
@@ -119,10 +119,40 @@ class Vectors:
                 continue
             assumed = Ball(frozenset(chosen))
             self.balls.append(assumed)
+            self.known.clear()
             found = self._kept(chosen, 1.0)
             self.balls.remove(assumed)
+            self.known.clear()
             if found is not None:
                 yield found
+
+    def _turned(self) -> Iterator[Ball]:
+        """Vectors that matrices with orthogonal rows make of the others."""
+        for found in turned_of(self.nodes, [*self.balls]):
+            self.used, self.passed = {*found.ball.used}, {*found.passed, *found.ball.passed}
+            square = found.ball.square * max(map(self._row_square, found.squares))
+            if math.isfinite(square):
+                yield Ball(found.numbers, frozenset(self.used), frozenset(self.passed), square)
+
+    def _row_square(self, form: Polynomial) -> float:
+        """An upper bound of a sum of squares of polynomials of said values."""
+
+        def expanded() -> float:
+            whole = self._expanded(form)
+            return math.inf if whole is None else self._most(whole, 0.0)
+
+        return self._best((lambda: self._most(form, 0.0), expanded))
+
+    def _expanded(self, form: Polynomial) -> Polynomial | None:
+        """A polynomial of what the nodes of one are computed from."""
+        out: Polynomial | None = {}
+        for m, c in form.items():
+            part: Polynomial | None = {(): c}
+            for n in m:
+                by = polynomial_of(self.nodes[n], TERMS, DEPTH, self.members, self.passed)
+                part = None if part is None or by is None else times(part, by, TERMS)
+            out = None if out is None or part is None else plus(out, part)
+        return out
 
     def _kept(self, states: Sequence[int], most: float) -> Ball | None:
         """States whose first and next values are a vector within the unit ball."""
@@ -146,13 +176,18 @@ class Vectors:
             most = way()
             if most <= min(-wanted[0], wanted[1]):
                 return -most, most
-        self.used, self.passed = set(), set()
-        form = polynomial_of(node, _TERMS, _DEPTH, self.members, self.passed)
-        if form is None:
-            return -math.inf, math.inf
-        most = self._most(form, wanted[1])
-        least = -self._most(scaled(form, -1.0), -wanted[0]) if most <= wanted[1] else -math.inf
-        return least, most
+        before: Polynomial = {}
+        for ends in (self.members, self.members | self.said):
+            self.used, self.passed = set(), set()
+            form = polynomial_of(node, TERMS, DEPTH, ends, self.passed)
+            if form is None or form == before:
+                continue
+            before = form
+            most = self._most(form, wanted[1])
+            least = -self._most(scaled(form, -1.0), -wanted[0]) if most <= wanted[1] else -math.inf
+            if wanted[0] <= least:
+                return least, most
+        return -math.inf, math.inf
 
     def _by_reduction(self, node: Node, nested: int) -> float:
         """Of a part that a reduction takes, or of a component that it leaves."""
@@ -170,48 +205,11 @@ class Vectors:
 
     def _most(self, form: Polynomial, wanted: float) -> float:
         """An upper bound of a polynomial."""
-        best = math.inf
-        for way in (
-            *(self._by_signs, self._by_eigenvalues, self._by_length),
-            *(self._by_product, self._by_elimination),
-        ):
-            best = min(best, way(form))
-            if best <= wanted:
-                break
-        return best
-
-    def _by_signs(self, form: Polynomial) -> float:
-        return sum(c * self._largest(m, c) for m, c in form.items())
-
-    def _largest(self, monomial: tuple[int, ...], sign: float) -> float:
-        """Least or largest value of a product of nodes; a rest, of a negative number, is 0 to 1."""
-        low, high = 1.0, 1.0
-        for number in sorted(set(monomial)):
-            power = monomial.count(number)
-            a, b = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
-            if number >= 0:
-                self.used.add(number)
-            ends = [a**power, b**power]
-            if power % 2 == 0 and a < 0.0 < b:
-                ends.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in ends]
-            low, high = min(corners), max(corners)
-        return high if sign > 0.0 else low
-
-    def _by_eigenvalues(self, form: Polynomial) -> float:
-        """Of a constant and a quadratic form of one vector."""
-        numbers = sorted({n for m in form for n in m})
-        square = self._ball_square(numbers)
-        if not math.isfinite(square) or any(len(m) not in (0, 2) for m in form):
-            return math.inf
-        at = {n: k for k, n in enumerate(numbers)}
-        matrix = np.zeros((len(numbers), len(numbers)))
-        for m, c in form.items():
-            if m:
-                matrix[at[m[0]], at[m[1]]] += 0.5 * c
-                matrix[at[m[1]], at[m[0]]] += 0.5 * c
-        largest = float(np.linalg.eigvalsh(matrix)[-1]) if numbers else 0.0
-        return form.get((), 0.0) + max(0.0, largest) * square
+        ways = (
+            *(self._by_signs, self._by_eigenvalues, self._by_length, self._by_product),
+            *(self._by_absorption, self._by_elimination),
+        )
+        return self._best((partial(way, form) for way in ways), wanted)
 
     def _by_length(self, form: Polynomial) -> float:
         """Of a constant and squares of the components of one vector."""
@@ -221,27 +219,12 @@ class Vectors:
         length = self._square([self.nodes[n] for n, _ in squares])
         return form.get((), 0.0) + max(squares.values()) * length
 
-    def _ball(self, numbers: Sequence[int]) -> Ball | None:
-        """A vector that has these components, and perhaps others."""
-        inside = (ball for ball in self.balls if ball.numbers.issuperset(numbers))
-        return next(inside, None)
-
-    def _ball_square(self, numbers: Sequence[int]) -> float:
-        ball = self._ball(numbers)
-        if ball is None:
-            return math.inf
-        self._take(ball)
-        return 1.0
-
-    def _take(self, ball: Ball) -> None:
-        self.used |= ball.used
-        self.passed |= ball.passed
-
     def _by_product(self, form: Polynomial) -> float:
         """Cauchy-Schwarz, where every term has one component of a vector."""
-        best, alone = math.inf, form.get((), 0.0)
+        alone = form.get((), 0.0)
         form = {m: c for m, c in form.items() if m}
-        for vector in self._linear(form) if len(form) <= _TERMS // 2 else ():
+
+        def way(vector: Sequence[int]) -> float:
             rows: dict[int, Polynomial] = {}
             for m, c in form.items():
                 (own,) = (n for n in m if n in vector)
@@ -250,80 +233,60 @@ class Vectors:
                 rows.setdefault(own, {})[tuple(rest)] = c
             total: Polynomial | None = {}
             for row in rows.values():
-                square = times(row, row, _TERMS)
+                square = times(row, row, TERMS)
                 total = None if total is None or square is None else plus(total, square)
             if total is None:
-                continue
+                return math.inf
             length = self._square([self.nodes[n] for n in vector])
-            other = min(self._by_signs(total), self._by_elimination(total))
-            best = min(best, alone + math.sqrt(max(0.0, length * other)))
-        return best
+            ways = (self._by_signs, self._by_length, self._by_absorption, self._by_elimination)
+            other = self._best(partial(way, total) for way in ways)
+            return alone + math.sqrt(max(0.0, length * other))
 
-    def _linear(self, form: Polynomial) -> Iterator[list[int]]:
-        """Sets of nodes of which every term has exactly one."""
-        present = {n for m in form for n in m}
-        inputs = {n for n in present if self.nodes[n].kind == "input"}
-        states = {n for n in present if self.nodes[n].kind == "state"}
-        balls = [present & ball.numbers for ball in self.balls]
-        bound = set().union(*balls)
-        tried = []
-        for vector in (*balls, inputs, states - bound, present - bound):
-            if (
-                vector
-                and vector not in tried
-                and all(sum(n in vector for n in m) == 1 for m in form)
-            ):
-                tried.append(vector)
-                yield sorted(vector)
-
-    def _by_elimination(self, form: Polynomial) -> float:
-        """Of what is left where other squares and a rest replace one square of each vector."""
-        numbers = {n for m in form for n in m}
-        balls = sorted(
-            (ball for ball in self.balls if len(ball.numbers & numbers) > 1),
-            key=lambda ball: (-len(ball.numbers & numbers), sorted(ball.numbers)),
-        )[:2]
-        best = math.inf
-        for order in permutations(balls):
-            forms = [form]
-            for k, ball in enumerate(order):
-                self._take(ball)
-                forms = [
-                    out
-                    for f in forms
-                    for n in sorted(ball.numbers & numbers)
-                    if (out := _replaced(f, n, ball.numbers, -1 - k)) is not None
-                ]
-            best = min([best, *(self._by_signs(f) for f in forms)])
-        return best
+        vectors = self._linear(form) if len(form) <= TERMS // 2 else ()
+        return self._best(partial(way, vector) for vector in vectors)
 
     def _square(self, vector: Sequence[Node], nested: int = _NESTED) -> float:
         """An upper bound of the squared length of a vector of nodes."""
-        best = sum(max(n.low * n.low, n.high * n.high) for n in vector)
-        used = {n.number for n in vector}
-        inner = [bare(n) for n in vector]
+        key = tuple(n.number for n in vector), nested
+        if key not in self.known:
+            before = self.used, self.passed
+            self.used, self.passed = set(), set()
+            square = self._new_square(vector, nested)
+            found = frozenset(self.used), frozenset(self.passed)
+            self.known[key] = Ball(frozenset(), *found, square)
+            self.used, self.passed = before
+        self._take(self.known[key])
+        return self.known[key].square
+
+    def _new_square(self, vector: Sequence[Node], nested: int) -> float:
+        inner = [self._inner(n) for n in vector]
+        ways = [lambda: self._by_intervals(vector)]
         for parts in (vector, inner):
-            ball = self._ball_square([n.number for n in parts if n.kind != "const"])
-            if ball < best and not any(n.kind == "const" for n in parts):
-                best, used = ball, set()
-        if nested == 0:
-            self.used |= used
-            return best
-        before = self.used, self.passed
-        passed = {n.number for node in vector for n in _limits(node) if n.kind == "bounded"}
-        known = used, set[int]()
-        for way in self._ways(inner, nested):
-            self.used, self.passed = set(), set(passed)
-            square = way()
-            if square < best * (1.0 - _ROUNDING):
-                best, known = square, (self.used, self.passed)
-        self.used, self.passed = before[0] | known[0], before[1] | known[1]
-        return best
+            if not any(n.kind == "const" for n in parts):
+                ways.append(partial(self._ball_square, [n.number for n in parts]))
+        if nested:
+            ways += [lambda: self._reduced(vector, nested), *self._ways(inner, nested)]
+        return self._best(ways)
+
+    def _inner(self, node: Node) -> Node:
+        """What a node is but for limits, down to a component of a vector of known length."""
+        while node.kind in ("bounded", "saturated") and node.number not in self.members:
+            node = node.args[0]
+        return node
+
+    def _by_intervals(self, vector: Sequence[Node]) -> float:
+        total = 0.0
+        for node in vector:
+            square, number = min((max(n.low**2, n.high**2), n.number) for n in _limited(node))
+            self.used.add(number)
+            total += square
+        return total
 
     def _ways(self, vector: Sequence[Node], nested: int) -> Iterator[Callable[[], float]]:
         """Ways to bound the squared length of a vector of nodes."""
         yield lambda: self._filtered(vector)
-        yield lambda: self._reduced(vector, nested)
+        if len(vector) == 1:
+            yield lambda: self._alone(vector[0])
         conditions = [n.args[0] for n in vector if n.kind == "select"]
         if conditions:
             c = conditions[0]
@@ -335,8 +298,9 @@ class Vectors:
             return
         for ends in (self.members | self.said, self.members):
             for method in (
-                *(self._by_signs, self._by_elimination),
+                *(self._by_signs, self._by_absorption, self._by_elimination),
                 lambda total: self._factors(total, nested),
+                lambda total: self._by_quadratic(total, vector, nested),
             ):
 
                 def way(ends: Set[int] = ends, method: Callable[..., float] = method) -> float:
@@ -382,7 +346,7 @@ class Vectors:
     def _reduced(self, vector: Sequence[Node], nested: int) -> float:
         """Of a vector, some components of which are what a reduction leaves."""
         for reduction in self.reductions:
-            rest = [n for n in vector if n.number not in reduction.rest]
+            rest = [n for n in vector if self._inner(n).number not in reduction.rest]
             before = [*rest, *reduction.base]
             distinct = len({n.number for n in (*vector, *reduction.base)})
             if len(rest) < len(vector) and distinct == len(vector) + len(reduction.base):
@@ -391,15 +355,30 @@ class Vectors:
                 return self._square(before, nested - 1)
         return math.inf
 
+    def _alone(self, node: Node) -> float:
+        """Of one component, by its ends."""
+        form = polynomial_of(node, TERMS, DEPTH, self.members, self.passed)
+        if form is None:
+            return math.inf
+        return max(map(self._by_eigenvalues, (form, scaled(form, -1.0)))) ** 2
+
     def _summed_squares(self, vector: Sequence[Node], ends: Set[int]) -> Polynomial | None:
         total: Polynomial = {}
         for node in vector:
-            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.passed)
-            square = None if form is None else times(form, form, _TERMS)
+            form = polynomial_of(node, TERMS, DEPTH, ends, self.passed)
+            square = None if form is None else times(form, form, TERMS)
             if square is None:
                 return None
             total = plus(total, square)
         return {m: c for m, c in total.items() if abs(c) > 1e-12}
+
+    def _by_quadratic(self, form: Polynomial, vector: Sequence[Node], nested: int) -> float:
+        """Of a quadratic form of others than the vector that it is the square of."""
+        numbers = sorted({n for m in form for n in m})
+        if any(len(m) != 2 for m in form) or {*numbers} <= {n.number for n in vector}:
+            return math.inf
+        largest = largest_eigenvalue(form, numbers)
+        return largest * self._square([self.nodes[n] for n in numbers], nested - 1)
 
     def _factors(self, form: Polynomial, nested: int) -> float:
         """Of (sum of a_i^2) g, g without them."""
@@ -418,7 +397,7 @@ class Vectors:
         return best
 
 
-def _limits(node: Node) -> Iterator[Node]:
+def _limited(node: Node) -> Iterator[Node]:
     """A node, and what it is but for limits, one after the other."""
     yield node
     while node.kind in ("bounded", "saturated"):
@@ -438,17 +417,3 @@ def _alternatives(node: Node) -> Iterator[Node]:
 
 def _alike(a: Polynomial, b: Polynomial) -> bool:
     return a.keys() == b.keys() and all(abs(c - b[m]) <= 1e-12 for m, c in a.items())
-
-
-def _replaced(form: Polynomial, number: int, ball: Set[int], rest: int) -> Polynomial | None:
-    """A polynomial with one less the other squares and a rest for the square of a node."""
-    by: Polynomial = {(): 1.0, (rest,): -1.0}
-    by |= {(n, n): -1.0 for n in ball if n != number}
-    out: Polynomial | None = {}
-    for m, c in form.items():
-        power, odd = divmod(m.count(number), 2)
-        part: Polynomial | None = {tuple(n for n in m if n != number) + (number,) * odd: c}
-        for _ in range(power):
-            part = None if part is None else times(part, by, _TERMS)
-        out = None if out is None or part is None else plus(out, part)
-    return None if out is None else {m: c for m, c in out.items() if abs(c) > 1e-12}

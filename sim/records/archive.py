@@ -20,8 +20,14 @@ import numpy.typing as npt
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.sim.records.nine_axis import TRIADS
-from boresight.sim.records.record import Record, columns_of, index_place, name_of
-from boresight.sim.records.steps import RESTART_S, steps_of
+from boresight.sim.records.record import (
+    RESTART_S,
+    Record,
+    columns_of,
+    index_place,
+    name_of,
+    steps_of,
+)
 
 __all__ = ["format_npz", "heads_of", "parse_npz", "record_of_arrays"]
 

@@ -16,8 +16,7 @@ import numpy.typing as npt
 
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
-from boresight.sim.records.record import TRUTH, Column, Record, index_place
-from boresight.sim.records.steps import steps_of
+from boresight.sim.records.record import TRUTH, Column, Record, index_place, steps_of
 
 __all__ = ["NineAxis", "check_norm", "truth_names"]
 

@@ -15,14 +15,28 @@ import numpy.typing as npt
 from boresight.model.declarations import EXACT_UNITS
 from boresight.model.errors import InputError
 from boresight.model.units import UnitError, linear
-from boresight.sim.records.steps import steps_of
 
-__all__ = ["TRUTH", "Column", "Record", "index_place", "joined", "rows_of", "shifted"]
+__all__ = [
+    "MEDIAN_OF",
+    "RESTART_S",
+    "TRUTH",
+    "Column",
+    "Record",
+    "index_place",
+    "joined",
+    "rows_of",
+    "shifted",
+    "steps_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
 #: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"
+#: Steps of which the first one is the median: a long log is read in pieces.
+MEDIAN_OF = 1000
+#: s, a time step that restarts the attitude filters.
+RESTART_S = -0.25
 
 #: Location of a value, for messages: (row, column) -> "a.csv, line 7, column gx".
 Place = Callable[[int, str], str]
@@ -214,6 +228,25 @@ class Record:
             )
         arrays = {str(n): _array(name, str(n), data[n]) for n in names}
         return cls(name, columns_of(name, arrays), index_place(name))
+
+
+def steps_of(where: str, t: npt.NDArray[Any]) -> FloatArray:
+    """Step that ends at each sample, (n,); the first one is the median of the next 1,000.
+
+    Raises
+    ------
+    InputError
+        There is only one sample.
+    """
+    if len(t) < 2:
+        raise InputError.at(
+            where,
+            wanted="two rows or more, for a time step",
+            found="one",
+            fix="use a longer log, or give a column dt",
+        )
+    steps = np.diff(np.asarray(t, dtype=np.float64))
+    return np.concatenate([[np.median(steps[:MEDIAN_OF])], steps])
 
 
 def joined(blocks: list[Record]) -> Record:

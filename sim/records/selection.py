@@ -17,8 +17,7 @@ import numpy as np
 
 from boresight.model.errors import InputError
 from boresight.model.units import UnitError, linear
-from boresight.sim.records.record import Column, Record, joined, rows_of
-from boresight.sim.records.steps import MEDIAN_OF, RESTART_S
+from boresight.sim.records.record import MEDIAN_OF, RESTART_S, Column, Record, joined, rows_of
 from boresight.sim.records.topics import GAP_STEPS
 
 __all__ = ["GAPS", "Selection", "selected", "selection"]

@@ -11,8 +11,15 @@ from typing import TypeVar
 
 import numpy as np
 
-from boresight.sim.records.record import Column, Record, joined, refuse_late, rows_of
-from boresight.sim.records.steps import MEDIAN_OF, steps_of
+from boresight.sim.records.record import (
+    MEDIAN_OF,
+    Column,
+    Record,
+    joined,
+    refuse_late,
+    rows_of,
+    steps_of,
+)
 from boresight.sim.records.text import ROWS
 
 __all__ = ["ahead", "resized", "timed"]

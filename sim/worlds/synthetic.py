@@ -23,8 +23,7 @@ from boresight.sim.attitude.rotation import (
     turns_between,
 )
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Record
-from boresight.sim.records.steps import steps_of
+from boresight.sim.records.record import Record, steps_of
 
 __all__ = ["SensorError", "synthetic_log"]
 

@@ -28,7 +28,6 @@ from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import STAND_IN, read_trials
 from boresight.sim.attitude.accuracy import ALIGNMENTS
-from boresight.sim.records.files import log_files
 from boresight.verbs.figures.protocol import accuracy_protocol
 
 __all__ = ["accuracy"]
@@ -148,13 +147,20 @@ def accuracy(
             progress=progress,
         )
         return AccuracyResult.of(
-            ours, trials, results, left_out, params or {}, word, align, declination
+            ours,
+            trials,
+            results,
+            [log.name for log in left_out],
+            params or {},
+            word,
+            align,
+            declination,
         )
 
     if output is None:
         return work()
     made = ("accuracy.html", "accuracy.json")
-    files = log_files(log for log in logs if isinstance(log, str | Path))
+    files = [log.path for log in (*(t.log for t in trials), *left_out) if log.path]
     with output_folder(output, "accuracy", files=made, inputs=files) as folder:
         result = work()
         data = result.to_json()

@@ -13,12 +13,13 @@ ADDRESS = {register.name: k for k, register in enumerate(CONTROL)}
 BIT = {name: 1 << k for k, name in enumerate(CONTROL[ADDRESS["status"]].bits)}
 
 
-def run(bench, **options) -> None:
+def run(bench, *, background=None, **options) -> None:
     dut = Control(**{"divisor": 8, "watchdog_cycles": 1024, "pages": 24, **options})
     top = Module()
     top.domains.sync = ClockDomain()
     top.submodules.dut = dut
-    run_bench(top, partial(bench, dut=dut))
+    beside = [] if background is None else [partial(background, dut=dut)]
+    run_bench(top, partial(bench, dut=dut), background=beside)
 
 
 async def transfer(ctx, dut, name: str, word: int | None = None) -> int:
@@ -68,6 +69,23 @@ def test_timer() -> None:
         assert not ctx.get(dut.timer)
 
     run(bench)
+
+
+def test_no_interrupt_while_the_alarm_changes() -> None:
+    seen = []
+
+    async def watch(ctx, dut):
+        async for _, _, timer in ctx.tick().sample(dut.timer):
+            seen.append(timer)
+
+    async def bench(ctx, dut):
+        await transfer(ctx, dut, "alarm", 500)
+        await transfer(ctx, dut, "timer", 1)
+        await transfer(ctx, dut, "alarm", 600)
+        await ctx.tick().repeat(10)
+
+    run(bench, background=watch)
+    assert seen and not any(seen)
 
 
 def test_alarm_across_the_wrap() -> None:

@@ -248,6 +248,26 @@ def test_watchdog(when: int) -> None:
     bench.run(test)
 
 
+def test_a_sample_before_the_watchdog_does_not_wait() -> None:
+    """Its words are not those of its time any more."""
+    bench = Bench()
+
+    async def test(ctx):
+        await bench.line(ctx, (1, 2, 3), 1)
+        await bench.sample(ctx)
+        bench.broken = True  # while the line is calibrated
+        await bench.sample(ctx, wait=False)
+        await ctx.tick().repeat(bench.dut.patience + 20)
+        assert bench.events.count("watchdog") >= 1
+        bench.broken = False
+        await ctx.tick().repeat(500)
+        assert bench.updates == 1
+        await bench.sample(ctx)
+        assert bench.updates == 2
+
+    bench.run(test)
+
+
 def test_an_idle_conductor_needs_no_watchdog() -> None:
     bench = Bench()
 

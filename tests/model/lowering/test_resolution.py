@@ -9,6 +9,7 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.errors import InputError
+from boresight.model.lowering.lower import lower
 from boresight.model.lowering.resolution import check_resolution, limits
 from boresight.model.words.program import Port, Program
 from tests.support.traced import Traced
@@ -42,3 +43,19 @@ def test_a_word_that_is_just_too_coarse(function: object, share: float) -> None:
     check_resolution(judged(t, share * 2.0**-11 * 1.001), {})
     with pytest.raises(InputError, match=r"a last bit of at most 0\.00048\d, for the tolerance of"):
         check_resolution(judged(t, share * 2.0**-11 * 0.999), {})
+
+
+@pytest.mark.parametrize("small, exact", [(2.0**-9, True), (2.0**-30, False)])
+def test_a_constant_that_is_too_small_for_a_sum(small: float, exact: bool) -> None:
+    """A sum of chosen constants is exact, unless one of them is below its last bit, 2^-10."""
+
+    def function(x: object) -> object:
+        return ops.where(x < 0.0, 2.0**20, 0.0) + ops.where(x < 0.5, small, 0.0)
+
+    t = Traced(function, [(-1.0, 1.0)])
+    nodes = lower(t.trace, t.program.arithmetic)[1]
+    if exact:
+        check_resolution(judged(t, 2.0**-12), nodes)
+    else:
+        with pytest.raises(InputError, match="a last bit of at most"):
+            check_resolution(judged(t, 2.0**-12), nodes)

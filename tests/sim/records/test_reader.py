@@ -13,8 +13,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import Feed, feed, fitted
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Column, Record
-from boresight.sim.records.steps import RESTART_S, steps_of
+from boresight.sim.records.record import RESTART_S, Column, Record, steps_of
 
 # -- records as inputs: units, steps, truths, rates --------------------------------------------
 

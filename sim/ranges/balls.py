@@ -1,0 +1,222 @@
+"""Upper bounds of polynomials of the components of vectors whose lengths are known.
+
+* The eigenvalues of a quadratic form of one vector;
+* a vector's squares with the same factors, which cannot be negative, are at most its squared length
+  times these, as in (a^2 + b^2) c^2 + d^2 <= r^2 c^2 + d^2;
+* r^2 less the other squares and a rest, which cannot be negative, replaces one square of a vector
+  of length r, and a value that is the sum of squares replaces one of these: what stays has a sign,
+  or an interval.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from functools import partial
+from itertools import permutations, product
+
+import numpy as np
+
+from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, times
+from boresight.sim.ranges.unit_vectors import Ball
+
+__all__ = ["DEPTH", "TERMS", "Balls", "largest_eigenvalue"]
+
+#: Terms of a polynomial; steps back to what it is computed from.
+TERMS, DEPTH = 100, 24
+#: Terms of an inner product that are parted in every way; share of a bound that rounding explains.
+_PARTED, _ROUNDING = 6, 1e-9
+
+
+class Balls:
+    """Vectors of known length, and what follows of polynomials of their components.
+
+    Attributes
+    ----------
+    balls : list of Ball
+    used, passed : set of int
+        Nodes whose intervals the bounds since the sets were emptied follow from, and "bounded" ones
+        that count as their arguments.
+    """
+
+    def __init__(self, nodes: Mapping[int, Node]) -> None:
+        self.nodes = nodes
+        self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
+        self.balls: list[Ball] = []
+        self.used: set[int] = set()
+        self.passed: set[int] = set()
+        self.sums: dict[int, frozenset[int]] = {}  # of squares: of which nodes
+        for node in nodes.values():
+            form = polynomial_of(node, TERMS, DEPTH, self.said) if node.kind == "sum" else None
+            if form and all(c == 1.0 and len(m) == 2 and m[0] == m[1] for m, c in form.items()):
+                self.sums[node.number] = frozenset(n for n, _ in form)
+
+    def _best(self, ways: Iterable[Callable[[], float]], wanted: float = -math.inf) -> float:
+        """The least of some bounds, and what tells it; of equal ones that of the fewest claims."""
+        before = self.used, self.passed
+        best, known = math.inf, (set[int](), set[int]())
+        for way in ways:
+            self.used, self.passed = set(), set()
+            bound = way()
+            fewer = len(self.used & self.said) < len(known[0] & self.said)
+            if bound < best * (1.0 - _ROUNDING) or (fewer and bound <= best * (1.0 + _ROUNDING)):
+                best, known = bound, (self.used, self.passed)
+            if best <= wanted:
+                break
+        self.used, self.passed = before[0] | known[0], before[1] | known[1]
+        return best
+
+    def _ball(self, numbers: Sequence[int]) -> Ball | None:
+        """A vector that has these components, and perhaps others."""
+        inside = (ball for ball in self.balls if ball.numbers.issuperset(numbers))
+        return next(inside, None)
+
+    def _ball_square(self, numbers: Sequence[int]) -> float:
+        ball = self._ball(numbers)
+        if ball is None:
+            return math.inf
+        self._take(ball)
+        return ball.square
+
+    def _take(self, ball: Ball) -> None:
+        self.used |= ball.used
+        self.passed |= ball.passed
+
+    def _by_signs(self, form: Polynomial) -> float:
+        return sum(c * self._largest(m, c) for m, c in form.items())
+
+    def _largest(self, monomial: tuple[int, ...], sign: float) -> float:
+        """Least or largest value of a product of nodes; a rest, of a negative number, is 0 to 1."""
+        low, high = 1.0, 1.0
+        for number in sorted(set(monomial)):
+            power = monomial.count(number)
+            a, b = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
+            if number >= 0:
+                self.used.add(number)
+            ends = [a**power, b**power]
+            if power % 2 == 0 and a < 0.0 < b:
+                ends.append(0.0)
+            corners = [x * y if x and y else 0.0 for x in (low, high) for y in ends]
+            low, high = min(corners), max(corners)
+        return high if sign > 0.0 else low
+
+    def _by_eigenvalues(self, form: Polynomial) -> float:
+        """Of a constant and a quadratic form of one vector."""
+        numbers = sorted({n for m in form for n in m})
+        square = self._ball_square(numbers)
+        if not math.isfinite(square) or any(len(m) not in (0, 2) for m in form):
+            return math.inf
+        rest = {m: c for m, c in form.items() if m}
+        return form.get((), 0.0) + largest_eigenvalue(rest, numbers) * square
+
+    def _by_absorption(self, form: Polynomial) -> float:
+        """Of what is left where squares of vectors have gone into their lengths."""
+
+        def way(ball: Ball) -> float:
+            rest = _absorbed(form, ball)
+            if rest is None:
+                return math.inf
+            self._take(ball)
+            ways = (self._by_signs, self._by_eigenvalues, self._by_absorption)
+            return self._best(partial(way, rest) for way in ways)
+
+        return self._best(partial(way, ball) for ball in self._overlapping(form))
+
+    def _by_elimination(self, form: Polynomial) -> float:
+        """Of what is left where one square of each vector, or of a sum of squares, is replaced."""
+        numbers = {n for m in form for n in m}
+
+        def way(order: Sequence[Ball]) -> float:
+            forms = [form]
+            for k, ball in enumerate(order):
+                self._take(ball)
+                total = {(): ball.square, (-1 - k,): -ball.square}
+                forms = [
+                    out
+                    for f in forms
+                    for n in sorted(ball.numbers & numbers)
+                    if (out := _replaced(f, n, ball.numbers, total)) is not None
+                ]
+            return min(map(self._by_signs, forms), default=math.inf)
+
+        def without(number: int, squares: frozenset[int]) -> float:
+            out = _replaced(form, min(squares), squares, {(number,): 1.0})
+            return math.inf if out is None else self._by_signs(out)
+
+        return self._best(
+            (
+                *(partial(way, order) for order in permutations(self._overlapping(form)[:2])),
+                *(partial(without, n, s) for n, s in self.sums.items() if s <= numbers),
+            )
+        )
+
+    def _overlapping(self, form: Polynomial) -> list[Ball]:
+        """Vectors of which several components are there, those with the most first."""
+        numbers = {n for m in form for n in m}
+        return sorted(
+            (ball for ball in self.balls if len(ball.numbers & numbers) > 1),
+            key=lambda ball: (-len(ball.numbers & numbers), sorted(ball.numbers)),
+        )
+
+    def _linear(self, form: Polynomial) -> Iterator[list[int]]:
+        """Sets of nodes of which every term has exactly one."""
+        present = {n for m in form for n in m}
+        inputs = {n for n in present if self.nodes[n].kind == "input"}
+        states = {n for n in present if self.nodes[n].kind == "state"}
+        balls = [present & ball.numbers for ball in self.balls]
+        bound = set().union(*balls)
+        tried = []
+        few = len(form) <= _PARTED and all(0 < len(m) <= 2 for m in form)
+        parted = [*map(set, product(*form))] if few else []
+        for vector in (*balls, inputs, states - bound, present - bound, *parted):
+            if (
+                vector
+                and vector not in tried
+                and all(sum(n in vector for n in m) == 1 for m in form)
+            ):
+                tried.append(vector)
+                yield sorted(vector)
+
+
+def largest_eigenvalue(form: Polynomial, numbers: Sequence[int]) -> float:
+    """Of a quadratic form of nodes; not below 0."""
+    at = {n: k for k, n in enumerate(numbers)}
+    matrix = np.zeros((len(numbers), len(numbers)))
+    for m, c in form.items():
+        matrix[at[m[0]], at[m[1]]] += 0.5 * c
+        matrix[at[m[1]], at[m[0]]] += 0.5 * c
+    return max(0.0, float(np.linalg.eigvalsh(matrix)[-1])) if numbers else 0.0
+
+
+def _absorbed(form: Polynomial, ball: Ball) -> Polynomial | None:
+    """A polynomial with the squared length of a vector for its squares; None: of another form."""
+    out: Polynomial = {}
+    most: Polynomial = {}
+    for m, c in form.items():
+        own = [n for n in m if n in ball.numbers]
+        rest = tuple(n for n in m if n not in ball.numbers)
+        if not own:
+            out[rest] = out.get(rest, 0.0) + c
+        elif len(own) == 2 and own[0] == own[1] and all(rest.count(n) % 2 == 0 for n in rest):
+            most[rest] = max(most.get(rest, 0.0), c)
+        else:
+            return None
+    for rest, c in most.items():
+        out[rest] = out.get(rest, 0.0) + c * ball.square
+    return out
+
+
+def _replaced(
+    form: Polynomial, number: int, squares: Set[int], total: Polynomial
+) -> Polynomial | None:
+    """A polynomial with a total less the other squares for the square of a node."""
+    by = total | {(n, n): -1.0 for n in squares if n != number}
+    out: Polynomial | None = {}
+    for m, c in form.items():
+        power, odd = divmod(m.count(number), 2)
+        part: Polynomial | None = {tuple(n for n in m if n != number) + (number,) * odd: c}
+        for _ in range(power):
+            part = None if part is None else times(part, by, TERMS)
+        out = None if out is None or part is None else plus(out, part)
+    return None if out is None else {m: c for m, c in out.items() if abs(c) > 1e-12}
