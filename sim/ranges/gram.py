@@ -13,7 +13,8 @@ in whatever order it computes the elements, also where several measurements shar
 The next matrix is a covariance if its elements are the inner products of one vector each; the first
 one is, and by induction all are. F and h may be any values of the step. An inner product is within
 the lengths of its two vectors, which follow from the variances of the states, from what conditions
-say of them, and from the intervals of F, h, q and v.
+say of them, and from the intervals of F, h, q and v. Where one update takes a variance beyond its
+declared range, but not beyond the format of its word, the induction lets it be as large as that.
 
 That a value is an inner product is an identity of polynomials, checked at random points, with
 selections, limits and functions drawn, too: of one that is false all points would have to be roots.
@@ -29,9 +30,10 @@ import numpy.typing as npt
 
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node
+from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import Proof
-from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.claims import TOLERANCE, Claim, live
 from boresight.sim.ranges.inner_products import (
     ONE,
     POINTS,
@@ -55,7 +57,7 @@ from boresight.sim.ranges.steps import covariance_elements, implied, live_nodes
 from boresight.sim.ranges.unit_vectors import Ball
 from boresight.sim.ranges.vectors import Vectors
 
-__all__ = ["Gram", "made_from"]
+__all__ = ["ROOM", "Gram", "made_from"]
 
 BoolArray = npt.NDArray[np.bool_]
 #: Decades of the lengths at the points.
@@ -63,6 +65,8 @@ _DECADES = 1.0
 #: Terms of a sum, and of one without inner products, which then stays whole; pairs that are kept of
 #: one value.
 _TERMS, _LOOSE, _PAIRS = 400, 8, 4
+#: Share of a format that is left free by what fits it; updates by which variances grow.
+ROOM, _ROUNDS = 1e-5, 8
 #: Kinds of nodes for which a product or selection is taken apart.
 _READERS = ("bounded", "saturated", "rsqrt", "reciprocal", "select")
 #: Kinds of conditions that are made of others.
@@ -117,9 +121,16 @@ class Gram:
         self.apart: dict[int, list[Term] | None] = {}
         self.passed: set[int] = set()
         self.cone: set[int] = set()
+        before = {ij: state for ij, (state, _) in elements.items()}
+        words = {nodes[s].number: program.format(s) for s, _ in program.states if s in nodes}
+        #: Of each variance, by the number of its state: the largest that it has; beyond its
+        #: declared range, if one update leads there and not beyond its format.
+        self.largest = {before[i, i].number: before[i, i].high for i in range(self.size)}
         try:
-            self._find({ij: before for ij, (before, _) in elements.items()})
+            self._find(before)
             self.proven = self._is_covariance()
+            if self.proven:
+                self._widen([before[i, i] for i in range(self.size)], words)
         except Full:
             return
 
@@ -164,7 +175,7 @@ class Gram:
         """The nodes whose intervals the lengths of vectors follow from."""
         base: dict[int, Node] = {}
         for v in made_from(pair):
-            if v.variance is not None:
+            if v.variance is not None and self._is_declared(v.variance):
                 base[v.variance.number] = v.variance
             base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in claim_chain(m)}
             base |= {n.number: n for c in v.noise for m in c.nodes for n in claim_chain(m)}
@@ -604,6 +615,30 @@ class Gram:
         self.following = own
         return True
 
+    def _widen(self, variances: Sequence[Node], words: Mapping[int, Format]) -> None:
+        """Let variances be as large as an update makes them, where their words hold that."""
+        most = {v.number: (1.0 - ROOM) * words[v.number].max for v in variances}
+        for _ in range(_ROUNDS):
+            larger = {}
+            for i, v in enumerate(variances):
+                end = min(
+                    self._ends((x, y))[1] for x, y in self.pairs_of(self.after[i, i]) if x is y
+                )
+                if self.largest[v.number] * (1.0 + TOLERANCE) < end <= most[v.number]:
+                    larger[v.number] = end
+            if not larger:
+                return
+            self._let(self.largest | larger)
+        self._let({v.number: v.high for v in variances})
+
+    def _let(self, largest: dict[int, float]) -> None:
+        """Set the largest variances, and forget what followed from others."""
+        self.largest, self.lengths, self.joined = largest, {}, {}
+
+    def _is_declared(self, variance: Node) -> bool:
+        """Whether a variance is within its declared range because its declaration says so."""
+        return self.largest[variance.number] <= variance.high
+
     def _is(self, node: Node, pair: Pair) -> bool:
         return self.space.is_pair(pair, self.values[node.number], self.sizes[node.number])
 
@@ -634,7 +669,7 @@ class Gram:
         if v.number in known:
             return known[v.number]
         if v.variance is not None:
-            most = math.sqrt(max(v.variance.high, 0.0))
+            most = math.sqrt(max(self.largest[v.variance.number], 0.0))
         elif v.measured is not None:
             most = 1.0
         else:
