@@ -156,8 +156,8 @@ def assumptions(
         Whether the format of the word that others read holds it in the range, whatever the value:
         nothing is assumed then.
     wider
-        Of a claim without a proof, or broken, by index: what proves that its value fits the format,
-        as ``bases`` and ``passed`` say. What takes the word as its argument assumes no more.
+        Of a claim, by index: what proves that its value fits the format, as ``bases`` and
+        ``passed`` say. What takes the word as its argument assumes that, and not the claim.
     needs
         Arguments from whose intervals that of a node follows.
     """
@@ -179,7 +179,7 @@ def assumptions(
 
     def taken(nodes: Sequence[Node]) -> set[int]:
         found = {j for node in nodes if (j := stated(node)) is not None}
-        return {j if sound[j] else fits.get(j, j) for j in found}
+        return {fits.get(j, j) for j in found}
 
     proofs = [*zip(bases, passed, strict=True), *wider.values()]
     needed = [of_intervals(base or ()) | taken(nodes) for base, nodes in proofs]

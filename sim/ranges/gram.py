@@ -13,7 +13,8 @@ in whatever order it computes the elements, also where several measurements shar
 The next matrix is a covariance if its elements are the inner products of one vector each; the first
 one is, and by induction all are. F and h may be any values of the step. An inner product is within
 the lengths of its two vectors, which follow from the variances of the states, from what conditions
-say of them, and from the intervals of F, h, q and v.
+say of them, and from the intervals of F, h, q and v. Where one update takes a variance beyond its
+declared range, but not beyond the format of its word, the induction lets it be as large as that.
 
 That a value is an inner product is an identity of polynomials, checked at random points, with
 selections, limits and functions drawn, too: of one that is false all points would have to be roots.
@@ -23,16 +24,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node
+from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import Proof
-from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.claims import TOLERANCE, Claim, live
 from boresight.sim.ranges.inner_products import (
     ONE,
     POINTS,
@@ -44,7 +45,9 @@ from boresight.sim.ranges.inner_products import (
     Space,
     Term,
     Vector,
+    all_sides,
     claim_chain,
+    flat_parts,
     is_choice,
     is_scaled,
     of_unit,
@@ -54,14 +57,16 @@ from boresight.sim.ranges.steps import covariance_elements, implied, live_nodes
 from boresight.sim.ranges.unit_vectors import Ball
 from boresight.sim.ranges.vectors import Vectors
 
-__all__ = ["Gram"]
+__all__ = ["ROOM", "Gram", "made_from"]
 
 BoolArray = npt.NDArray[np.bool_]
 #: Decades of the lengths at the points.
 _DECADES = 1.0
 #: Terms of a sum, and of one without inner products, which then stays whole; pairs that are kept of
-#: one value; conditions of which all sides are tried.
-_TERMS, _LOOSE, _PAIRS, _CONDITIONS = 400, 8, 4, 7
+#: one value.
+_TERMS, _LOOSE, _PAIRS = 400, 8, 4
+#: Share of a format that is left free by what fits it; updates by which variances grow.
+ROOM, _ROUNDS = 1e-5, 8
 #: Kinds of nodes for which a product or selection is taken apart.
 _READERS = ("bounded", "saturated", "rsqrt", "reciprocal", "select")
 #: Kinds of conditions that are made of others.
@@ -95,6 +100,7 @@ class Gram:
         self.rows: dict[tuple[int, ...], tuple[float, Ball]] = {}  # of coefficients
         self.joined: dict[int, Ball] = {}  # of a vector whose length follows from such a row's
         self.after = {ij: following for ij, (_, following) in elements.items()}
+        self.following: list[Vector] = []  # whose inner products the next elements are
         self.size = max(j for _, j in elements) + 1
         self.rng = np.random.default_rng(1)
         self.space = Space(2 * self.size + 40)
@@ -110,13 +116,21 @@ class Gram:
         self.passed_within: set[int] = set()
         self.needed = {n.number for n in live([*self.after.values()])}
         self.capped: dict[tuple[int, int], dict[int, float]] = {}
+        self.compared: dict[tuple[int, int], tuple[dict[int, float], float]] = {}
         self.lengths: dict[int, float] = {}
         self.apart: dict[int, list[Term] | None] = {}
         self.passed: set[int] = set()
         self.cone: set[int] = set()
+        before = {ij: state for ij, (state, _) in elements.items()}
+        words = {nodes[s].number: program.format(s) for s, _ in program.states if s in nodes}
+        #: Of each variance, by the number of its state: the largest that it has; beyond its
+        #: declared range, if one update leads there and not beyond its format.
+        self.largest = {before[i, i].number: before[i, i].high for i in range(self.size)}
         try:
-            self._find({ij: before for ij, (before, _) in elements.items()})
+            self._find(before)
             self.proven = self._is_covariance()
+            if self.proven:
+                self._widen([before[i, i] for i in range(self.size)], words)
         except Full:
             return
 
@@ -137,7 +151,7 @@ class Gram:
             return None
         low, high = claim.ends
         pairs, rest = self.sums.get(node.number, ([], ()))
-        for found, more in ((self._pairs(node), ()), (pairs, rest)):
+        for found, more in ((self.pairs_of(node), ()), (pairs, rest)):
             for pair in found:
                 least, most = self._ends(pair, more)
                 if low <= least and most <= high:
@@ -146,19 +160,22 @@ class Gram:
 
     def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
         base = {n.number: n for c in rest for m in c.nodes for n in claim_chain(m)}
-        base |= self._base(pair)
+        base |= self.base_of(pair)
         base |= self.within
-        own = {n.number for n in live([node])}
-        numbers = self.passed & (own | self.needed)
-        numbers |= self.passed_within.union(*(b.passed for b in self._rows_of(pair)))
+        numbers = self.passed_by(node).union(*(b.passed for b in self._rows_of(pair)))
         passed = tuple(self.nodes[n] for n in sorted(numbers))
         return Proof("inner products of vectors", tuple(base.values()), passed)
 
-    def _base(self, pair: Pair) -> dict[int, Node]:
+    def passed_by(self, node: Node) -> set[int]:
+        """The "bounded" nodes that count as their arguments in what is known of a node."""
+        own = {n.number for n in live([node])}
+        return (self.passed & (own | self.needed)) | self.passed_within
+
+    def base_of(self, pair: Pair) -> dict[int, Node]:
         """The nodes whose intervals the lengths of vectors follow from."""
         base: dict[int, Node] = {}
-        for v in _made_from(pair):
-            if v.variance is not None:
+        for v in made_from(pair):
+            if v.variance is not None and self._is_declared(v.variance):
                 base[v.variance.number] = v.variance
             base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in claim_chain(m)}
             base |= {n.number: n for c in v.noise for m in c.nodes for n in claim_chain(m)}
@@ -167,7 +184,7 @@ class Gram:
 
     def _rows_of(self, pair: Pair) -> list[Ball]:
         """The rows of coefficients whose lengths the lengths of vectors follow from."""
-        return [self.joined[v.number] for v in _made_from(pair) if v.number in self.joined]
+        return [self.joined[v.number] for v in made_from(pair) if v.number in self.joined]
 
     # -- values at the points ---------------------------------------------------------------------
 
@@ -211,7 +228,8 @@ class Gram:
             value = np.zeros(POINTS)
         elif node.kind == "saturated":
             limited = self.rng.uniform(-node.value, node.value, POINTS)
-            value = np.where(self.rng.random(POINTS) < 0.5, limited, args[0])
+            free = (self.rng.random(POINTS) < 0.5) & (abs(args[0]) <= node.value)
+            value = np.where(free, args[0], limited)
         elif node.kind == "sum":
             value = sum((s * a for s, a in zip(node.signs, args, strict=True)), np.zeros(POINTS))
             size = sum(sizes, np.zeros(POINTS))
@@ -232,10 +250,10 @@ class Gram:
 
     def _is_within(self, node: Node) -> bool:
         """Whether what a limit limits is an inner product within it."""
-        for pair in self._pairs(node.args[0]):
+        for pair in self.pairs_of(node.args[0]):
             least, most = self._ends(pair)
             if -node.value <= least and most <= node.value:
-                self.within |= self._base(pair)
+                self.within |= self.base_of(pair)
                 self.passed_within.update(*(ball.passed for ball in self._rows_of(pair)))
                 return True
         return False
@@ -251,6 +269,8 @@ class Gram:
                 self.signs[number] = signs[0] ^ signs[1]
             elif condition.kind == "const":
                 self.signs[number] = np.full(POINTS, condition.value < 0.0)
+            elif condition.kind == "input" and condition.low < 0.0 < condition.high:
+                self.signs[number] = self.values[number] < 0.0
             else:
                 share = self.rng.choice([0.2, 0.5, 0.8], POINTS)
                 self.signs[number] = self.rng.random(POINTS) < share
@@ -294,7 +314,7 @@ class Gram:
 
     def _lows(self, noise: Sequence[Coefficient]) -> Iterator[float]:
         """Least value of a sum for each side of its conditions."""
-        for sides in _all_sides({n for c in noise for n, _ in c.sides}):
+        for sides in all_sides({n for c in noise for n, _ in c.sides}):
             yield sum(c.ends(sides)[0] for c in noise)
 
     def _less(self, v: Vector, unit: Vector) -> Vector:
@@ -309,7 +329,7 @@ class Gram:
             along = along / (1.0 + root)
         return self.space.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
 
-    def _pairs(self, node: Node) -> list[Pair]:
+    def pairs_of(self, node: Node) -> list[Pair]:
         """Vectors whose inner product a node is: of all there are the latest, with all noise."""
         found = self.found.setdefault(node.number, [])
         start = self.searched.get(node.number, 0)
@@ -344,7 +364,7 @@ class Gram:
             at = next(k for k, a in enumerate(node.args) if a.number in self.weights)
             self._gain(node, node.args[1 - at], *self.weights[node.args[at].number])
         elif node.kind in ("bounded", "saturated"):
-            self._pairs(node)
+            self.pairs_of(node)
             if node.kind == "bounded" and node.args[0].number in self.sums:
                 self.sums[node.number] = self.sums[node.args[0].number]
             if node.kind == "bounded":
@@ -357,7 +377,7 @@ class Gram:
     def _weigh(self, node: Node) -> None:
         """The unit vector along m, of the inverse root of |m|^2."""
         of = node.args[0]
-        total = next((x for x, y in self._pairs(of) if x is y), None)
+        total = next((x for x, y in self.pairs_of(of) if x is y), None)
         if total is None:
             return
         at = total.at / np.where(total.length > 0.0, total.length, 1.0)[:, None]
@@ -367,7 +387,7 @@ class Gram:
 
     def _gain(self, node: Node, column: Node, alike: Sequence[Vector], unit: Vector) -> None:
         """The inner product with a unit vector, of that with what it is along."""
-        for x, y in self._pairs(column):
+        for x, y in self.pairs_of(column):
             for one, other in ((x, y), (y, x)):
                 if other in alike:
                     self.found.setdefault(node.number, []).append((one, unit))
@@ -384,7 +404,7 @@ class Gram:
                     return
 
     def _take_apart(self, node: Node) -> None:
-        terms = self._terms(node)
+        terms = self.terms_of(node)
         if terms is None:
             return
         rest = tuple(t.coefficient for t in terms if not t.factors)
@@ -410,14 +430,14 @@ class Gram:
                 found.append((noisy, noisy))
                 break
 
-    def _terms(self, node: Node) -> list[Term] | None:
+    def terms_of(self, node: Node) -> list[Term] | None:
         """A node as a sum of coefficients times inner products; None: too many."""
         if not self.values[node.number].any():
             return []
         if node.number not in self.cone:
             by = Coefficient(node.value) if node.kind == "const" else Coefficient(nodes=(node,))
             return [Term(by)]
-        if self._pairs(node):
+        if self.pairs_of(node):
             return [Term(ONE, (node,))]
         if node.number not in self.apart:
             self.apart[node.number] = self._made_of(node)
@@ -428,15 +448,15 @@ class Gram:
         parts: list[list[Term] | None]
         if node.kind == "sum":
             each = zip(node.args, node.signs, strict=True)
-            parts = [_multiplied(self._terms(a), Coefficient(s)) for a, s in each]
+            parts = [_multiplied(self.terms_of(a), Coefficient(s)) for a, s in each]
         elif node.kind == "bounded":
-            parts = [self._terms(node.args[0])]
+            parts = [self.terms_of(node.args[0])]
         elif node.kind in ("select", "flip"):
             c, sign = node.args[0].number, -1.0 if node.kind == "flip" else 1.0
             yes, no = (Coefficient(s, (), frozenset({(c, k)})) for s, k in ((sign, 1), (1.0, 2)))
             parts = [
-                _multiplied(self._terms(node.args[1]), yes),
-                _multiplied(self._terms(node.args[-1]), no),
+                _multiplied(self.terms_of(node.args[1]), yes),
+                _multiplied(self.terms_of(node.args[-1]), no),
             ]
         elif node.kind == "mul":
             parts = [self._product(*node.args)]
@@ -452,18 +472,18 @@ class Gram:
 
     def _product(self, a: Node, b: Node) -> list[Term] | None:
         """A product of which one factor, at least, is made of inner products; else none."""
-        known = [n.number in self.cone and bool(self._pairs(n)) for n in (a, b)]
+        known = [n.number in self.cone and bool(self.pairs_of(n)) for n in (a, b)]
         if all(known):
             return [Term(ONE, (a, b))]
         for one, other, is_known in ((a, b, known[0]), (b, a, known[1])):
             if is_known and other.number in self.cone:
-                terms = self._terms(other) or []
+                terms = self.terms_of(other) or []
                 if [len(t.factors) for t in terms] == [1]:
                     return [Term(terms[0].coefficient, (terms[0].factors[0], one))]
             if is_known or other.number not in self.cone:
                 return self._scaled(one, other)
         for one, other in ((a, b), (b, a)):
-            parts = self._terms(one)
+            parts = self.terms_of(one)
             if parts is None or any(t.factors for t in parts):
                 return self._scaled(one, other)
         return []
@@ -471,9 +491,9 @@ class Gram:
     def _scaled(self, node: Node, factor: Node) -> list[Term] | None:
         """A node times a factor, each side of it where it is a selection that P decides."""
         if factor.kind == "const":
-            return _multiplied(self._terms(node), Coefficient(factor.value))
+            return _multiplied(self.terms_of(node), Coefficient(factor.value))
         if factor.kind != "select" or factor.number not in self.cone:
-            return _multiplied(self._terms(node), Coefficient(nodes=(factor,)))
+            return _multiplied(self.terms_of(node), Coefficient(nodes=(factor,)))
         out: list[Term] = []
         for side in (1, 2):
             part = self._scaled(node, factor.args[side])
@@ -498,7 +518,7 @@ class Gram:
     def _common(self, linear: Sequence[Term]) -> Iterator[Pair]:
         """A vector that all terms are inner products with, and the sum of the others."""
         tried: list[Vector] = []
-        pairs = [(t.coefficient, self._pairs(t.factors[0])) for t in linear]
+        pairs = [(t.coefficient, self.pairs_of(t.factors[0])) for t in linear]
         for vector in (v for pair in pairs[0][1] for v in pair):
             if vector in tried:
                 continue
@@ -522,7 +542,7 @@ class Gram:
         out: dict[int, tuple[Coefficient | None, Vector]] = {}
         for term in products:
             a, b = (
-                [v for pair in self._pairs(f) for v in pair if of_unit(v)] for f in term.factors
+                [v for pair in self.pairs_of(f) for v in pair if of_unit(v)] for f in term.factors
             )
             unit = next((v for v in a if v in b), None) or self._share_of(term)
             if unit is None:
@@ -533,7 +553,7 @@ class Gram:
 
     def _share_of(self, term: Term) -> Vector | None:
         """The root of k, times m, of a product k (x . m)(m . y); None: of another form."""
-        first, second = ([v for p in self._pairs(f) for v in p] for f in term.factors)
+        first, second = ([v for p in self.pairs_of(f) for v in p] for f in term.factors)
         own = Coefficient(nodes=term.coefficient.nodes)
         ways = [(own, m) for m in first if m in second and own.nodes]
         for some, others in ((first, second), (second, first)):
@@ -580,7 +600,7 @@ class Gram:
         """Whether the elements of the next matrix are the inner products of one vector each."""
         own: list[Vector] = []
         for j in range(self.size):
-            candidates = [x for x, y in self._pairs(self.after[j, j]) if x is y]
+            candidates = [x for x, y in self.pairs_of(self.after[j, j]) if x is y]
             chosen = next(
                 (
                     x
@@ -592,7 +612,32 @@ class Gram:
             if chosen is None:
                 return False
             own.append(chosen)
+        self.following = own
         return True
+
+    def _widen(self, variances: Sequence[Node], words: Mapping[int, Format]) -> None:
+        """Let variances be as large as an update makes them, where their words hold that."""
+        most = {v.number: (1.0 - ROOM) * words[v.number].max for v in variances}
+        for _ in range(_ROUNDS):
+            larger = {}
+            for i, v in enumerate(variances):
+                end = min(
+                    self._ends((x, y))[1] for x, y in self.pairs_of(self.after[i, i]) if x is y
+                )
+                if self.largest[v.number] * (1.0 + TOLERANCE) < end <= most[v.number]:
+                    larger[v.number] = end
+            if not larger:
+                return
+            self._let(self.largest | larger)
+        self._let({v.number: v.high for v in variances})
+
+    def _let(self, largest: dict[int, float]) -> None:
+        """Set the largest variances, and forget what followed from others."""
+        self.largest, self.lengths, self.joined = largest, {}, {}
+
+    def _is_declared(self, variance: Node) -> bool:
+        """Whether a variance is within its declared range because its declaration says so."""
+        return self.largest[variance.number] <= variance.high
 
     def _is(self, node: Node, pair: Pair) -> bool:
         return self.space.is_pair(pair, self.values[node.number], self.sizes[node.number])
@@ -604,7 +649,7 @@ class Gram:
         low, high = (0.0 if x is y else -most), most
         if rest:
             conditions = {n for c in rest for n, _ in c.sides}
-            ends = [[c.ends(sides) for c in rest] for sides in _all_sides(conditions)]
+            ends = [[c.ends(sides) for c in rest] for sides in all_sides(conditions)]
             low += min(sum(a for a, _ in each) for each in ends)
             high += max(sum(b for _, b in each) for each in ends)
         return low, high
@@ -613,7 +658,7 @@ class Gram:
         """Largest length of a vector, over the sides of its conditions."""
         if v.number not in self.lengths:
             self.lengths[v.number] = max(
-                self._length(v, sides, self._caps(sides), {}) for sides in _all_sides(v.conditions)
+                self._length(v, sides, self._caps(sides), {}) for sides in all_sides(v.conditions)
             )
         return self.lengths[v.number]
 
@@ -624,7 +669,7 @@ class Gram:
         if v.number in known:
             return known[v.number]
         if v.variance is not None:
-            most = math.sqrt(max(v.variance.high, 0.0))
+            most = math.sqrt(max(self.largest[v.variance.number], 0.0))
         elif v.measured is not None:
             most = 1.0
         else:
@@ -655,7 +700,7 @@ class Gram:
         known: dict[int, float],
     ) -> float:
         """|sum of r_k p_k| <= |r| sqrt(sum of |p_k|^2), where that is less than ``most``."""
-        parts = [*_flat(v.parts)]
+        parts = [*flat_parts(v.parts)]
         if len(parts) < 2 or any(len(c.nodes) != 1 or c.sides for c, _ in parts):
             return math.inf
         row = [c.nodes[0] for c, _ in parts]
@@ -694,34 +739,39 @@ class Gram:
 
     def _said(self, condition: int, side: int) -> Iterator[tuple[int, float]]:
         """Largest lengths of the vectors whose squares a condition compares with a constant."""
+        squares, rest = self._compared(condition, side)
+        for number, factor in squares.items():
+            yield number, math.sqrt(max(0.0, rest / factor))
+
+    def limits_on(self, sides: Sides) -> Iterator[tuple[dict[int, float], float]]:
+        """Factors of squared lengths, by vector, and what their sum is at most on these sides."""
+        for said in implied(self.nodes, sides):
+            if said not in self.compared:
+                self.compared[said] = self._compared(*said)
+            if self.compared[said][0]:
+                yield self.compared[said]
+
+    def _compared(self, condition: int, side: int) -> tuple[dict[int, float], float]:
+        """The same of one condition; no factors where it compares something else."""
         sign = 1.0 if side == 1 else -1.0
-        rest, squares = 0.0, list[tuple[float, Vector]]()
-        for t in self._terms(self.nodes[condition]) or ():
+        rest, squares = 0.0, dict[int, float]()
+        for t in self.terms_of(self.nodes[condition]) or ():
             c = t.coefficient
             if not t.factors:
                 low, high = c.ends({})
                 rest += low if sign > 0.0 else -high
+                self.within |= {n.number: n for m in c.nodes for n in claim_chain(m)}
                 continue
-            own = [x for x, y in self._pairs(t.factors[0]) if x is y]
+            own = [x for x, y in self.pairs_of(t.factors[0]) if x is y]
             if len(t.factors) > 1 or c.nodes or c.sides or not own or sign * c.number <= 0.0:
-                return
-            squares += [(sign * c.number, x) for x in own]
-        for factor, x in squares:
-            yield x.number, math.sqrt(max(0.0, -rest / factor))
+                return {}, 0.0
+            squares |= {x.number: sign * c.number for x in own}
+        return squares, -rest
 
 
-def _flat(parts: Sequence[tuple[Coefficient, Vector]]) -> Iterator[tuple[Coefficient, Vector]]:
-    """A sum of vectors, with what those are the sums of that are sums themselves."""
-    for c, v in parts:
-        if v.parts and v.unit is None and not v.noise:
-            yield from _flat([(c.times(own), part) for own, part in v.parts])
-        else:
-            yield c, v
-
-
-def _made_from(pair: Pair) -> Iterator[Vector]:
-    """Two vectors and all that they are made from, each once."""
-    stack, seen = [*pair], set[int]()
+def made_from(vectors: Sequence[Vector]) -> Iterator[Vector]:
+    """Vectors and all that they are made from, each once."""
+    stack, seen = [*vectors], set[int]()
     while stack:
         v = stack.pop()
         if v.number not in seen:
@@ -746,10 +796,3 @@ def _multiplied(terms: Sequence[Term] | None, by: Coefficient) -> list[Term] | N
         return None
     products = (Term(by.times(t.coefficient), t.factors) for t in terms)
     return [t for t in products if t.coefficient.number]
-
-
-def _all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
-    """The sides of the first few conditions, in all ways."""
-    chosen = sorted(conditions)[:_CONDITIONS]
-    for sides in product((1, 2), repeat=len(chosen)):
-        yield dict(zip(chosen, sides, strict=True))

@@ -7,8 +7,9 @@ be roots.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,10 @@ __all__ = [
     "Space",
     "Term",
     "Vector",
+    "all_sides",
     "claim_chain",
+    "conditions_in",
+    "flat_parts",
     "is_choice",
     "is_scaled",
     "of_unit",
@@ -39,8 +43,10 @@ POINTS, _FIRST = 512, 32
 #: Share of the terms by which an identity may fail at a point: rounding; most that terms count for
 #: more than the product of the lengths.
 _EXACT, _CANCELLED = 1e-12, 1e4
-#: Vectors of one step.
-_VECTORS = 900
+#: Vectors of one step; conditions of which all sides are tried.
+_VECTORS, _CONDITIONS = 900, 7
+#: Steps back to what the ends of a coefficient follow from.
+_BACK = 6
 #: Sides of conditions, by number: 1 negative, 2 not.
 Sides = Mapping[int, int]
 
@@ -67,7 +73,7 @@ class Coefficient:
             return 0.0, 0.0
         low = high = self.number
         for node, power in Counter(self.nodes).items():
-            least, most = _known_ends(node)
+            least, most = _known_ends(node, sides)
             each = [least**power, most**power]
             if power % 2 == 0 and least < 0.0 < most:
                 each.append(0.0)
@@ -216,13 +222,41 @@ def claim_chain(node: Node) -> Iterator[Node]:
         yield node
 
 
-def _known_ends(node: Node) -> tuple[float, float]:
-    """Ends of a node, also as what a claim that is wider than needed is of."""
+def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> tuple[float, float]:
+    """Ends of a node, also as what a claim that is wider than needed is of, on the given sides.
+
+    A constant where x is negative, else x, is not below both 0 and the constant.
+    """
     low, high = node.low, node.high
-    while node.kind == "bounded":
-        node = node.args[0]
-        low, high = max(low, node.low), min(high, node.high)
+    if left == 0 or not node.args:
+        return low, high
+    if node.kind in ("bounded", "saturated"):
+        ends = _known_ends(node.args[0], sides, left)
+        low, high = (min(max(end, low), high) for end in ends)
+    elif node.kind == "select" and node.args[0].number in sides:
+        low, high = _known_ends(node.args[sides[node.args[0].number]], sides, left - 1)
+    elif node.kind == "select" and node.args[0] is node.args[2] and node.args[1].kind == "const":
+        low = max(low, min(0.0, node.args[1].value))
+    elif node.kind == "mul":
+        a, b = (_known_ends(arg, sides, left - 1) for arg in node.args)
+        corners = [x * y if x and y else 0.0 for x in a for y in b]
+        low, high = max(low, min(corners)), min(high, max(corners))
+    elif node.kind == "sum":
+        bottom = top = 0.0
+        for arg, sign in zip(node.args, node.signs, strict=True):
+            start, end = _known_ends(arg, sides, left - 1)[::sign]
+            bottom, top = bottom + sign * start, top + sign * end
+        low, high = max(low, bottom), min(high, top)
     return low, high
+
+
+def conditions_in(node: Node, left: int = _BACK) -> Iterator[int]:
+    """Conditions, by number, on whose sides the ends of a node may depend."""
+    if node.kind == "select":
+        yield node.args[0].number
+    if left and node.kind in ("bounded", "saturated", "mul", "select", "sum"):
+        for arg in node.args[1:] if node.kind == "select" else node.args:
+            yield from conditions_in(arg, left if node.kind == "bounded" else left - 1)
 
 
 def is_choice(c: Coefficient) -> bool:
@@ -240,3 +274,19 @@ def of_unit(v: Vector) -> bool:
     if v.measured is not None:
         return True
     return is_scaled(v) and is_choice(v.parts[0][0]) and of_unit(v.parts[0][1])
+
+
+def flat_parts(parts: Sequence[tuple[Coefficient, Vector]]) -> Iterator[tuple[Coefficient, Vector]]:
+    """A sum of vectors, with what those are the sums of that are sums themselves."""
+    for c, v in parts:
+        if v.parts and v.unit is None and not v.noise:
+            yield from flat_parts([(c.times(own), part) for own, part in v.parts])
+        else:
+            yield c, v
+
+
+def all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
+    """The sides of the first few conditions, in all ways."""
+    chosen = sorted(conditions)[:_CONDITIONS]
+    for sides in product((1, 2), repeat=len(chosen)):
+        yield dict(zip(chosen, sides, strict=True))

@@ -17,11 +17,13 @@ from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of, reached_cells
 from boresight.sim.ranges.claims import Claim, assumptions, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
-from boresight.sim.ranges.gram import Gram
+from boresight.sim.ranges.gram import ROOM, Gram
 from boresight.sim.ranges.matrices import Matrices
+from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.released import released
 from boresight.sim.ranges.search import RUNS, Reach, Search
 from boresight.sim.ranges.steps import live_nodes
+from boresight.sim.ranges.traces import Traces
 from boresight.sim.ranges.vectors import Vectors
 
 __all__ = [
@@ -49,8 +51,6 @@ _TITLES = {
 }
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
-#: Share of a format that is left free by what fits it.
-_ROOM = 1e-5
 
 
 @dataclass(frozen=True)
@@ -239,8 +239,10 @@ def examine(
     search.run(steps, progress)
     reached = search.reach()
 
+    needs = _needs_of(program, nodes, claims, reached)
+
     def conditions_of(proofs: Sequence[Proof | None]) -> list[list[int]]:
-        return _conditions(program, nodes, claims, proofs, reached, prover.fits)
+        return _conditions(program, nodes, claims, proofs, reached, prover.fits, needs)
 
     assumed = conditions_of(proofs)
 
@@ -324,8 +326,10 @@ class Prover:
         self.program, self.nodes = program, nodes
         self.cells = reached_cells(program, nodes)
         vectors = Vectors(program, nodes)
+        gram = Gram(estimator, program, nodes, vectors)
         self.methods: tuple[Callable[[Claim], Proof | None], ...] = (
-            Gram(estimator, program, nodes, vectors).proof_of,
+            gram.proof_of,
+            Traces(gram, Norms(vectors)).proof_of,
             lambda claim: proof_of(claim, self.cells),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,
@@ -336,7 +340,7 @@ class Prover:
         """A proof that what a claim is of does not saturate a format, whatever the claim."""
         key = claim.node.number, form
         if key not in self.fitting:
-            ends = ((1.0 - _ROOM) * end for end in (form.min, form.max))
+            ends = ((1.0 - ROOM) * end for end in (form.min, form.max))
             self.fitting[key] = self.proof_of(replace(claim, low=next(ends), high=next(ends)))
         return self.fitting[key]
 
@@ -369,10 +373,10 @@ def _conditions(
     proofs: Sequence[Proof | None],
     reached: Sequence[Reach],
     fits: Callable[[Claim, Format], Proof | None],
+    needs: Callable[[Node], Sequence[Node]],
 ) -> list[list[int]]:
     """The claims that each proof assumes without a proof; indices."""
     words = {program.values[state].name: state for state, _ in program.states}
-    leaves = {name: nodes[state].number for name, state in words.items() if state in nodes}
     formats = [
         None if (word := words.get(c.state, c.word)) is None else program.format(word)
         for c in claims
@@ -380,24 +384,53 @@ def _conditions(
     held = [f is not None and _holds(f, c.ends) for f, c in zip(formats, claims, strict=True)]
     broken = [reach.broken for reach in reached]
     bases = [None if proof is None else proof.base for proof in proofs]
-    sure = {}  # of a state that leaves its range at one end, the other, and that of its format
+    passed = [() if proof is None else proof.passed for proof in proofs]
+    taken = {n.args[0].number for each in passed for n in each}
+
+    def fitting(wanted: Callable[[int], bool]) -> dict[int, tuple[Sequence[Node], Sequence[Node]]]:
+        out: dict[int, tuple[Sequence[Node], Sequence[Node]]] = {}
+        for k, (c, own, reach) in enumerate(zip(claims, formats, reached, strict=True)):
+            if own is None or c.node.number not in taken or not wanted(k):
+                continue
+            if own.min < reach.least and reach.most < own.max:
+                proof = fits(c, own)
+                if proof is not None:
+                    out[k] = proof.base, proof.passed
+        return out
+
+    def assumed(wider: Mapping[int, tuple[Sequence[Node], Sequence[Node]]]) -> list[list[int]]:
+        return assumptions(claims, bases, passed, broken, held, wider, needs)
+
+    wider = fitting(lambda k: proofs[k] is None or broken[k])
+    indices = assumed(wider)
+    more = fitting(lambda k: k not in wider and bool(indices[k]))
+    if more:  # a proof that the format holds a value may assume less than that of its range
+        indices = [min(each, key=len) for each in zip(indices, assumed(wider | more), strict=True)]
+    return indices
+
+
+def _needs_of(
+    program: Program, nodes: Mapping[int, Node], claims: Sequence[Claim], reached: Sequence[Reach]
+) -> Callable[[Node], Sequence[Node]]:
+    """Arguments from whose intervals that of a node follows, with states as their words hold them.
+
+    Of a state that leaves its range at one end, the other end is sure, and that of its format.
+    """
+    words = {program.values[state].name: state for state, _ in program.states}
+    sure = {}
     for c, reach in zip(claims, reached, strict=True):
         if c.state and reach.broken:
             form, low, high = program.format(words[c.state]), *c.ends
             low = form.min if reach.least < low else c.low
-            sure[leaves[c.state]] = low, form.max if reach.most > high else c.high
-    passed = [() if proof is None else proof.passed for proof in proofs]
-    taken = {n.args[0].number for each in passed for n in each}
-    wider = {}
-    for k, (c, own, reach) in enumerate(zip(claims, formats, reached, strict=True)):
-        unsure = c.node.number in taken and (proofs[k] is None or broken[k])
-        if unsure and own is not None and own.min < reach.least and reach.most < own.max:
-            proof = fits(c, own)
-            if proof is not None:
-                wider[k] = proof.base, proof.passed
-    return assumptions(
-        claims, bases, passed, broken, held, wider, lambda node: interval_needs(node, sure)
-    )
+            sure[nodes[words[c.state]].number] = low, form.max if reach.most > high else c.high
+    known: dict[int, Sequence[Node]] = {}
+
+    def needs(node: Node) -> Sequence[Node]:
+        if node.number not in known:
+            known[node.number] = interval_needs(node, sure)
+        return known[node.number]
+
+    return needs
 
 
 def _holds(form: Format, ends: tuple[float, float]) -> bool:

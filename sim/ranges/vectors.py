@@ -6,7 +6,8 @@ is computed from, and its range follows from
 
 * what `balls` says of polynomials of the components of such vectors;
 * Cauchy-Schwarz, where it is linear in the components of another: |sum b_i p_i| <= |b| |p|;
-* |p|^2 = |a|^2 |b|^2 of a product of quaternions, and |A p| of `turned`.
+* |p|^2 = |a|^2 |b|^2 of a product of quaternions, and |A p| of `turned`;
+* |C a| <= |a| of the rotation matrix of a quaternion.
 
 A component that a limit, or the format of its word, holds is none the longer: no length rests on
 what is said of a vector's own components.
@@ -27,6 +28,7 @@ from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
 from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
 from boresight.sim.ranges.reductions import reductions_of
+from boresight.sim.ranges.rotations import Rotation, rotations_of
 from boresight.sim.ranges.steps import live_nodes
 from boresight.sim.ranges.turned import turned_of
 from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare
@@ -58,6 +60,7 @@ class Vectors(Balls):
         self.forms = Forms(self.nodes)
         self.low_passes = [*low_passes_of(program, nodes)]
         self.reductions = [*reductions_of(self.nodes)]
+        self.rotations: list[Rotation] = []
         self.lengths: dict[int, Ball] = {}  # why |p|^2 <= 2, by t
         for found in [*self.reductions]:
             for t, p in found.along.items():
@@ -76,6 +79,7 @@ class Vectors(Balls):
         self.balls += self._turned()
         self.members = self.members.union(*(ball.numbers for ball in self.balls))
         self.known.clear()
+        self.rotations = [*rotations_of(self.nodes, self.balls)]
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
@@ -285,6 +289,7 @@ class Vectors(Balls):
     def _ways(self, vector: Sequence[Node], nested: int) -> Iterator[Callable[[], float]]:
         """Ways to bound the squared length of a vector of nodes."""
         yield lambda: self._filtered(vector)
+        yield lambda: self._rotated(vector)
         if len(vector) == 1:
             yield lambda: self._alone(vector[0])
         conditions = [n.args[0] for n in vector if n.kind == "select"]
@@ -353,6 +358,18 @@ class Vectors(Balls):
                 for t in reduction.along:
                     self._take(self.lengths[t])
                 return self._square(before, nested - 1)
+        return math.inf
+
+    def _rotated(self, vector: Sequence[Node]) -> float:
+        """Of a vector that is another one, turned."""
+        for rotation in self.rotations:
+            passed = set[int]()
+            parts = rotation.turned(vector, passed)
+            if parts is not None:
+                self._take(rotation.ball)
+                self.passed |= passed
+                ends = ([self._by_signs(scaled(p, s)) for s in (1.0, -1.0)] for p in parts)
+                return sum(max(each) ** 2 for each in ends)
         return math.inf
 
     def _alone(self, node: Node) -> float:

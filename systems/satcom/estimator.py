@@ -252,10 +252,10 @@ class Satcom(Estimator):
             [ops.bounded(step * c, -(2.0**-4), 2.0**-4, "half a step") for c in row] for row in c_nb
         ]
         white = ops.saturated(ops.where(full, 0.0, p.gyro_sd * half_scale * dt), STEP_LIMIT)
-        walk = ops.saturated(
-            ops.where(wide, 0.0, (2.0 * BIAS_UNIT) * p.bias_density * half_scale), STEP_LIMIT
-        )
-        return drifted(p0, g, white * white, walk * walk * dt)
+        walk = ops.saturated((2.0 * BIAS_UNIT) * p.bias_density * half_scale, STEP_LIMIT)
+        white_noise = white * white + ops.where(full, 0.0, FLOOR_NOISE)
+        walk_noise = ops.where(wide, 0.0, walk * walk * dt + FLOOR_NOISE)
+        return drifted(p0, g, white_noise, walk_noise)
 
     @staticmethod
     def _turned(a: Symmetric, c: list[Any], restart: Any, p: Any, half_scale: Any) -> Symmetric:
@@ -264,7 +264,7 @@ class Satcom(Estimator):
         roots = [ops.saturated(root, P0_LIMIT) for root in wanted]
 
         def element(i: int, j: int, value: Any) -> Any:
-            first, floor = (roots[i // 3] * roots[i // 3], FLOOR_NOISE) if i == j else (0.0, 0.0)
-            return bounded_element(ops.where(restart, first, value + floor), i, j)
+            first = roots[i // 3] * roots[i // 3] if i == j else 0.0
+            return bounded_element(ops.where(restart, first, value), i, j)
 
         return partly_turned([row[1:] for row in right_matrix(c)[1:]], a, element)

@@ -1,5 +1,6 @@
 """Covariances of which several measurements share one pass: true ones, and wrong by a bit."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -178,6 +179,45 @@ def test_what_a_builder_claims(gate):
     assert gram.proven and all(map(gram.proof_of, of_p)) and len(of_p) > 8
     result = examine(estimator, updates=4000)
     assert result.good
+
+
+class Quick(Kalman):
+    """A position that one prediction takes beyond its largest standard deviation."""
+
+    name = "quick"
+    inputs = (Input("z", -8.0, 8.0), Input("new", 0.0, 1.0))
+    params = (Param("r", 0.1, 0.05, 1.0),)
+    states = (
+        Estimated("pos", -8.0, 8.0, sd=1.0, sd_max=2.4),
+        Estimated("vel", -8.0, 8.0, sd=8.0, sd_max=8.0),
+    )
+    dt = 0.08
+
+    def f(self, x, u, p):
+        return {"pos": x.pos + self.dt * x.vel}
+
+    def measure(self, x, u, p):
+        return [Measurement(u.z, x.pos, p.r, valid=u.new > 0.5)]
+
+
+@pytest.mark.parametrize(("dt", "largest"), [(0.08, 7.39), (0.1, 5.76)])
+def test_a_variance_beyond_its_largest(dt, largest):
+    """(sqrt(0.75) 2.4 + 8 dt)^2: 7.39 m^2 fits a word that holds up to 8 m^2, 8.28 m^2 does not."""
+    estimator = Quick()
+    estimator.dt = dt
+    program, nodes = estimator.compile_traced()
+    gram = Gram(estimator, program, nodes)
+    (variance,) = [n for n in nodes.values() if n.kind == "state" and n.name == "p_pos_pos"]
+    assert gram.largest[variance.number] == pytest.approx(largest, rel=1e-3)
+    claims = claims_of(program, nodes)
+    proofs = {c.state: gram.proof_of(c) for c in claims if c.state.startswith("p_")}
+    assert proofs["p_pos_pos"] is None and proofs["p_vel_vel"] is not None
+    most = (math.sqrt(4.32) + 8.0 * dt) ** 2
+    (grown,) = [c for c in claims if c.high == pytest.approx(most, rel=1e-3)]
+    assert (variance in gram.proof_of(grown).base) == (dt == 0.1)
+    result = examine(estimator, updates=4000)
+    statuses = [c.status for c in result.claims if not c.value.startswith("declared")]
+    assert (statuses == 5 * ["proven"]) == (dt == 0.08) and "refuted" not in statuses
 
 
 def test_what_is_proven_of_a_shipped_filter():

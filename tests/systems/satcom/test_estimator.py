@@ -22,7 +22,7 @@ from tests.support.compiled_float import compiled_float
 GRAVITY = 9.80665
 DT = 0.02
 SCALE = 8.0
-FLOOR = 2.0**-28 / SCALE**2
+FLOOR = 2.0**-28 / SCALE**2  # the filter's noise against rounding
 DEFAULT = {p.name: p.default for p in Satcom.params}
 
 
@@ -86,8 +86,8 @@ class Textbook:
         F = np.eye(7)
         F[:4, :4], F[:4, 4:] = right(dq), -DT / 2 * xi(q)
         Q = np.zeros((7, 7))
-        Q[:4, :4] = (DT / 2 * p.gyro_sd) ** 2 * xi(q) @ xi(q).T
-        Q[4:, 4:] = p.bias_density**2 * DT * np.eye(3)
+        Q[:4, :4] = ((DT / 2 * p.gyro_sd) ** 2 + FLOOR) * xi(q) @ xi(q).T
+        Q[4:, 4:] = (p.bias_density**2 * DT + FLOOR / BIAS_UNIT**2) * np.eye(3)
         P = F @ self.P @ F.T + Q
 
         phi, theta, psi = angles(q)
@@ -131,8 +131,6 @@ class Textbook:
             J = np.eye(7)
             J[:4, :4] = (np.eye(4) - np.outer(self.q, self.q)) / np.linalg.norm(raw)
             P = J @ P @ J.T
-        P[:4, :4] += FLOOR * xi(self.q) @ xi(self.q).T  # the filter's noise against rounding
-        P[4:, 4:] += FLOOR / BIAS_UNIT**2 * np.eye(3)
         self.P = P
         return angles(self.q)
 

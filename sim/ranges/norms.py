@@ -1,0 +1,416 @@
+"""Largest norms of vectors and matrices that are made of quaternions.
+
+A correction is k, q' = (q k) r with r = 1 / sqrt(min(|q k|^2, limit)), and what turns a covariance
+is c = k r or k r^2. With |q k|^2 = |q|^2 |k|^2 and |q| >= 1,
+
+    |k r|^2 <= max(1, |k|^2 / limit)        |k r^2|^2 <= max(1 / |k|^2, |k|^2 / limit^2)
+
+The length of q has a lower bound because that of (q k) r is one or more, because limits of the
+components leave one of them at its limit, and because |a b|^2 = |a|^2 |b|^2. As in
+`sim.ranges.vectors`, constants that are one but for rounding count as one.
+
+The matrix of a quaternion c, or a part of it, M, has the norm |c| at most: |c|^2 1 - M^T M is a
+square, v v^T. A rotation matrix C = 1 + 2 w [v x] + 2 [v x]^2 of a quaternion (w, v) that is not of
+length one has C^T C = 1 + 4 (w^2 + |v|^2 - 1) (|v|^2 1 - v v^T).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import permutations, product
+
+import numpy as np
+
+from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.inner_products import Coefficient
+from boresight.sim.ranges.polynomials import (
+    Polynomial,
+    is_sum_of_squares,
+    plus,
+    polynomial_of,
+    scaled,
+    times,
+)
+from boresight.sim.ranges.unit_vectors import Ball, bare
+from boresight.sim.ranges.vectors import Vectors
+
+__all__ = ["Norms"]
+
+#: Terms of a polynomial, and steps back; what rounding of constants explains.
+_TERMS, _DEPTH, _ROUNDING = 400, 24, 1e-8
+_TINY = 1e-12
+
+
+class Norms:
+    """The norms of a compiled step.
+
+    Parameters
+    ----------
+    vectors : Vectors
+        Of the same step.
+    """
+
+    def __init__(self, vectors: Vectors) -> None:
+        self.nodes, self.vectors = vectors.nodes, vectors
+        self.after, self.first = vectors.after, vectors.first
+        self.known: dict[tuple[int, ...], tuple[float, Ball]] = {}
+        self.long: dict[frozenset[int], Ball | None] = {}  # states no shorter than one
+        self.used: set[int] = set()
+        self.passed: set[int] = set()
+
+    def square_of(
+        self, matrix: Sequence[Sequence[Coefficient | None]]
+    ) -> tuple[float, Ball | None]:
+        """Upper bound of the squared norm of a matrix, None for 0, and what tells it."""
+        rows = [[None if c is None else _signed(c) for c in row] for row in matrix]
+        if len(rows[0]) == 1:
+            rows = [[c for (c,) in rows]]
+        if len(rows) == 1:
+            return self._length([c for c in rows[0] if c is not None])
+        if len(rows) != len(rows[0]):
+            return math.inf, None
+        found = self._of_quaternion(rows)
+        return found if found[1] is not None else self._of_rotation(rows)
+
+    def _length(self, row: Sequence[Coefficient]) -> tuple[float, Ball | None]:
+        """Squared length of a row."""
+        nodes = [c.nodes[0] for c in row if c.nodes]
+        if len({n.number for n in nodes}) < len(nodes):
+            return math.inf, None
+        square, ball = self._square(nodes)
+        largest = max((c.number * c.number for c in row if c.nodes), default=0.0)
+        return largest * square + sum(c.number**2 for c in row if not c.nodes), ball
+
+    def _square(self, vector: Sequence[Node]) -> tuple[float, Ball]:
+        """Squared length of a vector of nodes."""
+        key = tuple(sorted(n.number for n in vector))
+        if key not in self.known:
+            square, ball = self.vectors.square_of(vector)
+            self.used, self.passed = set(), set()
+            other = self._of_correction(vector)
+            if other < square:
+                square, ball = (
+                    other,
+                    Ball(frozenset(key), frozenset(self.used), frozenset(self.passed)),
+                )
+            self.known[key] = square, ball
+        within = [found for other, found in self.known.items() if {*key} <= {*other}]
+        return min(within, key=lambda found: found[0])
+
+    # -- matrices ---------------------------------------------------------------------------------
+
+    def _of_quaternion(
+        self, rows: Sequence[Sequence[Coefficient | None]]
+    ) -> tuple[float, Ball | None]:
+        """Of the matrix of a quaternion, or a part of it."""
+        entries = [c for row in rows for c in row if c is not None]
+        if any(len(c.nodes) != 1 or abs(c.number) != 1.0 for c in entries):
+            return math.inf, None
+        numbers = sorted({c.nodes[0].number for c in entries})
+        if len(numbers) > 4:
+            return math.inf, None
+        size = range(len(rows))
+        forms: list[list[Polynomial]] = [
+            [{} if c is None else {(c.nodes[0].number,): c.number} for c in row] for row in rows
+        ]
+        total: Polynomial = {(n, n): 1.0 for n in numbers}
+        left = [[_rest(forms, i, j, total) for j in size] for i in size]
+        diagonal: Polynomial = {}
+        for i in size:
+            diagonal = plus(diagonal, left[i][i])
+        if not is_sum_of_squares(diagonal):
+            return math.inf, None
+        for i, j, k, m in product(size, repeat=4):
+            if i < j and k < m:
+                minor = plus(
+                    times(left[i][k], left[j][m], _TERMS) or {},
+                    scaled(times(left[i][m], left[j][k], _TERMS) or {}, -1.0),
+                )
+                if any(abs(c) > _TINY for c in minor.values()):
+                    return math.inf, None
+        return self._square([self.nodes[n] for n in numbers])
+
+    def _of_rotation(
+        self, rows: Sequence[Sequence[Coefficient | None]]
+    ) -> tuple[float, Ball | None]:
+        """Of the rotation matrix of a quaternion, transposed or not."""
+        if len(rows) != 3 or any(c is None or len(c.nodes) != 1 for row in rows for c in row):
+            return math.inf, None
+        said = self.vectors.said
+        forms = [
+            [
+                scaled(polynomial_of(bare(c.nodes[0]), _TERMS, _DEPTH, said) or {}, c.number)
+                for c in row
+                if c is not None
+            ]
+            for row in rows
+        ]
+        passed = {n.number for row in rows for c in row if c for n in _bounds(c.nodes[0])}
+        inner = {n for k in range(3) for m in forms[k][k] for n in m}
+        every = {n for row in forms for form in row for m in form for n in m}
+        if len(inner) != 3 or len(every) != 4:
+            return math.inf, None
+        (w,) = every - inner
+        for v in permutations(sorted(inner)):
+            for sign in (1.0, -1.0):
+                if _is_rotation(forms, w, v, sign):
+                    whole, ball = self._square([self.nodes[n] for n in (w, *v)])
+                    part, other = self._square([self.nodes[n] for n in v])
+                    square = max(1.0, 1.0 + 4.0 * (whole - 1.0) * min(part, whole))
+                    used = ball.used | other.used
+                    return square, Ball(frozenset(), used, ball.passed | other.passed | passed)
+        return math.inf, None
+
+    # -- lengths ----------------------------------------------------------------------------------
+
+    def _of_correction(self, vector: Sequence[Node]) -> float:
+        """Squared length of k r^p, r the inverse root of |q k|^2 with a limit."""
+        parts: list[Node | float] = []
+        root: tuple[Node, int] | None = None
+        for node in vector:
+            form = polynomial_of(bare(node), _TERMS, _DEPTH, (), self.passed) or {}
+            self.passed |= {n.number for n in _bounds(node)}
+            if len(form) != 1:
+                return math.inf
+            ((monomial, c),) = form.items()
+            roots = [n for n in monomial if self.nodes[n].kind == "rsqrt"]
+            others = [n for n in monomial if self.nodes[n].kind != "rsqrt"]
+            if not roots or len({*roots}) > 1 or len(others) > 1 or (others and c != 1.0):
+                return math.inf
+            if root not in (None, (self.nodes[roots[0]], len(roots))):
+                return math.inf
+            root = self.nodes[roots[0]], len(roots)
+            parts.append(self.nodes[others[0]] if others else c)
+        if root is None or root[1] > 2 or sum(isinstance(k, float) for k in parts) > 1:
+            return math.inf
+        limit, least = self._below(root[0].args[0], parts)
+        if least < 1.0:
+            return math.inf
+        ends = [(k, k) if isinstance(k, float) else (k.low, k.high) for k in parts]
+        self.used |= {k.number for k in parts if isinstance(k, Node)}
+        most = sum(max(a * a, b * b) for a, b in ends)
+        few = sum(0.0 if a < 0.0 < b else min(a * a, b * b) for a, b in ends)
+        if root[1] == 1:
+            return max(1.0, most / limit)
+        return max(1.0 / few if few else math.inf, most / (limit * limit))
+
+    def _below(self, total: Node, parts: Sequence[Node | float]) -> tuple[float, float]:
+        """Limit of what a root is of, and the least ratio of that without it to |k|^2."""
+        limit = math.inf
+        while total.kind in ("bounded", "saturated"):
+            if total.kind == "bounded":
+                self.passed.add(total.number)
+            else:
+                limit = min(limit, total.value)
+            total = total.args[0]
+        form = polynomial_of(total, _TERMS, _DEPTH, (), self.passed)
+        numbers = [k.number for k in parts if isinstance(k, Node)]
+        if form is None or len({*numbers}) < len(numbers) or not numbers:
+            return limit, 0.0
+        by = _over(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
+        square: Polynomial = {(n, n): 1.0 for n in numbers}
+        for k in parts:
+            if isinstance(k, float):
+                square = plus(square, {(): k * k})
+        rest = plus(form, scaled(times(by, square, _TERMS) or {}, -1.0))
+        if any(abs(c) > _TINY for c in rest.values()):
+            return limit, 0.0
+        return limit, self._least_of(by)
+
+    def _least(self, vector: Sequence[Node]) -> float:
+        """Lower bound of the squared length of a vector of nodes; 0: none is known."""
+        limit = math.inf
+        inner = []
+        for node in vector:
+            while node.kind in ("bounded", "saturated"):
+                if node.kind == "bounded":
+                    self.passed.add(node.number)
+                else:  # a component at its limit is that long
+                    limit = min(limit, node.value * node.value)
+                node = node.args[0]
+            inner.append(node)
+        numbers = [n.number for n in inner if n.kind != "const"]
+        if len({*numbers}) < len(numbers):
+            return 0.0
+        least = 0.0
+        for way in (
+            *(self._of_constants, self._chosen, self._divided, self._turned),
+            *(self._multiplied, self._of_states, self._radial),
+        ):
+            least = max(least, way(inner))
+            if least >= 1.0:
+                break
+        return min(limit, 1.0 if abs(least - 1.0) <= _ROUNDING else least)
+
+    def _of_constants(self, vector: Sequence[Node]) -> float:
+        return sum(n.value * n.value for n in vector if n.kind == "const")
+
+    def _chosen(self, vector: Sequence[Node]) -> float:
+        """Of what one condition selects."""
+        conditions = {n.args[0].number for n in vector if n.kind == "select"}
+        if len(conditions) != 1 or any(n.kind != "select" for n in vector):
+            return 0.0
+        return min(self._least([n.args[k] for n in vector]) for k in (1, 2))
+
+    def _divided(self, vector: Sequence[Node]) -> float:
+        """Of a vector that is not 0, over its length, or over less."""
+        for factor in vector[0].args if vector[0].kind == "mul" else ():
+            root = factor
+            while root.kind == "bounded":
+                self.passed.add(root.number)
+                root = root.args[0]
+            if any(n.kind != "mul" or factor not in n.args for n in vector):
+                continue
+            if root.kind != "rsqrt":
+                continue
+            parts = [n.args[1 - n.args.index(factor)] for n in vector]
+            total = root.args[0]
+            while total.kind in ("bounded", "saturated"):
+                if total.kind == "bounded":
+                    self.passed.add(total.number)
+                total = total.args[0]
+            form = polynomial_of(total, _TERMS, _DEPTH, {p.number for p in parts}, self.passed)
+            if form == {(p.number, p.number): 1.0 for p in parts} and self._least(parts) > 0.0:
+                return 1.0
+        return 0.0
+
+    def _turned(self, vector: Sequence[Node]) -> float:
+        """Of a sine and its cosine."""
+        waves = {(n.args[0].number, n.quarter) for n in vector if n.kind == "sin"}
+        return 1.0 if any((of, not quarter) in waves for of, quarter in waves) else 0.0
+
+    def _multiplied(self, vector: Sequence[Node]) -> float:
+        """Of a product of quaternions."""
+        form = self._squares(vector, {a.number for n in vector for a in _factors(n)})
+        for n in sorted({*next(iter(form), ())}):
+            first = _over(form, n)
+            second = _over(form, next((m[0] for m in first if m), n))
+            rest = plus(form, scaled(times(first, second, _TERMS) or {}, -1.0))
+            if first and second and not any(abs(c) > _TINY for c in rest.values()):
+                return self._least_of(first) * self._least_of(second)
+        return 0.0
+
+    def _least_of(self, form: Polynomial) -> float:
+        """Of a constant and the squares of a vector; 0 of another polynomial."""
+        if any(abs(c - 1.0) > _TINY or m[0] != m[-1] for m, c in form.items() if m):
+            return 0.0
+        if any(len(m) not in (0, 2) for m in form):
+            return 0.0
+        return max(0.0, form.get((), 0.0)) + self._least([self.nodes[m[0]] for m in form if m])
+
+    def _of_states(self, vector: Sequence[Node]) -> float:
+        """Of states that begin no shorter than one, and are replaced by what is no shorter."""
+        key = frozenset(n.number for n in vector)
+        if not key or any(n.number not in self.after for n in vector):
+            return 0.0
+        if key not in self.long:
+            known = dict(self.long)
+            self.long[key] = Ball(key)  # assumed
+            before, self.used, self.passed = (self.used, self.passed), set(), set()
+            numbers = sorted(key)
+            begins = sum(self.first[n] ** 2 for n in numbers) >= 1.0 - _ROUNDING
+            kept = begins and self._least([self.after[n] for n in numbers]) >= 1.0
+            found = Ball(key, frozenset(self.used), frozenset(self.passed))
+            self.long = self.long | {key: found} if kept else known | {key: None}
+            self.used, self.passed = before
+        ball = self.long[key]
+        if ball is None:
+            return 0.0
+        self.used |= ball.used
+        self.passed |= ball.passed
+        return 1.0
+
+    def _radial(self, vector: Sequence[Node]) -> float:
+        """Of a vector whose squared length is a polynomial of that of another one."""
+        form = self._squares(vector, ())
+        numbers = sorted({n for m in form for n in m})
+        if not 2 <= len(numbers) <= 4 or any(len(m) % 2 for m in form):
+            return 0.0
+        along = {len(m) // 2: c for m, c in form.items() if {*m} <= {numbers[0]}}
+        total: Polynomial = {(n, n): 1.0 for n in numbers}
+        power: Polynomial | None = {(): 1.0}
+        rest: Polynomial = form
+        for k in range(max(along, default=0) + 1):
+            rest = plus(rest, scaled(power or {}, -along.get(k, 0.0)))
+            power = times(power or {}, total, _TERMS)
+        if any(abs(c) > _TINY for c in rest.values()):
+            return 0.0
+        most = sum(max(n.low**2, n.high**2) for n in (self.nodes[k] for k in numbers))
+        self.used |= {*numbers}
+        own = np.polynomial.Polynomial([_clear(along.get(k, 0.0)) for k in range(max(along) + 1)])
+        flat = np.real(own.deriv().roots())  # those of others are points as good as any
+        return float(np.min(own(np.clip([0.0, most, *flat], 0.0, most))))
+
+    def _squares(self, vector: Sequence[Node], ends: Sequence[int] | set[int]) -> Polynomial:
+        """Sum of the squares of nodes; empty: of too many terms."""
+        total: Polynomial = {}
+        for node in vector:
+            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.passed)
+            square = None if form is None else times(form, form, _TERMS)
+            if square is None:
+                return {}
+            total = plus(total, square)
+        return {m: c for m, c in total.items() if abs(c) > _TINY}
+
+
+def _signed(c: Coefficient) -> Coefficient:
+    """A coefficient, the sign of its node as its own."""
+    number, nodes = c.number, c.nodes
+    while len(nodes) == 1 and nodes[0].kind == "sum" and len(nodes[0].args) == 1:
+        number, nodes = number * nodes[0].signs[0], nodes[0].args
+    return Coefficient(number, nodes, c.sides)
+
+
+def _clear(c: float) -> float:
+    return 0.0 if abs(c) < _TINY else c
+
+
+def _bounds(node: Node) -> Iterator[Node]:
+    """The claims of a node, one after the other."""
+    while node.kind in ("bounded", "saturated"):
+        if node.kind == "bounded":
+            yield node
+        node = node.args[0]
+
+
+def _factors(node: Node) -> Iterator[Node]:
+    """Factors of the products that a node is the sum of, without their signs."""
+    if node.kind in ("sum", "mul"):
+        for arg in node.args:
+            is_inner = arg.kind == "sum" or (node.kind == "sum" and arg.kind == "mul")
+            yield from _factors(arg) if is_inner else (arg,)
+
+
+def _over(form: Polynomial, number: int) -> Polynomial:
+    """The terms with the square of a node, over it."""
+    return {tuple(k for k in m if k != number): c for m, c in form.items() if m.count(number) == 2}
+
+
+def _rest(forms: Sequence[Sequence[Polynomial]], i: int, j: int, total: Polynomial) -> Polynomial:
+    """Element of |c|^2 1 - M^T M."""
+    out = dict(total) if i == j else {}
+    for row in forms:
+        out = plus(out, scaled(times(row[i], row[j], _TERMS) or {}, -1.0))
+    return {m: c for m, c in out.items() if abs(c) > _TINY}
+
+
+def _is_rotation(
+    forms: Sequence[Sequence[Polynomial]], w: int, v: Sequence[int], sign: float
+) -> bool:
+    """Whether a matrix is 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
+    for i, j in product(range(3), repeat=2):
+        if i == j:
+            wanted: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
+        else:
+            k = 3 - i - j
+            turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
+            wanted = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
+        rest = plus(forms[i][j], scaled(wanted, -1.0))
+        if any(abs(c) > _TINY for c in rest.values()):
+            return False
+    return True
+
+
+def _key(a: int, b: int) -> tuple[int, int]:
+    return (a, b) if a <= b else (b, a)

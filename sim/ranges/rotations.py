@@ -1,0 +1,132 @@
+"""Rotation matrices of quaternions that are no longer than one: they lengthen no vector.
+
+With s = |q|^2 <= 1 and C = 1 + 2 w [v x] + 2 [v x]^2 the squared length of C a is |a|^2 along v,
+and 1 - 4 |v|^2 (1 - s) times it across v. So the components of C a, or some of them, are no longer
+than a is; those of C^T a likewise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations, product
+
+from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.polynomials import Polynomial, polynomial_of
+from boresight.sim.ranges.unit_vectors import Ball
+
+__all__ = ["Rotation", "rotations_of"]
+
+#: Terms of an element of a matrix, and steps back to the quaternion; the same of a component.
+_ELEMENT, _STEPS = 4, 4
+_TERMS, _DEPTH = 100, 24
+#: Largest difference of coefficients that are the same.
+_SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """The rotation matrix of a vector that is within the unit ball.
+
+    Attributes
+    ----------
+    at : mapping of int to (int, int)
+        Row and column of nodes, by number.
+    ball : Ball
+    passed : frozenset of int
+        "bounded" nodes that count as their arguments, its elements among them.
+    """
+
+    at: Mapping[int, tuple[int, int]]
+    ball: Ball
+    passed: frozenset[int]
+
+    def turned(self, vector: Sequence[Node], passed: set[int]) -> list[Polynomial] | None:
+        """The vector whose turned components a vector's are, times the largest of their factors.
+
+        None: they are not. ``passed`` gets the "bounded" nodes that count as their arguments.
+        """
+        for along in (0, 1):
+            own = set(self.passed)
+            rows = [self._row(node, along, own) for node in vector]
+            known = [row for row in rows if row is not None]
+            lines = {line for line, _ in known}
+            if len(known) < len(vector) or len(lines) < len(vector):
+                continue
+            largest = max((parts for _, parts in known), key=_size)
+            if all(_is_multiple(parts, largest) for _, parts in known):
+                passed |= own
+                return [*largest.values()]
+        return None
+
+    def _row(
+        self, node: Node, along: int, passed: set[int]
+    ) -> tuple[int, dict[int, Polynomial]] | None:
+        """Which row or column a component has the elements of, and the factor of each."""
+        form = polynomial_of(node, _TERMS, _DEPTH, self.at, passed)
+        parts: dict[int, Polynomial] = {}
+        lines = set()
+        for m, c in (form or {}).items():
+            elements = [n for n in m if n in self.at]
+            if len(elements) != 1:
+                return None
+            place = self.at[elements[0]]
+            lines.add(place[along])
+            rest = tuple(n for n in m if n not in self.at)
+            parts.setdefault(place[1 - along], {})[rest] = c
+        return (lines.pop(), parts) if len(lines) == 1 else None
+
+
+def rotations_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Rotation]:
+    """The rotation matrices of a step, as far as there are elements of them."""
+    said = [node for node in nodes.values() if node.kind == "bounded"]
+    for numbers, ball in {ball.numbers: ball for ball in balls if len(ball.numbers) == 4}.items():
+        forms: dict[int, Polynomial] = {}
+        passed: dict[int, set[int]] = {}
+        for node in said:
+            own = {node.number}
+            form = polynomial_of(node.args[0], _ELEMENT, _STEPS, numbers, own)
+            if form and all(n in numbers for m in form for n in m):
+                forms[node.number], passed[node.number] = form, own
+        at = max((_places(forms, order) for order in permutations(sorted(numbers))), key=len)
+        if len({*at.values()}) > 1:
+            yield Rotation(at, ball, frozenset().union(*(passed[n] for n in at)))
+
+
+def _places(forms: Mapping[int, Polynomial], order: Sequence[int]) -> dict[int, tuple[int, int]]:
+    """Which forms are elements of the matrix of a quaternion with these components."""
+    w, *v = order
+    out: dict[int, tuple[int, int]] = {}
+    for i, j in product(range(3), repeat=2):
+        if i == j:
+            element: Polynomial = {(): 1.0} | {(n, n): -2.0 for n in v if n != v[i]}
+        else:
+            k = 3 - i - j
+            sign = -1.0 if (j - i) % 3 == 1 else 1.0
+            element = {_key(v[i], v[j]): 2.0, _key(w, v[k]): 2.0 * sign}
+        out |= {n: (i, j) for n, form in forms.items() if form == element}
+    return out
+
+
+def _key(a: int, b: int) -> tuple[int, int]:
+    return min(a, b), max(a, b)
+
+
+def _size(parts: Mapping[int, Polynomial]) -> float:
+    """The largest coefficient."""
+    return max(abs(c) for part in parts.values() for c in part.values())
+
+
+def _is_multiple(parts: Mapping[int, Polynomial], of: Mapping[int, Polynomial]) -> bool:
+    """Whether factors are those of another row, all times a number."""
+    if parts.keys() != of.keys():
+        return False
+    by = _size(parts) / _size(of)
+    return any(
+        all(
+            part.keys() == of[k].keys()
+            and all(abs(c - s * of[k][m]) <= _SAME * _size(of) for m, c in part.items())
+            for k, part in parts.items()
+        )
+        for s in (by, -by)
+    )
