@@ -18,8 +18,10 @@ from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.covariances import Drawn
 from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.matrices import Matrices
+from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.search import Search
+from boresight.sim.ranges.traces import Traces
 from boresight.sim.ranges.vectors import Vectors
 
 
@@ -263,11 +265,14 @@ def test_no_method_proves_a_claim_that_a_search_breaks(name):
     claims = claims_of(program, nodes)
     reached, broken = farthest(estimator, program, nodes, claims)
     cells = reached_cells(program, nodes)
+    vectors = Vectors(program, nodes)
+    gram = Gram(estimator, program, nodes, vectors)
     methods = [
         lambda claim: proof_of(claim, cells),
-        Vectors(program, nodes).proof_of,
+        vectors.proof_of,
         Matrices(estimator, program, nodes).proof_of,
-        Gram(estimator, program, nodes).proof_of,
+        gram.proof_of,
+        Traces(gram, Norms(vectors)).proof_of,
     ]
     tried = 0
     for claim, most, left in zip(claims, reached, broken, strict=True):
