@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Overflow, Program
 
-__all__ = ["TOLERANCE", "Claim", "assumptions", "claims_of", "live"]
+__all__ = ["TOLERANCE", "Assumptions", "Claim", "claims_of", "live"]
 
 #: Share of its size by which a value may pass the end of its range: what rounding explains.
 TOLERANCE = 1e-6
@@ -126,16 +126,8 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
     return out
 
 
-def assumptions(
-    claims: Sequence[Claim],
-    bases: Sequence[Sequence[Node] | None],
-    passed: Sequence[Sequence[Node]],
-    broken: Sequence[bool],
-    held: Sequence[bool],
-    wider: Mapping[int, tuple[Sequence[Node], Sequence[Node]]],
-    needs: Callable[[Node], Sequence[Node]],
-) -> list[list[int]]:
-    """Which claims the proof of each claim assumes without a proof; indices.
+class Assumptions:
+    """Which claims proofs assume without a proof.
 
     An interval follows from those of its arguments down to a value with a claim, where the claim
     takes its place. A proven claim hands on what its own proof assumes.
@@ -144,51 +136,81 @@ def assumptions(
     ----------
     claims
         As `claims_of` gives them.
-    bases
-        Nodes whose intervals each proof uses; None: the claim has no proof.
-    passed
-        "bounded" nodes that each proof takes as their arguments: what these assume, it assumes, in
-        the updates before, too.
     broken
         Whether inputs break the claim, in spite of a proof in real numbers. The intervals of
         states are assumed, too, where that of their next values is broken.
     held
         Whether the format of the word that others read holds it in the range, whatever the value:
         nothing is assumed then.
-    wider
-        Of a claim, by index: what proves that its value fits the format, as ``bases`` and
-        ``passed`` say. What takes the word as its argument assumes that, and not the claim.
     needs
         Arguments from whose intervals that of a node follows.
     """
-    index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
-    of_state = {c.state: k for k, c in enumerate(claims) if c.state and broken[k] and not held[k]}
-    sound = [base is not None and not b for base, b in zip(bases, broken, strict=True)]
 
-    def stated(node: Node) -> int | None:
+    def __init__(
+        self,
+        claims: Sequence[Claim],
+        broken: Sequence[bool],
+        held: Sequence[bool],
+        needs: Callable[[Node], Sequence[Node]],
+    ) -> None:
+        self.broken, self.held, self.needs = broken, held, needs
+        self.index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
+        self.of_state = {
+            c.state: k for k, c in enumerate(claims) if c.state and broken[k] and not held[k]
+        }
+        self.known: dict[frozenset[Node], frozenset[int]] = {}  # of intervals, by their nodes
+
+    def of(
+        self,
+        bases: Sequence[Sequence[Node] | None],
+        passed: Sequence[Sequence[Node]],
+        wider: Mapping[int, tuple[Sequence[Node], Sequence[Node]]],
+    ) -> list[list[int]]:
+        """The claims that the proof of each claim assumes; indices.
+
+        Parameters
+        ----------
+        bases
+            Nodes whose intervals each proof uses; None: the claim has no proof.
+        passed
+            "bounded" nodes that each proof takes as their arguments: what these assume, it assumes,
+            in the updates before, too.
+        wider
+            Of a claim, by index: what proves that its value fits the format, as ``bases`` and
+            ``passed`` say. What takes the word as its argument assumes that, and not the claim.
+        """
+        count = len(bases)
+        sound = [base is not None and not b for base, b in zip(bases, self.broken, strict=True)]
+        fits = {j: count + k for k, j in enumerate(wider)}  # numbered after the claims
+
+        def taken(nodes: Sequence[Node]) -> set[int]:
+            found = {j for node in nodes if (j := self._stated(node)) is not None}
+            return {fits.get(j, j) for j in found}
+
+        proofs = [*zip(bases, passed, strict=True), *wider.values()]
+        needed = [self._of_intervals(base or ()) | taken(nodes) for base, nodes in proofs]
+        sound += [True] * len(fits)
+        assumed = [{j for j in each if not sound[j]} for each in needed]
+        grown = True
+        while grown:  # what a proof assumes of an update before may be what it proves of this one
+            before = [len(each) for each in assumed]
+            for k, each in enumerate(needed):
+                assumed[k].update(*(assumed[j] for j in each if sound[j]))
+            grown = before != [len(each) for each in assumed]
+        return [sorted(each) for each in assumed[:count]]
+
+    def _stated(self, node: Node) -> int | None:
+        """The claim that takes a node's place."""
         if node.kind == "state":
-            return of_state.get(node.name or "")
+            return self.of_state.get(node.name or "")
         ends = (node.args[0].number, node.low, node.high) if node.kind == "bounded" else None
-        return None if ends is None else index.get(ends)
+        return None if ends is None else self.index.get(ends)
 
-    def of_intervals(nodes: Sequence[Node]) -> set[int]:
-        below = live(nodes, lambda node: () if stated(node) is not None else needs(node))
-        return {j for node in below if (j := stated(node)) is not None and not held[j]}
-
-    fits = {j: len(claims) + k for k, j in enumerate(wider)}  # numbered after the claims
-
-    def taken(nodes: Sequence[Node]) -> set[int]:
-        found = {j for node in nodes if (j := stated(node)) is not None}
-        return {fits.get(j, j) for j in found}
-
-    proofs = [*zip(bases, passed, strict=True), *wider.values()]
-    needed = [of_intervals(base or ()) | taken(nodes) for base, nodes in proofs]
-    sound += [True] * len(fits)
-    assumed = [{j for j in each if not sound[j]} for each in needed]
-    grown = True
-    while grown:  # what a proof assumes of an update before may be what it proves of this one
-        before = [len(each) for each in assumed]
-        for k, each in enumerate(needed):
-            assumed[k].update(*(assumed[j] for j in each if sound[j]))
-        grown = before != [len(each) for each in assumed]
-    return [sorted(each) for each in assumed[: len(claims)]]
+    def _of_intervals(self, nodes: Sequence[Node]) -> frozenset[int]:
+        """Claims that the intervals of nodes rest on."""
+        key = frozenset(nodes)  # not their numbers: a step without some claims has the same
+        if key not in self.known:
+            below = live(nodes, lambda n: () if self._stated(n) is not None else self.needs(n))
+            stated = (self._stated(node) for node in below)
+            self.known[key] = frozenset(j for j in stated if j is not None and not self.held[j])
+        return self.known[key]

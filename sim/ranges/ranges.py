@@ -15,7 +15,7 @@ from boresight.model.words.fixed import Format
 from boresight.model.words.program import Overflow, Program
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.ranges.boxes import Proof, interval_needs, proof_of, reached_cells
-from boresight.sim.ranges.claims import Claim, assumptions, claims_of
+from boresight.sim.ranges.claims import Assumptions, Claim, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import ROOM, Gram
 from boresight.sim.ranges.matrices import Matrices
@@ -239,12 +239,8 @@ def examine(
     search.run(steps, progress)
     reached = search.reach()
 
-    needs = _needs_of(program, nodes, claims, reached)
-
-    def conditions_of(proofs: Sequence[Proof | None]) -> list[list[int]]:
-        return _conditions(program, nodes, claims, proofs, reached, prover.fits, needs)
-
-    assumed = conditions_of(proofs)
+    conditions = _Conditions(program, nodes, claims, reached, prover.fits)
+    assumed = conditions.of(proofs)
 
     def methods() -> Iterator[Callable[[Claim], Proof | None]]:
         yield from prover.methods
@@ -258,9 +254,9 @@ def examine(
             for c, p, a in zip(claims, proofs, assumed, strict=True)
         ]
         if others != proofs:
-            less = [len(b) < len(a) for a, b in zip(assumed, conditions_of(others), strict=True)]
+            less = [len(b) < len(a) for a, b in zip(assumed, conditions.of(others), strict=True)]
             proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
-            assumed = conditions_of(proofs)
+            assumed = conditions.of(proofs)
     rest = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
@@ -366,47 +362,57 @@ class Prover:
         return next((p for method in self.methods if (p := method(claim)) is not None), None)
 
 
-def _conditions(
-    program: Program,
-    nodes: Mapping[int, Node],
-    claims: Sequence[Claim],
-    proofs: Sequence[Proof | None],
-    reached: Sequence[Reach],
-    fits: Callable[[Claim, Format], Proof | None],
-    needs: Callable[[Node], Sequence[Node]],
-) -> list[list[int]]:
-    """The claims that each proof assumes without a proof; indices."""
-    words = {program.values[state].name: state for state, _ in program.states}
-    formats = [
-        None if (word := words.get(c.state, c.word)) is None else program.format(word)
-        for c in claims
-    ]
-    held = [f is not None and _holds(f, c.ends) for f, c in zip(formats, claims, strict=True)]
-    broken = [reach.broken for reach in reached]
-    bases = [None if proof is None else proof.base for proof in proofs]
-    passed = [() if proof is None else proof.passed for proof in proofs]
-    taken = {n.args[0].number for each in passed for n in each}
+class _Conditions:
+    """The claims that proofs assume without a proof."""
 
-    def fitting(wanted: Callable[[int], bool]) -> dict[int, tuple[Sequence[Node], Sequence[Node]]]:
-        out: dict[int, tuple[Sequence[Node], Sequence[Node]]] = {}
-        for k, (c, own, reach) in enumerate(zip(claims, formats, reached, strict=True)):
-            if own is None or c.node.number not in taken or not wanted(k):
-                continue
-            if own.min < reach.least and reach.most < own.max:
-                proof = fits(c, own)
-                if proof is not None:
-                    out[k] = proof.base, proof.passed
-        return out
+    def __init__(
+        self,
+        program: Program,
+        nodes: Mapping[int, Node],
+        claims: Sequence[Claim],
+        reached: Sequence[Reach],
+        fits: Callable[[Claim, Format], Proof | None],
+    ) -> None:
+        self.claims, self.reached, self.fits = claims, reached, fits
+        words = {program.values[state].name: state for state, _ in program.states}
+        self.formats = [
+            None if (word := words.get(c.state, c.word)) is None else program.format(word)
+            for c in claims
+        ]
+        self.broken = [reach.broken for reach in reached]
+        held = [
+            f is not None and _holds(f, c.ends) for f, c in zip(self.formats, claims, strict=True)
+        ]
+        needs = _needs_of(program, nodes, claims, reached)
+        self.assumptions = Assumptions(claims, self.broken, held, needs)
 
-    def assumed(wider: Mapping[int, tuple[Sequence[Node], Sequence[Node]]]) -> list[list[int]]:
-        return assumptions(claims, bases, passed, broken, held, wider, needs)
+    def of(self, proofs: Sequence[Proof | None]) -> list[list[int]]:
+        """Those of each proof; indices."""
+        bases = [None if proof is None else proof.base for proof in proofs]
+        passed = [() if proof is None else proof.passed for proof in proofs]
+        taken = {n.args[0].number for each in passed for n in each}
 
-    wider = fitting(lambda k: proofs[k] is None or broken[k])
-    indices = assumed(wider)
-    more = fitting(lambda k: k not in wider and bool(indices[k]))
-    if more:  # a proof that the format holds a value may assume less than that of its range
-        indices = [min(each, key=len) for each in zip(indices, assumed(wider | more), strict=True)]
-    return indices
+        def fitting(
+            wanted: Callable[[int], bool],
+        ) -> dict[int, tuple[Sequence[Node], Sequence[Node]]]:
+            out: dict[int, tuple[Sequence[Node], Sequence[Node]]] = {}
+            each = zip(self.claims, self.formats, self.reached, strict=True)
+            for k, (c, own, reach) in enumerate(each):
+                if own is None or c.node.number not in taken or not wanted(k):
+                    continue
+                if own.min < reach.least and reach.most < own.max:
+                    proof = self.fits(c, own)
+                    if proof is not None:
+                        out[k] = proof.base, proof.passed
+            return out
+
+        wider = fitting(lambda k: proofs[k] is None or self.broken[k])
+        indices = self.assumptions.of(bases, passed, wider)
+        more = fitting(lambda k: k not in wider and bool(indices[k]))
+        if more:  # a proof that the format holds a value may assume less than that of its range
+            less = self.assumptions.of(bases, passed, wider | more)
+            indices = [min(each, key=len) for each in zip(indices, less, strict=True)]
+        return indices
 
 
 def _needs_of(
@@ -423,12 +429,12 @@ def _needs_of(
             form, low, high = program.format(words[c.state]), *c.ends
             low = form.min if reach.least < low else c.low
             sure[nodes[words[c.state]].number] = low, form.max if reach.most > high else c.high
-    known: dict[int, Sequence[Node]] = {}
+    known: dict[Node, Sequence[Node]] = {}  # a step without some claims has the same numbers
 
     def needs(node: Node) -> Sequence[Node]:
-        if node.number not in known:
-            known[node.number] = interval_needs(node, sure)
-        return known[node.number]
+        if node not in known:
+            known[node] = interval_needs(node, sure)
+        return known[node]
 
     return needs
 

@@ -8,7 +8,7 @@ than a is; those of C^T a likewise.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import permutations, product
 
 from boresight.model.lowering.graph import Node
@@ -24,7 +24,7 @@ _TERMS, _DEPTH = 100, 24
 _SAME = 1e-12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rotation:
     """The rotation matrix of a vector that is within the unit ball.
 
@@ -40,6 +40,7 @@ class Rotation:
     at: Mapping[int, tuple[int, int]]
     ball: Ball
     passed: frozenset[int]
+    _forms: dict[int, tuple[Polynomial, set[int]]] = field(default_factory=dict, repr=False)
 
     def turned(self, vector: Sequence[Node], passed: set[int]) -> list[Polynomial] | None:
         """The vector whose turned components a vector's are, times the largest of their factors.
@@ -63,10 +64,15 @@ class Rotation:
         self, node: Node, along: int, passed: set[int]
     ) -> tuple[int, dict[int, Polynomial]] | None:
         """Which row or column a component has the elements of, and the factor of each."""
-        form = polynomial_of(node, _TERMS, _DEPTH, self.at, passed)
+        if node.number not in self._forms:
+            own = set[int]()
+            form = polynomial_of(node, _TERMS, _DEPTH, self.at, own)
+            self._forms[node.number] = form or {}, own
+        form, own = self._forms[node.number]
+        passed |= own
         parts: dict[int, Polynomial] = {}
         lines = set()
-        for m, c in (form or {}).items():
+        for m, c in form.items():
             elements = [n for n in m if n in self.at]
             if len(elements) != 1:
                 return None

@@ -1,5 +1,7 @@
 """Claims of ranges: proofs, what they assume, false claims refuted by inputs that break them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,9 @@ from boresight.model.algebra.quaternion import dot, matrix, product
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.estimators.mekf.filter import Mekf
 from boresight.model.resolve import estimator_of
+from boresight.sim.ranges import ranges
 from boresight.sim.ranges.boxes import proof_of, reached_cells
-from boresight.sim.ranges.claims import claims_of
+from boresight.sim.ranges.claims import Assumptions, claims_of
 from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.vectors import Vectors
@@ -447,3 +450,17 @@ def test_a_state_that_reaches_parts_of_its_range():
         (claim,) = [c for c in claims_of(program, nodes) if not c.state]
         assert proof_of(claim) is None
         assert (proof_of(claim, reached_cells(program, nodes)) is not None) == proven
+
+
+def test_a_step_without_claims_has_conditions_of_its_own():
+    """Its nodes have the numbers of those that rest on claims."""
+    estimator = claiming(lambda x, u, p: ops.bounded(2.0 * u.a, -1.5, 1.5, "half") - u.a, -2.5, 2.5)
+    program, nodes = estimator.compile_traced()
+    claims = claims_of(program, nodes)
+    outer = claims[-1].node
+    free = [replace(a, kind="input", args=()) if a.kind == "bounded" else a for a in outer.args]
+    without = replace(outer, args=tuple(free))
+    needs = ranges._needs_of(program, nodes, [], [])
+    assumptions = Assumptions(claims, [False, False], [False, False], needs)
+    for node, wanted in ((outer, [0]), (without, []), (outer, [0])):
+        assert assumptions.of([None, [node]], [(), ()], {}) == [[], wanted]
