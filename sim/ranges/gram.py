@@ -50,6 +50,7 @@ from boresight.sim.ranges.inner_products import (
     flat_parts,
     is_choice,
     is_scaled,
+    known_from,
     of_unit,
 )
 from boresight.sim.ranges.polynomials import polynomial_of
@@ -159,7 +160,7 @@ class Gram:
         return None
 
     def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
-        base = {n.number: n for c in rest for m in c.nodes for n in claim_chain(m)}
+        base = {n.number: n for c in rest for m in c.nodes for n in known_from(m)}
         base |= self.base_of(pair)
         base |= self.within
         numbers = self.passed_by(node).union(*(b.passed for b in self._rows_of(pair)))
@@ -177,8 +178,8 @@ class Gram:
         for v in made_from(pair):
             if v.variance is not None and self._is_declared(v.variance):
                 base[v.variance.number] = v.variance
-            base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in claim_chain(m)}
-            base |= {n.number: n for c in v.noise for m in c.nodes for n in claim_chain(m)}
+            base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in known_from(m)}
+            base |= {n.number: n for c in v.noise for m in c.nodes for n in known_from(m)}
         base |= {n: self.nodes[n] for ball in self._rows_of(pair) for n in ball.used}
         return base
 
@@ -760,7 +761,7 @@ class Gram:
             if not t.factors:
                 low, high = c.ends({})
                 rest += low if sign > 0.0 else -high
-                self.within |= {n.number: n for m in c.nodes for n in claim_chain(m)}
+                self.within |= {n.number: n for m in c.nodes for n in known_from(m)}
                 continue
             own = [x for x, y in self.pairs_of(t.factors[0]) if x is y]
             if len(t.factors) > 1 or c.nodes or c.sides or not own or sign * c.number <= 0.0:

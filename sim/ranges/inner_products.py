@@ -34,6 +34,7 @@ __all__ = [
     "flat_parts",
     "is_choice",
     "is_scaled",
+    "known_from",
     "of_unit",
 ]
 
@@ -250,13 +251,24 @@ def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> tuple[float, flo
     return low, high
 
 
-def conditions_in(node: Node, left: int = _BACK) -> Iterator[int]:
+def known_from(node: Node) -> Iterator[Node]:
+    """Nodes from whose intervals the known ends of a node may follow, itself among them."""
+    left = {node.number: _BACK}
+    stack = [node]
+    while stack:
+        node = stack.pop()
+        yield node
+        steps = left[node.number] - (node.kind not in ("bounded", "saturated"))
+        if steps >= 0 and node.kind in ("bounded", "saturated", "mul", "select", "sum"):
+            for arg in node.args[1:] if node.kind == "select" else node.args:
+                if left.get(arg.number, -1) < steps:
+                    left[arg.number] = steps
+                    stack.append(arg)
+
+
+def conditions_in(node: Node) -> Iterator[int]:
     """Conditions, by number, on whose sides the ends of a node may depend."""
-    if node.kind == "select":
-        yield node.args[0].number
-    if left and node.kind in ("bounded", "saturated", "mul", "select", "sum"):
-        for arg in node.args[1:] if node.kind == "select" else node.args:
-            yield from conditions_in(arg, left if node.kind == "bounded" else left - 1)
+    return (n.args[0].number for n in known_from(node) if n.kind == "select")
 
 
 def is_choice(c: Coefficient) -> bool:

@@ -32,9 +32,9 @@ from boresight.sim.ranges.inner_products import (
     Sides,
     Vector,
     all_sides,
-    claim_chain,
     conditions_in,
     flat_parts,
+    known_from,
     of_unit,
 )
 from boresight.sim.ranges.norms import Norms
@@ -98,7 +98,7 @@ class Traces:
     def _proof(self, node: Node, pairs: Sequence[Pair], rest: Sequence[Coefficient]) -> Proof:
         """It rests on what the limits rest on: on all that the next matrix is made of."""
         gram = self.gram
-        base = {n.number: n for c in rest for m in c.nodes for n in claim_chain(m)} | gram.within
+        base = {n.number: n for c in rest for m in c.nodes for n in known_from(m)} | gram.within
         for pair in (*pairs, *((v, v) for v in gram.following)):
             base |= gram.base_of(pair)
         numbers = gram.passed_by(node)

@@ -13,6 +13,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.ranges import ranges
 from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import Assumptions, claims_of
+from boresight.sim.ranges.inner_products import Coefficient, conditions_in, known_from
 from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.vectors import Vectors
@@ -464,3 +465,20 @@ def test_a_step_without_claims_has_conditions_of_its_own():
     assumptions = Assumptions(claims, [False, False], [False, False], needs)
     for node, wanted in ((outer, [0]), (without, []), (outer, [0])):
         assert assumptions.of([None, [node]], [(), ()], {}) == [[], wanted]
+
+
+def test_what_the_ends_of_a_side_follow_from():
+    """On one side a limited selection is as small as a claim makes it, though it rests on none."""
+    chosen = claiming(
+        lambda x, u, p: ops.saturated(
+            ops.where(u.a < 0.0, 64.0 * u.b, ops.bounded(u.b, -0.5, 0.5, "small")), 4.0
+        ),
+        -4.0,
+        4.0,
+    )
+    program, nodes = chosen.compile_traced()
+    small, outer = claims_of(program, nodes)
+    (condition,) = conditions_in(outer.node)
+    ends = Coefficient(nodes=(outer.node,)).ends({condition: 2})
+    assert ends == (-0.5, 0.5)
+    assert small.node in [n.args[0] for n in known_from(outer.node) if n.kind == "bounded"]
