@@ -252,7 +252,26 @@ def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> tuple[float, flo
 
 
 def known_from(node: Node) -> Iterator[Node]:
-    """Nodes from whose intervals the known ends of a node may follow, itself among them."""
+    """Nodes from whose intervals the known ends of a node may follow, itself among them.
+
+    Its own interval is enough where no side and no argument makes it narrower.
+    """
+    if any(n.kind == "select" for n in _made_of(node)) or _known_ends(node, {}) != (
+        node.low,
+        node.high,
+    ):
+        yield from _made_of(node)
+    else:
+        yield from claim_chain(node)
+
+
+def conditions_in(node: Node) -> Iterator[int]:
+    """Conditions, by number, on whose sides the ends of a node may depend."""
+    return (n.args[0].number for n in _made_of(node) if n.kind == "select")
+
+
+def _made_of(node: Node) -> Iterator[Node]:
+    """A node and those that its known ends are computed from."""
     left = {node.number: _BACK}
     stack = [node]
     while stack:
@@ -264,11 +283,6 @@ def known_from(node: Node) -> Iterator[Node]:
                 if left.get(arg.number, -1) < steps:
                     left[arg.number] = steps
                     stack.append(arg)
-
-
-def conditions_in(node: Node) -> Iterator[int]:
-    """Conditions, by number, on whose sides the ends of a node may depend."""
-    return (n.args[0].number for n in known_from(node) if n.kind == "select")
 
 
 def is_choice(c: Coefficient) -> bool:
