@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import InputError
+from boresight.model.resolve import load
 
-__all__ = ["WORLD_GROUP", "World"]
+__all__ = ["WORLD_GROUP", "NamedWorld", "World", "world_of"]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
@@ -89,3 +90,12 @@ class World:
     def bound(self) -> Mapping[str, npt.NDArray[np.float64]]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
+
+
+#: What stands for a world: a text, a class or an object.
+NamedWorld: TypeAlias = str | type[World] | World
+
+
+def world_of(what: NamedWorld) -> World:
+    """The world that is meant; see `model.resolve.load`."""
+    return load(what, World, "world", {}, WORLD_GROUP)
