@@ -17,11 +17,9 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-import numpy.typing as npt
-
 from boresight.arguments import check_number, check_word
 from boresight.disk.output import OutputFile
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, profile_place, profiles
@@ -41,8 +39,6 @@ from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import World, world_of
 
 __all__ = ["fit"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def fit(

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -28,7 +28,6 @@ from boresight.sim.worlds.world import NamedWorld, World, world_of
 
 __all__ = ["Campaign", "draws"]
 
-FloatArray = npt.NDArray[np.float64]
 MOST_MARKS = 50  #: records of a run at which its errors are kept.
 
 
@@ -180,7 +179,7 @@ def _nees(
     campaign: Campaign,
     states: dict[str, FloatArray] | None,
     errors: dict[str, FloatArray],
-    marks: npt.NDArray[np.int64],
+    marks: IntArray,
 ) -> tuple[list[float], int]:
     """e^T P^-1 e at the marks, of the estimator's own covariance; its degrees of freedom."""
     if states is None:

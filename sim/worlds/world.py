@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
-import numpy as np
-import numpy.typing as npt
-
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.resolve import load
 
@@ -61,7 +59,7 @@ class World:
         """
         raise NotImplementedError
 
-    def pieces(self) -> Iterator[Mapping[str, npt.NDArray[np.float64]]] | None:
+    def pieces(self) -> Iterator[Mapping[str, FloatArray]] | None:
         """All records of a world without feedback, from the start on, in pieces of any length.
 
         Returns
@@ -87,7 +85,7 @@ class World:
             fix="write draw(self, seed), which makes its noise anew",
         )
 
-    def bound(self) -> Mapping[str, npt.NDArray[np.float64]]:
+    def bound(self) -> Mapping[str, FloatArray]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
 
