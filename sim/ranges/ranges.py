@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from typing import ClassVar
 
 import numpy as np
@@ -323,13 +323,14 @@ class Prover:
         self.cells = reached_cells(program, nodes)
         vectors = Vectors(program, nodes)
         gram = Gram(estimator, program, nodes, vectors)
-        self.methods: tuple[Callable[[Claim], Proof | None], ...] = (
+        methods = (
             gram.proof_of,
             Traces(gram, Norms(vectors)).proof_of,
             lambda claim: proof_of(claim, self.cells),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,
         )
+        self.methods: tuple[Callable[[Claim], Proof | None], ...] = tuple(map(cache, methods))
         self.fitting: dict[tuple[int, Format], Proof | None] = {}
 
     def fits(self, claim: Claim, form: Format) -> Proof | None:
