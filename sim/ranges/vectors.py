@@ -149,19 +149,21 @@ class Vectors(Balls):
     def _row_square(self, form: Polynomial) -> float:
         """An upper bound of a sum of squares of polynomials of said values."""
 
-        def expanded() -> float:
-            whole = self._expanded(form)
+        def expanded(ends: Set[int]) -> float:
+            whole = self._expanded(form, ends)
             return math.inf if whole is None else self._most(whole, 0.0)
 
-        return self._best((lambda: self._most(form, 0.0), expanded))
+        summed = {*self.sums}.union(*self.sums.values())
+        ways = (partial(expanded, ends) for ends in (self.members, self.members | summed))
+        return self._best((lambda: self._most(form, 0.0), *ways))
 
-    def _expanded(self, form: Polynomial) -> Polynomial | None:
-        """A polynomial of what the nodes of one are computed from."""
+    def _expanded(self, form: Polynomial, ends: Set[int]) -> Polynomial | None:
+        """A polynomial of what the nodes of one are computed from, but for ends."""
         out: Polynomial | None = {}
         for m, c in form.items():
             part: Polynomial | None = {(): c}
             for n in m:
-                by = self._form_of(self.nodes[n], self.members)
+                by = self._form_of(self.nodes[n], ends)
                 part = None if part is None or by is None else times(part, by, TERMS)
             out = None if out is None or part is None else plus(out, part)
         return out
