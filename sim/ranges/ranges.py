@@ -357,9 +357,11 @@ class Prover:
         self.fitting: dict[tuple[int, Format], Proof | None] = {}
 
     def _in_step(self, method: _Method, claim: Claim) -> Proof | None:
-        """What a method proves of a claim's node in this step."""
+        """What a method proves of a claim's node in this step, where its word holds every value."""
         node = self.live.get(claim.node.number)
-        proof = None if node is None else method(replace(claim, node=node))
+        if node is None or (claim.node.args and not node.args):
+            return None
+        proof = method(replace(claim, node=node))
         return proof and replace(proof, passed=tuple(self.own[n.number] for n in proof.passed))
 
     def fits(self, claim: Claim, form: Format) -> Proof | None:
