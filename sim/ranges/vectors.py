@@ -87,9 +87,7 @@ class Vectors(Balls):
         if not self.balls and not self.low_passes:
             return None
         self.used, self.passed = set(), set()
-        low, high = claim.ends
-        least, most = self._ends(claim.node, (low, high))
-        if not (low <= least and most <= high):
+        if not claim.holds(*self._ends(claim.node, claim.ends)):
             return None
         base, passed = (
             tuple(self.nodes[n] for n in sorted(each)) for each in (self.used, self.passed)
