@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.tools.folders import matplotlib_environment
 
 __all__ = [
@@ -103,7 +103,7 @@ def legend(axes: Any, columns: int) -> None:
     )
 
 
-def band(axes: Any, values: npt.NDArray[np.float64], step: float, parts: int, **style: Any) -> None:
+def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:
     """Plot minimum and maximum in each of ``parts`` pieces of a long curve, ``step`` apart."""
     each = max(1, len(values) // parts)
     whole = values[: len(values) // each * each].reshape(-1, each)
@@ -127,7 +127,7 @@ def svg(figure: Any, salt: str) -> str:
 
 
 def error_history(
-    errors: Mapping[str, npt.NDArray[np.float64]],
+    errors: Mapping[str, FloatArray],
     axes: Mapping[str, tuple[str, str]],
     *,
     step_s: float,

@@ -17,12 +17,9 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-import numpy.typing as npt
-
 from boresight.arguments import check_number, check_word
 from boresight.disk.output import OutputFile
-from boresight.loop import world_of
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, profile_place, profiles
@@ -39,11 +36,9 @@ from boresight.sim.records.feed import feeds
 from boresight.sim.records.files import log_files
 from boresight.sim.records.log import Log, logs_of
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import World, world_of
 
 __all__ = ["fit"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def fit(

@@ -21,7 +21,7 @@ from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
 from boresight.gateware.system.programs import system_core
-from boresight.loop import simulate_world, world_of
+from boresight.loop import simulate_world
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS, FILTERS
@@ -41,7 +41,7 @@ from boresight.sim.board.faults import FaultTrial, fault_board, fault_names, fau
 from boresight.sim.board.setup import REAL
 from boresight.sim.processes import processes
 from boresight.sim.records.files import FORMATS, record_of
-from boresight.sim.worlds.world import WORLD_GROUP
+from boresight.sim.worlds.world import WORLD_GROUP, world_of
 
 __all__ = ["simulate", "simulate_faults"]
 

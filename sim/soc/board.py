@@ -24,6 +24,7 @@ from boresight.gateware.system.system_bus import RESULTS
 from boresight.gateware.texts.core import c_header
 from boresight.gateware.texts.records import records_header
 from boresight.gateware.verilog import to_verilog
+from boresight.model.arrays import IntArray
 from boresight.model.estimator import Estimator
 from boresight.sim.board.build import Board, board_parameters, make_board
 from boresight.sim.board.run import Stimulus, cycles_limit
@@ -110,12 +111,12 @@ class AttitudeWrites:
         Cycles from data-ready to ``complete``.
     """
 
-    complete: npt.NDArray[np.int64]
-    header: npt.NDArray[np.int64]
+    complete: IntArray
+    header: IntArray
     outputs: npt.NDArray[np.int32]
     inputs: npt.NDArray[np.int32]
     computed: npt.NDArray[np.int32]
-    age: npt.NDArray[np.int64]
+    age: IntArray
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,8 @@ class BoardSocRun:
     seconds : float
     """
 
-    samples: npt.NDArray[np.int64]
-    updates: npt.NDArray[np.int64]
+    samples: IntArray
+    updates: IntArray
     newest: AttitudeWrites
     shown: AttitudeWrites
     console: str
@@ -195,7 +196,7 @@ class BoardBench:
             if kind in lines:
                 lines[kind].append(rest)
 
-        def cycles(kind: str) -> npt.NDArray[np.int64]:
+        def cycles(kind: str) -> IntArray:
             return np.array([int(row[0]) for row in lines[kind]], dtype=np.int64)
 
         console = bytes(int(row[0]) for row in lines["T"]).decode("ascii", errors="replace")
