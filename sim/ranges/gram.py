@@ -223,7 +223,7 @@ class Gram:
         size: FloatArray | None = None
         if node.kind == "const":
             value = np.full(POINTS, node.value)
-        elif node.kind in ("input", "param", "state"):
+        elif node.kind in ("input", "param", "state") and math.isfinite(node.high - node.low):
             value = self.rng.uniform(node.low, node.high, POINTS)
         elif node.kind == "bounded" or (node.kind == "saturated" and self._is_within(node)):
             value, size = args[0], sizes[0]

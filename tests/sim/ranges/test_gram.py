@@ -320,3 +320,24 @@ def test_a_state_beyond_its_range_is_as_wide_as_its_word():
             assert sheared.status == "refuted" and sheared.conditions[0].startswith(
                 "range of the state lean"
             )
+
+
+class Fused(Leaning):
+    """Besides, a product that is part of a sum and leaves the word that it has as an output."""
+
+    name = "fused"
+    outputs = (Output("y"), Output("product"), Output("z"))
+
+    def step(self, x, u, p):
+        states, out = super().step(x, u, p)
+        pushed = ops.bounded(4.0 * u.a, -2.4, 2.4, "pushed", unless="it is")
+        product = pushed * (1.6 * u.a)
+        total = ops.bounded(product + u.a, -5.2, 5.2, "sum")
+        return states, {**out, "product": product, "z": total}
+
+
+def test_a_product_without_a_word_may_be_any_number_beside_a_covariance():
+    sheared, pushed, total = examine(Fused(), updates=4000).claims
+    assert sheared.status in ("proven", "tight") and not sheared.conditions
+    assert pushed.status == "excepted"
+    assert [c.partition(" (")[0] for c in total.conditions] == ["pushed"]
