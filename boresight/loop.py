@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_optional
 from boresight.disk.output import OutputFile
 from boresight.model.resolve import estimator_of
 from boresight.options import Config, EstimatorName, Params, Word
@@ -135,8 +135,7 @@ def simulate_world(
     for name, level in (("on", on), ("against", against)):
         check_choice(name, level, LEVELS)
     check_machine(config, word)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("steps", steps, 1)
     build = Build(filter, config=config, word=word, params=[params])
     target = None if output is None else OutputFile(output, "simulate", of=filter.name)
     say = progress or (lambda text: None)

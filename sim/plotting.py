@@ -21,6 +21,7 @@ __all__ = [
     "error_history",
     "figure_and_axes",
     "legend",
+    "log_axis",
     "settings",
     "svg",
 ]
@@ -101,6 +102,16 @@ def legend(axes: Any, columns: int) -> None:
         handlelength=2.0,
         columnspacing=1.6,
     )
+
+
+def log_axis(axes: Any) -> None:
+    """Logarithmic x with ticks people read: 1, 2, 5, 10, 20, 50."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:

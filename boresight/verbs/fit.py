@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import check_number, check_word
+from boresight.arguments import check_optional, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
@@ -91,8 +91,7 @@ def fit(
         Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
     """
     check_word(word)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("steps", steps, 1)
     with profiles(()):
         estimator = copy.copy(find_estimator(name))
     estimator.profile = None

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_optional
 from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
@@ -247,8 +247,7 @@ def run(
     estimator = find_estimator(name)
     check_choice("on", on, LEVELS)
     check_machine(config, word)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("steps", steps, 1)
     build = Build(estimator, config=config, word=word, params=[params])
     inputs = [log] if isinstance(log, str | Path) else []
     of = estimator.name

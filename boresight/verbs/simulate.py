@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number
+from boresight.arguments import JOBS_MOST, check_choice, check_optional
 from boresight.board.simulated import BoardResult, FaultsResult, fault_line
 from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
@@ -181,7 +181,7 @@ def simulate_faults(
         Unknown filter or fault.
     """
     name = _filter(name)
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
     every = fault_names()
     for fault in faults or ():
         check_choice("fault", fault, every)

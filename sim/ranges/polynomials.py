@@ -6,7 +6,15 @@ from collections.abc import Container
 
 from boresight.model.lowering.graph import Node
 
-__all__ = ["Polynomial", "is_sum_of_squares", "plus", "polynomial_of", "scaled", "times"]
+__all__ = [
+    "Expansions",
+    "Polynomial",
+    "is_sum_of_squares",
+    "plus",
+    "polynomial_of",
+    "scaled",
+    "times",
+]
 
 #: Products of two terms that are tried.
 _PRODUCTS = 3600
@@ -14,32 +22,61 @@ _PRODUCTS = 3600
 Polynomial = dict[tuple[int, ...], float]
 
 
+class Expansions:
+    """Polynomials of the nodes of a step, each computed once.
+
+    Parameters
+    ----------
+    terms : int
+        At most, of each.
+    ends
+        Numbers of nodes that stay as they are.
+    """
+
+    def __init__(self, terms: int, ends: Container[int] = ()) -> None:
+        self.terms, self.ends = terms, ends
+        self._known: dict[tuple[Node, int], tuple[Polynomial | None, frozenset[int]]] = {}
+
+    def of(self, node: Node, left: int, passed: set[int] | None = None) -> Polynomial | None:
+        """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
+
+        ``passed`` gets the numbers of those "bounded" ones that count as their arguments.
+        """
+        if not left or node.kind not in ("bounded", "sum", "mul") or node.number in self.ends:
+            return {(): node.value} if node.kind == "const" else {(node.number,): 1.0}
+        key = node, left
+        if key not in self._known:
+            own = set[int]()
+            self._known[key] = self._new(node, left, own), frozenset(own)
+        form, through = self._known[key]
+        if passed is not None:
+            passed |= through
+        return form
+
+    def _new(self, node: Node, left: int, passed: set[int]) -> Polynomial | None:
+        if node.kind == "bounded":
+            passed.add(node.number)
+            return self.of(node.args[0], left, passed)
+        parts: list[Polynomial] = []
+        for arg in node.args:
+            part = self.of(arg, left - 1, passed)
+            if part is None:
+                return None
+            parts.append(part)
+        if node.kind == "mul":
+            return times(parts[0], parts[1], self.terms)
+        out: Polynomial = {}
+        for part, sign in zip(parts, node.signs, strict=True):
+            for m, value in part.items():
+                out[m] = out.get(m, 0.0) + sign * value
+        return out if len(out) <= self.terms else None
+
+
 def polynomial_of(
     node: Node, terms: int, left: int, ends: Container[int] = (), passed: set[int] | None = None
 ) -> Polynomial | None:
-    """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
-
-    The nodes whose numbers are ``ends`` stay as they are. ``passed`` gets the numbers of those
-    "bounded" ones that count as their arguments.
-    """
-    if node.kind == "const":
-        return {(): node.value}
-    if node.kind == "bounded" and left and node.number not in ends:
-        if passed is not None:
-            passed.add(node.number)
-        return polynomial_of(node.args[0], terms, left, ends, passed)
-    if node.kind in ("sum", "mul") and left and node.number not in ends:
-        parts = [polynomial_of(arg, terms, left - 1, ends, passed) for arg in node.args]
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            return None
-        if node.kind == "mul":
-            return times(known[0], known[1], terms)
-        out: Polynomial = {}
-        for part, sign in zip(known, node.signs, strict=True):
-            out = plus(out, scaled(part, sign))
-        return out if len(out) <= terms else None
-    return {(node.number,): 1.0}
+    """One of `Expansions`."""
+    return Expansions(terms, ends).of(node, left, passed)
 
 
 def times(a: Polynomial, b: Polynomial, terms: int) -> Polynomial | None:

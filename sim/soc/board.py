@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.resources
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,7 +25,7 @@ from boresight.gateware.texts.records import records_header
 from boresight.gateware.verilog import to_verilog
 from boresight.model.arrays import IntArray
 from boresight.model.estimator import Estimator
-from boresight.sim.board.build import Board, board_parameters, make_board
+from boresight.sim.board.build import Board, bench_sources, board_parameters, make_board
 from boresight.sim.board.run import Stimulus, cycles_limit
 from boresight.sim.board.setup import SCALED, Setup
 from boresight.sim.rtl.compiled import Compiled, build
@@ -284,16 +283,11 @@ def soc_board(
         watchdog_cycles=1 << 20,
     )
 
-    def text_of(package: str, name: str) -> str:
-        return (importlib.resources.files(package) / name).read_text()
-
     sources = {
         "attitude_soc.sv": to_verilog(soc, "attitude_soc", instances=False),
         "VexRiscv.v": cpu_verilog(),
         "ram.v": ram_verilog(),
-        "adis16385.sv": text_of("boresight.sim.devices", "adis16385.sv"),
-        "hmr3300.sv": text_of("boresight.sim.devices", "hmr3300.sv"),
-        "bench.sv": text_of("boresight.sim.soc", "board.sv"),
+        **bench_sources("boresight.sim.soc", "board.sv"),
     }
     return BoardBench(
         board,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
+from boresight.arguments import JOBS_MOST, check_choice, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
 from boresight.options import (
     EstimatorName,
@@ -203,9 +203,8 @@ def montecarlo(
     check_number("seed", seed, 0, 2**31)
     check_choice("on", on, LEVELS)
     check_word(word)
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
+    check_optional("steps", steps, 1)
     settings = tuple(sorted((params or {}).items()))
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world
