@@ -22,24 +22,44 @@ def polynomial_of(
     The nodes whose numbers are ``ends`` stay as they are. ``passed`` gets the numbers of those
     "bounded" ones that count as their arguments.
     """
+    return _polynomial(node, terms, left, ends, set() if passed is None else passed, {})
+
+
+def _polynomial(
+    node: Node,
+    terms: int,
+    left: int,
+    ends: Container[int],
+    passed: set[int],
+    known: dict[tuple[int, int], Polynomial | None],
+) -> Polynomial | None:
+    """The same; ``known`` by node and steps that are left."""
     if node.kind == "const":
         return {(): node.value}
-    if node.kind == "bounded" and left and node.number not in ends:
-        if passed is not None:
-            passed.add(node.number)
-        return polynomial_of(node.args[0], terms, left, ends, passed)
-    if node.kind in ("sum", "mul") and left and node.number not in ends:
-        parts = [polynomial_of(arg, terms, left - 1, ends, passed) for arg in node.args]
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
+    if node.kind not in ("bounded", "sum", "mul") or not left or node.number in ends:
+        return {(node.number,): 1.0}
+    key = node.number, left
+    if key in known:
+        return known[key]
+    known[key] = None
+    if node.kind == "bounded":
+        passed.add(node.number)
+        known[key] = _polynomial(node.args[0], terms, left, ends, passed, known)
+        return known[key]
+    parts = list[Polynomial]()
+    for arg in node.args:
+        part = _polynomial(arg, terms, left - 1, ends, passed, known)
+        if part is None:
             return None
-        if node.kind == "mul":
-            return times(known[0], known[1], terms)
-        out: Polynomial = {}
-        for part, sign in zip(known, node.signs, strict=True):
-            out = plus(out, scaled(part, sign))
-        return out if len(out) <= terms else None
-    return {(node.number,): 1.0}
+        parts.append(part)
+    if node.kind == "mul":
+        known[key] = times(parts[0], parts[1], terms)
+        return known[key]
+    out: Polynomial = {}
+    for part, sign in zip(parts, node.signs, strict=True):
+        out = plus(out, scaled(part, sign))
+    known[key] = out if len(out) <= terms else None
+    return known[key]
 
 
 def times(a: Polynomial, b: Polynomial, terms: int) -> Polynomial | None:
