@@ -17,6 +17,7 @@ __all__ = [
     "check_choice",
     "check_machine",
     "check_number",
+    "check_optional",
     "check_routable",
     "check_word",
 ]
@@ -38,6 +39,12 @@ def check_number(where: str, value: Any, low: int, high: int | None = None) -> N
             found=str(value),
             fix="choose another",
         )
+
+
+def check_optional(where: str, value: Any, low: int, high: int | None = None) -> None:
+    """`check_number`, unless ``value`` is None."""
+    if value is not None:
+        check_number(where, value, low, high)
 
 
 def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:

@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_optional
 from boresight.disk.output import OutputFile
-from boresight.model.resolve import estimator_of, load
+from boresight.model.resolve import estimator_of
 from boresight.options import Config, EstimatorName, Params, Word
 from boresight.sim.answer import Answer
 from boresight.sim.compare.difference import Difference, differences
@@ -19,12 +18,9 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
-from boresight.sim.worlds.world import WORLD_GROUP, World
+from boresight.sim.worlds.world import NamedWorld, world_of
 
-__all__ = ["LoopResult", "simulate_world", "world_of"]
-
-#: What stands for a world: a text, a class or an object.
-NamedWorld: TypeAlias = str | type[World] | World
+__all__ = ["LoopResult", "simulate_world"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +88,6 @@ class LoopResult(Answer):
         return "\n".join([*lines, *self.causes, "good" if self.good else "FAILED"])
 
 
-def world_of(what: NamedWorld) -> World:
-    """The world that is meant; see `model.resolve.load`."""
-    return load(what, World, "world", {}, WORLD_GROUP)
-
-
 def simulate_world(
     world: NamedWorld,
     estimator: EstimatorName,
@@ -144,8 +135,7 @@ def simulate_world(
     for name, level in (("on", on), ("against", against)):
         check_choice(name, level, LEVELS)
     check_machine(config, word)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("steps", steps, 1)
     build = Build(filter, config=config, word=word, params=[params])
     target = None if output is None else OutputFile(output, "simulate", of=filter.name)
     say = progress or (lambda text: None)

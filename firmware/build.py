@@ -18,6 +18,7 @@ from boresight.disk.cache import Cache
 from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.observe import observe_source
+from boresight.model.arrays import BoolArray
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
@@ -245,7 +246,7 @@ class CModel:
             raise ValueError(f"name must be a parameter ({names}), not {name!r}")
         self._call["set_param"](self._params[name], int(self._checked([word], "word")[0]))
 
-    def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+    def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
         """Run n updates.
 
         Parameters
@@ -266,14 +267,14 @@ class CModel:
         """
         return self._updates(inputs, None)
 
-    def trajectory(self, inputs: npt.ArrayLike) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray]:
+    def trajectory(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray, IntArray]:
         """As `update`, and the state words int64 (n, n_states) after each update."""
         states = np.empty((len(np.asarray(inputs)), len(self.program.states)), dtype=np.int32)
         return *self._updates(inputs, states), states.astype(np.int64)
 
     def _updates(
         self, inputs: npt.ArrayLike, states: npt.NDArray[np.int32] | None
-    ) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+    ) -> tuple[IntArray, BoolArray]:
         words = self._records(inputs)
         outputs = np.empty((len(words), len(self.program.outputs)), dtype=np.int32)
         saturated = np.empty(len(words), dtype=np.uint8)

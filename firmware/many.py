@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from boresight.firmware.build import compiled_library
 from boresight.firmware.emit import emit_c
+from boresight.model.arrays import BoolArray
 from boresight.model.words.program import Program
 
 Words = npt.NDArray[np.int32]
@@ -50,7 +51,7 @@ class ManyCModels:
         """Set the states of every run to their reset words."""
         self._memory.raw = self._first
 
-    def update(self, inputs: Words) -> tuple[Words, npt.NDArray[np.bool_]]:
+    def update(self, inputs: Words) -> tuple[Words, BoolArray]:
         """One update of every run.
 
         Parameters

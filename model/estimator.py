@@ -12,9 +12,9 @@ from itertools import zip_longest
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model import ops
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Named, Output, Param, State
 from boresight.model.errors import InputError, closest
 from boresight.model.interface import check_interface
@@ -39,8 +39,6 @@ __all__ = [
     "param_words",
     "with_params",
 ]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -376,7 +374,7 @@ class Estimator:
         return checked(self.name, self.step, (x, u, p), self.states, self.outputs, arrays=arrays)
 
 
-def input_words(program: Program, inputs: FloatArray) -> npt.NDArray[np.int64]:
+def input_words(program: Program, inputs: FloatArray) -> IntArray:
     """Quantise real inputs (..., n_inputs, runs) to the program's input words (saturating)."""
     words = np.empty(inputs.shape, dtype=np.int64)
     for k, number in enumerate(program.inputs):

@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model import ops
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Input, Param, State
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -23,7 +23,6 @@ from boresight.model.step import Values
 
 __all__ = ["check_recorded", "drawn", "evaluate", "sample"]
 
-FloatArray = npt.NDArray[np.float64]
 #: Values of inputs, parameters and states, by kind and name, each (rows,).
 Leaves = Mapping[tuple[str, str], FloatArray]
 

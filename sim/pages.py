@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, NamedTuple
 
-__all__ = ["UNKNOWN", "Section", "Verdict", "number", "page", "page_of", "unit"]
+__all__ = ["UNKNOWN", "Section", "Verdict", "degrees", "number", "page", "page_of", "unit"]
 
 #: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
@@ -73,6 +73,11 @@ _RAISED = str.maketrans(
         chr(c) for c in (0x2070, 0xB9, 0xB2, 0xB3, 0x2074, 0x2075, 0x2076, 0x2077, 0x2078, 0x2079)
     ),
 )
+
+
+def degrees(x: float | None) -> str:
+    """Degrees with two decimals."""
+    return UNKNOWN if x is None else f"{x:.2f}"
 
 
 def unit(text: str) -> str:

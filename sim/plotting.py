@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.tools.folders import matplotlib_environment
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "error_history",
     "figure_and_axes",
     "legend",
+    "log_axis",
     "settings",
     "svg",
 ]
@@ -103,7 +104,17 @@ def legend(axes: Any, columns: int) -> None:
     )
 
 
-def band(axes: Any, values: npt.NDArray[np.float64], step: float, parts: int, **style: Any) -> None:
+def log_axis(axes: Any) -> None:
+    """Logarithmic x with ticks people read: 1, 2, 5, 10, 20, 50."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:
     """Plot minimum and maximum in each of ``parts`` pieces of a long curve, ``step`` apart."""
     each = max(1, len(values) // parts)
     whole = values[: len(values) // each * each].reshape(-1, each)
@@ -127,7 +138,7 @@ def svg(figure: Any, salt: str) -> str:
 
 
 def error_history(
-    errors: Mapping[str, npt.NDArray[np.float64]],
+    errors: Mapping[str, FloatArray],
     axes: Mapping[str, tuple[str, str]],
     *,
     step_s: float,

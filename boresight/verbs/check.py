@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, overload
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_optional
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
@@ -188,10 +188,8 @@ def check(
     """
     names = estimator_names(name)
     estimators = [find_estimator(n) for n in names]
-    if steps is not None:
-        check_number("steps", steps, 1)
-    if rtl_rows is not None:
-        check_number("rtl_rows", rtl_rows, 1)
+    check_optional("steps", steps, 1)
+    check_optional("rtl_rows", rtl_rows, 1)
     check_machine(config, word)
     build = Build(
         *estimators,

@@ -22,6 +22,7 @@ from boresight.arguments import (
     check_choice,
     check_machine,
     check_number,
+    check_optional,
     check_routable,
     check_word,
 )
@@ -293,8 +294,8 @@ def _check_numbers(
         raise InputError.at(
             "clock", wanted="1 to 10,000 MHz", found=f"{clock:g}", fix="choose another"
         )
-    check_number("steps", 1 if steps is None else steps, 1)
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_optional("steps", steps, 1)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
     check_number("seeds", seeds, 1)
 
 

@@ -17,12 +17,9 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-import numpy.typing as npt
-
-from boresight.arguments import check_number, check_word
+from boresight.arguments import check_optional, check_word
 from boresight.disk.output import OutputFile
-from boresight.loop import world_of
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, profile_place, profiles
@@ -39,11 +36,9 @@ from boresight.sim.records.feed import feeds
 from boresight.sim.records.files import log_files
 from boresight.sim.records.log import Log, logs_of
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import World
+from boresight.sim.worlds.world import World, world_of
 
 __all__ = ["fit"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def fit(
@@ -96,8 +91,7 @@ def fit(
         Unknown names, bad logs, no source, a divisor that was seen on both sides of zero.
     """
     check_word(word)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("steps", steps, 1)
     with profiles(()):
         estimator = copy.copy(find_estimator(name))
     estimator.profile = None

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import quote
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_optional
 from boresight.core_files import estimate_core, has_primitives, map_core, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.synthesis.estimate import Estimate
@@ -134,10 +134,8 @@ def report(
     check_machine(config, word)
     check_choice("target", target, TARGETS)
     part = TARGETS[target]
-    if steps is not None:
-        check_number("steps", steps, 1)
-    if rtl_rows is not None:
-        check_number("rtl_rows", rtl_rows, 1)
+    check_optional("steps", steps, 1)
+    check_optional("rtl_rows", rtl_rows, 1)
     before = None if against is None else read_report(against)
     build = Build(estimator, config=config, word=word, params=[params])
     paths = log_files(log for log in logs if isinstance(log, str | Path))

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from boresight.arguments import check_choice, check_machine, check_number
+from boresight.arguments import check_choice, check_machine, check_optional
 from boresight.disk.output import OutputFile
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -51,8 +51,6 @@ from boresight.terminal import tell
 
 __all__ = ["LEVELS", "RunAttitude", "RunResult", "run"]
 
-FloatArray = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
 class RunAttitude:
@@ -74,7 +72,7 @@ class RunAttitude:
 
     q: FloatArray = field(repr=False)
     euler_deg: FloatArray = field(repr=False)
-    status: npt.NDArray[np.int64] = field(repr=False)
+    status: IntArray = field(repr=False)
     rmse_deg: AttitudeRmse | None
     samples: int | None = None
 
@@ -249,8 +247,7 @@ def run(
     estimator = find_estimator(name)
     check_choice("on", on, LEVELS)
     check_machine(config, word)
-    if steps is not None:
-        check_number("steps", steps, 1)
+    check_optional("steps", steps, 1)
     build = Build(estimator, config=config, word=word, params=[params])
     inputs = [log] if isinstance(log, str | Path) else []
     of = estimator.name

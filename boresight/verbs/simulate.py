@@ -14,14 +14,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number
+from boresight.arguments import JOBS_MOST, check_choice, check_optional
 from boresight.board.simulated import BoardResult, FaultsResult, fault_line
 from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
 from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
 from boresight.gateware.system.programs import system_core
-from boresight.loop import simulate_world, world_of
+from boresight.loop import simulate_world
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS, FILTERS
@@ -41,7 +41,7 @@ from boresight.sim.board.faults import FaultTrial, fault_board, fault_names, fau
 from boresight.sim.board.setup import REAL
 from boresight.sim.processes import processes
 from boresight.sim.records.files import FORMATS, record_of
-from boresight.sim.worlds.world import WORLD_GROUP
+from boresight.sim.worlds.world import WORLD_GROUP, world_of
 
 __all__ = ["simulate", "simulate_faults"]
 
@@ -181,7 +181,7 @@ def simulate_faults(
         Unknown filter or fault.
     """
     name = _filter(name)
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
     every = fault_names()
     for fault in faults or ():
         check_choice("fault", fault, every)

@@ -10,8 +10,10 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import reply_layout
+from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.engine.engine import word_layout
+from boresight.gateware.serial.uart import Receiver
 
 __all__ = ["Dispatcher"]
 
@@ -79,6 +81,14 @@ class Dispatcher(wiring.Component):
                 **(records if inputs else {}),
             }
         )
+
+    def fed_by(self, unpacker: Unpacker, receiver: Receiver) -> list[Value]:
+        """Assignments that take bytes to the unpacker, and its frames to this component."""
+        return [
+            *(getattr(unpacker, n).eq(getattr(receiver, n)) for n in ("data", "valid", "error")),
+            *(getattr(unpacker, n).eq(getattr(self, n)) for n in ("index", "read", "done")),
+            *(getattr(self, n).eq(getattr(unpacker, n)) for n in ("pending", "kind", "word_data")),
+        ]
 
     def elaborate(self, platform: Any) -> Module:
         """One state per step of a frame."""

@@ -154,18 +154,7 @@ class Top(wiring.Component):
         wiring.connect(m, framer.o, transmitter.i)
         m.d.comb += [
             receiver.rx.eq(self.rx),
-            *(
-                getattr(unpacker, name).eq(getattr(receiver, name))
-                for name in ("data", "valid", "error")
-            ),
-            *(
-                getattr(unpacker, name).eq(getattr(dispatcher, name))
-                for name in ("index", "read", "done")
-            ),
-            *(
-                getattr(dispatcher, name).eq(getattr(unpacker, name))
-                for name in ("pending", "kind", "word_data")
-            ),
+            *dispatcher.fed_by(unpacker, receiver),
             self.tx.eq(transmitter.tx),
             self.saturated.eq(engine.saturated_update),
         ]

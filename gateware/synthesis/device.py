@@ -6,7 +6,7 @@ the folders of their families.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 
@@ -61,10 +61,10 @@ class Device:
 
     name: str
     resources: Mapping[str, Resource]
-    packages: Mapping[str, int | None]
+    packages: Mapping[str, int | None] = field(default_factory=lambda: MappingProxyType({}))
     grades: tuple[int, ...]
     package_source: str
-    memory: str = "ramb16"
+    memory: str = "ram"
     options: tuple[str, ...] = ()
 
     def capacity(self, key: str) -> int:

@@ -99,18 +99,7 @@ class Bridge(wiring.Component):
         wiring.connect(m, framer.o, transmitter.i)
         m.d.comb += [
             receiver.rx.eq(self.rx),
-            *(
-                getattr(unpacker, name).eq(getattr(receiver, name))
-                for name in ("data", "valid", "error")
-            ),
-            *(
-                getattr(unpacker, name).eq(getattr(dispatcher, name))
-                for name in ("index", "read", "done")
-            ),
-            *(
-                getattr(dispatcher, name).eq(getattr(unpacker, name))
-                for name in ("pending", "kind", "word_data")
-            ),
+            *dispatcher.fed_by(unpacker, receiver),
             self.request.eq(dispatcher.request),
             dispatcher.grant.eq(self.grant),
             self.tx.eq(transmitter.tx),

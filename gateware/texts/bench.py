@@ -7,13 +7,9 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from boresight.gateware.description import Description
 from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, STATUS, UPDATES
-
-IntArray = npt.NDArray[np.int64]
+from boresight.model.arrays import BoolArray, IntArray
 
 #: Marks of an input line, besides its word.
 LAST, PAUSES, COMPARES, SATURATED = 1, 2, 4, 8
@@ -40,7 +36,7 @@ class Recorded:
     number: int
     inputs: IntArray
     outputs: IntArray
-    saturated: npt.NDArray[np.bool_]
+    saturated: BoolArray
     source: str
 
     @property

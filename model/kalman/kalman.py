@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model import declarations
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, SecondForm
@@ -22,7 +22,6 @@ from boresight.model.recorded import evaluate
 
 __all__ = ["Kalman"]
 
-FloatArray = npt.NDArray[np.float64]
 #: Below one, so that the word spends no bit on one itself.
 _BELOW = 1.0 - 2.0**-17
 #: Share of its largest at which a variance grows no more.

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model import ops
+from boresight.model.arrays import FloatArray
 from boresight.model.kalman.attitude import AttitudeView
 from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.filter import Filter
@@ -27,7 +27,6 @@ from boresight.model.step import Values
 
 __all__ = ["Textbook", "TextbookRun"]
 
-FloatArray = npt.NDArray[np.float64]
 #: Step of a difference, as a share of the largest standard deviation.
 _STEP = 2.0**-10
 #: Information, as a share of what the largest standard deviation stands for, that counts as none.

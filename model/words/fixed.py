@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.errors import InputError
 from boresight.model.words.rounded import binary_exponent
 
@@ -41,7 +41,6 @@ __all__ = [
     "wrap",
 ]
 
-IntArray = npt.NDArray[np.int64]
 
 #: Widths of words, bits.
 WORDS = range(18, 33)
@@ -156,7 +155,7 @@ class Format:
         words: IntArray = np.clip(scaled, -limit, limit - 1, out=scaled).astype(np.int64)
         return words[()]  # of one value a scalar
 
-    def real(self, integer: Any) -> npt.NDArray[np.float64]:
+    def real(self, integer: Any) -> FloatArray:
         """Value of each word."""
         return _scaled(integer, -self.frac)
 
@@ -183,11 +182,11 @@ class Format:
         return fmt
 
 
-def _scaled(values: Any, power: Any) -> npt.NDArray[np.float64]:
+def _scaled(values: Any, power: Any) -> FloatArray:
     """Each value times 2^power."""
     # A product with a normal number has the bits of `ldexp`, and takes a fifth of the time.
     real = np.asarray(values, dtype=np.float64)
-    scaled: npt.NDArray[np.float64] = (
+    scaled: FloatArray = (
         real * np.ldexp(1.0, power)
         if real.ndim and np.abs(power).max() < 1000
         else np.ldexp(real, power)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray
 from boresight.model.words.fixed import (
     IntArray,
     fraction,
@@ -22,8 +23,6 @@ __all__ = ["Interpreter"]
 
 #: Number of runs up to which plain integers are faster than arrays.
 FEW = 16
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 class Interpreter:

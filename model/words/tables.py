@@ -26,8 +26,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.rounded import PRECISE
 
@@ -44,7 +44,6 @@ __all__ = [
     "table_memory",
 ]
 
-Array = npt.NDArray[np.float64]
 
 #: Words of one block: 128 segments of four coefficients.
 BLOCK_WORDS = 512
@@ -74,7 +73,7 @@ class Table:
         """Format of the function's result."""
         return Format(arith.word, arith.word - self.result_frac_below_word)
 
-    def coefficients(self) -> Array:
+    def coefficients(self) -> FloatArray:
         """Coefficients (segments in use, 4) of 1, p, p^2, p^3, p in [0, 1); not to be written."""
         return _coefficients(self)
 
@@ -91,7 +90,7 @@ TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
 
 
 @lru_cache
-def _coefficients(table: Table) -> Array:
+def _coefficients(table: Table) -> FloatArray:
     """The cubics through the function at the Chebyshev nodes of every segment."""
     nodes = [(1 - PRECISE.cospi(PRECISE.mpf(2 * k + 1) / 8)) / 2 for k in range(4)]
     # Row k: weights of node k's value in the coefficients of 1, p, p^2, p^3.

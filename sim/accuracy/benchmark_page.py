@@ -14,14 +14,9 @@ from boresight.sim.accuracy.benchmark_plots import (
     trial_plot,
 )
 from boresight.sim.accuracy.figures import ANGLES
-from boresight.sim.pages import UNKNOWN, page
+from boresight.sim.pages import UNKNOWN, degrees, page
 
 __all__ = ["render_page"]
-
-
-def _deg(x: float | None) -> str:
-    """Degrees with two decimals."""
-    return UNKNOWN if x is None else f"{x:.2f}"
 
 
 def _best(rows: list[Mapping[str, Any]], trial: str, reference: str) -> float | None:
@@ -52,7 +47,7 @@ def render_page(data: Mapping[str, Any]) -> str:
     return page(
         "boresight.sim.accuracy",
         "benchmark.html",
-        deg=_deg,
+        deg=degrees,
         d=data,
         rows=ranked,
         attitude=ATTITUDE,

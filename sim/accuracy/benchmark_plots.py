@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from boresight.model.declarations import ATTITUDE
-from boresight.sim.plotting import INK, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import INK, figure_and_axes, legend, log_axis, settings, svg
 
 __all__ = ["difference_plot", "mean_plot", "style_of", "total_of", "trial_plot"]
 
@@ -56,16 +56,6 @@ def _figure(height: float) -> tuple[Any, Any]:
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     return figure, axes
-
-
-def _plain_log_axis(axes: Any) -> None:
-    """Logarithmic x with ticks people read: 1, 2, 5, 10, 20, 50."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
@@ -179,7 +169,7 @@ def trial_plot(
     """Total RMSE of every estimator on every trial."""
     with settings():
         figure, axes = _dots(rows, trials, total_of, label, style=style_of(rows))
-        _plain_log_axis(axes)
+        log_axis(axes)
         return svg(figure, salt)
 
 

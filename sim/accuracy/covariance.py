@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -40,7 +40,6 @@ __all__ = [
     "initial_covariances",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Initial variances of an attitude, rad^2.
 P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -35,8 +35,6 @@ __all__ = [
     "units_of",
 ]
 
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 #: Figures of an attitude, in degrees.
 ANGLES = AttitudeRmse._fields

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from itertools import cycle
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
 __all__ = ["Innovations", "innovations", "plot_innovations"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +41,7 @@ class Innovations:
     band: float
 
 
-def innovations(
-    normalised: FloatArray, valid: npt.NDArray[np.bool_], lags: int = 25
-) -> Innovations:
+def innovations(normalised: FloatArray, valid: BoolArray, lags: int = 25) -> Innovations:
     """Of nu/sqrt(S) (n,) where ``valid`` (n,); pairs of which one is not count in no lag."""
     x = np.where(valid, normalised, 0.0)
     count = max(int(valid.sum()), 1)

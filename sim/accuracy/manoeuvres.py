@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -19,7 +19,6 @@ from boresight.sim.records.nine_axis import TRIADS
 
 __all__ = ["MANOEUVRES", "WITHIN", "hostile", "manoeuvre", "within"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Stimuli that `manoeuvre` makes.
 MANOEUVRES = (

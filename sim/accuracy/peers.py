@@ -28,8 +28,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
@@ -42,7 +42,6 @@ from boresight.sim.records.record import Record
 
 __all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers", "run_peer"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: ENU out of axes with x to the north and y to the west: a quarter turn about the vertical.
 _QUARTER = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])

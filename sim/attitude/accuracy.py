@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
@@ -33,7 +34,6 @@ __all__ = [
     "largest_turn_deg",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Components of a quaternion that a constant offset may have.
 ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
@@ -136,7 +136,7 @@ class ConstantOffset:
         self._free = list(ALIGNMENTS[align])
         self._products = np.zeros((len(self._free), len(self._free)))
 
-    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: npt.NDArray[np.bool_]) -> None:
+    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: BoolArray) -> None:
         """The next rows, (n, 4): those that count and have both attitudes."""
         rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
         rows &= q_est.any(axis=1)

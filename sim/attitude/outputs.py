@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
 
 __all__ = ["attitude_of", "euler_deg_of", "status_of"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def attitude_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
@@ -24,6 +22,6 @@ def euler_deg_of(outputs: Mapping[str, FloatArray]) -> FloatArray:
     return 180.0 * np.stack([outputs[name] for name in ("heading", "pitch", "roll")], axis=-1)
 
 
-def status_of(outputs: Mapping[str, FloatArray]) -> npt.NDArray[np.int64]:
+def status_of(outputs: Mapping[str, FloatArray]) -> IntArray:
     """Status flags (...,) as the integer whose bits the estimator documents."""
     return np.rint(outputs["status"]).astype(np.int64)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 
 __all__ = [
@@ -40,7 +41,6 @@ __all__ = [
     "wrap_rad",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Half angle [rad] below which sin(x)/x is written as its series: the first term left out,
 #: x^4/120, is then below 2^-53.

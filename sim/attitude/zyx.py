@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.attitude.rotation import quaternion_multiply
 
 __all__ = ["angles_of", "quaternions_of", "wrapped"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def quaternions_of(euler: FloatArray) -> FloatArray:

@@ -93,15 +93,15 @@ def make_board(
 
 def board_sources(board: Board) -> dict[str, str]:
     """Texts of the bench by file name, in the order of compilation."""
+    return {"system.sv": board.verilog, **bench_sources("boresight.sim.board", "bench.sv")}
 
-    def text_of(package: str, name: str) -> str:
-        return (importlib.resources.files(package) / name).read_text()
 
+def bench_sources(package: str, name: str) -> dict[str, str]:
+    """The devices, and a bench that has them, from a file of a package."""
+    devices = importlib.resources.files("boresight.sim.devices")
     return {
-        "system.sv": board.verilog,
-        "adis16385.sv": text_of("boresight.sim.devices", "adis16385.sv"),
-        "hmr3300.sv": text_of("boresight.sim.devices", "hmr3300.sv"),
-        "bench.sv": text_of("boresight.sim.board", "bench.sv"),
+        **{file: (devices / file).read_text() for file in ("adis16385.sv", "hmr3300.sv")},
+        "bench.sv": (importlib.resources.files(package) / name).read_text(),
     }
 
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.system.feed import (
     FIELD,
@@ -24,6 +23,7 @@ from boresight.gateware.system.feed import (
     reset_word,
 )
 from boresight.gateware.system.plan import FRONT_NAMES, chain_of
+from boresight.model.arrays import BoolArray
 from boresight.model.front.inertial import STAMP_BITS
 from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.interpreter import Interpreter
@@ -34,8 +34,6 @@ __all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "run_chain"]
 
 #: Kinds of lines of the compass.
 NO_LINE, COUNTS, HEADING = 0, 1, 2
-
-Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ class Samples:
     counts: IntArray
     line: IntArray
     values: IntArray
-    restart: Flags
+    restart: BoolArray
     filter: IntArray
     feed: Mapping[str, int] = field(default_factory=dict)
     new_feed: int = 0
@@ -94,8 +92,8 @@ class Chain:
 
     records: IntArray
     outputs: IntArray
-    saturated: Flags
-    restart: Flags
+    saturated: BoolArray
+    restart: BoolArray
 
 
 def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
@@ -146,8 +144,8 @@ class _Memory:
 
     words: dict[int, IntArray]
     dt: IntArray
-    fresh: Flags
-    new_set: Flags
+    fresh: BoolArray
+    new_set: BoolArray
 
     def record(self, record: Sequence[Fed]) -> list[IntArray]:
         """Columns of a program's record."""

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.system.attitude_frame import WORDS
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.resolve import Named
 from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
 from boresight.sim.board.build import Board, make_board
@@ -60,8 +60,6 @@ _USUAL = {
     "output_attitude_sent",
     "host_bad_address",
 }
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -254,7 +252,7 @@ def _span_cycles(run: BoardRun, device: str) -> Iterator[tuple[float, float]]:
     raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
 
 
-def _errors(run: BoardRun, log: Record) -> tuple[npt.NDArray[np.int64], FloatArray]:
+def _errors(run: BoardRun, log: Record) -> tuple[IntArray, FloatArray]:
     """Cycle of each update with a frame, and the angle between its attitude and the truth, deg."""
     trace = run.trace
     q_true = NineAxis.of(log).attitude

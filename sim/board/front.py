@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.front.compass_field import TENTH_HT
 from boresight.model.front.field import FIELD_SCALE
 from boresight.model.front.inertial import ACC_SCALE, GYRO_SCALE, STAMP_BITS
@@ -17,8 +17,6 @@ from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Column, Record
 
 __all__ = ["field_words", "heading_words", "inertial_words", "quantise", "words_as_record"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def quantise(

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import IntArray
 from boresight.sim.rtl.simulators import SimulationFailed
 
 __all__ = ["Line", "Trace", "read_trace"]
 
-Cycles: TypeAlias = npt.NDArray[np.int64]
+Cycles: TypeAlias = IntArray
 
 
 @dataclass(frozen=True)

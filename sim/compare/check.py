@@ -10,9 +10,9 @@ from functools import partial
 from itertools import zip_longest
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.disk.output import OutputFile
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
@@ -34,7 +34,6 @@ from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed
 
 __all__ = ["EXACT", "KEPT", "ROWS", "USUAL", "Check"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Levels that can be checked.
 EXACT = tuple(name for name, level in LEVELS.items() if level.exact)

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import (
     ATTITUDE,
     ATTITUDE_DEG,
@@ -33,7 +34,6 @@ from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_mul
 
 __all__ = ["Decided", "Difference", "Differences", "Spread", "around", "differences"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Natural logarithm of a quaternion's norm that is no attitude's.
 _NORMS = math.log(2.0)
@@ -324,7 +324,7 @@ class Spread:
         self._sums: list[float] = []
         self._rest: list[FloatArray] = []
 
-    def add(self, error: FloatArray, there: npt.NDArray[np.bool_], start: int) -> None:
+    def add(self, error: FloatArray, there: BoolArray, start: int) -> None:
         """The next rows, the first of which is row ``start``."""
         seen = error[there]
         if not len(seen):
@@ -360,7 +360,7 @@ class _Decisions:
         self.output = output
         self.differing = self.of = self.longest = self._running = 0
 
-    def add(self, differing: npt.NDArray[np.bool_]) -> None:
+    def add(self, differing: BoolArray) -> None:
         """Whether they differ in the next rows."""
         edges = np.flatnonzero(np.diff(np.concatenate([[0], differing.astype(np.int8), [0]])))
         lengths = np.diff(edges)[::2]

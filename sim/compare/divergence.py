@@ -6,9 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -16,8 +14,6 @@ from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level
 
 __all__ = ["Divergence", "first_divergence", "program_at"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

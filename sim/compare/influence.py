@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
@@ -22,7 +22,6 @@ from boresight.sim.compare.twin import Twin, rounding_errors, twins
 
 __all__ = ["UPDATES", "Influence", "influences"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Updates, at the end of a record, over which errors are followed.
 UPDATES = 1500

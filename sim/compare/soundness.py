@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, param_words
 from boresight.model.lowering.graph import Node
@@ -20,7 +20,6 @@ from boresight.sim.levels.build import Build
 
 __all__ = ["check_sound"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Rows on which words have to move, fewest of them without a saturation, share of those on which
 #: float64 has to be elsewhere before a word that does not is refused, and by how many limits.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
-
+from boresight.model.arrays import FloatArray
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
@@ -18,7 +16,7 @@ _MOST = 2000
 
 
 def beside_textbook(
-    build: Build, number: int, records: npt.NDArray[np.float64], floating: Run
+    build: Build, number: int, records: FloatArray, floating: Run
 ) -> tuple[tuple[Difference, ...], tuple[str, ...]]:
     """Differences of float64 from `Estimator.textbook`, and its remarks; none without it."""
     estimator, some = build.estimators[number], records[:_MOST]

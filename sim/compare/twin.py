@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
@@ -22,8 +22,6 @@ from boresight.sim.compare.difference import around
 
 __all__ = ["CHUNK", "Rounding", "Twin", "becomes", "outside", "rounding_errors", "twins"]
 
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 #: Updates whose words are held at a time.
 CHUNK = 4096

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel, WordRanges
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
@@ -24,7 +24,6 @@ from boresight.sim.levels.level import Run
 
 __all__ = ["Accuracy", "Judge", "Traversed", "judge"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Values that saturated of which a line names, those first that did most often.
 _FEW = 5
@@ -246,7 +245,7 @@ class Judge:
         return Accuracy(errors, self._saturated, names, texts, clamped, culprit)
 
 
-def _first(before: int | None, start: int, rows: npt.NDArray[np.bool_]) -> int | None:
+def _first(before: int | None, start: int, rows: BoolArray) -> int | None:
     """First row of all; ``before``: that of the pieces before, None for none."""
     return start + int(np.argmax(rows)) if before is None and rows.any() else before
 

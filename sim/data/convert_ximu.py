@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.disk.output import OutputFile
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
@@ -28,7 +28,6 @@ from boresight.sim.records.record import Record
 
 __all__ = ["convert", "main"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Sampling rate of the inertial packets [Hz]: 128 of them lie between the half-second marks.
 _RATE_HZ = 256.0

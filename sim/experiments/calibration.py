@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
-from boresight.model.estimator import FloatArray
 
 __all__ = ["nearest_rotation", "orthogonality_error", "triad_matrix"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.slots import Schedule
+from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.levels.build import Build
@@ -16,8 +16,6 @@ from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
 
 __all__ = ["differences_of", "run_forms", "schedules_of"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def run_forms(

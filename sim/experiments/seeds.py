@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.processes import dispatch, duration
 
 __all__ = ["Runs", "figures_of", "run_cases", "spreads_of"]
 
-FloatArray = npt.NDArray[np.float64]
 Case = TypeVar("Case")
 
 #: How the figures of all runs become one, by the end of their name; else it is the mean.

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
-from boresight.model.estimator import FloatArray
 
 __all__ = ["Spectrum", "line_amplitude", "share", "spectrum"]
 

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model import ops
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Range
@@ -23,7 +23,6 @@ from boresight.model.recorded import evaluate
 
 __all__ = ["Inputs", "Observer", "Reached", "joined", "pieces_of"]
 
-FloatArray = npt.NDArray[np.float64]
 #: Smallest and largest value by the number of an expression; of a comparison of the difference.
 Reached = Mapping[int, Range]
 

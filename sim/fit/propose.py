@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.declarations import PERIODS, Input, State
 from boresight.model.estimator import Estimator
@@ -20,7 +19,6 @@ from boresight.sim.fit.observe import Inputs, joined
 
 __all__ = ["Proposal", "applied", "proposals", "with_ranges", "worth"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Just below a power of two, which would take a bit of its own.
 _BELOW = 0.999

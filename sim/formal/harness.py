@@ -1,13 +1,41 @@
-"""Functions for harnesses: words chosen by the solver, past values, covers."""
+"""Harnesses: what surrounds a component; words chosen by the solver, past values, covers."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from amaranth.hdl import Cover, Module, Signal
+from amaranth.hdl import Cover, Elaboratable, Module, Signal
 from amaranth.hdl import _ast as _amaranth  # the language has no public name for these two yet
 
-__all__ = ["after_start", "before", "fixed", "reached", "unknown"]
+from boresight.sim.formal.inside import Inside
+
+__all__ = ["Harness", "after_start", "before", "fixed", "reached", "unknown"]
+
+T = TypeVar("T")
+
+
+class Harness(Elaboratable, Generic[T]):
+    """A component, and what a proof puts around it: inputs, assumptions, claims.
+
+    Parameters
+    ----------
+    dut : T
+        Component.
+    """
+
+    def __init__(self, dut: T) -> None:
+        self.dut = dut
+
+    def elaborate(self, platform: Any) -> Module:
+        """The component with its surroundings."""
+        m = Module()
+        m.submodules.dut = (inside := Inside(self.dut, platform)).module
+        self.surround(m, self.dut, inside)
+        return m
+
+    def surround(self, m: Module, dut: T, inside: Inside) -> None:
+        """Add to ``m`` what is around the component; ``inside`` has its registers."""
+        raise NotImplementedError
 
 
 def unknown(m: Module, shape: Any, name: str) -> Signal:

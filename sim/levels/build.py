@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from boresight.gateware.core import Core, build_shared_core, machine_for
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.linking import families, first_word, linked_estimators, linked_words
 from boresight.model.lowering.graph import Node
@@ -21,8 +22,6 @@ from boresight.model.words.program import Program
 from boresight.sim.rtl.sharing import Rounds, Turn, completed
 
 __all__ = ["Build", "Exchange"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class Build:

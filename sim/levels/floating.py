@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
+from boresight.model.arrays import FloatArray
 from boresight.model.step import Values
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level, Run, wrapped
 
 __all__ = ["LEVELS", "CompiledFloat", "NumpyFloat"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class NumpyFloat(Level):

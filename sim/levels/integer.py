@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel
 from boresight.firmware.many import ManyCModels
+from boresight.model.arrays import FloatArray
 from boresight.model.estimator import param_words
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
@@ -18,8 +18,6 @@ from boresight.sim.levels.level import Level, Run, Seen, formats_of, run_of_word
 from boresight.sim.records.segments import interpret
 
 __all__ = ["LEVELS", "Emitted", "Interpreted", "words_of"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def words_of(program: Program, records: FloatArray) -> IntArray:

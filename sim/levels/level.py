@@ -9,18 +9,15 @@ from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.schedule.slots import Schedule
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import Output
 from boresight.model.words.fixed import Format, IntArray
 from boresight.model.words.program import Port, Program
 from boresight.sim.levels.build import Build, Exchange
 
 __all__ = ["Level", "Run", "Seen", "formats_of", "outputs_of", "run_of_words", "wrapped"]
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import Schedule
+from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import IntArray
 from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.integer import words_of
@@ -23,7 +23,6 @@ from boresight.sim.rtl.simulators import SIMULATORS, SimulationFailed, available
 
 __all__ = ["LEVELS", "Simulated"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Cycles of Icarus in a check: enough for a comparison, few enough for its speed.
 ICARUS_CYCLES = 10_000

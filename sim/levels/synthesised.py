@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 
-import numpy as np
-import numpy.typing as npt
-
+from boresight.model.arrays import FloatArray
 from boresight.model.words.fixed import IntArray
 from boresight.sim.levels.level import Seen
 from boresight.sim.levels.rtl import Simulated
@@ -15,8 +13,6 @@ from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.netlist import NetlistSimulation
 
 __all__ = ["LEVELS", "NetlistSimulated"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 class NetlistSimulated(Simulated):

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.texts.bench import Recorded
 from boresight.model.errors import InputError
@@ -23,7 +22,6 @@ from boresight.sim.records.record import Record
 
 __all__ = ["recorded"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Bundled log, and its first sample for the bench, during a motion.
 _LOG, _FROM = "synthetic_60s", 4000

@@ -6,78 +6,115 @@ import hashlib
 import inspect
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, fields
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import Named, estimator_of, load
+from boresight.model.resolve import Named, estimator_of
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.identity import identity
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import WORLD_GROUP, World
+from boresight.sim.worlds.world import NamedWorld, World, world_of
 
-__all__ = ["Campaign", "draws", "made"]
+__all__ = ["Campaign", "draws"]
 
-FloatArray = npt.NDArray[np.float64]
 MOST_MARKS = 50  #: records of a run at which its errors are kept.
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What is run; hashable, and picklable where world and estimator are texts.
+    """What is run: world, estimator and level are made on first use, once in each process.
 
-    ``params``: parameter values, sorted by name; ``steps``: most records.
+    Parameters
+    ----------
+    named : (world, estimator)
+        As texts, classes or objects; another process can make it of texts alone.
+    params : tuple of (str, float)
+        Values other than the defaults, sorted by name.
+    on : str
+        Level.
+    word : int
+        Word width, bits.
+    steps : int, optional
+        Most records of a draw.
+
+    Raises
+    ------
+    InputError
+        On first use: see `world_of`, `estimator_of` and `Build`.
     """
 
-    world: str | World
-    estimator: Named
+    named: tuple[NamedWorld, Named]
     params: tuple[tuple[str, float], ...] = ()
-    level: str = "c"
+    on: str = "c"
     word: int = 32
     steps: int | None = None
 
     @property
     def texts(self) -> bool:
         """Whether another process can make it."""
-        return isinstance(self.world, str) and isinstance(self.estimator, str)
+        return all(isinstance(name, str) for name in self.named)
 
+    @cached_property
+    def world(self) -> World:
+        """The world."""
+        return world_of(self.named[0])
+
+    @cached_property
+    def estimator(self) -> Estimator:
+        """The estimator."""
+        return estimator_of(self.named[1])
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """All parameter values."""
+        return self.estimator.param_values(dict(self.params))
+
+    @cached_property
+    def level(self) -> Level:
+        """The estimator in the form that runs."""
+        return make_level(self.on, Build(self.estimator, word=self.word, params=[self.values]))
+
+    @cached_property
     def identity(self) -> dict[str, Any]:
         """What its draws depend on, as plain data: also the program, and sources (`identity`)."""
-        world, estimator, level = made(self)
         try:
-            source = Path(inspect.getfile(type(world))).read_bytes()
+            source = Path(inspect.getfile(type(self.world))).read_bytes()
         except (OSError, TypeError):  # defined interactively: its journal is not continued
             source = b""
+        world, estimator = self.named
         return {
-            "world": self.world if isinstance(self.world, str) else world.name,
+            "world": world if isinstance(world, str) else self.world.name,
             "world_file": hashlib.sha256(source).hexdigest(),
-            "sources": identity(world, estimator, sys.modules[__name__]),
-            "estimator": self.estimator if isinstance(self.estimator, str) else estimator.name,
-            "program": level.program.digest,
+            "sources": identity(self.world, self.estimator, sys.modules[__name__]),
+            "estimator": estimator if isinstance(estimator, str) else self.estimator.name,
+            "program": self.level.program.digest,
             "params": dict(self.params),
-            "level": self.level,
+            "level": self.on,
             "word": self.word,
             "steps": self.steps,
         }
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Its fields; and the sources and program, which the names may stand for no longer."""
+        key = (self.identity["sources"], self.identity["program"])
+        return _received, (key, *(getattr(self, field.name) for field in fields(self)))
+
 
 @lru_cache(maxsize=2)
-def made(campaign: Campaign) -> tuple[World, Estimator, Level]:
-    """World, estimator and level of a campaign; made once in each process."""
-    world = load(campaign.world, World, "world", {}, WORLD_GROUP)
-    estimator = estimator_of(campaign.estimator)
-    build = Build(estimator, word=campaign.word, params=[dict(campaign.params)])
-    return world, build.estimators[0], make_level(campaign.level, build)
+def _received(key: tuple[str, str], *values: Any) -> Campaign:
+    """A campaign of another process: all batches of it share one."""
+    return Campaign(*values)
 
 
 def draws(campaign: Campaign, seeds: Sequence[int]) -> list[dict[str, Any]]:
@@ -92,7 +129,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
     truth, by name; ``nees`` and ``freedom``, squared error over the estimator's own covariance;
     ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
     """
-    world, estimator, level = made(campaign)
+    world, estimator, level = campaign.world, campaign.estimator, campaign.level
     world.draw(seed)
     loop = close_loop(world, level, steps=campaign.steps)
     if not loop.truth:
@@ -123,7 +160,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
 
     errors = errors_of(loop.outputs)
     # P is that of the states: an output of the same name may be what was predicted.
-    nees, freedom = _nees(estimator, campaign, states, errors | errors_of(states or {}), marks)
+    nees, freedom = _nees(campaign, states, errors | errors_of(states or {}), marks)
     own = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
     used = own[own > 0.0]
     return {
@@ -139,17 +176,16 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
 
 
 def _nees(
-    estimator: Estimator,
     campaign: Campaign,
     states: dict[str, FloatArray] | None,
     errors: dict[str, FloatArray],
-    marks: npt.NDArray[np.int64],
+    marks: IntArray,
 ) -> tuple[list[float], int]:
     """e^T P^-1 e at the marks, of the estimator's own covariance; its degrees of freedom."""
     if states is None:
         return [], 0
     at = {name: values[marks] for name, values in states.items()}
-    covariances = estimator.error_covariance(at, estimator.param_values(dict(campaign.params)))
+    covariances = campaign.estimator.error_covariance(at, campaign.values)
     if covariances is None or not set(covariances[0]) <= set(errors):
         return [], 0
     names, p = covariances

@@ -13,11 +13,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from boresight.model.arrays import FloatArray
 
 __all__ = ["chi2", "figures", "text"]
 
-FloatArray = npt.NDArray[np.float64]
 _Z = 1.959963984540054  #: of 95 %, two-sided.
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -46,8 +46,9 @@ POINTS, _FIRST = 512, 32
 _EXACT, _CANCELLED = 1e-12, 1e4
 #: Vectors of one step; conditions of which all sides are tried.
 _VECTORS, _CONDITIONS = 900, 7
-#: Steps back to what the ends of a coefficient follow from.
-_BACK = 6
+#: Steps back to what the ends of a coefficient follow from; conditions there, up to which each way
+#: to give sides is tried; share of an interval by which another has to be nearer to be taken.
+_BACK, _SIDES, _NEARER = 6, 3, 1e-3
 #: Sides of conditions, by number: 1 negative, 2 not.
 Sides = Mapping[int, int]
 
@@ -74,7 +75,8 @@ class Coefficient:
             return 0.0, 0.0
         low = high = self.number
         for node, power in Counter(self.nodes).items():
-            least, most = _known_ends(node, sides)
+            known = _known_ends(node, sides)
+            least, most = known.low, known.high
             each = [least**power, most**power]
             if power % 2 == 0 and least < 0.0 < most:
                 each.append(0.0)
@@ -223,46 +225,69 @@ def claim_chain(node: Node) -> Iterator[Node]:
         yield node
 
 
-def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> tuple[float, float]:
+@dataclass(frozen=True)
+class _Known:
+    """Ends of a node, and the nodes from whose intervals they follow."""
+
+    low: float
+    high: float
+    base: frozenset[Node]
+
+    def within(self, node: Node) -> _Known:
+        """These ends where they are well inside the interval of a node, else its own."""
+        low, high = (min(max(end, node.low), node.high) for end in (self.low, self.high))
+        least = _NEARER * max(abs(node.low), abs(node.high))
+        nearer = (low > node.low + least, high < node.high - least)
+        if not any(nearer):
+            return _own(node)
+        outside = self.low < node.low or self.high > node.high
+        return _Known(low, high, self.base | {node} if outside else self.base)
+
+
+def _own(node: Node) -> _Known:
+    return _Known(node.low, node.high, frozenset({node}))
+
+
+def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> _Known:
     """Ends of a node, also as what a claim that is wider than needed is of, on the given sides.
 
     A constant where x is negative, else x, is not below both 0 and the constant.
     """
-    low, high = node.low, node.high
     if left == 0 or not node.args:
-        return low, high
+        return _own(node)
     if node.kind in ("bounded", "saturated"):
-        ends = _known_ends(node.args[0], sides, left)
-        low, high = (min(max(end, low), high) for end in ends)
-    elif node.kind == "select" and node.args[0].number in sides:
-        low, high = _known_ends(node.args[sides[node.args[0].number]], sides, left - 1)
-    elif node.kind == "select" and node.args[0] is node.args[2] and node.args[1].kind == "const":
-        low = max(low, min(0.0, node.args[1].value))
-    elif node.kind == "mul":
-        a, b = (_known_ends(arg, sides, left - 1) for arg in node.args)
+        return _known_ends(node.args[0], sides, left).within(node)
+    if node.kind == "select" and node.args[0].number in sides:
+        return _known_ends(node.args[sides[node.args[0].number]], sides, left - 1)
+    if node.kind == "select" and node.args[0] is node.args[2] and node.args[1].kind == "const":
+        own = _own(node)
+        return replace(own, low=max(own.low, min(0.0, node.args[1].value)))
+    if node.kind not in ("mul", "sum"):
+        return _own(node)
+    found = [_known_ends(arg, sides, left - 1) for arg in node.args]
+    base = frozenset[Node]().union(*(each.base for each in found))
+    if node.kind == "mul":
+        a, b = ((each.low, each.high) for each in found)
         corners = [x * y if x and y else 0.0 for x in a for y in b]
-        low, high = max(low, min(corners)), min(high, max(corners))
-    elif node.kind == "sum":
-        bottom = top = 0.0
-        for arg, sign in zip(node.args, node.signs, strict=True):
-            start, end = _known_ends(arg, sides, left - 1)[::sign]
-            bottom, top = bottom + sign * start, top + sign * end
-        low, high = max(low, bottom), min(high, top)
-    return low, high
+        return _Known(min(corners), max(corners), base).within(node)
+    low = high = 0.0
+    for each, sign in zip(found, node.signs, strict=True):
+        start, end = (each.low, each.high)[::sign]
+        low, high = low + sign * start, high + sign * end
+    return _Known(low, high, base).within(node)
 
 
 def known_from(node: Node) -> Iterator[Node]:
-    """Nodes from whose intervals the known ends of a node may follow, itself among them.
-
-    Its own interval is enough where no side and no argument makes it narrower.
-    """
-    if any(n.kind == "select" for n in _made_of(node)) or _known_ends(node, {}) != (
-        node.low,
-        node.high,
-    ):
+    """Nodes from whose intervals the known ends of a node follow, whatever sides are given."""
+    conditions = sorted({*conditions_in(node)})
+    if len(conditions) > _SIDES:
         yield from _made_of(node)
-    else:
-        yield from claim_chain(node)
+        return
+    base = set[Node]()
+    for sides in product((0, 1, 2), repeat=len(conditions)):
+        given = {n: s for n, s in zip(conditions, sides, strict=True) if s}
+        base |= _known_ends(node, given).base
+    yield from sorted(base, key=lambda n: n.number)
 
 
 def conditions_in(node: Node) -> Iterator[int]:

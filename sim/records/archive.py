@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.sim.records.nine_axis import TRIADS
@@ -54,7 +55,7 @@ def format_npz(record: Record) -> bytes:
     return buffer.getvalue()
 
 
-def heads_of(record: Record) -> dict[str, npt.NDArray[np.float64]]:
+def heads_of(record: Record) -> dict[str, FloatArray]:
     """Columns of a record by name, with their units in brackets."""
     return {
         name if column.unit is None else f"{name}[{column.unit}]": column.values
@@ -169,7 +170,7 @@ def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt
     return {**flat, "dt": dt}
 
 
-def _steady(where: str, rate: npt.NDArray[Any], count: int) -> npt.NDArray[np.float64]:
+def _steady(where: str, rate: npt.NDArray[Any], count: int) -> FloatArray:
     number = rate.shape == () and rate.dtype.kind in "iuf"
     if not (number and np.isfinite(rate) and rate > 0):
         raise InputError.at(

@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import quaternion_normalise
 from boresight.sim.records.frames import attitude_from, vector_from
@@ -25,8 +26,6 @@ from boresight.sim.records.topics import NS, Clock, Recording, Topic, increasing
 
 __all__ = ["Reader", "record_from"]
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 #: Topics of a file: all, or those of some names and types.
 Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
 
@@ -157,7 +156,7 @@ def _series(path: Path, source: Source, topic: Topic) -> _Series:
     return _Series(source, topic, stamps, _turned(where, source, values), clock)
 
 
-def _times(source: Source, topic: Topic) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
     """Times of the samples [ns], and which messages have a sample of their own."""
     every = np.ones(len(topic.stamps), dtype=bool)
     if not source.time and not source.delay:

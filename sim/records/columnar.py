@@ -20,6 +20,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.records.archive import heads_of, record_of_arrays
 from boresight.sim.records.record import Record, shifted
@@ -40,8 +41,6 @@ __all__ = [
     "unpack_zstd",
     "write_parquet",
 ]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def _module(name: str, reads: str) -> ModuleType:

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.declarations import QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
@@ -26,9 +26,6 @@ ROWS = 1 << 16
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +100,7 @@ class Feed:
         for start in range(0, len(self), ROWS):
             yield self.rows(start, min(start + ROWS, len(self)))
 
-    def words(self, program: Program) -> npt.NDArray[np.int64]:
+    def words(self, program: Program) -> IntArray:
         """Input words (n, n_inputs)."""
         return input_words(program, self.inputs[:, :, None])[:, :, 0]
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import matrix_to_quaternion, quaternion_multiply
 
 __all__ = ["attitude_from", "vector_from"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Axis and sign of each letter, in FLU and in ENU.
 _BODY = {"F": (0, 1), "B": (0, -1), "L": (1, 1), "R": (1, -1), "U": (2, 1), "D": (2, -1)}

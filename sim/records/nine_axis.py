@@ -12,16 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError
 from boresight.sim.records.record import TRUTH, Column, Record, index_place, steps_of
 
 __all__ = ["NineAxis", "check_norm", "truth_names"]
 
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 #: Columns of each sensor, and their unit.
 TRIADS = {

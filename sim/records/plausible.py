@@ -12,13 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.estimator import Estimator
 
 __all__ = ["warnings_of"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -47,9 +45,7 @@ _RULES = (
 )
 
 
-def warnings_of(
-    estimator: Estimator, inputs: FloatArray, new: npt.NDArray[np.bool_]
-) -> tuple[str, ...]:
+def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tuple[str, ...]:
     """One line for each sensor with an implausible typical value, or with some axes missing.
 
     Parameters

@@ -6,15 +6,12 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 
 __all__ = ["InputReader"]
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 
 class InputReader:

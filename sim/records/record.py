@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS
 from boresight.model.errors import InputError
 from boresight.model.units import UnitError, linear
@@ -29,7 +30,6 @@ __all__ = [
     "steps_of",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Suffix of the name of a column with true values of an output.
 TRUTH = "_true"

@@ -9,9 +9,9 @@ induction the interpreter's own run from the first sample is the same.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel
+from boresight.model.arrays import BoolArray
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program
@@ -26,7 +26,7 @@ def interpret(
     states: IntArray | None = None,
     segments: int = 4096,
     machine: Interpreter | None = None,
-) -> tuple[IntArray, npt.NDArray[np.bool_], IntArray, int | None]:
+) -> tuple[IntArray, BoolArray, IntArray, int | None]:
     """Run the interpreter over ``inputs`` (steps, n_inputs).
 
     Parameters

@@ -14,15 +14,14 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.records.columnar import fast_rows, fast_table
 from boresight.sim.records.record import Column, Record, name_of, split_header
 
 __all__ = ["ROWS", "format_csv", "parse_csv", "pieces_of_csv", "write_csv"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Values from which on pyarrow is worth its import, and rows that are written at once.
 _FAST_FROM, ROWS = 100_000, 1 << 16

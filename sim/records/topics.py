@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, IntArray
+
 __all__ = ["GAP_STEPS", "Clock", "Recording", "Topic"]
 
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 #: Median steps from which on a step is a gap.
 GAP_STEPS = 3.0

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import ATTITUDE, EXACT_UNITS, QUATERNION
 from boresight.sim.accuracy.figures import Angles
 from boresight.sim.attitude.accuracy import attitude_error
@@ -25,7 +25,6 @@ from boresight.sim.records.feed import Feed
 
 __all__ = ["ANGLES", "BINS", "accuracy_section", "worst_output"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Outputs that are Euler angles, with their columns in `quaternion_to_euler`.
 ANGLES = {"heading": 2, "pitch": 0, "roll": 1}

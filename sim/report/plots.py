@@ -7,15 +7,14 @@ from itertools import cycle
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS
 from boresight.sim.plotting import COLOUR, INK, RED, figure_and_axes, legend, settings, svg
 
 __all__ = ["error_plot", "log_difference_plot", "output_plot", "width_plot"]
 
 Curve = Sequence[float | None]
-FloatArray = npt.NDArray[np.float64]
 
 #: What a plot by unit shows of each output: see `sim.report.accuracy`.
 Outputs = Mapping[str, Mapping[str, Any]]

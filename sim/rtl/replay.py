@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.gateware.core import Core
 from boresight.gateware.registers.core import PROGRAM
+from boresight.model.arrays import BoolArray
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.memories import split_memories
 from boresight.sim.rtl.simulators import SimulationFailed
@@ -71,7 +71,7 @@ class RtlRun:
     """
 
     outputs: IntArray
-    saturated: npt.NDArray[np.bool_]
+    saturated: BoolArray
     latency_cycles: IntArray
     interval_cycles: IntArray
     writes: tuple[RegisterWrite, ...] = ()

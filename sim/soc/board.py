@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.resources
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,8 +23,9 @@ from boresight.gateware.system.system_bus import RESULTS
 from boresight.gateware.texts.core import c_header
 from boresight.gateware.texts.records import records_header
 from boresight.gateware.verilog import to_verilog
+from boresight.model.arrays import IntArray
 from boresight.model.estimator import Estimator
-from boresight.sim.board.build import Board, board_parameters, make_board
+from boresight.sim.board.build import Board, bench_sources, board_parameters, make_board
 from boresight.sim.board.run import Stimulus, cycles_limit
 from boresight.sim.board.setup import SCALED, Setup
 from boresight.sim.rtl.compiled import Compiled, build
@@ -110,12 +110,12 @@ class AttitudeWrites:
         Cycles from data-ready to ``complete``.
     """
 
-    complete: npt.NDArray[np.int64]
-    header: npt.NDArray[np.int64]
+    complete: IntArray
+    header: IntArray
     outputs: npt.NDArray[np.int32]
     inputs: npt.NDArray[np.int32]
     computed: npt.NDArray[np.int32]
-    age: npt.NDArray[np.int64]
+    age: IntArray
 
 
 @dataclass(frozen=True)
@@ -136,8 +136,8 @@ class BoardSocRun:
     seconds : float
     """
 
-    samples: npt.NDArray[np.int64]
-    updates: npt.NDArray[np.int64]
+    samples: IntArray
+    updates: IntArray
     newest: AttitudeWrites
     shown: AttitudeWrites
     console: str
@@ -195,7 +195,7 @@ class BoardBench:
             if kind in lines:
                 lines[kind].append(rest)
 
-        def cycles(kind: str) -> npt.NDArray[np.int64]:
+        def cycles(kind: str) -> IntArray:
             return np.array([int(row[0]) for row in lines[kind]], dtype=np.int64)
 
         console = bytes(int(row[0]) for row in lines["T"]).decode("ascii", errors="replace")
@@ -283,16 +283,11 @@ def soc_board(
         watchdog_cycles=1 << 20,
     )
 
-    def text_of(package: str, name: str) -> str:
-        return (importlib.resources.files(package) / name).read_text()
-
     sources = {
         "attitude_soc.sv": to_verilog(soc, "attitude_soc", instances=False),
         "VexRiscv.v": cpu_verilog(),
         "ram.v": ram_verilog(),
-        "adis16385.sv": text_of("boresight.sim.devices", "adis16385.sv"),
-        "hmr3300.sv": text_of("boresight.sim.devices", "hmr3300.sv"),
-        "bench.sv": text_of("boresight.sim.soc", "board.sv"),
+        **bench_sources("boresight.sim.soc", "board.sv"),
     }
     return BoardBench(
         board,

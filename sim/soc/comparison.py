@@ -10,11 +10,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.firmware.build import CModel
 from boresight.firmware.floating.text import operation_counts
 from boresight.gateware.core import build_core
+from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.estimators import FILTERS, estimator
 from boresight.sim.attitude.accuracy import largest_turn_deg
@@ -53,7 +53,7 @@ def _figures(run: Measured) -> dict[str, Any]:
     }
 
 
-def _integer(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dict[str, Any]:
+def _integer(e: Estimator, inputs: FloatArray, optimise: str) -> dict[str, Any]:
     program = e.compile()
     run = measure_integer(program, inputs, optimise=optimise)
     wanted, _ = CModel(program).update(input_words(program, inputs[..., None])[..., 0])
@@ -61,7 +61,7 @@ def _integer(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> di
     return {**_figures(run), "mismatches": int(wrong.sum())}
 
 
-def _single(e: Estimator, inputs: npt.NDArray[np.float64], optimise: str) -> dict[str, Any]:
+def _single(e: Estimator, inputs: FloatArray, optimise: str) -> dict[str, Any]:
     run = measure_float(e, inputs, optimise=optimise)
     inputs = inputs.astype(np.float32).astype(np.float64)
     reference = e.run_float(inputs[..., None]).outputs

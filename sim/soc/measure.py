@@ -14,6 +14,7 @@ from boresight.firmware.soc.filter import filter_header
 from boresight.firmware.soc.image import Image, build_image, source
 from boresight.gateware.soc.layout import soc_header
 from boresight.gateware.soc.system import Soc, soc_verilog
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.words.program import Program
 from boresight.sim.rtl.compiled import Compiled, build
@@ -57,8 +58,8 @@ class Measured:
     """
 
     outputs: npt.NDArray[np.uint32]
-    cycles: npt.NDArray[np.int64]
-    response: npt.NDArray[np.int64]
+    cycles: IntArray
+    response: IntArray
     stack: int
     code: int
     data: int
@@ -93,7 +94,7 @@ def measure_image(
             lines[kind].append(rest)
     figures = {int(index): int(word) for index, word in lines["V"]}
 
-    def column(kind: str) -> npt.NDArray[np.int64]:
+    def column(kind: str) -> IntArray:
         return np.array([int(row[0]) for row in lines[kind]], dtype=np.int64)
 
     outputs = np.array([int(row[0], 16) for row in lines["O"]], dtype=np.uint32)
@@ -133,17 +134,13 @@ def float_image(estimator: Estimator, *, ram: int = RAM, optimise: str = "-Os") 
     return _image(emit_float_c(estimator), float_prefix(estimator), ram=ram, optimise=optimise)
 
 
-def measure_integer(
-    program: Program, inputs: npt.NDArray[np.float64], *, optimise: str = "-Os"
-) -> Measured:
+def measure_integer(program: Program, inputs: FloatArray, *, optimise: str = "-Os") -> Measured:
     """Run a program as integer C on inputs (n, n_inputs) in their units."""
     words = input_words(program, inputs[..., None])[..., 0].astype(np.int32).view(np.uint32)
     return measure_image(integer_image(program, optimise=optimise), words, len(program.outputs))
 
 
-def measure_float(
-    estimator: Estimator, inputs: npt.NDArray[np.float64], *, optimise: str = "-Os"
-) -> Measured:
+def measure_float(estimator: Estimator, inputs: FloatArray, *, optimise: str = "-Os") -> Measured:
     """Run an estimator as float C on inputs (n, n_inputs) in their units."""
     words = inputs.astype(np.float32).view(np.uint32)
     return measure_image(float_image(estimator, optimise=optimise), words, len(estimator.outputs))

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.levels.level import Level, Run
@@ -20,8 +20,6 @@ from boresight.sim.records.record import TRUTH, Column, Record, index_place
 from boresight.sim.worlds.world import World
 
 __all__ = ["Loop", "Parting", "close_loop", "drive", "parting"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class Loop:
 
     level: str
     inputs: FloatArray
-    new: npt.NDArray[np.bool_]
+    new: BoolArray
     run: Run
     truth: dict[str, FloatArray]
     clamped: dict[str, int]

@@ -18,12 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import matrix_to_quaternion
 
 __all__ = ["Swing", "StackedMotion"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

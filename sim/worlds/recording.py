@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import turns_between
@@ -21,8 +21,6 @@ from boresight.sim.worlds.motion import StackedMotion
 from boresight.sim.worlds.triad import Triad
 
 __all__ = ["Sensors", "record"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

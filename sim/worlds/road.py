@@ -9,15 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.rotation import quaternion_conjugate, rotate, turns_between
 from boresight.sim.attitude.zyx import quaternions_of
 
 __all__ = ["Ride", "profile", "ride"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,14 +13,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 
 __all__ = ["SEA_STATES", "Ship", "at_sea", "spectrum"]
 
-FloatArray = npt.NDArray[np.float64]
 #: Significant wave height [m] and modal period [s].
 SEA_STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4)}
 _WAVES = 160

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
@@ -27,7 +27,6 @@ from boresight.sim.records.record import Record, steps_of
 
 __all__ = ["SensorError", "synthetic_log"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Sines per Euler angle, and the band [Hz] their frequencies are drawn from.
 _SINES = 3

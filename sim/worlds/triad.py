@@ -15,14 +15,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
 
 __all__ = ["Triad", "misalignment", "soft_iron"]
 
-FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
-import numpy as np
-import numpy.typing as npt
-
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
+from boresight.model.resolve import load
 
-__all__ = ["WORLD_GROUP", "World"]
+__all__ = ["WORLD_GROUP", "NamedWorld", "World", "world_of"]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
@@ -60,7 +59,7 @@ class World:
         """
         raise NotImplementedError
 
-    def pieces(self) -> Iterator[Mapping[str, npt.NDArray[np.float64]]] | None:
+    def pieces(self) -> Iterator[Mapping[str, FloatArray]] | None:
         """All records of a world without feedback, from the start on, in pieces of any length.
 
         Returns
@@ -86,6 +85,15 @@ class World:
             fix="write draw(self, seed), which makes its noise anew",
         )
 
-    def bound(self) -> Mapping[str, npt.NDArray[np.float64]]:
+    def bound(self) -> Mapping[str, FloatArray]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
+
+
+#: What stands for a world: a text, a class or an object.
+NamedWorld: TypeAlias = str | type[World] | World
+
+
+def world_of(what: NamedWorld) -> World:
+    """The world that is meant; see `model.resolve.load`."""
+    return load(what, World, "world", {}, WORLD_GROUP)

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.arguments import check_choice, check_machine, check_number, check_word
+from boresight.arguments import (
+    check_choice,
+    check_machine,
+    check_number,
+    check_optional,
+    check_word,
+)
 from boresight.model.errors import InputError
 
 pytestmark = pytest.mark.pythons
@@ -27,6 +33,12 @@ def test_a_range_may_have_no_end() -> None:
     check_number("steps", 10**12, 1)
     with pytest.raises(InputError, match="^steps: wanted 1,000 or more, found 999; choose another"):
         check_number("steps", 999, 1000)
+
+
+def test_a_number_may_be_left_out() -> None:
+    check_optional("steps", None, 1)
+    with pytest.raises(InputError, match="^steps: wanted 1 or more, found 0; choose another"):
+        check_optional("steps", 0, 1)
 
 
 def test_choices() -> None:

@@ -16,8 +16,9 @@ import pytest
 import boresight
 from boresight import loop as module
 from boresight.cli import main
-from boresight.loop import LoopResult, simulate_world, world_of
+from boresight.loop import LoopResult, simulate_world
 from boresight.sim.levels.integer import Emitted
+from boresight.sim.worlds.world import world_of
 
 FILES = """
 from boresight import Estimator, Input, Output, State, World, ops

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
+from boresight.arguments import JOBS_MOST, check_choice, check_optional, check_word
 from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError
@@ -101,7 +101,7 @@ def accuracy(
             found=f"{declination:g}",
             fix="choose another",
         )
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
     if peers:
         require_peers([PEERS[name] for name in {*peers, STAND_IN}])
     for e in ours:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from boresight.arguments import check_number
 from boresight.firmware.build import CModel
+from boresight.model.arrays import BoolArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import FILTERS
@@ -166,7 +167,7 @@ def _many(
 
 def _interpreted(
     program: Program, words: npt.NDArray[np.int32], say: Callable[[str], None]
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.bool_], float]:
+) -> tuple[npt.NDArray[np.int32], BoolArray, float]:
     """Outputs (steps, n_outputs, runs) and flags (steps, runs) of all runs; seconds."""
     steps, _, runs = words.shape
     machine = Interpreter(program, runs)
@@ -186,7 +187,7 @@ def _compared(
     program: Program,
     words: npt.NDArray[np.int32],
     outputs: npt.NDArray[np.int32],
-    flags: npt.NDArray[np.bool_],
+    flags: BoolArray,
     recorded: IntArray,
 ) -> tuple[int, float]:
     """Updates in which the C differs, and its rate over one long run."""

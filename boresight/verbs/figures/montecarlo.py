@@ -11,10 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number, check_word
+from boresight.arguments import JOBS_MOST, check_choice, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
-from boresight.loop import NamedWorld, world_of
-from boresight.model.resolve import estimator_of
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -28,8 +26,9 @@ from boresight.options import (
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.cluster import others
-from boresight.sim.montecarlo.campaign import Campaign, draws, made
+from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.figures import figures, text
+from boresight.sim.worlds.world import NamedWorld
 
 __all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "montecarlo"]
 
@@ -204,27 +203,17 @@ def montecarlo(
     check_number("seed", seed, 0, 2**31)
     check_choice("on", on, LEVELS)
     check_word(word)
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
-    if steps is not None:
-        check_number("steps", steps, 1)
-    filter = estimator_of(estimator)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
+    check_optional("steps", steps, 1)
+    settings = tuple(sorted((params or {}).items()))
+    campaign = Campaign((world, estimator), settings, on, word, steps)
+    filter, plant = campaign.estimator, campaign.world
     filter.param_values(params)
-    campaign = Campaign(
-        world if isinstance(world, str) else world_of(world),
-        estimator if isinstance(estimator, str) else filter,
-        tuple(sorted((params or {}).items())),
-        on,
-        word,
-        steps,
-    )
-    made.cache_clear()  # their files may have changed since
-    plant, filter, _ = made(campaign)
     plant.draw(seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
     result = OutputFile(folder / f"{name}.json", "montecarlo", of=name)
-    identity = campaign.identity()
-    journal = Journal(folder / f"{name}.runs", identity)
+    journal = Journal(folder / f"{name}.runs", campaign.identity)
     seeds = {number: number for number in range(seed, seed + runs)}
     own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
@@ -233,7 +222,7 @@ def montecarlo(
         rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
     judged = figures(rows, plant.bound(), filter.nis_freedom)
     outcome = MonteCarloResult(
-        **identity,
+        **campaign.identity,
         seed=seed,
         **judged
         | {key: Consistency(**judged[key]) for key in ("nees", "nis") if key in judged}

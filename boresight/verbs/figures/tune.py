@@ -16,7 +16,7 @@ from typing import Annotated
 
 import numpy as np
 
-from boresight.arguments import JOBS_MOST, check_number, check_word
+from boresight.arguments import JOBS_MOST, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
@@ -199,10 +199,10 @@ def _check_numbers(
     *, word: int, folds: int | None, rounds: int, jobs: int | None, seed: int | None
 ) -> None:
     check_word(word)
-    check_number("folds", 1 if folds is None else folds, 1)
+    check_optional("folds", folds, 1)
     check_number("rounds", rounds, 0)
-    check_number("jobs", 1 if jobs is None else jobs, 1, JOBS_MOST)
-    check_number("seed", 0 if seed is None else seed, 0)
+    check_optional("jobs", jobs, 1, JOBS_MOST)
+    check_optional("seed", seed, 0)
 
 
 def _check_factors(**factors: float) -> None:

@@ -19,10 +19,8 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
     return Device(
         name=f"artix7-{size}",
         resources=resources(_SOURCE, **counts),
-        packages=MappingProxyType({}),
         grades=(1,),
         package_source=_SOURCE,
-        memory="ram",
     )
 
 

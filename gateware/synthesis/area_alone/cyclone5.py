@@ -19,10 +19,8 @@ def _device(size: str, alm: int, dsp: int, ram: int) -> Device:
     return Device(
         name=f"cyclone5-{size}",
         resources=resources(_SOURCE, **counts),
-        packages=MappingProxyType({}),
         grades=(8,),
         package_source=_SOURCE,
-        memory="ram",
     )
 
 

@@ -23,7 +23,6 @@ def _device(size: str, lut: int, dsp: int, ram: int) -> Device:
         packages=MappingProxyType({"CABGA381": None}),
         grades=(6, 7, 8),
         package_source=_SOURCE,
-        memory="ram",
         options=(f"--{size}", "--package", "CABGA381", "--speed", "{grade}"),
     )
 

@@ -21,10 +21,8 @@ def _device(
     return Device(
         name=name,
         resources=resources(_SOURCE, **counts),
-        packages=MappingProxyType({}),
         grades=grades,
         package_source="part numbers in nextpnr's database",
-        memory="ram",
         options=("--device", part + "{grade}", "--vopt", f"family={_CHIP[name]}"),
     )
 

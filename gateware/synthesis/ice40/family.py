@@ -48,7 +48,6 @@ ICE40: Final = Family(
             packages=MappingProxyType({"sg48": 39}),
             grades=(1,),
             package_source=_SOURCE,
-            memory="ram",
             options=("--up5k", "--package", "sg48"),
         ),
     ),

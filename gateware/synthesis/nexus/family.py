@@ -23,7 +23,6 @@ def _device(name: str, lut: int, dsp: int, ram: int) -> Device:
         packages=MappingProxyType({"BG256C": None}),
         grades=(7, 8, 9),
         package_source="nextpnr-nexus --list-devices",
-        memory="ram",
         options=("--device", name.upper() + "-{grade}BG256C"),
     )
 

@@ -43,6 +43,7 @@ def _device(
         packages=MappingProxyType(packages or {}),
         grades=(2, 3),
         package_source=package_source,
+        memory="ramb16",
     )
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from boresight.sim.accuracy.protocol.runs import LEFT_OUT_S, SETTLED_DEG, SETTLED_FOR_S
 from boresight.sim.accuracy.protocol.summary import FLOAT
-from boresight.sim.pages import UNKNOWN, page
-from boresight.sim.plotting import INK, figure_and_axes, legend, settings, svg
+from boresight.sim.pages import UNKNOWN, degrees, page
+from boresight.sim.plotting import INK, figure_and_axes, legend, log_axis, settings, svg
 
 __all__ = ["render_page"]
 
@@ -35,10 +35,6 @@ _FIELD = (
 )
 
 
-def _deg(x: float | None) -> str:
-    return UNKNOWN if x is None else f"{x:.2f}"
-
-
 def _shown(data: Mapping[str, Any]) -> list[str]:
     """Filters in plots: float64 lies upon fixed point."""
     return [name for name in data["filters"] if not name.endswith(FLOAT)]
@@ -51,17 +47,12 @@ def dots(
     salt: str,
 ) -> str:
     """A row for each group, a mark for each filter; logarithmic."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     with settings():
         figure, axes = figure_and_axes(1.1 + 0.24 * len(rows))
         axes.grid(False, axis="y")
         axes.spines["left"].set_visible(False)
         axes.tick_params(axis="y", length=0)
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        log_axis(axes)
         for k, name in enumerate(names):
             colour, marker = _STYLES[k % len(_STYLES)]
             places = [(v[name], j) for j, (_, v) in enumerate(rows) if v[name]]
@@ -137,7 +128,7 @@ def render_page(data: Mapping[str, Any]) -> str:
         "boresight.sim.accuracy.protocol",
         "protocol.html",
         d=data,
-        deg=_deg,
+        deg=degrees,
         percent=lambda x: UNKNOWN if x is None else f"{100.0 * x:.0f} %",
         names=names,
         ours=ours,

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.front.sensed import full_scale_params
@@ -52,8 +52,6 @@ __all__ = [
     "settled_s",
 ]
 
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 Params = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
 
 #: Seconds after the start that no error counts, for all filters alike.

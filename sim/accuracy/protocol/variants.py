@@ -14,6 +14,7 @@ from itertools import permutations, product
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
@@ -48,7 +49,6 @@ __all__ = [
     "without_field",
 ]
 
-FloatArray = npt.NDArray[np.float64]
 Variant = Callable[[NineAxis], NineAxis]
 
 #: Gyro bias [deg/s] of the variants "bias": of size 0.71.

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
 from boresight.sim.accuracy.protocol.plan import Case, cases_of
 from boresight.sim.accuracy.protocol.runs import Campaign, log_of, name_of, prepared, run_ours
@@ -24,7 +24,6 @@ from boresight.sim.records.nine_axis import NineAxis
 
 __all__ = ["curves", "explained", "field_off", "worse_runs"]
 
-FloatArray = npt.NDArray[np.float64]
 
 #: Time between two points of a curve, s, and the most points.
 STEP_S, POINTS = 0.5, 400

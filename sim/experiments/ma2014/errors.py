@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import BoolArray
 from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.experiments.experiment import Target
 from boresight.sim.experiments.ma2014.bands import Band, around, below, each
@@ -43,7 +43,7 @@ def _slashes(values: Sequence[float]) -> str:
     return " / ".join(f"{x:.3f}" for x in values)
 
 
-def _inside(row: Mapping[str, Any], band: Band) -> npt.NDArray[np.bool_]:
+def _inside(row: Mapping[str, Any], band: Band) -> BoolArray:
     """Whether each entry of each run lies in the band: (runs, 3)."""
     low, high = np.array(band, dtype=np.float64).T
     sd = np.array(row["sd_runs"])

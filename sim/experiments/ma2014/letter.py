@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from boresight.model.estimator import FloatArray
+from boresight.model.arrays import FloatArray
 from boresight.sim.attitude.rotation import wrap_rad
 
 __all__ = ["filter_to_the_letter", "mag_acc_angles"]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.model.estimator import FloatArray
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.estimators.complementary import per_sample_gains
 from boresight.model.front.sensed import board_params

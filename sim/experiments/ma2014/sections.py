@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from boresight.gateware.core import build_core
-from boresight.model.estimator import FloatArray
+from boresight.model.arrays import FloatArray
 from boresight.model.estimators import ESTIMATORS
 from boresight.sim.attitude import ma2014 as paper
 from boresight.sim.attitude.rotation import matrix_to_quaternion, quaternion_to_rotation_vector

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Assume, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Array, Assert, Assume, Module, Mux, Signal
 
 from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.frames import Kind, word_bytes
 from boresight.gateware.boards.pack import Packer
-from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.harness import Harness, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -28,7 +28,7 @@ def _held(m: Module, name: str, payload: Any, ready: Any) -> Any:
     return valid
 
 
-class Packed(Elaboratable):
+class Packed(Harness[Packer]):
     """The bodies are those of the records and replies, byte by byte, one after the other.
 
     Parameters
@@ -37,14 +37,9 @@ class Packed(Elaboratable):
         Component, for words of `WORD` bits.
     """
 
-    def __init__(self, dut: Packer) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Packer, inside: Inside) -> None:
         """The body at work, its next byte, and what is taken."""
-        m = Module()
-        dut, reply, size = self.dut, self.dut.i_reply, word_bytes(WORD)
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        reply, size = dut.i_reply, word_bytes(WORD)
         ready, answer = unknown(m, 1, "ready"), unknown(m, WORD + 2, "answer")
         m.d.comb += [
             dut.o.ready.eq(ready),
@@ -127,10 +122,9 @@ class Packed(Elaboratable):
         m.d.comb += Assert((place < size) & (~head | (place == 0)))
         m.d.sync += count.eq(Mux(work & ~dut.o.valid, count + 1, 0))
         m.d.comb += Assert(count <= 1)
-        return m
 
 
-class Dispatched(Elaboratable):
+class Dispatched(Harness[Dispatcher]):
     """Each frame is executed once, as it says, and answered as it shall be.
 
     Parameters
@@ -139,14 +133,9 @@ class Dispatched(Elaboratable):
         Component, for words of `WORD` bits.
     """
 
-    def __init__(self, dut: Dispatcher) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Dispatcher, inside: Inside) -> None:
         """The frame that waits; the bus; the core; the replies."""
-        m = Module()
-        dut, bus, inputs = self.dut, self.dut.bus, self.dut.inputs
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        bus, inputs = dut.bus, dut.inputs
         state = inside.state
         # The frame, and the buffer's output, which stays without a read.
         pending, kind = unknown(m, 1, "pending"), unknown(m, 2, "kind")
@@ -228,7 +217,6 @@ class Dispatched(Elaboratable):
         if inputs:
             own.append(("RECORD", 2 + 2 * index))
         m.d.comb += [Assert(~state(name) | (self.cycles <= count)) for name, count in own]
-        return m
 
     def _claims(self, m: Module, pending: Any, kind: Any, words: list[Signal]) -> None:
         """What the frame has led to so far, and may lead to now."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Assume, Cat, Const, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Array, Assert, Assume, Cat, Const, Module, Mux, Signal, Value
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.system.attitude_frame import OUTPUTS
 from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode, _State
 from boresight.gateware.system.attitude_text import LINE, Op
 from boresight.gateware.system.interface import Place
-from boresight.sim.formal.harness import before, fixed, reached, unknown
+from boresight.sim.formal.harness import Harness, before, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -25,26 +25,15 @@ _PACE = 5
 _LINE_PACE = 58
 
 
-class Sent(Elaboratable):
+class Sent(Harness[AttitudeOutput]):
     """A frame has the bytes of one update, in order; a line its characters, as many as it shall.
 
     Updates, settings and the line do anything. One word of the results is followed, which is any,
     but the same always; it changes with each update that is taken.
-
-    Parameters
-    ----------
-    dut : AttitudeOutput
-        Component.
     """
 
-    def __init__(self, dut: AttitudeOutput) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: AttitudeOutput, inside: Inside) -> None:
         """Which updates are sent; the bytes of each; then the state machine, for induction."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         for name in ("updated", "last_output", "mode", "divider", "flags"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), f"{name}_in"))
@@ -123,7 +112,6 @@ class Sent(Elaboratable):
         words = len(OUTPUTS) if dut.text else inside["last"] + 1
         m.d.comb += Assert(~sending | (outputs == words))
         self._states(m, inside)
-        return m
 
     def _states(self, m: Module, inside: Inside) -> None:
         """The state machine's place, and its way to the next byte."""

@@ -4,35 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
 
 from boresight.gateware.bus.axi_lite import AxiLiteSlave, Response
 from boresight.gateware.bus.axi_stream import StreamFromAxi, StreamToAxi
-from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.harness import Harness, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Lite", "Packets"]
 
 
-class Packets(Elaboratable):
-    """Any transmitter and any receiver, connected by a stream.
+class Packets(Harness[StreamFromAxi | StreamToAxi]):
+    """Any transmitter and any receiver, connected by a stream."""
 
-    Parameters
-    ----------
-    dut : StreamFromAxi or StreamToAxi
-        Component.
-    """
-
-    def __init__(self, dut: StreamFromAxi | StreamToAxi) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Any, inside: Inside) -> None:
         """Against a queue of two words: same order, none lost, none twice, none changed."""
-        m = Module()
-        dut: Any = self.dut
         word = dut.word
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         valid, ready = unknown(m, 1, "valid"), unknown(m, 1, "ready")
         if hasattr(dut, "o"):  # from AXI
             data, last = unknown(m, len(dut.axi.tdata), "tdata"), unknown(m, 1, "tlast")
@@ -79,26 +67,13 @@ class Packets(Elaboratable):
             reached(m, (count == 1) & gets & puts, "flows"),
             reached(m, waited & gives & ready, "late"),
         ]
-        return m
 
 
-class Lite(Elaboratable):
-    """Any master that holds its requests, and any bus.
+class Lite(Harness[AxiLiteSlave]):
+    """Any master that holds its requests, and any bus."""
 
-    Parameters
-    ----------
-    dut : AxiLiteSlave
-        Component.
-    """
-
-    def __init__(self, dut: AxiLiteSlave) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: AxiLiteSlave, inside: Inside) -> None:
         """Each request is executed once, unchanged, and answered once."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         axi, bus = dut.axi, dut.bus
         grant, w_ack = unknown(m, 1, "grant"), unknown(m, 1, "w_ack")
         r_data = unknown(m, len(bus.r_data), "r_data")
@@ -132,7 +107,6 @@ class Lite(Elaboratable):
             Assert(~(dut.request & inside["fetch"])),
         ]
         self._turns(m, inside, writes, reads, wrote=wrote, read_done=read_done)
-        return m
 
     def _answer(self, m: Module, name: str, valid: Value, ready: Value, payload: Value) -> Value:
         """A response comes in this cycle; it stays, unchanged, until it is taken."""

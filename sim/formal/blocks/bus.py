@@ -4,34 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Assume, Cat, Module, Mux, Signal, Value
 
 from boresight.gateware.bus.arbiter import BusArbiter
 from boresight.gateware.bus.wishbone import WishboneSlave
-from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.harness import Harness, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Shared", "Slave"]
 
 
-class Shared(Elaboratable):
-    """Any initiators that hold their requests until they are done, and any bus.
+class Shared(Harness[BusArbiter]):
+    """Any initiators that hold their requests until they are done, and any bus."""
 
-    Parameters
-    ----------
-    dut : BusArbiter
-        Component.
-    """
-
-    def __init__(self, dut: BusArbiter) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: BusArbiter, inside: Inside) -> None:
         """One transfer at a time, each finished, every initiator served."""
-        m = Module()
-        dut, count = self.dut, self.dut.count
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        count = dut.count
         bus, owner = dut.bus, inside["owner"]
         request = unknown(m, count, "request")
         w_ack, r_data = unknown(m, 1, "w_ack"), unknown(m, len(bus.r_data), "r_data")
@@ -64,7 +53,6 @@ class Shared(Elaboratable):
             *(reached(m, end, f"end{k}") for k, end in enumerate(ends)),
         ]
         self._fair(m, owner, request, ends)
-        return m
 
     def _initiator(self, m: Module, k: int, *, request: Value) -> Value:
         """Initiator k, which holds its request; returns the end of its transfer."""
@@ -107,23 +95,11 @@ class Shared(Elaboratable):
             m.d.comb += Assert(passed + distance < count)
 
 
-class Slave(Elaboratable):
-    """Any Wishbone master that holds its transfer until ``ack`` or aborts it, and any bus.
+class Slave(Harness[WishboneSlave]):
+    """Any Wishbone master that holds its transfer until ``ack`` or aborts it, and any bus."""
 
-    Parameters
-    ----------
-    dut : WishboneSlave
-        Component.
-    """
-
-    def __init__(self, dut: WishboneSlave) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: WishboneSlave, inside: Inside) -> None:
         """Every transfer on the bus is one that the master began, and is answered once."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         wb, bus = dut.wb, dut.bus
         cyc, stb = unknown(m, 1, "cyc"), unknown(m, 1, "stb")
         drives = Cat(unknown(m, 1, "we"), unknown(m, len(wb.adr), "adr"), unknown(m, 32, "dat_w"))
@@ -176,7 +152,6 @@ class Slave(Elaboratable):
             reached(m, wb.ack & ~is_write, "read"),
             reached(m, ends & ~held_on, "given_up"),
         ]
-        return m
 
     def _transfer(
         self, m: Module, drives: Value, selected: Value, *, free: Value, ends: Value

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Array, Assert, Assume, Const, Module, Mux, Signal, Value
 
 from boresight.gateware.sensors.hmr3300_command import TRIES, Commander, Stage
-from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.harness import Harness, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Commanded"]
 
 
-class Commanded(Elaboratable):
+class Commanded(Harness[Commander]):
     """Which commands are sent, of which bytes, why, and until when.
 
     Bytes, sentences and refusals of the compass, the mode, letters of the user, ticks and the pace
@@ -29,14 +27,11 @@ class Commanded(Elaboratable):
     """
 
     def __init__(self, dut: Commander, *, whole: bool = True) -> None:
-        self.dut = dut
+        super().__init__(dut)
         self.whole = whole
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Commander, inside: Inside) -> None:
         """The bytes; then the stages, by counters of ticks."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         for name in ("mode", "tick", "heard", "line", "is_counts", "invalid"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), f"{name}_in"))
@@ -69,7 +64,6 @@ class Commanded(Elaboratable):
             Assert(~dut.o.valid | (inside["manual"] == ~dut.busy)),
             Assert(~dut.o.valid | dut.busy | (number > 1) | user),
         ]
-        return m
 
     def _stages(self, m: Module, inside: Inside, user: Value) -> Signal:
         """Why and when each stage begins and ends, by counters of ticks."""

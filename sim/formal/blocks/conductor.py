@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amaranth.hdl import Assert, Assume, Cat, Const, Cover, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Assume, Cat, Const, Cover, Module, Mux, Signal, Value
 from amaranth.lib.data import View
 from amaranth.lib.wiring import In
 
@@ -17,7 +17,7 @@ from boresight.gateware.system.interface import HEADER, Place
 from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
 from boresight.model.words.program import Kind
 from boresight.model.words.program import Value as Declared
-from boresight.sim.formal.harness import after_start, before, fixed, reached, unknown
+from boresight.sim.formal.harness import Harness, after_start, before, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -129,7 +129,7 @@ class _Core:
             m.d.sync += [taken.eq(0), given.eq(0), stale.eq(0)]
 
 
-class Updates(Elaboratable):
+class Updates(Harness[Conductor]):
     """Every update is whole, and comes within a bound.
 
     The core, the sensors' pulses, the host's settings and the watchdog's clock do anything; words
@@ -143,14 +143,12 @@ class Updates(Elaboratable):
     """
 
     def __init__(self, dut: Conductor) -> None:
-        self.dut = dut
+        super().__init__(dut)
         self.plan = dut.plan
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Conductor, inside: Inside) -> None:
         """Inputs; the core; then the claims, each with the assertions of its induction."""
-        m = Module()
-        dut, plan = self.dut, self.plan
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        plan = self.plan
         self.inside = inside
         # One of the cases, the same always: nothing stands still, and each update has all there is.
         self.steady = steady = fixed(m, 1, "steady")
@@ -215,7 +213,6 @@ class Updates(Elaboratable):
             self._registers(m)
         self._sources(m)
         self._bound(m)
-        return m
 
     def _is(self, *states: State) -> Value:
         value: Value = Const(0)
@@ -639,7 +636,7 @@ def core_early(core: _Core, plan: Plan) -> Value:
     return (core.program < plan.filters) & Const(plan.early, 1)
 
 
-class Watched(Elaboratable):
+class Watched(Harness[Conductor]):
     """The watchdog, whatever the core does.
 
     Parameters
@@ -648,14 +645,9 @@ class Watched(Elaboratable):
         Component, of a plan without input registers.
     """
 
-    def __init__(self, dut: Conductor) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Conductor, inside: Inside) -> None:
         """Cycles since the controller last waited for a sample or ended an update."""
-        m = Module()
-        dut, patience = self.dut, self.dut.patience
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        patience = dut.patience
         half = patience // 2
         bits = half.bit_length()
         for name, member in dut.signature.members.items():
@@ -695,7 +687,6 @@ class Watched(Elaboratable):
             Assert(again | once | (at_work < since)),
             Assert(again | ~once | ((at_work >= since) & ((at_work < since + half) | late))),
         ]
-        return m
 
 
 def _proof(name: str, cover: int, plan: str) -> Proof:

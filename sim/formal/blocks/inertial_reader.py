@@ -4,19 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import (
-    Array,
-    Assert,
-    Assume,
-    Cat,
-    Const,
-    Elaboratable,
-    Fragment,
-    Module,
-    Mux,
-    Signal,
-    Value,
-)
+from amaranth.hdl import Array, Assert, Assume, Cat, Const, Fragment, Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -25,7 +13,7 @@ from boresight.gateware.sensors.adis16385_flags import EVENTS, FLAGS
 from boresight.gateware.sensors.adis16385_frames import CHECKED, REGISTERS, WORDS
 from boresight.gateware.sensors.adis16385_setup import Settings, Timing
 from boresight.gateware.serial.spi import BITS
-from boresight.sim.formal.harness import after_start, before, fixed, reached, unknown
+from boresight.sim.formal.harness import Harness, after_start, before, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -116,7 +104,7 @@ def scaled(component: type[Adis16385] = Adis16385, *, quick: bool = False) -> Ad
     return reader
 
 
-class Sampled(Elaboratable):
+class Sampled(Harness[Adis16385]):
     """What is sent, what becomes of the answers, and when the reader starts again.
 
     Answers, data-ready, settings and orders are any. One word of the sample is followed, any, but
@@ -128,14 +116,9 @@ class Sampled(Elaboratable):
         Component, as of `scaled`.
     """
 
-    def __init__(self, dut: Adis16385) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Adis16385, inside: Inside) -> None:
         """Inputs; waits; the states and frames; the sample and its judgement."""
-        m = Module()
-        dut, spi = self.dut, self.dut.spi
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        spi = dut.spi
         self.inside = inside
         self.time = time = Signal(32, name="clock")
         for name in ("data_ready", "miso", "msc_ctrl", "smpl_prd", "sens_avg"):
@@ -172,7 +155,6 @@ class Sampled(Elaboratable):
         self._sample(m)
         self._judge(m)
         self._states(m)
-        return m
 
     def _surroundings(self, m: Module) -> None:
         """Answers and orders: any."""

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Cat, Const, Elaboratable, Module, Mux, Signal, Value, signed
+from amaranth.hdl import Assert, Cat, Const, Module, Mux, Signal, Value, signed
 
 from boresight.gateware.engine.lane import FIELDS, Lane
 from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.machine import Machine
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.harness import Harness, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -36,7 +36,7 @@ class _Registers:
         return out
 
 
-class InStages(Elaboratable):
+class InStages(Harness[Lane]):
     """Every register and output of a lane, stage by stage, for any operands, fields and stalls.
 
     The product at shift is that of the multiplier in the lane (`OfPartialProducts`).
@@ -48,14 +48,13 @@ class InStages(Elaboratable):
     """
 
     def __init__(self, dut: Lane) -> None:
-        self.dut = dut
+        super().__init__(dut)
         self.arith = dut.machine.arithmetic
         self.stages = dut.machine.stages
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Lane, inside: Inside) -> None:
         """The stages in order; a number in a name is the stage that reads it, at depth 7."""
-        m, dut, arith, at = Module(), self.dut, self.arith, self.stages
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        arith, at = self.arith, self.stages
         for name in ("en", "a", "b", *FIELDS, "outside", "which"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, len(port), name))
@@ -123,7 +122,6 @@ class InStages(Elaboratable):
             reached(m, first_amount == 9, "shifted"),
         ]
         self._write(m, inside, register, acc6)
-        return m
 
     def _captures(self, m: Module, inside: Inside, register: _Registers) -> tuple[Signal, Signal]:
         """Read: flag, index and count of the raw word; the count serves the stage amount."""
@@ -196,7 +194,7 @@ def _leading_sign_count(word: Value, arith: Arithmetic) -> Value:
     return count
 
 
-class OfPartialProducts(Elaboratable):
+class OfPartialProducts(Harness[Multiplier]):
     """The multiplier's slices get the halves of the factors, and their products are summed.
 
     With a = ah 2^17 + al and b = bh 2^17 + bl, `p` is al bl + (ah bl + al bh) 2^17 + ah bh 2^34
@@ -209,13 +207,8 @@ class OfPartialProducts(Elaboratable):
         Component, of four slices.
     """
 
-    def __init__(self, dut: Multiplier) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Multiplier, inside: Inside) -> None:
         """Products in the cycle in which their slice has them, and one and two cycles later."""
-        m, dut = Module(), self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         for name in ("en", "a", "b"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), name))
@@ -269,10 +262,9 @@ class OfPartialProducts(Elaboratable):
             Assert(dut.p == total),
             reached(m, dut.p < -1, "negative"),
         ]
-        return m
 
 
-class OfOneSlice(Elaboratable):
+class OfOneSlice(Harness[Multiplier]):
     """The slice gets the upper 18 bits of the factors, and what the others add is summed to it.
 
     With a = ah 2^k + al and b = bh 2^k + bl, `p` is ah bh 4^k + ah bl 2^k + al b of the factors of
@@ -284,13 +276,9 @@ class OfOneSlice(Elaboratable):
         Component, of one slice and a word above 18 bits.
     """
 
-    def __init__(self, dut: Multiplier) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Multiplier, inside: Inside) -> None:
         """Every register, cycle by cycle; a number in a name is the cycle that reads it."""
-        m, dut, low = Module(), self.dut, self.dut.word - 18
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        low = dut.word - 18
         for name in ("en", "a", "b"):
             port = getattr(dut, name)
             m.d.comb += port.eq(unknown(m, port.shape(), name))
@@ -323,7 +311,6 @@ class OfOneSlice(Elaboratable):
         if dut.sums:
             total = register.after(total, shape, "total_4")
         m.d.comb += [Assert(dut.p == total), reached(m, dut.p < -1, "negative")]
-        return m
 
 
 def machine(word: int, depth: int = 7) -> Machine:

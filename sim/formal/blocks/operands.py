@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Module, Mux, Signal, Value
 
 from boresight.gateware.engine.operands import Operands
 from boresight.gateware.machine import ALL_CONFIGS, MACHINES, Machine
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.schedule.links import Window
 from boresight.model.words.fixed import Arithmetic
-from boresight.sim.formal.harness import fixed, reached, unknown
+from boresight.sim.formal.harness import Harness, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -31,7 +31,7 @@ def numbered(machine: Machine, window: Window | None) -> Image:
     )
 
 
-class OneWord(Elaboratable):
+class OneWord(Harness[Operands]):
     """One register and one word of the tables, whichever they are.
 
     A read of the register gives what was last written to it, a read of the table word its number,
@@ -45,14 +45,13 @@ class OneWord(Elaboratable):
     """
 
     def __init__(self, dut: Operands) -> None:
-        self.dut = dut
+        super().__init__(dut)
         self.machine = dut.machine
         self.window = dut.image.window
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Operands, inside: Inside) -> None:
         """Reads take effect `Stages.read` enabled cycles after; writes at once."""
-        m, dut, machine = Module(), self.dut, self.machine
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        machine = self.machine
         m.d.comb += [dut.en.eq(unknown(m, 1, "en")), dut.parity.eq(unknown(m, 1, "parity"))]
         if self.window is not None:
             m.d.comb += dut.others.eq(unknown(m, len(dut.others), "others"))
@@ -78,7 +77,6 @@ class OneWord(Elaboratable):
             address = machine.TABLE_BLOCK * block + 4 * dut.index[k] + coefficient
             is_table = dut.table[k] & (address == number) & (block < machine.TABLE_BLOCKS)
             self._read(m, f"table{k}", is_table, number, dut.b[k], self._raw(inside, "b", k))
-        return m
 
     def _of_register(self, address: Value, bank: Value, offset: Value) -> Value:
         """Whether a read of this address is one of the register."""

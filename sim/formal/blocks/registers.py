@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Array, Assert, Assume, Const, Module, Mux, Signal
 
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.machine import ALL_CONFIGS
 from boresight.gateware.registers.core import PROGRAM
-from boresight.sim.formal.harness import after_start, before, reached, unknown
+from boresight.sim.formal.harness import Harness, after_start, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -18,23 +18,11 @@ __all__ = ["PROOFS", "Bus"]
 _EVENTS = ("saturated", "framing", "commit", "idle", "parity")
 
 
-class Bus(Elaboratable):
-    """Any initiator that holds its word until the reply, any machine that grants requests.
+class Bus(Harness[Registers]):
+    """Any initiator that holds its word until the reply, any machine that grants requests."""
 
-    Parameters
-    ----------
-    dut : Registers
-        Component.
-    """
-
-    def __init__(self, dut: Registers) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Registers, inside: Inside) -> None:
         """Initiator and machine, with their assumptions."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         bus, word = dut.bus, dut.machine.arithmetic.word
         addr, w_data = unknown(m, 10, "addr"), unknown(m, word, "w_data")
         w_stb, grant = unknown(m, 1, "w_stb"), unknown(m, 1, "grant")
@@ -68,7 +56,6 @@ class Bus(Elaboratable):
                 waited=waited,
             )
         self._reads(m, inside, addr=addr, w_data=w_data, w_stb=w_stb, **events)
-        return m
 
     def _by_bus(
         self,

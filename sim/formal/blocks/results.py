@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from amaranth.hdl import Assert, Assume, Cat, Elaboratable, Module, Signal
+from amaranth.hdl import Assert, Assume, Cat, Module, Signal
 
 from boresight.gateware.bus.results import INDEX_BITS, Results
-from boresight.sim.formal.harness import before, fixed, reached, unknown
+from boresight.sim.formal.harness import Harness, before, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Whole"]
 
 
-class Whole(Elaboratable):
+class Whole(Harness[Results]):
     """Any writer that begins its updates, and any readers; one word is followed.
 
     The word's index is any, but stays the same: so what holds for it holds for each, and, as the
     updates are numbered, for all words of an update together.
-
-    Parameters
-    ----------
-    dut : Results
-        Component.
     """
 
-    def __init__(self, dut: Results) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Results, inside: Inside) -> None:
         """The word in the update that is written, the newest, and each reader's."""
-        m = Module()
-        dut, word = self.dut, self.dut.word
-        m.submodules.dut = (inside := Inside(dut, platform)).module
+        word = dut.word
         begin, complete, w_en = (unknown(m, 1, n) for n in ("begin", "complete", "w_en"))
         w_index, w_data = unknown(m, INDEX_BITS, "w_index"), unknown(m, word, "w_data")
         m.d.comb += [
@@ -72,7 +60,6 @@ class Whole(Elaboratable):
         self.writing, self.index, self.now, self.newest = writing, index, now, newest
         for k in range(len(dut.ports)):
             self._reader(m, inside, k)
-        return m
 
     def _reader(self, m: Module, inside: Inside, k: int) -> None:
         """A reader, its word, and its memory."""

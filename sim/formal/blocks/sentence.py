@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from amaranth.hdl import Assert, Assume, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Assume, Module, Mux, Signal, Value
 
 from boresight.gateware.sensors.hmr3300_sentence import (
     DIGITS_MAX,
@@ -13,7 +11,7 @@ from boresight.gateware.sensors.hmr3300_sentence import (
     SentenceParser,
     Step,
 )
-from boresight.sim.formal.harness import before, reached, unknown
+from boresight.sim.formal.harness import Harness, before, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -23,26 +21,15 @@ __all__ = ["PROOFS", "Parsed"]
 _FRONT, _SIGNED, _WHOLE, _POINT, _TENTH, _RETURN = range(6)
 
 
-class Parsed(Elaboratable):
+class Parsed(Harness[SentenceParser]):
     """A sentence is good if and only if all its bytes are those of the grammar.
 
     Bytes, framing errors and pauses are any. Whether a number exceeds its limit is what the
     arithmetic says.
-
-    Parameters
-    ----------
-    dut : SentenceParser
-        Component.
     """
 
-    def __init__(self, dut: SentenceParser) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: SentenceParser, inside: Inside) -> None:
         """The grammar, byte by byte, a cycle after each."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         data, valid, error = (
             unknown(m, n, s) for n, s in ((8, "byte"), (1, "valid"), (1, "error"))
         )
@@ -136,7 +123,6 @@ class Parsed(Elaboratable):
             Assert(fits | (step == Step.SKIP) | (step == Step.REPLY)),
             Assert(~fits | ((inside["field"] == field) & (inside["tenths"] == tenths))),
         ]
-        return m
 
 
 PROOFS = (

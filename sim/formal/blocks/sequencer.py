@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Cat, Const, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Array, Assert, Cat, Const, Module, Mux, Signal
 
 from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.machine import CONFIGS, MACHINES, Machine
 from boresight.gateware.microcode.assemble import encode
 from boresight.gateware.microcode.image import Image
-from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.harness import Harness, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -44,7 +44,7 @@ def tiny_image(machine: Machine) -> Image:
     )
 
 
-class Stepped(Elaboratable):
+class Stepped(Harness[Sequencer]):
     """The sequencer against the rules of `docs/engine.md` in every cycle, and its way back to idle.
 
     The program changes as `gateware.bus.core_registers` changes it: in the cycle after a granted
@@ -57,15 +57,12 @@ class Stepped(Elaboratable):
     """
 
     def __init__(self, dut: Sequencer) -> None:
-        self.dut = dut
+        super().__init__(dut)
         #: Cycles without an executed word after a reset, a fault or a change of program.
         self.fill = dut.machine.prefetch + 1
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Sequencer, inside: Inside) -> None:
         """``at`` is the executed word of the rules; negative values count the cycles to it."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         inputs = {
             name: unknown(m, 1, name)
             for name in ("i_valid", "i_last", "o_ready", "request", "switch")
@@ -80,7 +77,6 @@ class Stepped(Elaboratable):
         self._rules(m, **inputs)
         self._registers(m, inside)
         self._back_to_idle(m, **inputs)
-        return m
 
     def _of(self, field: str) -> Any:
         """A field of the executed word."""

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from amaranth.hdl import Assert, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Assert, Module, Mux, Signal, Value
 
 from boresight.gateware.serial.spi import BITS, SpiController
-from boresight.sim.formal.harness import reached, unknown
+from boresight.sim.formal.harness import Harness, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
 __all__ = ["PROOFS", "Framed", "proof"]
 
 
-class Framed(Elaboratable):
+class Framed(Harness[SpiController]):
     """The pins, by three watchers independent of the controller, and the words.
 
     ``high_for``, ``since`` and ``edges`` watch ``cs_n`` and ``sclk`` alone: for how long ``cs_n``
@@ -33,16 +31,13 @@ class Framed(Elaboratable):
     """
 
     def __init__(self, dut: SpiController, *, stall: int, setup: int, whole: bool = True) -> None:
-        self.dut = dut
+        super().__init__(dut)
         self.stall = stall
         self.setup = setup
         self.whole = whole
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: SpiController, inside: Inside) -> None:
         """Rules at the pins; position in a frame; the words."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         valid, payload = unknown(m, 1, "valid"), unknown(m, BITS, "payload")
         m.d.comb += [
             dut.i.valid.eq(valid),
@@ -61,7 +56,6 @@ class Framed(Elaboratable):
         with m.If(dut.o_valid):
             m.d.sync += second.eq(1)
         m.d.comb += reached(m, second & falls if self.whole else ~dut.sclk, "seen")
-        return m
 
     def _watch(self, m: Module) -> Value:
         """The rules at the pins; returns the begin of a frame."""

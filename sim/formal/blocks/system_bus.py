@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from amaranth.hdl import Array, Assert, Assume, Const, Elaboratable, Module, Mux, Signal, Value
+from amaranth.hdl import Array, Assert, Assume, Const, Module, Mux, Signal, Value
 
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.system.interface import system_registers
 from boresight.gateware.system.system_bus import ADDRESS_BITS, COUNTERS, RESULTS, SystemBus
-from boresight.sim.formal.harness import after_start, before, fixed, reached, unknown
+from boresight.sim.formal.harness import Harness, after_start, before, fixed, reached, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -43,7 +43,7 @@ def _to_results(addr: Value) -> Value:
     return (addr >= RESULTS) & (addr < RESULTS + 64)
 
 
-class Mapped(Elaboratable):
+class Mapped(Harness[SystemBus]):
     """Any accesses; a second model of every register, by its declaration.
 
     Parameters
@@ -52,14 +52,8 @@ class Mapped(Elaboratable):
         Component, made of `registers` and `EVENTS`.
     """
 
-    def __init__(self, dut: SystemBus) -> None:
-        self.dut = dut
-
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: SystemBus, inside: Inside) -> None:
         """Any initiator, core and results."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         bus, core = dut.bus, dut.core
         addr, w_data = unknown(m, ADDRESS_BITS, "addr"), unknown(m, 32, "w_data")
         w_stb, read = unknown(m, 1, "w_stb"), unknown(m, 1, "read")
@@ -110,7 +104,6 @@ class Mapped(Elaboratable):
             reached(m, core.w_stb & core_ack & waited, "core_waited"),
         ]
         self._memories(m, inside, stored, offset=offset, number=number)
-        return m
 
     def _expected(self, m: Module, words: Mapping[int, Any], addr: Signal) -> tuple[Value, Value]:
         """The word at the address of the cycle before; whether that of this cycle is mapped."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth.hdl import Assert, Cat, Const, Cover, Elaboratable, Module, Mux, Signal
+from amaranth.hdl import Assert, Cat, Const, Cover, Module, Mux, Signal
 
 from boresight.gateware.serial.uart import Transmitter
-from boresight.sim.formal.harness import unknown
+from boresight.sim.formal.harness import Harness, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof
 
@@ -62,7 +62,7 @@ class LineFrame:
         ]
 
 
-class Sent(Elaboratable):
+class Sent(Harness[Transmitter]):
     """The transmitter's line, cycle by cycle, and when it takes bytes.
 
     Parameters
@@ -74,14 +74,11 @@ class Sent(Elaboratable):
     """
 
     def __init__(self, dut: Transmitter, *, whole: bool = True) -> None:
-        self.dut = dut
+        super().__init__(dut)
         self.whole = whole
 
-    def elaborate(self, platform: Any) -> Module:
+    def surround(self, m: Module, dut: Transmitter, inside: Inside) -> None:
         """Compare with the frame."""
-        m = Module()
-        dut = self.dut
-        m.submodules.dut = (inside := Inside(dut, platform)).module
         valid, payload = unknown(m, 1, "valid"), unknown(m, 8, "payload")
         m.d.comb += [dut.i.valid.eq(valid), dut.i.payload.eq(payload)]
         take = valid & dut.i.ready
@@ -91,7 +88,6 @@ class Sent(Elaboratable):
         with m.If(take & frame.busy):
             m.d.sync += second.eq(1)
         m.d.comb += Cover((second if self.whole else frame.busy) & ~dut.tx)
-        return m
 
 
 def _proof(divisor: int) -> Proof:

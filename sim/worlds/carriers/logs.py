@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
 from boresight.sim.attitude.rotation import (
@@ -27,7 +27,6 @@ from boresight.sim.worlds.ship import at_sea
 
 __all__ = ["CARRIERS", "carrier"]
 
-FloatArray = npt.NDArray[np.float64]
 #: Attitude b to n (n, 4), acceleration (n, 3) [m/s^2] and change of the field (n, 3) [uT] in n.
 Journey = tuple[FloatArray, FloatArray, FloatArray]
 Draw = Callable[[FloatArray, float, np.random.Generator], Journey]

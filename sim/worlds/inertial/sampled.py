@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -14,8 +15,6 @@ from boresight.sim.attitude.rotation import (
 )
 
 __all__ = ["rates_and_forces"]
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def rates_and_forces(

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray
 from boresight.model.declarations import MICRO_G
 
 __all__ = ["ACCELEROMETER", "FIBRE_OPTIC", "MICRO_G", "PER_HOUR", "Noise", "Triad", "signed"]
 
-FloatArray = npt.NDArray[np.float64]
 PER_HOUR = math.radians(1.0) / 3600.0  #: deg/h in rad/s.
 
 

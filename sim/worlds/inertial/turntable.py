@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.errors import require
 
 __all__ = ["STEP", "Mark", "Pulses", "pulses"]
 
-FloatArray = npt.NDArray[np.float64]
 STEP = 2.0 * math.pi / 2**18  #: of an encoder of 18 bits [rad], 4.94".
 
 
@@ -66,7 +65,7 @@ class Pulses:
         That it tells [rad], 0 to 2 pi.
     """
 
-    sample: npt.NDArray[np.int64]
+    sample: IntArray
     share: FloatArray
     azimuth: FloatArray
 

@@ -68,7 +68,7 @@ def test_lint_and_format(folder):
 
 def test_the_log_is_what_the_world_shows(folder):
     boresight.new("own")
-    from boresight.loop import world_of
+    from boresight.sim.worlds.world import world_of
 
     world, log = world_of("own.py"), boresight.record_of("own.csv")
     assert isinstance(world, World)

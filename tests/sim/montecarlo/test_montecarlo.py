@@ -1,5 +1,6 @@
 """Draws, their figures, and draws on several machines."""
 
+import pickle
 import sys
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,7 @@ def test_table() -> None:
 
 def test_a_draw_by_hand() -> None:
     world = Constant(70)
-    (result,) = draws(Campaign(world, Mean), [7])
+    (result,) = draws(Campaign((world, Mean)), [7])
     world.draw(7)
     p, m, nis, errors, nees = 4.0, 0.0, 0.0, [], []
     for z in world.value + world.noise:
@@ -135,7 +136,7 @@ class Through(Estimator):
 
 
 def test_angles_wrap() -> None:
-    (result,) = draws(Campaign(Turned(), Through), [1])
+    (result,) = draws(Campaign((Turned(), Through)), [1])
     assert result["errors"]["b"] == pytest.approx(3 * [-0.02], abs=1e-6)
     assert result["nees"] == [] and result["nis"] == [0.0, 0]
 
@@ -144,6 +145,17 @@ def test_angles_wrap() -> None:
 
 DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
 TEXTS = (f"{DRIFT}:Constant", f"{DRIFT}:Mean")
+
+
+def test_another_process_has_one_campaign_until_its_files_change(tmp_path) -> None:
+    file, received = tmp_path / "drift.py", list[Campaign]()
+    for start in (4.0, 3.0):
+        file.write_text(DRIFT.read_text().replace('"", 4.0', f'"", {start}'))
+        sent = Campaign((f"{file}:Constant", f"{file}:Mean"), (("p0", 2.0),), "float", 24, 30)
+        first, second = (pickle.loads(pickle.dumps(sent)) for _ in range(2))
+        assert first is second and first == sent and "world" not in vars(first)
+        received.append(first)
+    assert received[0] == received[1] and received[0] is not received[1]
 
 
 def test_without_dask_one_line_says_what_to_install(monkeypatch, tmp_path, capsys) -> None:

@@ -482,3 +482,12 @@ def test_what_the_ends_of_a_side_follow_from():
     ends = Coefficient(nodes=(outer.node,)).ends({condition: 2})
     assert ends == (-0.5, 0.5)
     assert small.node in [n.args[0] for n in known_from(outer.node) if n.kind == "bounded"]
+
+
+def test_ends_rest_on_a_claim_or_on_what_it_is_of():
+    """On the second only where that is well inside the claim."""
+    for claimed, own in ((2.0001, True), (3.0, False)):
+        total = claiming(lambda x, u, p: u.a + ops.bounded(u.b, -1.0, 1.0, "b"), -claimed, claimed)
+        _, nodes = total.compile_traced()
+        (outer,) = (n for n in nodes.values() if n.kind == "bounded" and n.high == claimed)
+        assert [*known_from(outer)] == ([outer] if own else [outer.args[0]])
