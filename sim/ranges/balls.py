@@ -18,7 +18,7 @@ from itertools import permutations, product
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.polynomials import Polynomial, plus, times
+from boresight.sim.ranges.polynomials import Polynomial, times
 from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["DEPTH", "TERMS", "Balls", "largest_eigenvalue"]
@@ -46,6 +46,7 @@ class Balls:
         self.balls: list[Ball] = []
         self.used: set[int] = set()
         self.passed: set[int] = set()
+        self.products: dict[tuple[int, ...], tuple[float, float]] = {}  # ends of monomials
         self.sums: dict[int, frozenset[int]] = {}  # of squares: of which nodes
         for node in nodes.values():
             squares = [*_squares(node)] if node.kind == "sum" else []
@@ -88,18 +89,22 @@ class Balls:
 
     def _largest(self, monomial: tuple[int, ...], sign: float) -> float:
         """Least or largest value of a product of nodes; a rest, of a negative number, is 0 to 1."""
+        if monomial not in self.products:
+            self.products[monomial] = self._ends_of(monomial)
+        self.used.update(n for n in monomial if n >= 0)
+        return self.products[monomial][sign > 0.0]
+
+    def _ends_of(self, monomial: tuple[int, ...]) -> tuple[float, float]:
         low, high = 1.0, 1.0
         for number in sorted(set(monomial)):
             power = monomial.count(number)
             a, b = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
-            if number >= 0:
-                self.used.add(number)
             ends = [a**power, b**power]
             if power % 2 == 0 and a < 0.0 < b:
                 ends.append(0.0)
             corners = [x * y if x and y else 0.0 for x in (low, high) for y in ends]
             low, high = min(corners), max(corners)
-        return high if sign > 0.0 else low
+        return low, high
 
     def _by_eigenvalues(self, form: Polynomial) -> float:
         """Of a constant and a quadratic form of one vector."""
@@ -227,11 +232,19 @@ def _replaced(
 ) -> Polynomial | None:
     """A polynomial with a total less the other squares for the square of a node."""
     by = total | {(n, n): -1.0 for n in squares if n != number}
-    out: Polynomial | None = {}
+    powers: list[Polynomial] = [{(): 1.0}]
+    out: Polynomial = {}
     for m, c in form.items():
         power, odd = divmod(m.count(number), 2)
-        part: Polynomial | None = {tuple(n for n in m if n != number) + (number,) * odd: c}
-        for _ in range(power):
-            part = None if part is None else times(part, by, TERMS)
-        out = None if out is None or part is None else plus(out, part)
-    return None if out is None else {m: c for m, c in out.items() if abs(c) > 1e-12}
+        while len(powers) <= power:
+            more = times(powers[-1], by, TERMS)
+            if more is None:
+                return None
+            powers.append(more)
+        rest = tuple(n for n in m if n != number) + (number,) * odd
+        part = times({rest: c}, powers[power], TERMS)
+        if part is None:
+            return None
+        for n, value in part.items():
+            out[n] = out.get(n, 0.0) + value
+    return {m: c for m, c in out.items() if abs(c) > 1e-12}

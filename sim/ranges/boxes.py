@@ -169,7 +169,7 @@ def _alternatives(
 def proof_of(claim: Claim, reached: Mapping[int, FloatArray] | None = None) -> Proof | None:
     """Prove a claim, if intervals on boxes decide it; ``reached`` as `reached_cells` gives it."""
     low, high = claim.ends
-    if low <= claim.node.low and claim.node.high <= high:
+    if claim.holds(claim.node.low, claim.node.high):
         return Proof("interval", (claim.node,))
     tried = {frozenset[int]()}
     for depth, steps in product(_DEPTHS, (max, min)):

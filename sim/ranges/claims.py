@@ -70,6 +70,11 @@ class Claim:
         slack = TOLERANCE * self.size
         return self.low - slack, self.high + slack
 
+    def holds(self, least: float, most: float) -> bool:
+        """Whether values from the least to the most are in the range."""
+        low, high = self.ends
+        return low <= least and most <= high
+
 
 def live(
     roots: Sequence[Node], needs: Callable[[Node], Sequence[Node]] = lambda node: node.args

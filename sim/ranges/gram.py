@@ -152,14 +152,16 @@ class Gram:
         node = claim.node
         if not self.proven or node.number not in self.cone:
             return None
-        low, high = claim.ends
-        pairs, rest = self.sums.get(node.number, ([], ()))
-        for found, more in ((self.pairs_of(node), ()), (pairs, rest)):
-            for pair in found:
-                least, most = self._ends(pair, more)
-                if low <= least and most <= high:
-                    return self._proof(node, pair, more)
+        for pair, rest in self.ways(node):
+            if claim.holds(*self._ends(pair, rest)):
+                return self._proof(node, pair, rest)
         return None
+
+    def ways(self, node: Node) -> Iterator[tuple[Pair, Sequence[Coefficient]]]:
+        """Pairs whose inner product, with a rest, a node is."""
+        yield from ((pair, ()) for pair in self.pairs_of(node))
+        pairs, rest = self.sums.get(node.number, ([], ()))
+        yield from ((pair, rest) for pair in pairs)
 
     def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
         base = {n.number: n for c in rest for m in c.nodes for n in known_from(m)}
@@ -223,7 +225,7 @@ class Gram:
         size: FloatArray | None = None
         if node.kind == "const":
             value = np.full(POINTS, node.value)
-        elif node.kind in ("input", "param", "state"):
+        elif node.kind in ("input", "param", "state") and math.isfinite(node.high - node.low):
             value = self.rng.uniform(node.low, node.high, POINTS)
         elif node.kind == "bounded" or (node.kind == "saturated" and self._is_within(node)):
             value, size = args[0], sizes[0]

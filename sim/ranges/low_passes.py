@@ -16,7 +16,7 @@ may stay, return to 0, or be more by a constant, this only where there is a samp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -154,7 +154,7 @@ class Forms:
         while waiting:
             sides = waiting.pop()
             try:
-                yield sides, self._form(node, own, counter, sides, passed)
+                yield sides, self._form(node, own, counter, sides, passed, {})
             except _Open as e:
                 if len(sides) >= _CONDITIONS:
                     yield sides, None
@@ -168,35 +168,54 @@ class Forms:
         return self.leaves[node.number] <= {counter}
 
     def _form(
-        self, node: Node, own: set[int], counter: int | None, sides: Sides, passed: set[int]
+        self,
+        node: Node,
+        own: set[int],
+        counter: int | None,
+        sides: Sides,
+        passed: set[int],
+        known: dict[int, Polynomial | None],
     ) -> Polynomial | None:
+        """One form; ``known`` gets that of each node."""
         if node.kind == "const":
             return {(): node.value} if node.value else {}
+        if node.number in known:
+            return known[node.number]
+
+        def form_of(other: Node) -> Polynomial | None:
+            return self._form(other, own, counter, sides, passed, known)
+
         inside = self._is_weight(node, counter) or (
             node.kind == "mul" and any(self._is_weight(arg, counter) for arg in node.args)
         )
+        out: Polynomial | None = {(node.number,): 1.0}
         if node.number in own or not (inside or self.leaves[node.number] & own):
-            return {(node.number,): 1.0}
-        if node.kind == "bounded":
+            pass
+        elif node.kind == "bounded":
             passed.add(node.number)
-            return self._form(node.args[0], own, counter, sides, passed)
-        if node.kind == "select":
+            out = form_of(node.args[0])
+        elif node.kind == "select":
             condition = node.args[0].number
             if condition not in sides:
                 raise _Open(condition)
-            return self._form(node.args[sides[condition]], own, counter, sides, passed)
-        if node.kind not in ("sum", "mul"):
-            return {(node.number,): 1.0}
-        parts = [self._form(arg, own, counter, sides, passed) for arg in node.args]
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            return None
-        if node.kind == "mul":
-            return _cleared(times(known[0], known[1], _TERMS))
-        out: Polynomial = {}
-        for part, sign in zip(known, node.signs, strict=True):
-            out = plus(out, scaled(part, sign))
-        return _cleared(out) if len(out) <= _TERMS else None
+            out = form_of(node.args[sides[condition]])
+        elif node.kind in ("sum", "mul"):
+            out = _combined(node, [form_of(arg) for arg in node.args])
+        known[node.number] = out
+        return out
+
+
+def _combined(node: Node, parts: Sequence[Polynomial | None]) -> Polynomial | None:
+    """A sum or product of polynomials."""
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts):
+        return None
+    if node.kind == "mul":
+        return _cleared(times(known[0], known[1], _TERMS))
+    out: Polynomial = {}
+    for part, sign in zip(known, node.signs, strict=True):
+        out = plus(out, scaled(part, sign))
+    return _cleared(out) if len(out) <= _TERMS else None
 
 
 def _cleared(form: Polynomial | None) -> Polynomial | None:

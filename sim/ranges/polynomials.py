@@ -6,7 +6,15 @@ from collections.abc import Container
 
 from boresight.model.lowering.graph import Node
 
-__all__ = ["Polynomial", "is_sum_of_squares", "plus", "polynomial_of", "scaled", "times"]
+__all__ = [
+    "Expansions",
+    "Polynomial",
+    "is_sum_of_squares",
+    "plus",
+    "polynomial_of",
+    "scaled",
+    "times",
+]
 
 #: Products of two terms that are tried.
 _PRODUCTS = 3600
@@ -14,52 +22,61 @@ _PRODUCTS = 3600
 Polynomial = dict[tuple[int, ...], float]
 
 
+class Expansions:
+    """Polynomials of the nodes of a step, each computed once.
+
+    Parameters
+    ----------
+    terms : int
+        At most, of each.
+    ends
+        Numbers of nodes that stay as they are.
+    """
+
+    def __init__(self, terms: int, ends: Container[int] = ()) -> None:
+        self.terms, self.ends = terms, ends
+        self._known: dict[tuple[Node, int], tuple[Polynomial | None, frozenset[int]]] = {}
+
+    def of(self, node: Node, left: int, passed: set[int] | None = None) -> Polynomial | None:
+        """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
+
+        ``passed`` gets the numbers of those "bounded" ones that count as their arguments.
+        """
+        if not left or node.kind not in ("bounded", "sum", "mul") or node.number in self.ends:
+            return {(): node.value} if node.kind == "const" else {(node.number,): 1.0}
+        key = node, left
+        if key not in self._known:
+            own = set[int]()
+            self._known[key] = self._new(node, left, own), frozenset(own)
+        form, through = self._known[key]
+        if passed is not None:
+            passed |= through
+        return form
+
+    def _new(self, node: Node, left: int, passed: set[int]) -> Polynomial | None:
+        if node.kind == "bounded":
+            passed.add(node.number)
+            return self.of(node.args[0], left, passed)
+        parts: list[Polynomial] = []
+        for arg in node.args:
+            part = self.of(arg, left - 1, passed)
+            if part is None:
+                return None
+            parts.append(part)
+        if node.kind == "mul":
+            return times(parts[0], parts[1], self.terms)
+        out: Polynomial = {}
+        for part, sign in zip(parts, node.signs, strict=True):
+            for m, value in part.items():
+                out[m] = out.get(m, 0.0) + sign * value
+        return out if len(out) <= self.terms else None
+
+
 def polynomial_of(
     node: Node, terms: int, left: int, ends: Container[int] = (), passed: set[int] | None = None
 ) -> Polynomial | None:
-    """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
-
-    The nodes whose numbers are ``ends`` stay as they are. ``passed`` gets the numbers of those
-    "bounded" ones that count as their arguments.
-    """
-    return _polynomial(node, terms, left, ends, set() if passed is None else passed, {})
-
-
-def _polynomial(
-    node: Node,
-    terms: int,
-    left: int,
-    ends: Container[int],
-    passed: set[int],
-    known: dict[tuple[int, int], Polynomial | None],
-) -> Polynomial | None:
-    """The same; ``known`` by node and steps that are left."""
-    if node.kind == "const":
-        return {(): node.value}
-    if node.kind not in ("bounded", "sum", "mul") or not left or node.number in ends:
-        return {(node.number,): 1.0}
-    key = node.number, left
-    if key in known:
-        return known[key]
-    known[key] = None
-    if node.kind == "bounded":
-        passed.add(node.number)
-        known[key] = _polynomial(node.args[0], terms, left, ends, passed, known)
-        return known[key]
-    parts = list[Polynomial]()
-    for arg in node.args:
-        part = _polynomial(arg, terms, left - 1, ends, passed, known)
-        if part is None:
-            return None
-        parts.append(part)
-    if node.kind == "mul":
-        known[key] = times(parts[0], parts[1], terms)
-        return known[key]
-    out: Polynomial = {}
-    for part, sign in zip(parts, node.signs, strict=True):
-        out = plus(out, scaled(part, sign))
-    known[key] = out if len(out) <= terms else None
-    return known[key]
+    """One of `Expansions`."""
+    return Expansions(terms, ends).of(node, left, passed)
 
 
 def times(a: Polynomial, b: Polynomial, terms: int) -> Polynomial | None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from typing import ClassVar
 
 import numpy as np
@@ -49,6 +49,8 @@ _TITLES = {
     "checked": "checked on covariances",
     "excepted": "with exceptions",
 }
+#: What proves a claim, or not.
+_Method = Callable[[Claim], Proof | None]
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
 
@@ -239,24 +241,29 @@ def examine(
     search.run(steps, progress)
     reached = search.reach()
 
-    conditions = _Conditions(program, nodes, claims, reached, prover.fits)
+    sure = _sure(program, nodes, claims, reached)
+    conditions = _Conditions(program, claims, reached, prover, sure)
     assumed = conditions.of(proofs)
 
-    def methods() -> Iterator[Callable[[Claim], Proof | None]]:
-        yield from prover.methods
-        without = {j for each in assumed for j in each}
-        if without:
-            yield from prover.methods_without([claims[j] for j in sorted(without)])
+    def improve(methods: Sequence[_Method]) -> None:
+        """Take proofs that assume less."""
+        nonlocal proofs, assumed
+        for method in methods:
+            others = [
+                method(c) or p if p and a else p
+                for c, p, a in zip(claims, proofs, assumed, strict=True)
+            ]
+            if others != proofs:
+                each = zip(assumed, conditions.of(others), strict=True)
+                less = [len(b) < len(a) for a, b in each]
+                proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
+                assumed = conditions.of(proofs)
 
-    for method in methods():  # another proof may assume less
-        others = [
-            method(c) or p if p and a else p
-            for c, p, a in zip(claims, proofs, assumed, strict=True)
-        ]
-        if others != proofs:
-            less = [len(b) < len(a) for a, b in zip(assumed, conditions.of(others), strict=True)]
-            proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
-            assumed = conditions.of(proofs)
+    improve(prover.methods)
+    if without := sorted({j for each in assumed for j in each}):
+        conditions.without = prover.without([claims[j] for j in without], sure)
+        assumed = conditions.of(proofs)
+        improve(conditions.without.methods)
     rest = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
@@ -316,21 +323,46 @@ def examine(
 
 
 class Prover:
-    """The methods that prove a claim."""
+    """The methods that prove a claim.
 
-    def __init__(self, estimator: Estimator, program: Program, nodes: Mapping[int, Node]) -> None:
-        self.program, self.nodes = program, nodes
-        self.cells = reached_cells(program, nodes)
+    Parameters
+    ----------
+    estimator, program, nodes
+        The last two as `Estimator.compile_traced` gives them, or a step without some claims.
+    own : mapping of int to Node
+        The nodes of the compiled step, by number; by default those.
+    """
+
+    def __init__(
+        self,
+        estimator: Estimator,
+        program: Program,
+        nodes: Mapping[int, Node],
+        own: Mapping[int, Node] | None = None,
+    ) -> None:
+        self.estimator, self.program, self.nodes = estimator, program, nodes
+        self.live = live_nodes(program, nodes)
+        self.own = own or self.live
+        cells = reached_cells(program, nodes)
         vectors = Vectors(program, nodes)
         gram = Gram(estimator, program, nodes, vectors)
-        self.methods: tuple[Callable[[Claim], Proof | None], ...] = (
+        methods = (
             gram.proof_of,
             Traces(gram, Norms(vectors)).proof_of,
-            lambda claim: proof_of(claim, self.cells),
+            lambda claim: proof_of(claim, cells),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,
         )
+        self.methods: tuple[_Method, ...] = tuple(cache(partial(self._in_step, m)) for m in methods)
         self.fitting: dict[tuple[int, Format], Proof | None] = {}
+
+    def _in_step(self, method: _Method, claim: Claim) -> Proof | None:
+        """What a method proves of a claim's node in this step, where its word holds every value."""
+        node = self.live.get(claim.node.number)
+        if node is None or (claim.node.args and not node.args):
+            return None
+        proof = method(replace(claim, node=node))
+        return proof and replace(proof, passed=tuple(self.own[n.number] for n in proof.passed))
 
     def fits(self, claim: Claim, form: Format) -> Proof | None:
         """A proof that what a claim is of does not saturate a format, whatever the claim."""
@@ -340,22 +372,11 @@ class Prover:
             self.fitting[key] = self.proof_of(replace(claim, low=next(ends), high=next(ends)))
         return self.fitting[key]
 
-    def methods_without(
-        self, claims: Sequence[Claim]
-    ) -> tuple[Callable[[Claim], Proof | None], ...]:
-        """Those that intervals alone suffice for, in a step without some claims."""
-        new = released(self.program, self.nodes, [c for c in claims if not c.state])
+    def without(self, claims: Sequence[Claim], sure: Mapping[int, tuple[float, float]]) -> Prover:
+        """Of the step without some claims; states, by number, are where they are sure to be."""
+        new = released(self.program, self.nodes, [c for c in claims if not c.state], sure)
         nodes = {value: new.get(node.number, node) for value, node in self.nodes.items()}
-        own, left = live_nodes(self.program, self.nodes), live_nodes(self.program, nodes)
-        vectors = Vectors(self.program, nodes)
-
-        def method(prove: Callable[[Claim], Proof | None], claim: Claim) -> Proof | None:
-            node = left.get(claim.node.number)
-            proof = None if node is None else prove(replace(claim, node=node))
-            return proof and replace(proof, passed=tuple(own[n.number] for n in proof.passed))
-
-        proofs = (proof_of, vectors.proof_of)
-        return tuple(partial(method, prove) for prove in proofs)
+        return Prover(self.estimator, self.program, nodes, self.own)
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """The first proof that a method finds."""
@@ -363,17 +384,24 @@ class Prover:
 
 
 class _Conditions:
-    """The claims that proofs assume without a proof."""
+    """The claims that proofs assume without a proof.
+
+    Attributes
+    ----------
+    prover, without : Prover
+        Of the compiled step, and of that without claims which proofs assume.
+    """
 
     def __init__(
         self,
         program: Program,
-        nodes: Mapping[int, Node],
         claims: Sequence[Claim],
         reached: Sequence[Reach],
-        fits: Callable[[Claim, Format], Proof | None],
+        prover: Prover,
+        sure: Mapping[int, tuple[float, float]],
     ) -> None:
-        self.claims, self.reached, self.fits = claims, reached, fits
+        self.claims, self.reached, self.prover = claims, reached, prover
+        self.without: Prover | None = None
         words = {program.values[state].name: state for state, _ in program.states}
         self.formats = [
             None if (word := words.get(c.state, c.word)) is None else program.format(word)
@@ -383,8 +411,7 @@ class _Conditions:
         held = [
             f is not None and _holds(f, c.ends) for f, c in zip(self.formats, claims, strict=True)
         ]
-        needs = _needs_of(program, nodes, claims, reached)
-        self.assumptions = Assumptions(claims, self.broken, held, needs)
+        self.assumptions = Assumptions(claims, self.broken, held, _needs_of(sure))
 
     def of(self, proofs: Sequence[Proof | None]) -> list[list[int]]:
         """Those of each proof; indices."""
@@ -401,7 +428,7 @@ class _Conditions:
                 if own is None or c.node.number not in taken or not wanted(k):
                     continue
                 if own.min < reach.least and reach.most < own.max:
-                    proof = self.fits(c, own)
+                    proof = self._fits(c, own)
                     if proof is not None:
                         out[k] = proof.base, proof.passed
             return out
@@ -414,13 +441,18 @@ class _Conditions:
             indices = [min(each, key=len) for each in zip(indices, less, strict=True)]
         return indices
 
+    def _fits(self, claim: Claim, form: Format) -> Proof | None:
+        """A proof that a format holds a value; one that assumes none of the claims, if any."""
+        proof = None if self.without is None else self.without.fits(claim, form)
+        return proof or self.prover.fits(claim, form)
 
-def _needs_of(
+
+def _sure(
     program: Program, nodes: Mapping[int, Node], claims: Sequence[Claim], reached: Sequence[Reach]
-) -> Callable[[Node], Sequence[Node]]:
-    """Arguments from whose intervals that of a node follows, with states as their words hold them.
+) -> dict[int, tuple[float, float]]:
+    """Intervals of the states that leave their ranges, by number.
 
-    Of a state that leaves its range at one end, the other end is sure, and that of its format.
+    Where one leaves it at one end, the other end is sure, and that of its format.
     """
     words = {program.values[state].name: state for state, _ in program.states}
     sure = {}
@@ -429,6 +461,11 @@ def _needs_of(
             form, low, high = program.format(words[c.state]), *c.ends
             low = form.min if reach.least < low else c.low
             sure[nodes[words[c.state]].number] = low, form.max if reach.most > high else c.high
+    return sure
+
+
+def _needs_of(sure: Mapping[int, tuple[float, float]]) -> Callable[[Node], Sequence[Node]]:
+    """Arguments from whose intervals that of a node follows, with states where they are sure."""
     known: dict[Node, Sequence[Node]] = {}  # a step without some claims has the same numbers
 
     def needs(node: Node) -> Sequence[Node]:

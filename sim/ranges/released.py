@@ -24,7 +24,10 @@ __all__ = ["released"]
 
 
 def released(
-    program: Program, nodes: Mapping[int, Node], claims: Collection[Claim]
+    program: Program,
+    nodes: Mapping[int, Node],
+    claims: Collection[Claim],
+    states: Mapping[int, tuple[float, float]],
 ) -> dict[int, Node]:
     """Nodes by their own numbers; those that rest on none of the claims are the same.
 
@@ -34,6 +37,8 @@ def released(
         As `Estimator.compile_traced` gives them.
     claims
         Those without which; of next states, none.
+    states
+        Intervals of those states, by number, that leave their declared ranges.
     """
     free = {(c.node.number, c.low, c.high) for c in claims}
     forms: dict[int, list[Format]] = {}
@@ -41,6 +46,10 @@ def released(
         forms.setdefault(node.number, []).append(program.format(value))
     new: dict[int, Node] = {}
     for number, node in live_nodes(program, nodes).items():
+        if number in states:
+            low, high = states[number]
+            new[number] = replace(node, kind="input", low=low, high=high)
+            continue
         args = tuple(new[a.number] for a in node.args)
         is_free = node.kind == "bounded" and (args[0].number, node.low, node.high) in free
         if not is_free and all(a is b for a, b in zip(args, node.args, strict=True)):

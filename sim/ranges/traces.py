@@ -85,16 +85,12 @@ class Traces:
         node, gram = claim.node, self.gram
         if not self.limits or node.number not in gram.cone:
             return None
-        low, high = claim.ends
-        pairs, rest = gram.sums.get(node.number, ([], ()))
-        for found, more in ((gram.pairs_of(node), ()), (pairs, rest)):
-            for pair in found:
-                least, most = self._ends(pair, more)
-                if low <= least and most <= high:
-                    return self._proof(node, [pair], more)
+        for pair, rest in gram.ways(node):
+            if claim.holds(*self._ends(pair, rest)):
+                return self._proof(node, [pair], rest)
         for x, y in self._taken(node):
             most = math.sqrt(self._largest([x]) * self._largest([y]))
-            if low <= (0.0 if x is y else -most) and most <= high:
+            if claim.holds(0.0 if x is y else -most, most):
                 return self._proof(node, [(x, y)], ())
         return None
 

@@ -26,7 +26,7 @@ from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, largest_eigenvalue
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
-from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.polynomials import Expansions, Polynomial, plus, scaled, times
 from boresight.sim.ranges.reductions import reductions_of
 from boresight.sim.ranges.rotations import Rotation, rotations_of
 from boresight.sim.ranges.steps import live_nodes
@@ -57,6 +57,7 @@ class Vectors(Balls):
         }
         self.balls = [*{ball.numbers: ball for ball in UnitVectors(self.nodes).balls}.values()]
         self.members = set[int]().union(*(ball.numbers for ball in self.balls))
+        self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
         self.low_passes = [*low_passes_of(program, nodes)]
         self.reductions = [*reductions_of(self.nodes)]
@@ -86,9 +87,7 @@ class Vectors(Balls):
         if not self.balls and not self.low_passes:
             return None
         self.used, self.passed = set(), set()
-        low, high = claim.ends
-        least, most = self._ends(claim.node, (low, high))
-        if not (low <= least and most <= high):
+        if not claim.holds(*self._ends(claim.node, claim.ends)):
             return None
         base, passed = (
             tuple(self.nodes[n] for n in sorted(each)) for each in (self.used, self.passed)
@@ -138,22 +137,31 @@ class Vectors(Balls):
             if math.isfinite(square):
                 yield Ball(found.numbers, frozenset(self.used), frozenset(self.passed), square)
 
+    def _form_of(self, node: Node, ends: Set[int]) -> Polynomial | None:
+        """A node as a polynomial of some, or of what is not computed by products and sums."""
+        key = frozenset(ends)
+        if key not in self.expansions:
+            self.expansions[key] = Expansions(TERMS, key)
+        return self.expansions[key].of(node, DEPTH, self.passed)
+
     def _row_square(self, form: Polynomial) -> float:
         """An upper bound of a sum of squares of polynomials of said values."""
 
-        def expanded() -> float:
-            whole = self._expanded(form)
+        def expanded(ends: Set[int]) -> float:
+            whole = self._expanded(form, ends)
             return math.inf if whole is None else self._most(whole, 0.0)
 
-        return self._best((lambda: self._most(form, 0.0), expanded))
+        summed = {*self.sums}.union(*self.sums.values())
+        ways = (partial(expanded, ends) for ends in (self.members, self.members | summed))
+        return self._best((lambda: self._most(form, 0.0), *ways))
 
-    def _expanded(self, form: Polynomial) -> Polynomial | None:
-        """A polynomial of what the nodes of one are computed from."""
+    def _expanded(self, form: Polynomial, ends: Set[int]) -> Polynomial | None:
+        """A polynomial of what the nodes of one are computed from, but for ends."""
         out: Polynomial | None = {}
         for m, c in form.items():
             part: Polynomial | None = {(): c}
             for n in m:
-                by = polynomial_of(self.nodes[n], TERMS, DEPTH, self.members, self.passed)
+                by = self._form_of(self.nodes[n], ends)
                 part = None if part is None or by is None else times(part, by, TERMS)
             out = None if out is None or part is None else plus(out, part)
         return out
@@ -183,7 +191,7 @@ class Vectors(Balls):
         before: Polynomial = {}
         for ends in (self.members, self.members | self.said):
             self.used, self.passed = set(), set()
-            form = polynomial_of(node, TERMS, DEPTH, ends, self.passed)
+            form = self._form_of(node, ends)
             if form is None or form == before:
                 continue
             before = form
@@ -374,7 +382,7 @@ class Vectors(Balls):
 
     def _alone(self, node: Node) -> float:
         """Of one component, by its ends."""
-        form = polynomial_of(node, TERMS, DEPTH, self.members, self.passed)
+        form = self._form_of(node, self.members)
         if form is None:
             return math.inf
         return max(map(self._by_eigenvalues, (form, scaled(form, -1.0)))) ** 2
@@ -382,7 +390,7 @@ class Vectors(Balls):
     def _summed_squares(self, vector: Sequence[Node], ends: Set[int]) -> Polynomial | None:
         total: Polynomial = {}
         for node in vector:
-            form = polynomial_of(node, TERMS, DEPTH, ends, self.passed)
+            form = self._form_of(node, ends)
             square = None if form is None else times(form, form, TERMS)
             if square is None:
                 return None

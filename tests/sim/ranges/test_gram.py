@@ -283,3 +283,61 @@ def test_no_method_proves_a_claim_that_a_search_breaks(name):
         tried += 1
         assert not any(method(false) for method in methods), str(claim)
     assert tried > 10, tried
+
+
+class Leaning(Estimator):
+    """A covariance, sheared by a state that leaves its range, but not its word, up to one."""
+
+    name = "leaning"
+    inputs = (Input("a", -1.0, 1.0),)
+    states = (
+        State("lean", -0.6, 0.6),
+        State("p00", 0.0, 2.0, initial=2.0),
+        State("p01", -2.0, 2.0, initial=2.0),
+        State("p11", 0.0, 2.0, initial=2.0),
+    )
+    outputs = (Output("y"),)
+    most = 8.2
+
+    def step(self, x, u, p):
+        lean = ops.bounded(x.lean + u.a, -0.6, 0.6, "lean", unless="it is pushed")
+        along = x.p01 + x.lean * x.p11
+        sheared = ops.bounded(x.p00 + x.lean * x.p01 + x.lean * along, 0.0, self.most, "sheared")
+        return {"lean": lean, "p00": x.p00, "p01": x.p01, "p11": x.p11}, {"y": sheared}
+
+
+def test_a_state_beyond_its_range_is_as_wide_as_its_word():
+    """(1 + lean)^2 times 2: up to 8 where the word of the lean ends, 5.12 where its range does."""
+    for most, proven in ((8.2, True), (5.3, False)):
+        estimator = Leaning()
+        estimator.most = most
+        result = examine(estimator, updates=4000)
+        sheared = next(c for c in result.claims if c.value == "sheared")
+        assert result.states[0].status == "excepted"
+        if proven:
+            assert sheared.status in ("proven", "tight") and not sheared.conditions
+        else:
+            assert sheared.status == "refuted" and sheared.conditions[0].startswith(
+                "range of the state lean"
+            )
+
+
+class Fused(Leaning):
+    """Besides, a product that is part of a sum and leaves the word that it has as an output."""
+
+    name = "fused"
+    outputs = (Output("y"), Output("product"), Output("z"))
+
+    def step(self, x, u, p):
+        states, out = super().step(x, u, p)
+        pushed = ops.bounded(4.0 * u.a, -2.4, 2.4, "pushed", unless="it is")
+        product = pushed * (1.6 * u.a)
+        total = ops.bounded(product + u.a, -5.2, 5.2, "sum")
+        return states, {**out, "product": product, "z": total}
+
+
+def test_a_product_without_a_word_may_be_any_number_beside_a_covariance():
+    sheared, pushed, total = examine(Fused(), updates=4000).claims
+    assert sheared.status in ("proven", "tight") and not sheared.conditions
+    assert pushed.status == "excepted"
+    assert [c.partition(" (")[0] for c in total.conditions] == ["pushed"]

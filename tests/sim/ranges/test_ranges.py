@@ -461,7 +461,7 @@ def test_a_step_without_claims_has_conditions_of_its_own():
     outer = claims[-1].node
     free = [replace(a, kind="input", args=()) if a.kind == "bounded" else a for a in outer.args]
     without = replace(outer, args=tuple(free))
-    needs = ranges._needs_of(program, nodes, [], [])
+    needs = ranges._needs_of({})
     assumptions = Assumptions(claims, [False, False], [False, False], needs)
     for node, wanted in ((outer, [0]), (without, []), (outer, [0])):
         assert assumptions.of([None, [node]], [(), ()], {}) == [[], wanted]

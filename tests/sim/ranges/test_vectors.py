@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion import cross, dot, increment, product
+from boresight.model.algebra.quaternion import cross, dot, increment, multiply, product
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.ranges import Prover, examine
@@ -248,8 +248,8 @@ def test_a_proof_without_claims_says_which_words_it_takes():
     estimator = Lever()
     program, nodes = estimator.compile_traced()
     claim = next(c for c in claims_of(program, nodes) if c.reason == "across")
-    _, lengths = Prover(estimator, program, nodes).methods_without([])
-    assert lengths(claim).passed == Vectors(program, nodes).proof_of(claim).passed != ()
+    proof = Prover(estimator, program, nodes).without([], {}).proof_of(claim)
+    assert proof.passed == Vectors(program, nodes).proof_of(claim).passed != ()
 
 
 class Root(Estimator):
@@ -287,8 +287,8 @@ def test_no_claim_is_proven_that_a_search_breaks(estimator):
         estimator, program, nodes, claims, drawn_states=rows if program.states else None
     )
     search.run(64)
-    without = Prover(estimator, program, nodes).methods_without(claims)
-    methods = (Vectors(program, nodes).proof_of, *without)
+    without = Prover(estimator, program, nodes).without(claims, {})
+    methods = (Vectors(program, nodes).proof_of, *without.methods)
     tried = 0
     for claim, reach in zip(claims, search.reach(), strict=True):
         most = max(-reach.least, reach.most)
@@ -298,3 +298,35 @@ def test_no_claim_is_proven_that_a_search_breaks(estimator):
             assert not any(method(false) for method in methods), str(claim)
             tried += 1
     assert tried > 1, tried
+
+
+class Stepped(Estimator):
+    """A quaternion turned by three terms of the sine and cosine of a step, and one of norm one."""
+
+    name = "stepped"
+    inputs = tuple(Input(f"h{a}", -0.03, 0.03, "rad") for a in "xyz")
+    states = (State("w", -1.0, 1.0, initial=1.0), *(State(a, -1.0, 1.0) for a in "xyz"))
+    outputs = tuple(Output(a) for a in "wxyz")
+    fourth = 1.0 / 24.0
+
+    def step(self, x, u, p):
+        half = [u.hx, u.hy, u.hz]
+        y = ops.bounded(sum(h * h for h in half), 0.0, 0.01, "squares")
+        s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 120.0) * (y * y), 0.0, 1.0, "sine")
+        dq = [1.0 - 0.5 * y + self.fourth * (y * y), *(s * h for h in half)]
+        q = multiply([x.w, x.x, x.y, x.z], dq)
+        q = [ops.bounded(c, -1.0, 1.0, "turned") for c in q]
+        scale = ops.rsqrt(ops.bounded(sum(c * c for c in q), 0.25, 2.0, "norm"))
+        following = (ops.saturated(c * scale, 1.0) for c in q)
+        return dict(zip("wxyz", following, strict=True)), dict(zip("wxyz", q, strict=True))
+
+
+def test_a_turn_by_series_is_no_longer_than_one():
+    """1 + y^3/360, y <= 0.0027; with another term 1 + y^2/2 or so, which is too long."""
+    for fourth, proven in ((1.0 / 24.0, True), (0.3, False)):
+        estimator = Stepped()
+        estimator.fourth = fourth
+        program, nodes = estimator.compile_traced()
+        vectors = Vectors(program, nodes)
+        turned = [c for c in claims_of(program, nodes) if c.reason == "turned"]
+        assert [vectors.proof_of(c) is not None for c in turned] == [proven] * 4
