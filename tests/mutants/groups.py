@@ -20,7 +20,7 @@ _COMPILER = (
 )
 #: Where parts meet: tests elsewhere that alone see them at work, by the beginning of the file.
 _BEYOND = {
-    "gateware/system/attitude_": ["tests/sim/board/test_run.py"],
+    "gateware/system/attitude_": ["tests/sim/board/test_run.py", "tests/sim/board/test_deep.py"],
     "gateware/boards/": ["tests/gateware/boards/test_top.py"],
     "gateware/soc/attitude_soc": ["tests/sim/soc/test_board.py"],
     "gateware/soc/": ["tests/sim/soc/test_system.py"],

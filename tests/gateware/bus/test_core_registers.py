@@ -50,6 +50,7 @@ def test_saturated_update_tells_of_the_last_update(simulate) -> None:
         assert await update(ctx, "saturated") == 1
         await ctx.tick().repeat(3)
         assert ctx.get(dut.saturated_update) == 1
+        assert await update(ctx) == 0
         # What saturated before the fault belongs to no update.
         assert await update(ctx, "saturated", "framing") == 0
         assert await update(ctx) == 0

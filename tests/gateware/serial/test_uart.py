@@ -136,15 +136,16 @@ def test_missing_stop_bit_is_an_error(send) -> None:
     assert receive(16, drive) == [None, ord("b")]
 
 
-def test_glitch_is_no_byte(send) -> None:
+@pytest.mark.parametrize("divisor, length", [(8, 4), (16, 5), (16, 7)])
+def test_glitch_is_no_byte(divisor: int, length: int, send) -> None:
     async def drive(ctx, dut):
         ctx.set(dut.rx, 0)
-        await ctx.tick().repeat(5)
+        await ctx.tick().repeat(length)  # over before the middle of a start bit
         ctx.set(dut.rx, 1)
         await ctx.tick().repeat(20)
-        await send(ctx, dut.rx, 16, b"b")
+        await send(ctx, dut.rx, divisor, b"b")
 
-    assert receive(16, drive) == [ord("b")]
+    assert receive(divisor, drive) == [ord("b")]
 
 
 @pytest.mark.parametrize("divisor", [8, 13])

@@ -471,16 +471,19 @@ def test_a_root_that_varies_much_is_coarser_where_its_result_is(trace: Any) -> N
 def test_outputs_and_next_states_carry_their_names() -> None:
     g = Tracer("named")
     u = g.leaf("input", "u", -1.0, 1.0)
-    a, b = (g.leaf("state", name, -4.0, 4.0) for name in "ab")
-    own = ops.named("own", 0.5 * a + u)
+    a, b, c = (g.leaf("state", name, -4.0, 4.0) for name in "abc")
+    own, after = ops.named("own", 0.5 * a + u), b - u
     trace = Trace(
-        g, [u], {"b": 0.25 * b, "sum": own + b, "same": u}, states=[(a, 0.0, own), (b, 0.0, b - u)]
+        g,
+        [u],
+        {"b": 0.25 * b, "sum": own + b, "same": u},
+        states=[(a, 0.0, own), (b, 0.0, after), (c, 0.0, after)],
     )
     program, nodes = lower(trace, Arithmetic())
     names = [[program.values[n].name for n in numbers] for numbers in (
         program.outputs, [after for _, after in program.states]
     )]  # fmt: skip
-    assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next"]]
+    assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next", "b_next"]]
     # A title keeps nothing from being part of another value, as a name would.
     product = a * b
     fused = lower(
