@@ -113,6 +113,8 @@ class Gram:
         self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
         self.weights: dict[int, tuple[list[Vector], Vector]] = {}
         self.noisy: dict[int, Vector] = {}  # of one without its noise
+        self.noise_of_measurements = set[int]()  # vectors with it, by number: of no element
+        self.left: dict[int, dict[int, Vector]] = {}  # of one, what measurements leave of it
         self.within: dict[int, Node] = {}  # from which it follows that limits are not reached
         self.passed_within: set[int] = set()
         self.needed = {n.number for n in live([*self.after.values()])}
@@ -320,7 +322,7 @@ class Gram:
         for sides in all_sides({n for c in noise for n, _ in c.sides}):
             yield sum(c.ends(sides)[0] for c in noise)
 
-    def _less(self, v: Vector, unit: Vector) -> Vector:
+    def less(self, v: Vector, unit: Vector) -> Vector:
         """A vector less its part along another one; of a ``share`` s: v - b (v . s) s.
 
         With b = (1 - sqrt(1 - |s|^2)) / |s|^2 all inner products x . y are less by (x . s)(s . y).
@@ -330,7 +332,20 @@ class Gram:
             square = unit.length * unit.length
             root = np.sqrt(np.maximum(1.0 - square, 0.0))
             along = along / (1.0 + root)
-        return self.space.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
+        left = self.space.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
+        if left is not v:
+            self.left.setdefault(v.number, {})[left.number] = left
+        return left
+
+    def without_noise(self, v: Vector) -> Vector:
+        """A vector without its latest noise, before measurements or after."""
+        if len(v.parts) != 1 or v.parts[0][0] != ONE or (v.unit is not None and v.unit.share):
+            return v
+        inner = v.parts[0][1]
+        if v.noise or v.unit is None:
+            return inner if v.noise else v
+        plain = self.without_noise(inner)
+        return v if plain is inner else self.less(plain, v.unit)
 
     def pairs_of(self, node: Node) -> list[Pair]:
         """Vectors whose inner product a node is: of all there are the latest, with all noise."""
@@ -346,15 +361,31 @@ class Gram:
         self, value: FloatArray, size: FloatArray, start: int = 0, known: Sequence[Pair] = ()
     ) -> list[Pair]:
         """Pairs whose inner product is a value, the latest first."""
-        new = [*self.space.pairs(value, size, start), *known]
+        hidden = self.noise_of_measurements
+        new = [
+            pair
+            for pair in self.space.pairs(value, size, start)
+            if not any(v.number in hidden for v in pair)
+        ]
+        new += known
         out = [*dict.fromkeys(self._whole(pair, value, size) for pair in new)]
         out.sort(key=lambda pair: -pair[0].number - pair[1].number)
         return out[:_PAIRS]
 
     def _whole(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
-        """A pair with the noise of its vectors, where that changes nothing."""
+        """A pair with the noise of its vectors, and after measurements, where that is the same."""
         x, y = (self.noisy.get(v.number, v) for v in pair)
+        hidden = self.noise_of_measurements
+        x, y = (v if new.number in hidden else new for v, new in zip(pair, (x, y), strict=True))
         x, y = (x, y) if self.space.is_pair((x, y), value, size) else pair
+        later: Pair | None = (x, y)
+        while later is not None:
+            x, y = later
+            ways = (
+                *((left, y) for left in self.left.get(x.number, {}).values()),
+                *((x, left) for left in self.left.get(y.number, {}).values()),
+            )
+            later = next((way for way in ways if self.space.is_pair(way, value, size)), None)
         return (x, y) if x.number >= y.number else (y, x)
 
     # -- what the nodes are -----------------------------------------------------------------------
@@ -385,8 +416,13 @@ class Gram:
             return
         at = total.at / np.where(total.length > 0.0, total.length, 1.0)[:, None]
         unit = self.space.add(at, measured=total)
-        alike = [total] + ([total.parts[0][1]] if total.noise else [])
+        alike = [total, self.without_noise(total)]
         self.weights[node.number] = alike, unit
+        while total is not alike[1]:
+            self.noise_of_measurements.add(total.number)
+            if total.noise:
+                break
+            total = total.parts[0][1]
 
     def _gain(self, node: Node, column: Node, alike: Sequence[Vector], unit: Vector) -> None:
         """The inner product with a unit vector, of that with what it is along."""
@@ -515,7 +551,7 @@ class Gram:
         for x, y in self._common(linear):
             for chosen, unit in taken:
                 unit = unit if chosen is None else self._sum(((chosen, unit),))
-                x, y = self._less(x, unit), self._less(y, unit)
+                x, y = self.less(x, unit), self.less(y, unit)
             yield x, y
 
     def _common(self, linear: Sequence[Term]) -> Iterator[Pair]:
@@ -591,7 +627,7 @@ class Gram:
             pair = scaled, m
         else:
             return False
-        if len(square.factors) != 1 or not self._is(square.factors[0], pair):
+        if len(square.factors) != 1 or not self.is_product(square.factors[0], pair):
             return False
         self.passed.update(n.number for n in (*limits, *more) if n.kind == "bounded")
         self.within |= {n.number: n for k in (*rest, by) for n in k.nodes}
@@ -608,7 +644,7 @@ class Gram:
                 (
                     x
                     for x in candidates
-                    if all(self._is(self.after[i, j], (own[i], x)) for i in range(j))
+                    if all(self.is_product(self.after[i, j], (own[i], x)) for i in range(j))
                 ),
                 None,
             )
@@ -642,7 +678,8 @@ class Gram:
         """Whether a variance is within its declared range because its declaration says so."""
         return self.largest[variance.number] <= variance.high
 
-    def _is(self, node: Node, pair: Pair) -> bool:
+    def is_product(self, node: Node, pair: Pair) -> bool:
+        """Whether a node is the inner product of two vectors."""
         return self.space.is_pair(pair, self.values[node.number], self.sizes[node.number])
 
     def _ends(self, pair: Pair, rest: Sequence[Coefficient] = ()) -> tuple[float, float]:

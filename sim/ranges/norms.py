@@ -20,8 +20,6 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import permutations, product
 
-import numpy as np
-
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.inner_products import Coefficient
 from boresight.sim.ranges.polynomials import (
@@ -32,6 +30,7 @@ from boresight.sim.ranges.polynomials import (
     scaled,
     times,
 )
+from boresight.sim.ranges.radial import radial
 from boresight.sim.ranges.unit_vectors import Ball, bare
 from boresight.sim.ranges.vectors import Vectors
 
@@ -78,6 +77,8 @@ class Norms:
         nodes = [c.nodes[0] for c in row if c.nodes]
         if len({n.number for n in nodes}) < len(nodes):
             return math.inf, None
+        if not nodes:
+            return sum(c.number**2 for c in row), None
         square, ball = self._square(nodes)
         largest = max((c.number * c.number for c in row if c.nodes), default=0.0)
         return largest * square + sum(c.number**2 for c in row if not c.nodes), ball
@@ -297,7 +298,8 @@ class Norms:
             return 0.0
         if any(len(m) not in (0, 2) for m in form):
             return 0.0
-        return max(0.0, form.get((), 0.0)) + self._least([self.nodes[m[0]] for m in form if m])
+        vector = [self.nodes[m[0]] for m in form if m]
+        return max(0.0, form.get((), 0.0)) + (self._least(vector) if vector else 0.0)
 
     def _of_states(self, vector: Sequence[Node]) -> float:
         """Of states that begin no shorter than one, and are replaced by what is no shorter."""
@@ -323,24 +325,12 @@ class Norms:
 
     def _radial(self, vector: Sequence[Node]) -> float:
         """Of a vector whose squared length is a polynomial of that of another one."""
-        form = self._squares(vector, ())
-        numbers = sorted({n for m in form for n in m})
-        if not 2 <= len(numbers) <= 4 or any(len(m) % 2 for m in form):
+        found = radial(self._squares(vector, ()))
+        if found is None:
             return 0.0
-        along = {len(m) // 2: c for m, c in form.items() if {*m} <= {numbers[0]}}
-        total: Polynomial = {(n, n): 1.0 for n in numbers}
-        power: Polynomial | None = {(): 1.0}
-        rest: Polynomial = form
-        for k in range(max(along, default=0) + 1):
-            rest = plus(rest, scaled(power or {}, -along.get(k, 0.0)))
-            power = times(power or {}, total, _TERMS)
-        if any(abs(c) > _TINY for c in rest.values()):
-            return 0.0
-        most = sum(max(n.low**2, n.high**2) for n in (self.nodes[k] for k in numbers))
-        self.used |= {*numbers}
-        own = np.polynomial.Polynomial([_clear(along.get(k, 0.0)) for k in range(max(along) + 1)])
-        flat = np.real(own.deriv().roots())  # those of others are points as good as any
-        return float(np.min(own(np.clip([0.0, most, *flat], 0.0, most))))
+        most = sum(max(n.low**2, n.high**2) for n in (self.nodes[k] for k in found.numbers))
+        self.used |= {*found.numbers}
+        return found.ends(most)[0]
 
     def _squares(self, vector: Sequence[Node], ends: Sequence[int] | set[int]) -> Polynomial:
         """Sum of the squares of nodes; empty: of too many terms."""
@@ -360,10 +350,6 @@ def _signed(c: Coefficient) -> Coefficient:
     while len(nodes) == 1 and nodes[0].kind == "sum" and len(nodes[0].args) == 1:
         number, nodes = number * nodes[0].signs[0], nodes[0].args
     return Coefficient(number, nodes, c.sides)
-
-
-def _clear(c: float) -> float:
-    return 0.0 if abs(c) < _TINY else c
 
 
 def _bounds(node: Node) -> Iterator[Node]:

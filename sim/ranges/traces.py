@@ -4,7 +4,7 @@
 all, and no bound of one length survives it; the sum of squared lengths, the trace T, does:
 
 * sum_i |sum_k M_ik p_k|^2 <= |M|^2 T, |M| the spectral norm, which is that of a quaternion of
-  which M is the matrix, or part of it; or no more than the Frobenius norm;
+  which M is the matrix, or part of it; or no more than the Frobenius norm; of blocks, the largest;
 * sqrt(sum_i |p_i + sum_k G_ik b_k|^2) <= sqrt(T) + |G| sqrt(T_b), where a state moves by others;
 * a measurement makes each vector shorter, noise adds its variance, and a condition that compares
   the trace with a limit says that it is below.
@@ -19,7 +19,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
+from itertools import islice, product
 from typing import Any
+
+import numpy as np
 
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.boxes import Proof
@@ -27,6 +30,7 @@ from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.gram import Gram, made_from
 from boresight.sim.ranges.inner_products import (
     ONE,
+    POINTS,
     Coefficient,
     Pair,
     Sides,
@@ -45,6 +49,7 @@ __all__ = ["Traces"]
 #: Updates after which limits of the traces have to repeat themselves; states of which blocks are
 #: tried.
 _ROUNDS, _STATES = 12, 9
+_ZERO = np.zeros(POINTS)
 #: A sum of vectors: each with its coefficients, by number.
 Row = dict[int, list[Coefficient]]
 
@@ -83,13 +88,11 @@ class Traces:
         for pair, rest in gram.ways(node):
             if claim.holds(*self._ends(pair, rest)):
                 return self._proof(node, [pair], rest)
-        taken = self._taken(node)
-        if taken is None:
-            return None
-        x, y = taken
-        most = math.sqrt(self._largest([x]) * self._largest([y]))
-        within = claim.holds(0.0 if x is y else -most, most)
-        return self._proof(node, [taken], ()) if within else None
+        for x, y in self._taken(node):
+            most = math.sqrt(self._largest([x]) * self._largest([y]))
+            if claim.holds(0.0 if x is y else -most, most):
+                return self._proof(node, [(x, y)], ())
+        return None
 
     def _proof(self, node: Node, pairs: Sequence[Pair], rest: Sequence[Coefficient]) -> Proof:
         """It rests on what the limits rest on: on all that the next matrix is made of."""
@@ -104,34 +107,36 @@ class Traces:
         passed = tuple(gram.nodes[n] for n in sorted(numbers))
         return Proof("trace of a covariance", tuple(base.values()), passed)
 
-    def _taken(self, node: Node) -> Pair | None:
-        """x and y of a sum of parts that measurements take of x . y, one after the other.
+    def _taken(self, node: Node) -> Iterator[Pair]:
+        """x and y of a sum of (x . u)(u . y), the u orthogonal: it is at most |x| |y|.
 
-        (x . u)(u . y) + (x' . v)(v . y') ... with x' = x - (x . u) u is at most |x| |y|, since
-        (x . u)^2 + (x' . v)^2 ... is at most |x|^2.
+        So is what measurements take of x . y, one after the other: each is along what is orthogonal
+        to what the others are along.
         """
-        terms = self.gram.terms_of(node) or []
+        gram = self.gram
+        terms = gram.terms_of(node) or []
         if not terms or any(t.coefficient != ONE or len(t.factors) != 2 for t in terms):
-            return None
-        ways: list[list[Pair]] = [[]]
-        for first, second in (t.factors for t in terms):
-            steps = [
-                (x, y)
-                for x, u in self._both(first)
-                for y, v in self._both(second)
-                if u is v and of_unit(u)
-            ]
-            ways = [
-                [*way, step]
-                for way in ways
-                for step in steps
-                if all(_is_left_of(step[k], way[-1][k]) for k in (0, 1) if way)
-            ]
-        return ways[0][0] if ways else None
+            return
+        (first, second), *others = (t.factors for t in terms)
+        for (x, u), (y, v) in product(self._both(first), self._both(second)):
+            units = [u] if u is v and of_unit(u) else []
+            for a, b in others if units else ():
+                found = (
+                    w
+                    for _, w in self._both(a)
+                    if of_unit(w)
+                    and gram.is_product(a, (x, w))
+                    and gram.is_product(b, (y, w))
+                    and all(gram.space.is_pair((w, other), _ZERO, _ZERO) for other in units)
+                )
+                units += [*islice(found, 1)]
+            if len(units) == len(terms):
+                yield x, y
 
     def _both(self, node: Node) -> list[Pair]:
-        """The pairs whose inner product a node is, in either order."""
-        return [way for x, y in self.gram.pairs_of(node) for way in ((x, y), (y, x))]
+        """The pairs whose inner product a node is, in either order, with and without noise."""
+        ways = [way for x, y in self.gram.pairs_of(node) for way in ((x, y), (y, x))]
+        return [*dict.fromkeys((v, y) for x, y in ways for v in (self._without_noise(x, y), x))]
 
     # -- the limits -------------------------------------------------------------------------------
 
@@ -230,8 +235,14 @@ class Traces:
         """Of sums of vectors."""
         alone = {next(iter(row)) for row in rows if [*row.values()] == [[ONE]]}
         others = [row for row in rows if row and [*row.values()] != [[ONE]]]
+        parts = _parts_of(others)
         square = self._numbered(alone, sides) if alone else 0.0
-        return square + sum(self._joined(part, sides) for part in _parts_of(others))
+        square += sum(self._joined(part, sides) for part in parts)
+        numbers = [*alone, *(n for part in parts for n in {n for row in part for n in row})]
+        if not parts or len(parts) + bool(alone) == 1 or len({*numbers}) < len(numbers):
+            return square
+        norm = max(float(bool(alone)), *(self._norm(part, sides) for part in parts))
+        return min(square, norm * norm * self._numbered(numbers, sides))
 
     def _joined(self, rows: Sequence[Row], sides: Sides) -> float:
         """Of sums that have vectors in common."""
@@ -287,8 +298,21 @@ class Traces:
         """Largest magnitude of an inner product."""
         if x is y:
             return self._total([x], sides)
-        both = ({x, _without_noise(x, y)}, {y, _without_noise(y, x)})
+        both = ({x, self._without_noise(x, y)}, {y, self._without_noise(y, x)})
         return min(self._across(a, b, sides) for a in both[0] for b in both[1])
+
+    def _without_noise(self, v: Vector, other: Vector) -> Vector:
+        """A vector without its noise, also before a measurement, if another is not made of it."""
+        if len(v.parts) != 1 or v.parts[0][0] != ONE:
+            return v
+        inner = v.parts[0][1]
+        if v.noise:
+            return v if v.number in _all_within(other) else inner
+        if v.unit is None or v.unit.share:
+            return v
+        plain = self._without_noise(inner, other)
+        made = plain is inner or inner.number in _all_within(v.unit)
+        return v if made else self.gram.less(plain, v.unit)
 
     def _across(self, x: Vector, y: Vector, sides: Sides) -> float:
         """The same of two that are not alike."""
@@ -335,22 +359,16 @@ def _conditions(vectors: Sequence[Vector], rest: Sequence[Coefficient] = ()) -> 
     return found.union(*(conditions_in(node) for c in own for node in c.nodes))
 
 
-def _without_noise(v: Vector, other: Vector) -> Vector:
-    """A vector without its noise, if another one is not made of it."""
-    stack, seen = [other], set[int]()
+def _all_within(v: Vector) -> set[int]:
+    """The numbers of a vector and of all that it is made of, what measurements are along, too."""
+    stack, seen = [v], set[int]()
     while stack:
         at = stack.pop()
         if at.number not in seen:
             seen.add(at.number)
             stack += [part for _, part in at.parts]
             stack += [u for u in (at.unit, at.measured) if u is not None]
-    plain = len(v.parts) == 1 and v.parts[0][0] == ONE
-    return v.parts[0][1] if v.noise and plain and v.number not in seen else v
-
-
-def _is_left_of(v: Vector, before: Vector) -> bool:
-    """Whether a vector is what a measurement leaves of another one."""
-    return v.unit is not None and v.parts == ((ONE, before),)
+    return seen
 
 
 def _parts_of(rows: Sequence[Row]) -> list[list[Row]]:

@@ -100,6 +100,82 @@ def test_a_part_is_no_smaller_than_it_can_be():
     assert len(parts) == 4 and not any(map(traces.proof_of, parts))
 
 
+class Apart(Turned):
+    """The same, and a variance that is not turned; with a trace of all three.
+
+    A gain is taken twice along one direction, which is not within the length.
+    """
+
+    name = "apart"
+    states = (
+        *Turned.states,
+        State("p02", -1.0, 1.0),
+        State("p12", -1.0, 1.0),
+        State("p22", 0.0, 1.0),
+    )
+    inputs = (*Turned.inputs, Input("c", 0.0, 1.0))
+
+    def step(self, x, u, p):
+        root = ops.rsqrt(u.a * u.a + u.b * u.b + 0.01)
+        c, s = (ops.bounded(v * root, -1.0, 1.0, "unit") for v in (u.a, u.b))
+        m = [[c, -s], [s, c]]
+        total = x.p00 + x.p11 + (0.0 if self.wrong == "condition" else x.p22)
+        full = total >= 0.5
+        before = [[x.p00, x.p01], [x.p01, x.p11]]
+        part = [[row[0] * m[0][j] + row[1] * m[1][j] for j in (0, 1)] for row in before]
+        a = {
+            (i, j): m[0][i] * part[0][j] + m[1][i] * part[1][j] for i, j in ((0, 0), (0, 1), (1, 1))
+        }
+        a[0, 2], a[1, 2] = (m[0][i] * x.p02 + m[1][i] * x.p12 for i in (0, 1))
+        a[2, 2] = x.p22
+        for i in range(3):
+            a[i, i] = a[i, i] + ops.where(full, 0.0, p.q)
+        a = {
+            ij: ops.bounded(v, 0.0 if ij[0] == ij[1] else -1.0, 1.0, "turned")
+            for ij, v in a.items()
+        }
+        row = [[a[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
+        root = ops.rsqrt(ops.bounded(a[0, 0] + p.r, 0.0, 1.25, "P + r"))
+        first = [ops.bounded(v * root, -1.0, 1.0, "gain") for v in row[0]]
+        left = [v - first[1] * f for v, f in zip(row[1], first, strict=True)]
+        left = left if self.wrong != "twice" else row[0]
+        root = ops.rsqrt(
+            ops.bounded(left[1 if self.wrong != "twice" else 0] + p.r, 0.0, 1.25, "P + r")
+        )
+        second = [ops.bounded(v * root, -1.0, 1.0, "gain") for v in left]
+        taken = [
+            ops.bounded(f * f + g * g, 0.0, 0.63, "taken")
+            for f, g in zip(first, second, strict=True)
+        ]
+        after = {f"p{i}{j}": a[i, j] - first[i] * first[j] - second[i] * second[j] for i, j in a}
+        if self.wrong == "twice":
+            after = {f"p{i}{j}": a[i, j] - first[i] * first[j] for i, j in a}
+        return after, {"y": taken[0] + taken[1]}
+
+
+def test_the_trace_of_blocks():
+    """One is turned and the other not: what limits all of them together is kept."""
+    traces, claims, _ = traces_of(Apart())
+    assert traces.limits == {(0, 1, 2): pytest.approx(0.62)}
+    assert {c.reason for c in claims if traces.proof_of(c) is None} == {"unit"}
+
+
+def test_a_condition_without_one_variance():
+    estimator = Apart()
+    estimator.wrong = "condition"
+    traces, _, _ = traces_of(estimator)
+    assert traces.limits == {}
+
+
+def test_parts_along_one_direction_are_not_within_the_length():
+    """Of (x . u)^2 + (x . u)^2 nothing is said."""
+    estimator = Apart()
+    estimator.wrong = "twice"
+    traces, claims, _ = traces_of(estimator)
+    assert traces.limits
+    assert not any(traces.proof_of(c) for c in claims if c.reason == "taken")
+
+
 class Corrected(Estimator):
     """A quaternion that is turned by another one and set to length one; ``limit`` of its square."""
 
