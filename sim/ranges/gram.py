@@ -428,18 +428,19 @@ class Gram:
         """The inner product with a unit vector, of that with what it is along."""
         for x, y in self.pairs_of(column):
             for one, other in ((x, y), (y, x)):
+                along = None
                 if other in alike:
-                    self.found.setdefault(node.number, []).append((one, unit))
-                    return
-                if (
+                    along = unit
+                elif (
                     len(other.parts) == 1
                     and other.unit is None
                     and not other.noise
                     and other.parts[0][1] in alike
                     and is_choice(other.parts[0][0])
                 ):
-                    chosen = self._sum(((other.parts[0][0], unit),))
-                    self.found.setdefault(node.number, []).append((one, chosen))
+                    along = self._sum(((other.parts[0][0], unit),))
+                if along is not None and self.is_product(node, (one, along)):
+                    self.found.setdefault(node.number, []).append((one, along))
                     return
 
     def _take_apart(self, node: Node) -> None:

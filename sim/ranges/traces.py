@@ -302,7 +302,12 @@ class Traces:
         return min(self._across(a, b, sides) for a in both[0] for b in both[1])
 
     def _without_noise(self, v: Vector, other: Vector) -> Vector:
-        """A vector without its noise, also before a measurement, if another is not made of it."""
+        """A vector without noise that another one has no part of, also before measurements."""
+        plain = self._plain(v, other)
+        value = np.einsum("ij,ij->i", v.at, other.at)
+        return plain if self.gram.space.is_pair((plain, other), value, abs(value)) else v
+
+    def _plain(self, v: Vector, other: Vector) -> Vector:
         if len(v.parts) != 1 or v.parts[0][0] != ONE:
             return v
         inner = v.parts[0][1]
@@ -310,7 +315,7 @@ class Traces:
             return v if v.number in _all_within(other) else inner
         if v.unit is None or v.unit.share:
             return v
-        plain = self._without_noise(inner, other)
+        plain = self._plain(inner, other)
         made = plain is inner or inner.number in _all_within(v.unit)
         return v if made else self.gram.less(plain, v.unit)
 
