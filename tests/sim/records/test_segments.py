@@ -33,7 +33,8 @@ def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: 
         assert outputs[k].tolist() == wanted[:, 0].tolist() and saturated[k] == flag[0]
         assert states[k].tolist() == [machine.values[state][0] for state, _ in program.states]
     assert broken is None
-    parts = [interpret(program, part, machine=going) for part in np.split(inputs[:steps], [1])]
+    cuts = [1, steps // 2 + 1]  # each piece goes on where the one before ended
+    parts = [interpret(program, part, machine=going) for part in np.split(inputs[:steps], cuts)]
     for k, whole in enumerate((outputs, saturated, states)):
         assert np.concatenate([part[k] for part in parts]).tolist() == whole.tolist()
 
