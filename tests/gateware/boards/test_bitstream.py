@@ -173,6 +173,8 @@ def test_a_core_on_an_icebreaker(leaky: Core) -> None:
     # 12 MHz * 80 / 2^5; a pull-up at the input alone; a domain with a reset.
     for parameter in ("DIVF(7'h4f)", "DIVQ(3'h5)", "DIVR(4'h0)", "FILTER_RANGE(3'h1)"):
         assert f".{parameter}" in made.verilog
+    # The PLL is neither held in reset nor bypassed.
+    assert ".RESETB(1'h1)" in made.verilog and ".BYPASS(1'h0)" in made.verilog
     (_, receiver) = made.verilog.split(r"module \top.pin_rx_0.buf")
     assert made.verilog.count("PULLUP") == receiver.split("endmodule")[0].count("PULLUP") == 1
     # The design's reset lasts 15 us, 450 cycles, from the lock on.
