@@ -113,7 +113,7 @@ class Gram:
         self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
         self.weights: dict[int, tuple[list[Vector], Vector]] = {}
         self.noisy: dict[int, Vector] = {}  # of one without its noise
-        self.noise_of_measurements = set[int]()  # vectors with it, by number: of no element
+        self.noise_of_measurements = set[int]()  # numbers of vectors with it; elements have none
         self.left: dict[int, dict[int, Vector]] = {}  # of one, what measurements leave of it
         self.within: dict[int, Node] = {}  # from which it follows that limits are not reached
         self.passed_within: set[int] = set()

@@ -16,7 +16,7 @@ may stay, return to 0, or be more by a constant, this only where there is a samp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,7 +26,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import interval_at
-from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.polynomials import Polynomial, cleared, combined, polynomial_of
 from boresight.sim.ranges.steps import live_nodes
 
 __all__ = ["Forms", "LowPass", "low_passes_of", "near"]
@@ -200,26 +200,11 @@ class Forms:
                 raise _Open(condition)
             out = form_of(node.args[sides[condition]])
         elif node.kind in ("sum", "mul"):
-            out = _combined(node, [form_of(arg) for arg in node.args])
+            parts = [form_of(arg) for arg in node.args]
+            some = [part for part in parts if part is not None]
+            out = cleared(combined(node, some, _TERMS)) if len(some) == len(parts) else None
         known[node.number] = out
         return out
-
-
-def _combined(node: Node, parts: Sequence[Polynomial | None]) -> Polynomial | None:
-    """A sum or product of polynomials."""
-    known = [part for part in parts if part is not None]
-    if len(known) < len(parts):
-        return None
-    if node.kind == "mul":
-        return _cleared(times(known[0], known[1], _TERMS))
-    out: Polynomial = {}
-    for part, sign in zip(known, node.signs, strict=True):
-        out = plus(out, scaled(part, sign))
-    return _cleared(out) if len(out) <= _TERMS else None
-
-
-def _cleared(form: Polynomial | None) -> Polynomial | None:
-    return None if form is None else {m: c for m, c in form.items() if c}
 
 
 def low_passes_of(program: Program, nodes: Mapping[int, Node]) -> Iterator[LowPass]:

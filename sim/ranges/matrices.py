@@ -27,7 +27,15 @@ from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import Proof, interval_of
 from boresight.sim.ranges.claims import Claim
-from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.polynomials import (
+    Polynomial,
+    cleared,
+    combined,
+    plus,
+    polynomial_of,
+    scaled,
+    times,
+)
 from boresight.sim.ranges.steps import covariance_elements, live_nodes
 
 __all__ = ["Matrices"]
@@ -231,7 +239,7 @@ class Matrices:
 
     def _is_noise(self, forms: Linear, size: int) -> bool:
         """Whether a matrix is a sum of s f f^T, no s negative: one for each term of a variance."""
-        left = {ij: _cleared(form) or {} for ij, form in forms.items()}
+        left = {ij: cleared(form) or {} for ij, form in forms.items()}
         done = set[tuple[int, tuple[int, ...]]]()
         while True:
             terms = [
@@ -259,7 +267,7 @@ class Matrices:
                 for k, b in row.items():
                     if j <= k:
                         product = times(times(a, b, _TERMS) or {}, {rest: -1.0 / own}, _TERMS) or {}
-                        left[j, k] = _cleared(plus(left.get((j, k), {}), product)) or {}
+                        left[j, k] = cleared(plus(left.get((j, k), {}), product)) or {}
         return all(_is_zero(form) for form in left.values())
 
     def _measured(
@@ -631,12 +639,7 @@ class Matrices:
                 if open_at or any(part is None for part in parts):
                     return None
                 some = [part for part in parts if part is not None]
-                if at.kind == "mul":
-                    return _cleared(times(some[0], some[1], _TERMS))
-                out: Polynomial = {}
-                for part, sign in zip(some, at.signs, strict=True):
-                    out = plus(out, scaled(part, sign))
-                return _cleared(out) if len(out) <= _TERMS else None
+                return cleared(combined(at, some, _TERMS))
             return _alone(at)
 
         form = of(node)
@@ -645,10 +648,6 @@ class Matrices:
 
 def _alone(node: Node) -> Polynomial:
     return {(node.number,): 1.0}
-
-
-def _cleared(form: Polynomial | None) -> Polynomial | None:
-    return None if form is None else {m: c for m, c in form.items() if c}
 
 
 def _origin(node: Node) -> Node | None:

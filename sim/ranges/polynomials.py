@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 
 from boresight.model.lowering.graph import Node
 
 __all__ = [
     "Expansions",
     "Polynomial",
+    "cleared",
+    "combined",
     "is_sum_of_squares",
     "plus",
     "polynomial_of",
@@ -63,13 +65,7 @@ class Expansions:
             if part is None:
                 return None
             parts.append(part)
-        if node.kind == "mul":
-            return times(parts[0], parts[1], self.terms)
-        out: Polynomial = {}
-        for part, sign in zip(parts, node.signs, strict=True):
-            for m, value in part.items():
-                out[m] = out.get(m, 0.0) + sign * value
-        return out if len(out) <= self.terms else None
+        return combined(node, parts, self.terms)
 
 
 def polynomial_of(
@@ -77,6 +73,22 @@ def polynomial_of(
 ) -> Polynomial | None:
     """One of `Expansions`."""
     return Expansions(terms, ends).of(node, left, passed)
+
+
+def combined(node: Node, parts: Sequence[Polynomial], terms: int) -> Polynomial | None:
+    """The sum or product that a node is of its arguments; None: of too many terms."""
+    if node.kind == "mul":
+        return times(parts[0], parts[1], terms)
+    out: Polynomial = {}
+    for part, sign in zip(parts, node.signs, strict=True):
+        for m, value in part.items():
+            out[m] = out.get(m, 0.0) + sign * value
+    return out if len(out) <= terms else None
+
+
+def cleared(form: Polynomial | None) -> Polynomial | None:
+    """A polynomial without terms that are 0."""
+    return None if form is None else {m: c for m, c in form.items() if c}
 
 
 def times(a: Polynomial, b: Polynomial, terms: int) -> Polynomial | None:

@@ -243,27 +243,11 @@ def examine(
 
     sure = _sure(program, nodes, claims, reached)
     conditions = _Conditions(program, claims, reached, prover, sure)
-    assumed = conditions.of(proofs)
-
-    def improve(methods: Sequence[_Method]) -> None:
-        """Take proofs that assume less."""
-        nonlocal proofs, assumed
-        for method in methods:
-            others = [
-                method(c) or p if p and a else p
-                for c, p, a in zip(claims, proofs, assumed, strict=True)
-            ]
-            if others != proofs:
-                each = zip(assumed, conditions.of(others), strict=True)
-                less = [len(b) < len(a) for a, b in each]
-                proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
-                assumed = conditions.of(proofs)
-
-    improve(prover.methods)
-    if without := sorted({j for each in assumed for j in each}):
+    proofs = conditions.fewer(proofs, prover.methods)
+    if without := sorted({j for each in conditions.of(proofs) for j in each}):
         conditions.without = prover.without([claims[j] for j in without], sure)
-        assumed = conditions.of(proofs)
-        improve(conditions.without.methods)
+        proofs = conditions.fewer(proofs, conditions.without.methods)
+    assumed = conditions.of(proofs)
     rest = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
@@ -441,8 +425,24 @@ class _Conditions:
             indices = [min(each, key=len) for each in zip(indices, less, strict=True)]
         return indices
 
+    def fewer(
+        self, proofs: Sequence[Proof | None], methods: Sequence[_Method]
+    ) -> list[Proof | None]:
+        """The proofs, and those of other methods in their place that assume fewer claims."""
+        proofs, assumed = [*proofs], self.of(proofs)
+        for method in methods:
+            others = [
+                method(c) or p if p and a else p
+                for c, p, a in zip(self.claims, proofs, assumed, strict=True)
+            ]
+            if others != proofs:
+                less = [len(b) < len(a) for a, b in zip(assumed, self.of(others), strict=True)]
+                proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
+                assumed = self.of(proofs)
+        return proofs
+
     def _fits(self, claim: Claim, form: Format) -> Proof | None:
-        """A proof that a format holds a value; one that assumes none of the claims, if any."""
+        """A proof that a format holds a value, in the step without claims if there is one."""
         proof = None if self.without is None else self.without.fits(claim, form)
         return proof or self.prover.fits(claim, form)
 

@@ -32,6 +32,7 @@ from boresight.sim.ranges.inner_products import (
     ONE,
     POINTS,
     Coefficient,
+    Full,
     Pair,
     Sides,
     Vector,
@@ -303,21 +304,12 @@ class Traces:
 
     def _without_noise(self, v: Vector, other: Vector) -> Vector:
         """A vector without noise that another one has no part of, also before measurements."""
-        plain = self._plain(v, other)
         value = np.einsum("ij,ij->i", v.at, other.at)
+        try:
+            plain = self.gram.without_noise(v)
+        except Full:
+            return v
         return plain if self.gram.space.is_pair((plain, other), value, abs(value)) else v
-
-    def _plain(self, v: Vector, other: Vector) -> Vector:
-        if len(v.parts) != 1 or v.parts[0][0] != ONE:
-            return v
-        inner = v.parts[0][1]
-        if v.noise:
-            return v if v.number in _all_within(other) else inner
-        if v.unit is None or v.unit.share:
-            return v
-        plain = self._plain(inner, other)
-        made = plain is inner or inner.number in _all_within(v.unit)
-        return v if made else self.gram.less(plain, v.unit)
 
     def _across(self, x: Vector, y: Vector, sides: Sides) -> float:
         """The same of two that are not alike."""
@@ -362,18 +354,6 @@ def _conditions(vectors: Sequence[Vector], rest: Sequence[Coefficient] = ()) -> 
         own += [*v.noise, *(c for c, _ in v.parts)]
     found = {n for c in own for n, _ in c.sides}
     return found.union(*(conditions_in(node) for c in own for node in c.nodes))
-
-
-def _all_within(v: Vector) -> set[int]:
-    """The numbers of a vector and of all that it is made of, what measurements are along, too."""
-    stack, seen = [v], set[int]()
-    while stack:
-        at = stack.pop()
-        if at.number not in seen:
-            seen.add(at.number)
-            stack += [part for _, part in at.parts]
-            stack += [u for u in (at.unit, at.measured) if u is not None]
-    return seen
 
 
 def _parts_of(rows: Sequence[Row]) -> list[list[Row]]:

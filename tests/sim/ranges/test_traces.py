@@ -7,6 +7,7 @@ from boresight.model import ops
 from boresight.model.algebra.quaternion import matrix, multiply, right_matrix
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import estimator_of
+from boresight.sim.ranges import inner_products
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.inner_products import Coefficient
@@ -151,6 +152,24 @@ class Apart(Turned):
         if self.wrong == "twice":
             after = {f"p{i}{j}": a[i, j] - first[i] * first[j] for i, j in a}
         return after, {"y": taken[0] + taken[1]}
+
+
+def test_noise_is_left_out_where_another_vector_has_none_of_it(monkeypatch):
+    traces, _, gram = traces_of(Turned())
+    noisy = next(v for v in gram.space.vectors if v.noise)
+    plain = noisy.parts[0][1]
+    other = next(v for v in gram.space.vectors if v.variance is not None)
+    assert traces._without_noise(noisy, other) is plain
+    assert traces._without_noise(noisy, noisy) is noisy
+    along = gram.space.add(noisy.at / noisy.length[:, None], measured=noisy)
+    left = gram.less(noisy, along)  # what a measurement along it leaves has a part of its noise
+    assert traces._without_noise(left, other) is left
+    alone = gram.space.add(other.at / other.length[:, None], measured=other)
+    left = gram.less(noisy, alone)
+    monkeypatch.setattr(inner_products, "_VECTORS", 0)
+    assert traces._without_noise(left, other) is left  # no room for another vector
+    monkeypatch.undo()
+    assert traces._without_noise(left, other) is gram.less(plain, alone)
 
 
 def test_the_trace_of_blocks():
