@@ -172,6 +172,22 @@ def test_noise_is_left_out_where_another_vector_has_none_of_it(monkeypatch):
     assert traces._without_noise(left, other) is gram.less(plain, alone)
 
 
+def test_a_gain_is_compared_with_what_it_stands_for():
+    """Along what is measured it is the inner product, along the vector without noise it is not."""
+    _, _, gram = traces_of(Turned())
+    root, (alike, unit) = next(iter(gram.weights.items()))
+    gain = next(
+        n for n in gram.nodes.values() if n.kind == "mul" and root in [a.number for a in n.args]
+    )
+    column = next(a for a in gain.args if a.number != root)
+    plain = alike[1]
+    false = gram.space.add(plain.at / plain.length[:, None], measured=plain)
+    for along, found in ((false, False), (unit, True)):
+        gram.found.pop(gain.number, None)
+        gram._gain(gain, column, alike, along)
+        assert (gain.number in gram.found) == found
+
+
 def test_the_trace_of_blocks():
     """One is turned and the other not: what limits all of them together is kept."""
     traces, claims, _ = traces_of(Apart())
