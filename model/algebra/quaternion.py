@@ -156,14 +156,17 @@ def increment(half: Vector) -> list[Any]:
 
     With y = |half|^2::
 
-        w = 1 - y/2 + y^2/24        v = half (1 - y/6 + y^2/120)
+        w = 1 - y/2 + y^2/24        v = half (1 - y/6 + y^2/144)
 
-    Its norm is one within y^3/360. Components of ``half`` lie in [-1, 1].
+    The last term of the sine is that of a quaternion which is never longer than one: its squared
+    norm is 1 - y^4/1728 + y^5/20736. With y^2/120, the term of the Taylor series, it would be
+    1 + y^3/360 nearly. The turn is smaller by |half|^5/360 rad for it. Components of ``half`` lie
+    in [-1, 1].
     """
     y = ops.bounded(dot(half, half), 0.0, 3.0, "three squares")
     yy = y * y
     w = ops.bounded(1.0 - 0.5 * y + (1.0 / 24.0) * yy, -1.0, 1.0, "cosine")
-    s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 120.0) * yy, 0.0, 1.0, "sine over angle")
+    s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 144.0) * yy, 0.0, 1.0, "sine over angle")
     return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
 
 

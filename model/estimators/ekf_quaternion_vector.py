@@ -35,9 +35,12 @@ from boresight.model.algebra.quaternion_filter import (
     attitude_states,
     body_covariance,
     body_turned,
+    correction_of,
     force_gate,
     gyro_params,
-    normalised,
+    initial_variance,
+    is_full,
+    of_unit_length,
     predicted_attitude,
     restarted,
     squared_force,
@@ -53,7 +56,6 @@ __all__ = ["STATUS_BITS", "EkfQuaternionVector"]
 
 FIELD_UNIT = 64.0  #: uT
 NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
-P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 ALIGN_STEPS = 16  #: samples that an alignment takes.
 
 #: Bits of the output ``status``.
@@ -123,7 +125,9 @@ class EkfQuaternionVector(Estimator):
         progress = ops.where(u.dt < 0.0, -1.0, x.unaligned)
         aligning = progress < 0.0
         q, dq = predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
-        a = body_covariance(covariance_of(x, 4), dq, u, p)
+        before = covariance_of(x, 4)
+        full = is_full(before)
+        a = body_covariance(before, dq, u, p, full)
         c_nb = matrix(q)
 
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
@@ -170,14 +174,13 @@ class EkfQuaternionVector(Estimator):
                     ops.saturated(d + g * move[0], 2.0) for d, g in zip(done, gain[0], strict=True)
                 ]
 
-        correction = [ops.saturated(1.0 + done[0], 2.0), *done[1:]]
+        correction = correction_of([1.0 + done[0], *done[1:]])
         raw = multiply(q, correction)
-        q_new, shrink = normalised(raw)
-        p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
+        q_new, shrink = of_unit_length(raw)
         count = ops.where(acc_bad | mag_bad, progress, progress + 1.0 / ALIGN_STEPS)
         count = ops.where(aligning, count, 0.0)
-        first = ops.where(count < 0.0, ALIGN_P, p0 * p0)
-        covariance = body_turned(a, correction, shrink, aligning, first)
+        first = ops.where(count < 0.0, ALIGN_P, initial_variance(p))
+        covariance = body_turned(a, correction, full, aligning, first)
         return (
             {
                 **restarted(q_new, u),

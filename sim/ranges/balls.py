@@ -123,10 +123,14 @@ class Balls:
             if rest is None:
                 return math.inf
             self._take(ball)
-            ways = (self._by_signs, self._by_eigenvalues, self._by_absorption)
-            return self._best(partial(way, rest) for way in ways)
+            return self._best(self._of_absorbed(rest))
 
         return self._best(partial(way, ball) for ball in self._overlapping(form))
+
+    def _of_absorbed(self, form: Polynomial) -> Iterator[Callable[[], float]]:
+        """Ways to bound what an absorption leaves."""
+        for way in (self._by_signs, self._by_eigenvalues, self._by_absorption):
+            yield partial(way, form)
 
     def _by_elimination(self, form: Polynomial) -> float:
         """Of what is left where one square of each vector, or of a sum of squares, is replaced."""

@@ -52,7 +52,7 @@ class Rotation:
             rows = [self._row(node, along, own) for node in vector]
             known = [row for row in rows if row is not None]
             lines = {line for line, _ in known}
-            if len(known) < len(vector) or len(lines) < len(vector):
+            if not known or len(known) < len(vector) or len(lines) < len(vector):
                 continue
             largest = max((parts for _, parts in known), key=_size)
             if all(_is_multiple(parts, largest) for _, parts in known):

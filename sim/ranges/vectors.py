@@ -27,11 +27,12 @@ from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
 from boresight.sim.ranges.polynomials import Expansions, Polynomial, plus, scaled, times
+from boresight.sim.ranges.radial import radial_balls
 from boresight.sim.ranges.reductions import reductions_of
 from boresight.sim.ranges.rotations import Rotation, rotations_of
 from boresight.sim.ranges.steps import live_nodes
 from boresight.sim.ranges.turned import turned_of
-from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare
+from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare, under_root
 
 __all__ = ["Vectors"]
 
@@ -55,7 +56,8 @@ class Vectors(Balls):
         self.after = {
             nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
         }
-        self.balls = [*{ball.numbers: ball for ball in UnitVectors(self.nodes).balls}.values()]
+        balls = (*radial_balls(self.nodes), *UnitVectors(self.nodes).balls)
+        self.balls = [*{ball.numbers: ball for ball in balls}.values()]
         self.members = set[int]().union(*(ball.numbers for ball in self.balls))
         self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
@@ -188,6 +190,11 @@ class Vectors(Balls):
             most = way()
             if most <= min(-wanted[0], wanted[1]):
                 return -most, most
+        if under_root(node) is not None:
+            self.used, self.passed = set(), set()
+            most = math.sqrt(self._square([node]))
+            if most <= wanted[1]:
+                return 0.0, most
         before: Polynomial = {}
         for ends in (self.members, self.members | self.said):
             self.used, self.passed = set(), set()
@@ -231,6 +238,10 @@ class Vectors(Balls):
         length = self._square([self.nodes[n] for n, _ in squares])
         return form.get((), 0.0) + max(squares.values()) * length
 
+    def _of_absorbed(self, form: Polynomial) -> Iterator[Callable[[], float]]:
+        yield from super()._of_absorbed(form)
+        yield partial(self._by_length, form)
+
     def _by_product(self, form: Polynomial) -> float:
         """Cauchy-Schwarz, where every term has one component of a vector."""
         alone = form.get((), 0.0)
@@ -272,10 +283,15 @@ class Vectors(Balls):
 
     def _new_square(self, vector: Sequence[Node], nested: int) -> float:
         inner = [self._inner(n) for n in vector]
-        ways = [lambda: self._by_intervals(vector)]
+        ways: list[Callable[[], float]] = [lambda: self._by_intervals(vector)]
+        others = [n for n in vector if n.kind != "const"]
+        if others and len(others) < len(vector):
+            alone = sum(n.value * n.value for n in vector if n.kind == "const")
+            ways.append(lambda: alone + self._square(others, nested))
         for parts in (vector, inner):
             if not any(n.kind == "const" for n in parts):
                 ways.append(partial(self._ball_square, [n.number for n in parts]))
+            ways.append(partial(self._rotated, parts))
         if nested:
             ways += [lambda: self._reduced(vector, nested), *self._ways(inner, nested)]
         return self._best(ways)
@@ -297,7 +313,6 @@ class Vectors(Balls):
     def _ways(self, vector: Sequence[Node], nested: int) -> Iterator[Callable[[], float]]:
         """Ways to bound the squared length of a vector of nodes."""
         yield lambda: self._filtered(vector)
-        yield lambda: self._rotated(vector)
         if len(vector) == 1:
             yield lambda: self._alone(vector[0])
         conditions = [n.args[0] for n in vector if n.kind == "select"]
@@ -390,8 +405,11 @@ class Vectors(Balls):
     def _summed_squares(self, vector: Sequence[Node], ends: Set[int]) -> Polynomial | None:
         total: Polynomial = {}
         for node in vector:
-            form = self._form_of(node, ends)
-            square = None if form is None else times(form, form, TERMS)
+            x = None if node.number in ends else under_root(node)
+            form = self._form_of(x or node, ends)
+            square = form if form is None or x else times(form, form, TERMS)
+            if x is not None:
+                self.passed |= {n.number for n in _limited(node) if n.kind == "bounded"}
             if square is None:
                 return None
             total = plus(total, square)
