@@ -465,10 +465,24 @@ class Gram:
         found = self.found.setdefault(node.number, [])
         if not rest:
             found += pairs
-        for x, y in pairs if rest else ():
-            if x is y and (noisy := self._noisy(x, rest)) is not None:
-                found.append((noisy, noisy))
-                break
+        same = (v for pair in pairs if rest for v in self._alike(pair))
+        v = next((v for v in same if self.space.is_pair((v, v), value, size)), None)
+        noisy = None if v is None else self._noisy(v, rest)
+        found += [(noisy, noisy)] if noisy else []
+
+    def _alike(self, pair: Pair) -> Iterator[Vector]:
+        """Vectors whose square an inner product may be: one of two, or less of it.
+
+        The other may have no part along some unit vectors, so what the first one has does not count.
+        """
+        units = {v.unit.number: v.unit for v in made_from(pair) if v.unit is not None}
+        yield from dict.fromkeys(pair)
+        for v in dict.fromkeys(pair):
+            chosen = [c for c, _ in v.parts if is_scaled(v) and is_choice(c)]
+            inner = v.parts[0][1] if chosen else v
+            for number in sorted(units):
+                inner = self.less(inner, units[number])
+                yield self._sum(((chosen[0], inner),)) if chosen else inner
 
     def terms_of(self, node: Node) -> list[Term] | None:
         """A node as a sum of coefficients times inner products; None: too many."""
