@@ -250,6 +250,8 @@ class Traces:
         square = self._numbered(alone, sides) if alone else 0.0
         square += sum(self._joined(part, sides) for part in parts)
         numbers = [*alone, *(n for part in parts for n in {n for row in part for n in row})]
+        if parts and alone:
+            square = min(square, self._joined([row for row in rows if row], sides))
         if not parts or len(parts) + bool(alone) == 1 or len({*numbers}) < len(numbers):
             return square
         norm = max(float(bool(alone)), *(self._norm(part, sides) for part in parts))
