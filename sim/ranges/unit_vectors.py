@@ -66,7 +66,7 @@ class UnitVectors:
             whole = divisor.args[0].number  # x / sqrt(x) takes all of it
             others = {number: parts for number, parts in each.items() if number != whole}
             for chosen in (each, others) if len(others) < len(each) else (each,):
-                for ends in (each.keys(), ()):
+                for ends in (chosen.keys(), ()):
                     passed = set[int]()
                     members = self._squares_below(divisor, chosen, ends, passed)
                     if len(members) > 1:
