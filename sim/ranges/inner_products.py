@@ -307,8 +307,8 @@ def known_from(node: Node, sides: Sides | None = None) -> Iterator[Node]:
         yield from _made_of(node)
         return
     base = set[Node]()
-    for sides in product((0, 1, 2), repeat=len(conditions)):
-        given = {n: s for n, s in zip(conditions, sides, strict=True) if s}
+    for each in product((0, 1, 2), repeat=len(conditions)):
+        given = {n: s for n, s in zip(conditions, each, strict=True) if s}
         base |= _known_ends(node, given).base
     yield from sorted(base, key=lambda n: n.number)
 
