@@ -58,7 +58,7 @@ __all__ = [
 ]
 
 #: Quaternion before the first alignment: less than half a turn from common attitudes.
-START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
+START = (0.53770571, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.
 TRACE_LIMIT = 0.5  #: scaled covariance of the rotation above which it does not grow.
 NORM_FLOOR = 2.0**-24  #: least variance of the norm, against rounding below zero.
@@ -192,12 +192,19 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
 # -- correction -----------------------------------------------------------------------------------
 
 
-def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, nu: Any) -> None:
+def update(
+    gains: list[list[Any]],
+    moves: list[Any],
+    column: list[Any],
+    s: Any,
+    nu: Any,
+    largest: float = 17.0,
+) -> None:
     """Append a scalar update: L = P H / sqrt(S) to ``gains``, nu / sqrt(S) to ``moves``.
 
-    ``column`` is P H; P decreases by L L^T, the state grows by L times the move.
+    ``column`` is P H; P decreases by L L^T, the state grows by L times the move. ``largest``: of S.
     """
-    weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R", unless=NO_COVARIANCE))
+    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
     gains.append(
         [

@@ -27,6 +27,7 @@ from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
 from boresight.sim.ranges.polynomials import Expansions, Polynomial, plus, scaled, times
+from boresight.sim.ranges.radial import radial_balls
 from boresight.sim.ranges.reductions import reductions_of
 from boresight.sim.ranges.rotations import Rotation, rotations_of
 from boresight.sim.ranges.steps import live_nodes
@@ -55,10 +56,12 @@ class Vectors(Balls):
         self.after = {
             nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
         }
-        self.balls = [*{ball.numbers: ball for ball in UnitVectors(self.nodes).balls}.values()]
+        balls = (*radial_balls(self.nodes), *UnitVectors(self.nodes).balls)
+        self.balls = [*{ball.numbers: ball for ball in balls}.values()]
         self.members = set[int]().union(*(ball.numbers for ball in self.balls))
         self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
+        self.balls += _waves(self.nodes)
         self.low_passes = [*low_passes_of(program, nodes)]
         self.reductions = [*reductions_of(self.nodes)]
         self.rotations: list[Rotation] = []
@@ -77,7 +80,11 @@ class Vectors(Balls):
         }
         self.balls += self._states()
         self.balls += self._reduced_states()
-        self.balls += self._turned()
+        count = len(self.balls)
+        self.balls += self._turned(self.balls)
+        self.members = self.members.union(*(ball.numbers for ball in self.balls))
+        self.known.clear()
+        self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
         self.members = self.members.union(*(ball.numbers for ball in self.balls))
         self.known.clear()
         self.rotations = [*rotations_of(self.nodes, self.balls)]
@@ -129,9 +136,9 @@ class Vectors(Balls):
             if found is not None:
                 yield found
 
-    def _turned(self) -> Iterator[Ball]:
-        """Vectors that matrices with orthogonal rows make of the others."""
-        for found in turned_of(self.nodes, [*self.balls]):
+    def _turned(self, balls: Sequence[Ball]) -> Iterator[Ball]:
+        """Vectors that matrices with orthogonal rows make of others."""
+        for found in turned_of(self.nodes, [*balls]):
             self.used, self.passed = {*found.ball.used}, {*found.passed, *found.ball.passed}
             square = found.ball.square * max(map(self._row_square, found.squares))
             if math.isfinite(square):
@@ -182,6 +189,7 @@ class Vectors(Balls):
             lambda: self._by_reduction(node, 0),
             lambda: self._by_reduction(node, _NESTED),
             lambda: math.sqrt(self._filtered([node])),
+            lambda: math.sqrt(self._rotated([node])),
         )
         for way in ways:
             self.used, self.passed = set(), set()
@@ -277,7 +285,8 @@ class Vectors(Balls):
             if not any(n.kind == "const" for n in parts):
                 ways.append(partial(self._ball_square, [n.number for n in parts]))
         if nested:
-            ways += [lambda: self._reduced(vector, nested), *self._ways(inner, nested)]
+            ways += [lambda: self._reduced(vector, nested), lambda: self._rotated(vector)]
+            ways += self._ways(inner, nested)
         return self._best(ways)
 
     def _inner(self, node: Node) -> Node:
@@ -376,9 +385,22 @@ class Vectors(Balls):
             if parts is not None:
                 self._take(rotation.ball)
                 self.passed |= passed
-                ends = ([self._by_signs(scaled(p, s)) for s in (1.0, -1.0)] for p in parts)
-                return sum(max(each) ** 2 for each in ends)
+                return self._best((partial(self._by_ends, parts), partial(self._by_squares, parts)))
         return math.inf
+
+    def _by_ends(self, vector: Sequence[Polynomial]) -> float:
+        """Squared length of a vector of polynomials, each by its ends."""
+        return sum(max(self._by_signs(scaled(p, s)) for s in (1.0, -1.0)) ** 2 for p in vector)
+
+    def _by_squares(self, vector: Sequence[Polynomial]) -> float:
+        """The same, by what is said of the sum of their squares."""
+        total: Polynomial = {}
+        for p in vector:
+            square = times(p, p, TERMS)
+            if square is None:
+                return math.inf
+            total = plus(total, square)
+        return self._by_absorption(total)
 
     def _alone(self, node: Node) -> float:
         """Of one component, by its ends."""
@@ -420,6 +442,14 @@ class Vectors(Balls):
             length = self._square([self.nodes[k] for k in vector], nested - 1)
             best = min(best, length * max(0.0, rest))
         return best
+
+
+def _waves(nodes: Mapping[int, Node]) -> Iterator[Ball]:
+    """The sine and the cosine of an angle."""
+    waves = {(n.args[0].number, n.quarter): n.number for n in nodes.values() if n.kind == "sin"}
+    for (angle, quarter), number in waves.items():
+        if quarter and (angle, False) in waves:
+            yield Ball(frozenset((number, waves[angle, False])))
 
 
 def _limited(node: Node) -> Iterator[Node]:
