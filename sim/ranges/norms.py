@@ -11,7 +11,8 @@ components leave one of them at its limit, and because |a b|^2 = |a|^2 |b|^2. As
 
 The matrix of a quaternion c, or a part of it, M, has the norm |c| at most: |c|^2 1 - M^T M is a
 square, v v^T. A rotation matrix C = 1 + 2 w [v x] + 2 [v x]^2 of a quaternion (w, v) that is not of
-length one has C^T C = 1 + 4 (w^2 + |v|^2 - 1) (|v|^2 1 - v v^T).
+length one has C^T C = 1 + 4 (w^2 + |v|^2 - 1) (|v|^2 1 - v v^T); some of its
+rows have no larger norm.
 """
 
 from __future__ import annotations

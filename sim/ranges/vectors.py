@@ -1,8 +1,8 @@
 """Proof of a range by the length of vectors, which no interval holds.
 
-The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are
-states that every update replaces by such a vector. A value is expanded to a polynomial of what it
-is computed from, and its range follows from
+The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are the
+sine and cosine of an angle, and states that every update replaces by such a vector. A value is
+expanded to a polynomial of what it is computed from, and its range follows from
 
 * what `balls` says of polynomials of the components of such vectors;
 * Cauchy-Schwarz, where it is linear in the components of another: |sum b_i p_i| <= |b| |p|;

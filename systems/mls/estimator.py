@@ -14,6 +14,7 @@ north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n
 **Basis.** As in `ekf_quaternion_vector` P is kept as L(q)^T P L(q), in which the Jacobian of
 r = C^T V is 2 [r, r x]. Setting the norm of q back is a projection, (1 - q q^T)/|q|, of P too:
 three states are left, half the small rotation about the body's axes, and the attitude is the same.
+A correction k = (1, e) turns P by k/|k|^2, which is never longer than one.
 With ``norm`` "free" q is n times a unit quaternion, h = n^2 r, H = 2 n [r, r x], all four states.
 
 A record with dt < 0 starts anew: 32 Gauss-Newton steps to the attitude, whatever it is, the mean of
