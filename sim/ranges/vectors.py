@@ -22,7 +22,7 @@ from typing import Any
 
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, largest_eigenvalue
+from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, absorbed, largest_eigenvalue
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
@@ -61,7 +61,7 @@ class Vectors(Balls):
         self.members = set[int]().union(*(ball.numbers for ball in self.balls))
         self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
-        self.balls += _waves(self.nodes)
+        self.waves = [*_waves(self.nodes)]
         self.low_passes = [*low_passes_of(program, nodes)]
         self.reductions = [*reductions_of(self.nodes)]
         self.rotations: list[Rotation] = []
@@ -393,14 +393,16 @@ class Vectors(Balls):
         return sum(max(self._by_signs(scaled(p, s)) for s in (1.0, -1.0)) ** 2 for p in vector)
 
     def _by_squares(self, vector: Sequence[Polynomial]) -> float:
-        """The same, by what is said of the sum of their squares."""
+        """The same, with each square of the sine and cosine of an angle, alike, summed to one."""
         total: Polynomial = {}
         for p in vector:
             square = times(p, p, TERMS)
             if square is None:
                 return math.inf
             total = plus(total, square)
-        return self._by_absorption(total)
+        for wave in self.waves:
+            total = absorbed(total, wave) or total
+        return self._by_signs(total)
 
     def _alone(self, node: Node) -> float:
         """Of one component, by its ends."""
