@@ -125,12 +125,12 @@ def product(p: Vector, q: Vector) -> list[Any]:
     ]
 
 
-def scaled_matrix(q: Vector) -> list[list[Any]]:
-    """|q|^2 C_nb of a quaternion of norm up to two, 30 slots."""
+def scaled_matrix(q: Vector, largest: float = 4.0) -> list[list[Any]]:
+    """|q|^2 C_nb of a quaternion whose squared norm is at most ``largest``, 30 slots."""
     w, x, y, z = q
 
     def element(value: Any) -> Any:
-        return ops.bounded(value, -4.0, 4.0, "rotation matrix, scaled")
+        return ops.bounded(value, -largest, largest, "rotation matrix, scaled")
 
     return [
         [

@@ -212,12 +212,19 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any, full: Any) -> S
 # -- correction -----------------------------------------------------------------------------------
 
 
-def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, nu: Any) -> None:
+def update(
+    gains: list[list[Any]],
+    moves: list[Any],
+    column: list[Any],
+    s: Any,
+    nu: Any,
+    largest: float = 17.0,
+) -> None:
     """Append a scalar update: L = P H / sqrt(S) to ``gains``, nu / sqrt(S) to ``moves``.
 
-    ``column`` is P H; P decreases by L L^T, the state grows by L times the move.
+    ``column`` is P H; P decreases by L L^T, the state grows by L times the move. ``largest``: of S.
     """
-    weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R", unless=NO_COVARIANCE))
+    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
     gains.append(
         [

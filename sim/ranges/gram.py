@@ -271,6 +271,8 @@ class Gram:
             sign = self._sign(node.args[0])
             yes, no = (-args[1], args[1]) if node.kind == "flip" else args[1:]
             value, size = np.where(sign, yes, no), np.where(sign, sizes[1], sizes[-1])
+            if node.number not in self.cone:
+                value = self._in_interval(node, value)
         elif node.kind == "rsqrt":
             value = 1.0 / np.sqrt(np.maximum(abs(args[0]), 1e-300))
         elif node.kind == "reciprocal":
@@ -279,6 +281,13 @@ class Gram:
             value = self.rng.normal(size=POINTS)
         self.values[node.number] = value
         self.sizes[node.number] = abs(value) if size is None else size
+
+    def _in_interval(self, node: Node, value: FloatArray) -> FloatArray:
+        """Values of a selection; others where they take a side that its condition excludes."""
+        inside = (node.low <= value) & (value <= node.high)
+        if inside.all() or not math.isfinite(node.high - node.low):
+            return value
+        return np.where(inside, value, self.rng.uniform(node.low, node.high, POINTS))
 
     def _is_within(self, node: Node) -> bool:
         """Whether what a limit limits is an inner product within it."""

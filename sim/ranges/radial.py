@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.claims import live
 from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
 from boresight.sim.ranges.unit_vectors import Ball
 
@@ -60,7 +61,10 @@ def radial(form: Polynomial) -> Radial | None:
 
 
 def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
-    """Vectors (w, s h) of w and s that are polynomials of |h|^2: of all w that of least length."""
+    """Vectors (w, s h) of w and s that are polynomials of |h|^2: of all w that of least length.
+
+    Not of a w that s is made of, such as |h|^2.
+    """
     sources = _sources(nodes)
     bounded = [n for n in nodes.values() if n.kind == "bounded"]
     for factor, products in _products(nodes).items():
@@ -69,10 +73,13 @@ def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
             continue
         most = sum(max(nodes[n].low ** 2, nodes[n].high ** 2) for n in h)
         sine = [products[n] for n in sorted(h)]
+        inner = {n.number for n in live(sine)}
         balls = [
             ball
             for w in bounded
-            if sources.get(w.number) == h and (ball := _ball([w, *sine], h, most)) is not None
+            if sources.get(w.number) == h
+            and w.number not in inner
+            and (ball := _ball([w, *sine], h, most)) is not None
         ]
         if balls:
             yield min(balls, key=lambda ball: ball.square)

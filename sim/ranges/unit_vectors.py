@@ -57,7 +57,7 @@ class UnitVectors:
     def __init__(self, nodes: Mapping[int, Node]) -> None:
         self.nodes = nodes
         self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
-        self.balls: list[Ball] = [*self._divided(), *self._scaled(), *self._waves()]
+        self.balls: list[Ball] = [*self._divided(), *self._scaled()]
 
     def _divided(self) -> Iterator[Ball]:
         """Components that one inverse root divides."""
@@ -80,13 +80,6 @@ class UnitVectors:
             used, passed = set[int](), set[int]()
             if len(each) > 1 and self._largest([*each], [factor], {}, used, passed) <= 1.0:
                 yield from _balls([*each.values()], used, passed)
-
-    def _waves(self) -> Iterator[Ball]:
-        """The sine and the cosine of one angle."""
-        waves = {(n.args[0].number, n.quarter): k for k, n in self.nodes.items() if n.kind == "sin"}
-        for (angle, quarter), number in waves.items():
-            if not quarter and (angle, True) in waves:
-                yield Ball(frozenset({number, waves[angle, True]}))
 
     def _with_factor(
         self, wanted: Callable[[Node], bool]

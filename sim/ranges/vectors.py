@@ -1,8 +1,8 @@
 """Proof of a range by the length of vectors, which no interval holds.
 
-The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are
-states that every update replaces by such a vector. A value is expanded to a polynomial of what it
-is computed from, and its range follows from
+The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are the
+sine and cosine of an angle, and states that every update replaces by such a vector. A value is
+expanded to a polynomial of what it is computed from, and its range follows from
 
 * what `balls` says of polynomials of the components of such vectors;
 * Cauchy-Schwarz, where it is linear in the components of another: |sum b_i p_i| <= |b| |p|;
@@ -22,7 +22,7 @@ from typing import Any
 
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, largest_eigenvalue
+from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, absorbed, largest_eigenvalue
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
@@ -61,6 +61,7 @@ class Vectors(Balls):
         self.members = frozenset[int]().union(*(ball.numbers for ball in self.balls))
         self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
+        self.waves = [*_waves(self.nodes)]
         self.low_passes = [*low_passes_of(program, nodes)]
         self.ends = self.members, self.members | self.said  # of forms
         self.reductions = [*reductions_of(self.nodes)]
@@ -80,7 +81,12 @@ class Vectors(Balls):
         }
         self.balls += self._states()
         self.balls += self._reduced_states()
-        self.balls += self._turned()
+        count = len(self.balls)
+        self.balls += self._turned(self.balls)
+        self.members = self.members.union(*(ball.numbers for ball in self.balls))
+        self.ends = self.members, self.members | self.said
+        self.known.clear()
+        self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
         self.members = self.members.union(*(ball.numbers for ball in self.balls))
         self.ends = self.members, self.members | self.said  # of forms
         self.known.clear()
@@ -133,9 +139,9 @@ class Vectors(Balls):
             if found is not None:
                 yield found
 
-    def _turned(self) -> Iterator[Ball]:
-        """Vectors that matrices with orthogonal rows make of the others."""
-        for found in turned_of(self.nodes, [*self.balls]):
+    def _turned(self, balls: Sequence[Ball]) -> Iterator[Ball]:
+        """Vectors that matrices with orthogonal rows make of others."""
+        for found in turned_of(self.nodes, [*balls]):
             self.used, self.passed = {*found.ball.used}, {*found.passed, *found.ball.passed}
             square = found.ball.square * max(map(self._row_square, found.squares))
             if math.isfinite(square):
@@ -186,6 +192,7 @@ class Vectors(Balls):
             lambda: self._by_reduction(node, 0),
             lambda: self._by_reduction(node, _NESTED),
             lambda: math.sqrt(self._filtered([node])),
+            lambda: math.sqrt(self._rotated([node])),
         )
         for way in ways:
             self.used, self.passed = set(), set()
@@ -293,6 +300,8 @@ class Vectors(Balls):
         for parts in (vector, inner):
             if not any(n.kind == "const" for n in parts):
                 ways.append(partial(self._ball_square, [n.number for n in parts]))
+            if any(wave.numbers == {n.number for n in parts} for wave in self.waves):
+                ways.append(lambda: 1.0)
             ways.append(partial(self._rotated, parts))
         if nested:
             ways += [lambda: self._reduced(vector, nested), *self._ways(inner, nested)]
@@ -399,9 +408,24 @@ class Vectors(Balls):
             if parts is not None:
                 self._take(rotation.ball)
                 self.passed |= passed
-                ends = ([self._by_signs(scaled(p, s)) for s in (1.0, -1.0)] for p in parts)
-                return sum(max(each) ** 2 for each in ends)
+                return self._best((partial(self._by_ends, parts), partial(self._by_squares, parts)))
         return math.inf
+
+    def _by_ends(self, vector: Sequence[Polynomial]) -> float:
+        """Squared length of a vector of polynomials, each by its ends."""
+        return sum(max(self._by_signs(scaled(p, s)) for s in (1.0, -1.0)) ** 2 for p in vector)
+
+    def _by_squares(self, vector: Sequence[Polynomial]) -> float:
+        """The same, with each square of the sine and cosine of an angle, alike, summed to one."""
+        total: Polynomial = {}
+        for p in vector:
+            square = times(p, p, TERMS)
+            if square is None:
+                return math.inf
+            total = plus(total, square)
+        for wave in self.waves:
+            total = absorbed(total, wave) or total
+        return self._by_signs(total)
 
     def _alone(self, node: Node) -> float:
         """Of one component, by its ends."""
@@ -451,6 +475,14 @@ class Vectors(Balls):
             length = self._square([self.nodes[k] for k in vector], nested - 1)
             best = min(best, length * max(0.0, rest))
         return best
+
+
+def _waves(nodes: Mapping[int, Node]) -> Iterator[Ball]:
+    """The sine and the cosine of an angle."""
+    waves = {(n.args[0].number, n.quarter): n.number for n in nodes.values() if n.kind == "sin"}
+    for (angle, quarter), number in waves.items():
+        if quarter and (angle, False) in waves:
+            yield Ball(frozenset((number, waves[angle, False])))
 
 
 def _limited(node: Node) -> Iterator[Node]:

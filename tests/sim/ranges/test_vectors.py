@@ -179,6 +179,38 @@ def test_a_product_of_quaternions():
         assert "across" in unproven(estimator), name
 
 
+class Twice(Estimator):
+    """A unit quaternion times another one and a correction; its rotation matrix, scaled."""
+
+    name = "twice"
+    inputs = (
+        *(Input(f"r{a}", -1.0, 1.0) for a in "wxyz"),
+        *(Input(f"k{a}", -0.5, 0.5) for a in "xyz"),
+    )
+    states = Lever.states
+    outputs = (Output("y"),)
+    most = 1.75  #: squared length of a correction.
+
+    def step(self, x, u, p):
+        r = (u.rw, u.rx, u.ry, u.rz)
+        root = ops.rsqrt(0.01 + dot(r, r))
+        q = product([x.qw, x.qx, x.qy, x.qz], [ops.saturated(c * root, 1.0) for c in r])
+        q = [ops.saturated(c, 1.0) for c in q]
+        q = [ops.saturated(c, 2.0) for c in product(q, [1.0, u.kx, u.ky, u.kz])]
+        w, i, j, k = q
+        y = ops.bounded(w * w + i * i - j * j - k * k, -self.most, self.most, "scaled")
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 2.0, "norm"))
+        after = {f"q{a}": ops.saturated(c * norm, 1.0) for a, c in zip("wxyz", q, strict=True)}
+        return after, {"y": y}
+
+
+@pytest.mark.parametrize(("most", "left"), [(1.75, set()), (1.7, {"scaled"})])
+def test_a_product_of_a_product(most, left):
+    estimator = Twice()
+    estimator.most = most
+    assert unproven(estimator) == left
+
+
 def test_a_false_claim_of_a_component_makes_no_vector_longer():
     estimator = Lever()
     estimator.free = True
