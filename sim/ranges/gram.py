@@ -509,7 +509,7 @@ class Gram:
     def _alike(self, pair: Pair) -> Iterator[Vector]:
         """Vectors whose square an inner product may be: one of two, or less of it.
 
-        The other may have no part along some unit vectors, so what the first one has does not count.
+        The other may have no part along some unit vectors: what the first one has does not count.
         """
         units = {v.unit.number: v.unit for v in made_from(pair) if v.unit is not None}
         yield from dict.fromkeys(pair)
