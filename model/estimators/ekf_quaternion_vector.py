@@ -55,6 +55,7 @@ from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 __all__ = ["STATUS_BITS", "EkfQuaternionVector"]
 
 FIELD_UNIT = 64.0  #: uT
+FIELD_LIMIT = 100.0  #: uT, largest component of the field at the site.
 NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
 ALIGN_STEPS = 16  #: samples that an alignment takes.
 
@@ -70,8 +71,8 @@ def _field(axis: str, default: float) -> Param:
     return Param(
         f"field_{axis}",
         default,
-        -100.0,
-        100.0,
+        -FIELD_LIMIT,
+        FIELD_LIMIT,
         "uT",
         f"field at the site, {axis} "
         "component: an east component other than 0 makes the heading count from true "
@@ -135,7 +136,7 @@ class EkfQuaternionVector(Estimator):
         mag_bad = dot(field, field) < p.mag_min_sq
         site = [v * (1.0 / FIELD_UNIT) for v in (p.field_east, p.field_north, p.field_up)]
         vectors = (
-            (force, 0.5 / GRAVITY, c_nb[2], acc_bad, (p.acc_sd_x, p.acc_sd_y, p.acc_sd_z)),
+            (force, 0.5 / GRAVITY, c_nb[2], 1.0, acc_bad, (p.acc_sd_x, p.acc_sd_y, p.acc_sd_z)),
             (
                 field,
                 0.5 / FIELD_UNIT,
@@ -143,13 +144,14 @@ class EkfQuaternionVector(Estimator):
                     ops.bounded(r, -4.0, 4.0, "field", unless=NOT_UNIT)
                     for r in conjugate_turn(c_nb, site)
                 ],
+                3.0 * (FIELD_LIMIT / FIELD_UNIT) ** 2,
                 mag_bad,
                 (p.mag_sd_x, p.mag_sd_y, p.mag_sd_z),
             ),
         )
 
         done: list[Any] = [0.0] * 4  # correction so far
-        for z, unit, r, bad, deviations in vectors:
+        for z, unit, r, square, bad, deviations in vectors:
             weight = unit * p.scale
             for k in range(3):
                 noise = ops.where(
@@ -168,7 +170,7 @@ class EkfQuaternionVector(Estimator):
                 nu = unit * z[k] - 0.5 * r[k] - sum_of(v * done[j] for j, v in h)
                 gain: list[list[Any]] = []
                 move: list[Any] = []
-                update(gain, move, column, s, nu)
+                update(gain, move, column, s, nu, NOISE_LIMIT * NOISE_LIMIT + square)
                 a = reduced(a, gain[0])
                 done = [
                     ops.saturated(d + g * move[0], 2.0) for d, g in zip(done, gain[0], strict=True)
