@@ -162,7 +162,7 @@ def sum_of(parts: Any) -> Any:
 
 def predicted_attitude(x: Any, half: list[Any]) -> tuple[list[Any], list[Any]]:
     """(q dq, dq) for the turn by 2 ``half`` [rad]."""
-    dq = increment([ops.saturated(h, 1.0) for h in half])
+    dq = increment([ops.saturated(h, 1.0) for h in half], short=True)
     return [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)], dq
 
 

@@ -114,7 +114,7 @@ class Satcom(Estimator):
             ops.saturated(w - b, 8.0)
             for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
         ]
-        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate])
+        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate], short=True)
         q = [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)]
         c_nb = matrix(q)
 

@@ -384,7 +384,7 @@ class Elevated(Estimator):
 
     def step(self, x, u, p):
         w = self.wrong
-        turn = increment([u.a, u.b, u.c])
+        turn = increment([u.a, u.b, u.c], short=True)
         q = [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), turn)]
         c = matrix(q)
         square = dot(
