@@ -232,10 +232,10 @@ class EkfBias(Estimator):
             )
         )
         root = ops.rsqrt(acc_r + mag_r)
-        share = ops.bounded(
-            ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root, 0.0, 1.0, "weight"
-        )
-        share = ops.where(plain, 1.0, share)  # of the accelerometer, in what both measure
+        share = ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root
+        share = ops.where(
+            plain, 1.0, ops.saturated(share, 1.0)
+        )  # of the accelerometer, in what both measure
         both_r = acc_r * share
 
         def combined(acc: Any, mag: Any) -> Any:

@@ -24,7 +24,7 @@ selections, limits and functions drawn, too: of one that is false all points wou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 
 import numpy as np
 import numpy.typing as npt
@@ -403,10 +403,15 @@ class Gram:
             for pair in self.space.pairs(value, size, start)
             if not any(v.number in hidden for v in pair)
         ]
-        new += known
+        new += (self._without(hidden, pair, value, size) for pair in known)
         out = [*dict.fromkeys(self._whole(pair, value, size) for pair in new)]
         out.sort(key=lambda pair: -pair[0].number - pair[1].number)
         return out[:_PAIRS]
+
+    def _without(self, hidden: Set[int], pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+        """A pair without noise that has turned out to be that of a measurement."""
+        x, y = (self.without_noise(v) if v.number in hidden else v for v in pair)
+        return (x, y) if self.space.is_pair((x, y), value, size) else pair
 
     def _whole(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
         """A pair with the noise of its vectors, and after measurements, where that is the same."""
