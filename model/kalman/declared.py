@@ -18,6 +18,8 @@ __all__ = ["AXES", "Attitude", "Measurement", "State", "axes_of", "grouped", "in
 
 #: Last letters of the components of a vector.
 AXES = ("xyz", "enu", "ned")
+#: What `spread` spreads that is one number for each component.
+NEXT = "next values"
 #: Largest standard deviation by default, as a multiple of the initial one.
 _LARGEST = 1.2
 _D = TypeVar("_D")
@@ -140,6 +142,9 @@ class Measurement:
     sd_max : float, optional
         Largest standard deviation that the states' can give h. By default it follows from the
         intervals of the derivatives, which know little of a row that is one of several kinds.
+    slope_max : mapping of str to float
+        Largest derivatives of h, by the name of a state: powers of two. A larger one counts as
+        that: the measurement corrects less then.
     """
 
     z: Any
@@ -149,6 +154,7 @@ class Measurement:
     gate: float | None = None
     wrap: bool = False
     sd_max: float | None = None
+    slope_max: Mapping[str, float] = field(default_factory=dict)
     line: str = _LINE
 
     def __post_init__(self) -> None:
@@ -166,6 +172,14 @@ class Measurement:
                 found=repr(self.sd_max),
                 fix="leave it out, and it follows from the intervals",
             )
+        for name, slope in self.slope_max.items():
+            if not (0.0 < slope < math.inf and math.frexp(slope)[0] == 0.5):
+                raise InputError.at(
+                    placed(self.line, "measurement"),
+                    wanted="powers of two in slope_max",
+                    found=f"{slope!r} of {name}",
+                    fix="state the next larger one",
+                )
 
 
 def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
@@ -203,7 +217,9 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
             valid = own | ~turn if valid is None else own | (~turn & valid)
     largest = [m.sd_max for m in measurements if m.sd_max is not None]
     sd_max = max(largest) if len(largest) == len(measurements) else None
-    return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max)
+    limited = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
+    slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(limited)}
+    return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max, slope_max)
 
 
 def vector(
@@ -271,7 +287,7 @@ def spread(
             continue
         several = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
         values = list(value) if several else [value] * len(group)
-        if len(values) != len(group) or (what != "noise" and len(group) > 1 and not several):
+        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not several):
             raise InputError.at(
                 where,
                 wanted=f"{len(group)} components of {name}",

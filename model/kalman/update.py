@@ -15,7 +15,7 @@ from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError
 from boresight.model.kalman.attitude import AttitudeView, corrected
-from boresight.model.kalman.declared import Attitude, Measurement, axes_of, grouped, spread
+from boresight.model.kalman.declared import NEXT, Attitude, Measurement, axes_of, grouped, spread
 from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
 from boresight.model.lowering.trace import Condition, Scalar
@@ -279,6 +279,7 @@ class Update:
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
                 fix="raise the least value of its parameters" if row else "compute h from x",
             )
+        row = self._limited(m, row)
         innovation = self._innovation(m)
         earlier = [self._dot(row, g.__getitem__) for g in self.gains]
         corrected_row = {i: h for i, h in row.items() if i not in k.considered}
@@ -378,6 +379,18 @@ class Update:
         if {i, j} <= self.kalman.considered:
             return value
         return self._less(value, [g[i] * g[j] for g in self.gains[done:]], done)
+
+    def _limited(self, m: Measurement, row: Slope) -> Slope:
+        """The derivatives of h, none larger than the author says."""
+        k = self.kalman
+        most = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
+        limits = {k.errors.index(name): limit for name, limit in most.items()}
+        return {
+            i: ops.saturated(h, limits[i])
+            if self.intervals.size(h) > limits.get(i, math.inf)
+            else h
+            for i, h in row.items()
+        }
 
     def _spread(self, m: Measurement, row: Slope) -> float:
         """Largest standard deviation of h, without the noise."""
@@ -482,7 +495,7 @@ def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -
     own = [s.name for s in kalman.memory if s.name not in derived]
     groups = {**kalman.groups, **{name: (name,) for name in own}, **axes_of(own)}
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
-    found = spread(given, groups, where, "next values")
+    found = spread(given, groups, where, NEXT)
     for name, updates in kalman.counters.items():
         following = ops.where(before[name] > updates - 1.5, 0.0, before[name] + 1.0)
         found[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")

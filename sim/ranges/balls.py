@@ -85,16 +85,14 @@ class Balls:
         self.passed |= ball.passed
 
     def _by_signs(self, form: Polynomial) -> float:
-        return sum(c * self._largest(m, c) for m, c in form.items())
-
-    def _largest(self, monomial: tuple[int, ...], sign: float) -> float:
-        """Least or largest value of a product of nodes; a rest, of a negative number, is 0 to 1."""
-        if monomial not in self.products:
-            self.products[monomial] = self._ends_of(monomial)
-        self.used.update(n for n in monomial if n >= 0)
-        return self.products[monomial][sign > 0.0]
+        self.used.update(n for n in set().union(*form) if n >= 0)
+        for m in form:
+            if m not in self.products:
+                self.products[m] = self._ends_of(m)
+        return sum(c * self.products[m][c > 0.0] for m, c in form.items())
 
     def _ends_of(self, monomial: tuple[int, ...]) -> tuple[float, float]:
+        """Ends of a product of nodes; a rest, of a negative number, is 0 to 1."""
         low, high = 1.0, 1.0
         for number in sorted(set(monomial)):
             power = monomial.count(number)
@@ -233,18 +231,19 @@ def _replaced(
     """A polynomial with a total less the other squares for the square of a node."""
     by = total | {(n, n): -1.0 for n in squares if n != number}
     powers: list[Polynomial] = [{(): 1.0}]
-    out: Polynomial = {}
+    out: Polynomial = {m: c for m, c in form.items() if m.count(number) < 2}
     for m, c in form.items():
-        power, odd = divmod(m.count(number), 2)
+        power = m.count(number) // 2
+        if not power:
+            continue
         while len(powers) <= power:
             more = times(powers[-1], by, TERMS)
             if more is None:
                 return None
             powers.append(more)
-        rest = tuple(n for n in m if n != number) + (number,) * odd
-        part = times({rest: c}, powers[power], TERMS)
-        if part is None:
-            return None
-        for n, value in part.items():
-            out[n] = out.get(n, 0.0) + value
+        at = m.index(number)
+        rest = m[:at] + m[at + 2 * power :]
+        for n, value in powers[power].items():
+            key = tuple(sorted(rest + n))
+            out[key] = out.get(key, 0.0) + c * value
     return {m: c for m, c in out.items() if abs(c) > 1e-12}

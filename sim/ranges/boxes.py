@@ -29,7 +29,16 @@ from boresight.sim.ranges.polynomials import (
     times,
 )
 
-__all__ = ["Proof", "interval_at", "interval_needs", "interval_of", "proof_of", "reached_cells"]
+__all__ = [
+    "Ends",
+    "Proof",
+    "ends_of",
+    "interval_at",
+    "interval_needs",
+    "interval_of",
+    "proof_of",
+    "reached_cells",
+]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
@@ -38,6 +47,8 @@ Ends = tuple[FloatArray, FloatArray]
 #: boxes, and of one value.
 _DEPTHS, _VARIABLES, _TERMS, _BACK = (1, 2, 3, 4, 6, 8, 12), 8, 60, 6
 _BOXES, _BOXES_OF_ONE = 6_000, 100_000
+#: Points where a range is tried first.
+_POINTS = 256
 #: Cells of a state's range, at most, and of one other's.
 _CELLS = 128
 #: Less than the last bit of what a selection compares with 0.
@@ -84,6 +95,7 @@ def reached_cells(program: Program, nodes: Mapping[int, Node]) -> dict[int, Floa
                 cells
                 for other in cut
                 if other is not node
+                and math.isfinite(other.high - other.low)
                 and (cells := _cells(node, after, cut, other, first, form.lsb)) is not None
             ]
             if found:
@@ -166,8 +178,16 @@ def _alternatives(
         yield values[node.number]
 
 
-def proof_of(claim: Claim, reached: Mapping[int, FloatArray] | None = None) -> Proof | None:
-    """Prove a claim, if intervals on boxes decide it; ``reached`` as `reached_cells` gives it."""
+def proof_of(
+    claim: Claim,
+    reached: Mapping[int, FloatArray] | None = None,
+    relations: dict[int, float] | None = None,
+) -> Proof | None:
+    """Prove a claim, if intervals on boxes decide it.
+
+    ``reached`` is as `reached_cells` gives it; ``relations`` keeps what is found of products, by
+    number, for the next claim of the same step.
+    """
     low, high = claim.ends
     if claim.holds(claim.node.low, claim.node.high):
         return Proof("interval", (claim.node,))
@@ -180,7 +200,7 @@ def proof_of(claim: Claim, reached: Mapping[int, FloatArray] | None = None) -> P
         tried.add(numbers)
         if len(cut) > _VARIABLES or not all(math.isfinite(n.high - n.low) for n in cut):
             continue
-        function = _Function(claim.node, cut)
+        function = _Function(claim.node, cut, relations)
         boxes = _halved(function, cut, low, high, reached or {})
         if boxes:
             return Proof(f"{boxes} boxes of {len(cut)} values", (*cut, *function.order))
@@ -216,6 +236,11 @@ def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float,
     with np.errstate(all="ignore"):
         least, most = _ENDS[node.kind](node, ends)
     return float(np.fmax(node.low, least[0])), float(np.fmin(node.high, most[0]))
+
+
+def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
+    """Ends (boxes,) of a node from those of its arguments."""
+    return _ENDS[node.kind](node, [*args])
 
 
 def interval_at(node: Node, cut: Sequence[Node], value: float) -> tuple[float, float]:
@@ -267,6 +292,10 @@ def _halved(
             boxes[:, k] = np.tile(cells, (len(boxes) // len(cells), 1))
     boxes = _by_sign(boxes, function, cut)
     allowed = (_BOXES if len(cut) > 1 else _BOXES_OF_ONE) if cut else 0
+    with np.errstate(all="ignore"):
+        least, most = function(_points_in(boxes))
+    if ((least < low) | (most > high)).any():  # nor is a box proven that has such a point
+        return 0
     while True:
         with np.errstate(all="ignore"):
             least, most = function(boxes)
@@ -283,10 +312,21 @@ def _halved(
         boxes = np.concatenate([lower, upper])
 
 
+def _points_in(boxes: FloatArray) -> FloatArray:
+    """Corners and middles of boxes (boxes, cut, 2), some of them, as boxes without size."""
+    rng = np.random.default_rng(1)
+    chosen = boxes[rng.integers(len(boxes), size=_POINTS)]
+    ends = np.concatenate([chosen, chosen.mean(axis=2, keepdims=True)], axis=2)
+    which = rng.integers(3, size=(*ends.shape[:2], 1))
+    return np.repeat(np.take_along_axis(ends, which, axis=2), 2, axis=2)
+
+
 class _Function:
     """A node as a function of the nodes of a cut, on intervals."""
 
-    def __init__(self, node: Node, cut: Sequence[Node]) -> None:
+    def __init__(
+        self, node: Node, cut: Sequence[Node], relations: dict[int, float] | None = None
+    ) -> None:
         self.node, self.cut = node, {n.number: k for k, n in enumerate(cut)}
         self.order: list[Node] = []
         seen = set(self.cut)
@@ -298,7 +338,10 @@ class _Function:
             elif at.number not in seen:
                 seen.add(at.number)
                 stack += [(at, True), *((arg, False) for arg in at.args)]
-        self.bounds = {n.number: self._relation(n) for n in self.order if n.kind == "mul"}
+        self.bounds = {} if relations is None else relations
+        for n in self.order:
+            if n.kind == "mul" and n.number not in self.bounds:
+                self.bounds[n.number] = self._relation(n)
 
     def __call__(self, boxes: FloatArray) -> Ends:
         """Ends of the value on boxes (boxes, cut, 2)."""
@@ -321,10 +364,11 @@ class _Function:
             if at.kind == "select" and at.args[0].number in sides:
                 least, most = args[sides[at.args[0].number]]
             least, most = np.maximum(least, at.low), np.minimum(most, at.high)
-            bound = self.bounds.get(at.number, math.inf)
-            least, most = np.maximum(least, -bound), np.minimum(most, bound)
-            shape = (len(boxes),)
-            known[at.number] = np.broadcast_to(least, shape), np.broadcast_to(most, shape)
+            if (bound := self.bounds.get(at.number, math.inf)) < math.inf:
+                least, most = np.maximum(least, -bound), np.minimum(most, bound)
+            if np.shape(least) != (len(boxes),) or np.shape(most) != (len(boxes),):
+                least, most = (np.broadcast_to(end, (len(boxes),)) for end in (least, most))
+            known[at.number] = least, most
         return known
 
     def _relation(self, at: Node) -> float:

@@ -189,20 +189,20 @@ class Assumptions:
         fits = {j: count + k for k, j in enumerate(wider)}  # numbered after the claims
 
         def taken(nodes: Sequence[Node]) -> set[int]:
-            found = {j for node in nodes if (j := self._stated(node)) is not None}
-            return {fits.get(j, j) for j in found}
+            return {fits.get(j, j) for j in {*map(self._stated, nodes)} if j is not None}
 
         proofs = [*zip(bases, passed, strict=True), *wider.values()]
         needed = [self._of_intervals(base or ()) | taken(nodes) for base, nodes in proofs]
         sound += [True] * len(fits)
-        assumed = [{j for j in each if not sound[j]} for each in needed]
-        grown = True
-        while grown:  # what a proof assumes of an update before may be what it proves of this one
-            before = [len(each) for each in assumed]
-            for k, each in enumerate(needed):
-                assumed[k].update(*(assumed[j] for j in each if sound[j]))
-            grown = before != [len(each) for each in assumed]
-        return [sorted(each) for each in assumed[:count]]
+        assumed = [sum(1 << j for j in each if not sound[j]) for each in needed]  # a bit for each
+        proven = [[j for j in each if sound[j]] for each in needed]
+        before: list[int] = []
+        while before != assumed:  # what a proof assumes of an update before may be proven by it
+            before = [*assumed]
+            for k, each in enumerate(proven):
+                for j in each:
+                    assumed[k] |= assumed[j]
+        return [[j for j in range(count) if each >> j & 1] for each in assumed[:count]]
 
     def _stated(self, node: Node) -> int | None:
         """The claim that takes a node's place."""

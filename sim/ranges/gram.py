@@ -13,8 +13,9 @@ in whatever order it computes the elements, also where several measurements shar
 The next matrix is a covariance if its elements are the inner products of one vector each; the first
 one is, and by induction all are. F and h may be any values of the step. An inner product is within
 the lengths of its two vectors, which follow from the variances of the states, from what conditions
-say of them, and from the intervals of F, h, q and v. Where one update takes a variance beyond its
-declared range, but not beyond the format of its word, the induction lets it be as large as that.
+say of them, and from the intervals of F, h, q and v; of a row that is one of several kinds, from
+those of each kind (`cases`). Where one update takes a variance beyond its declared range, but not
+beyond the format of its word, the induction lets it be as large as that.
 
 That a value is an inner product is an identity of polynomials, checked at random points, with
 selections, limits and functions drawn, too: of one that is false all points would have to be roots.
@@ -23,16 +24,17 @@ selections, limits and functions drawn, too: of one that is false all points wou
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.estimator import Estimator
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import Proof
+from boresight.sim.ranges.boxes import Ends, Proof
+from boresight.sim.ranges.cases import ends_in_cases
 from boresight.sim.ranges.claims import TOLERANCE, Claim, live
 from boresight.sim.ranges.inner_products import (
     ONE,
@@ -100,6 +102,14 @@ class Gram:
         self.vectors = vectors or Vectors(program, nodes)
         self.rows: dict[tuple[int, ...], tuple[float, Ball]] = {}  # of coefficients
         self.joined: dict[int, Ball] = {}  # of a vector whose length follows from such a row's
+        self.cases = ends_in_cases(program, nodes)
+        self.varied = {
+            n
+            for n, (low, high) in self.cases.items()
+            if low.max() > self.nodes[n].low or high.min() < self.nodes[n].high
+        }
+        self.by_case: dict[int, dict[int, Node]] = {}  # what lengths of each case follow from
+        self.by_ends: set[int] = set()  # vectors whose lengths follow from others' and intervals
         self.after = {ij: following for ij, (_, following) in elements.items()}
         self.following: list[Vector] = []  # whose inner products the next elements are
         self.size = max(j for _, j in elements) + 1
@@ -176,20 +186,37 @@ class Gram:
         own = {n.number for n in live([node])}
         return (self.passed & (own | self.needed)) | self.passed_within
 
-    def base_of(self, pair: Pair) -> dict[int, Node]:
-        """The nodes whose intervals the lengths of vectors follow from."""
+    def base_of(self, pair: Pair, *, by_case: bool = True) -> dict[int, Node]:
+        """The nodes whose intervals the lengths of vectors follow from.
+
+        ``by_case``: where those of each case tell a length, from no others.
+        """
         base: dict[int, Node] = {}
-        for v in made_from(pair):
+        for v in self._told_by(pair) if by_case else made_from(pair):
             if v.variance is not None and self._is_declared(v.variance):
                 base[v.variance.number] = v.variance
-            base |= {n.number: n for c, _ in v.parts for m in c.nodes for n in known_from(m)}
+            parts = () if by_case and self._is_by_case(v) else v.parts
+            base |= {n.number: n for c, _ in parts for m in c.nodes for n in known_from(m)}
             base |= {n.number: n for c in v.noise for m in c.nodes for n in known_from(m)}
+            base |= self.by_case.get(v.number, {})
         base |= {n: self.nodes[n] for ball in self._rows_of(pair) for n in ball.used}
         return base
 
     def _rows_of(self, pair: Pair) -> list[Ball]:
         """The rows of coefficients whose lengths the lengths of vectors follow from."""
-        return [self.joined[v.number] for v in made_from(pair) if v.number in self.joined]
+        return [
+            self.joined[v.number]
+            for v in self._told_by(pair)
+            if v.number in self.joined and not self._is_by_case(v)
+        ]
+
+    def _is_by_case(self, v: Vector) -> bool:
+        """Whether the length of a vector follows from those of each case alone."""
+        return v.number in self.by_case and v.number not in self.by_ends
+
+    def _told_by(self, pair: Pair) -> Iterator[Vector]:
+        """Vectors from whose lengths those of two follow."""
+        return made_from(pair, lambda v: flat_parts(v.parts) if self._is_by_case(v) else v.parts)
 
     # -- values at the points ---------------------------------------------------------------------
 
@@ -683,6 +710,7 @@ class Gram:
     def _let(self, largest: dict[int, float]) -> None:
         """Set the largest variances, and forget what followed from others."""
         self.largest, self.lengths, self.joined = largest, {}, {}
+        self.by_case, self.by_ends = {}, set()
 
     def _is_declared(self, variance: Node) -> bool:
         """Whether a variance is within its declared range because its declaration says so."""
@@ -732,6 +760,7 @@ class Gram:
                 size = max(-low, high)
                 most += size * self._length(part, sides, caps, known) if size else 0.0
             most = min(most, self._joined(v, most, sides, caps, known))
+            most = min(most, self._in_cases(v, most, sides, caps, known))
             if v.noise:
                 most = math.sqrt(most * most + max(0.0, sum(c.ends(sides)[1] for c in v.noise)))
             if v.unit is not None and (m := self._measured(v.unit, sides)) is not None:
@@ -764,6 +793,35 @@ class Gram:
         length = math.sqrt(square * sum(lengths))
         if length < most:
             self.joined[v.number] = proof_of_row
+        return length
+
+    def _in_cases(
+        self,
+        v: Vector,
+        most: float,
+        sides: Sides,
+        caps: Mapping[int, float],
+        known: dict[int, float],
+    ) -> float:
+        """The largest of the lengths in each case, where that is less than ``most``."""
+        parts = [*flat_parts(v.parts)]
+        if len(parts) < 2 or not any(n.number in self.varied for c, _ in parts for n in c.nodes):
+            self.by_ends.add(v.number)
+            return math.inf
+        by: dict[int, list[Ends]] = {}
+        for c, part in parts:
+            by.setdefault(part.number, []).append(c.ends_in(self.cases, sides))
+        total = np.zeros(1)
+        for number, ends in by.items():
+            low, high = (sum(e) for e in zip(*ends, strict=True))
+            length = self._length(self.space.vectors[number], sides, caps, known)
+            total = total + np.maximum(-low, high) * length
+        length = float(total.max())
+        if length >= most:
+            self.by_ends.add(v.number)
+        elif v.number not in self.by_case:
+            below = live([n for c, _ in parts for n in c.nodes])
+            self.by_case[v.number] = {n.number: n for n in below if n.kind in LEAVES}
         return length
 
     def _measured(self, unit: Vector, sides: Sides) -> tuple[Vector, float] | None:
@@ -804,22 +862,26 @@ class Gram:
     def _compared(self, condition: int, side: int) -> tuple[dict[int, float], float]:
         """The same of one condition; no factors where it compares something else."""
         sign = 1.0 if side == 1 else -1.0
-        rest, squares = 0.0, dict[int, float]()
+        rest, squares, base = 0.0, dict[int, float](), dict[int, Node]()
         for t in self.terms_of(self.nodes[condition]) or ():
             c = t.coefficient
             if not t.factors:
                 low, high = c.ends({})
                 rest += low if sign > 0.0 else -high
-                self.within |= {n.number: n for m in c.nodes for n in known_from(m)}
+                base |= {n.number: n for m in c.nodes for n in known_from(m, {})}
                 continue
             own = [x for x, y in self.pairs_of(t.factors[0]) if x is y]
             if len(t.factors) > 1 or c.nodes or c.sides or not own or sign * c.number <= 0.0:
                 return {}, 0.0
             squares |= {x.number: sign * c.number for x in own}
+        self.within |= base if squares else {}
         return squares, -rest
 
 
-def made_from(vectors: Sequence[Vector]) -> Iterator[Vector]:
+def made_from(
+    vectors: Sequence[Vector],
+    parts: Callable[[Vector], Iterable[tuple[Coefficient, Vector]]] = lambda v: v.parts,
+) -> Iterator[Vector]:
     """Vectors and all that they are made from, each once."""
     stack, seen = [*vectors], set[int]()
     while stack:
@@ -827,7 +889,7 @@ def made_from(vectors: Sequence[Vector]) -> Iterator[Vector]:
         if v.number not in seen:
             seen.add(v.number)
             yield v
-            stack += [part for _, part in v.parts]
+            stack += [part for _, part in parts(v)]
             stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.boxes import Ends
 
 __all__ = [
     "ONE",
@@ -84,6 +85,22 @@ class Coefficient:
             low, high = min(corners), max(corners)
         if any(c not in sides for c, _ in self.sides):
             low, high = min(low, 0.0), max(high, 0.0)
+        return low, high
+
+    def ends_in(self, cases: Mapping[int, Ends], sides: Sides) -> Ends:
+        """Least and largest value (cases,) on the given sides, of nodes with these ends."""
+        if any(sides.get(c, s) != s for c, s in self.sides):
+            return np.zeros(1), np.zeros(1)
+        low = high = np.full(1, self.number)
+        for node in self.nodes:
+            corners = [
+                np.where((x == 0.0) | (y == 0.0), 0.0, x * y)
+                for x in (low, high)
+                for y in cases[node.number]
+            ]
+            low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
+        if any(c not in sides for c, _ in self.sides):
+            low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
         return low, high
 
 
@@ -277,15 +294,21 @@ def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> _Known:
     return _Known(low, high, base).within(node)
 
 
-def known_from(node: Node) -> Iterator[Node]:
-    """Nodes from whose intervals the known ends of a node follow, whatever sides are given."""
+def known_from(node: Node, sides: Sides | None = None) -> Iterator[Node]:
+    """Nodes from whose intervals the known ends of a node follow.
+
+    ``sides``: those that are given; None: whatever they are.
+    """
+    if sides is not None:
+        yield from sorted(_known_ends(node, sides).base, key=lambda n: n.number)
+        return
     conditions = sorted({*conditions_in(node)})
     if len(conditions) > _SIDES:
         yield from _made_of(node)
         return
     base = set[Node]()
-    for sides in product((0, 1, 2), repeat=len(conditions)):
-        given = {n: s for n, s in zip(conditions, sides, strict=True) if s}
+    for each in product((0, 1, 2), repeat=len(conditions)):
+        given = {n: s for n, s in zip(conditions, each, strict=True) if s}
         base |= _known_ends(node, given).base
     yield from sorted(base, key=lambda n: n.number)
 

@@ -327,13 +327,13 @@ class Prover:
         self.estimator, self.program, self.nodes = estimator, program, nodes
         self.live = live_nodes(program, nodes)
         self.own = own or self.live
-        cells = reached_cells(program, nodes)
+        cells, relations = reached_cells(program, nodes), dict[int, float]()
         vectors = Vectors(program, nodes)
         gram = Gram(estimator, program, nodes, vectors)
         methods = (
             gram.proof_of,
             Traces(gram, Norms(vectors)).proof_of,
-            lambda claim: proof_of(claim, cells),
+            lambda claim: proof_of(claim, cells, relations),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,
         )

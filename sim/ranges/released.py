@@ -18,7 +18,7 @@ from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import interval_of
 from boresight.sim.ranges.claims import Claim
-from boresight.sim.ranges.steps import live_nodes
+from boresight.sim.ranges.steps import live_nodes, may_fuse
 
 __all__ = ["released"]
 
@@ -63,15 +63,10 @@ def released(
         for form in forms.get(number, ()):
             room = 2.0 * form.lsb
             if low < min(node.low, form.min - room) or high > max(node.high, form.max + room):
-                low, high = (-math.inf, math.inf) if _may_fuse(node) else (form.min, form.max)
+                low, high = (-math.inf, math.inf) if may_fuse(node) else (form.min, form.max)
                 new[number] = replace(node, kind="input", args=(), low=low, high=high)
                 break
     return new
-
-
-def _may_fuse(node: Node) -> bool:
-    """Whether some of those that use a node may read no word of it, but compute it themselves."""
-    return node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1)
 
 
 def _ends(

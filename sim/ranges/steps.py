@@ -13,7 +13,7 @@ from boresight.model.words.program import Program
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.claims import live
 
-__all__ = ["covariance_elements", "implied", "live_nodes"]
+__all__ = ["covariance_elements", "implied", "live_nodes", "may_fuse"]
 
 #: Share of an eigenvalue that rounding explains.
 _ROUNDING = 1e-9
@@ -23,6 +23,11 @@ def live_nodes(program: Program, nodes: Mapping[int, Node]) -> dict[int, Node]:
     """Nodes that outputs and next states need, by number, each after its arguments."""
     results = (*program.outputs, *(after for _, after in program.states))
     return {n.number: n for n in live([nodes[n] for n in results if n in nodes])}
+
+
+def may_fuse(node: Node) -> bool:
+    """Whether some of those that use a node may read no word of it, but compute it themselves."""
+    return node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1)
 
 
 def covariance_elements(

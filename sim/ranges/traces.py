@@ -100,7 +100,7 @@ class Traces:
         gram = self.gram
         base = {n.number: n for c in rest for m in c.nodes for n in known_from(m)} | gram.within
         for pair in (*pairs, *((v, v) for v in gram.following)):
-            base |= gram.base_of(pair)
+            base |= gram.base_of(pair, by_case=False)
         numbers = gram.passed_by(node)
         for ball in self.balls.values():
             base |= {n: gram.nodes[n] for n in ball.used}

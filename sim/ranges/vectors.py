@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from boresight.model.lowering.graph import Node
@@ -58,11 +58,12 @@ class Vectors(Balls):
         }
         balls = (*radial_balls(self.nodes), *UnitVectors(self.nodes).balls)
         self.balls = [*{ball.numbers: ball for ball in balls}.values()]
-        self.members = set[int]().union(*(ball.numbers for ball in self.balls))
+        self.members = frozenset[int]().union(*(ball.numbers for ball in self.balls))
         self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
         self.waves = [*_waves(self.nodes)]
         self.low_passes = [*low_passes_of(program, nodes)]
+        self.ends = self.members, self.members | self.said  # of forms
         self.reductions = [*reductions_of(self.nodes)]
         self.rotations: list[Rotation] = []
         self.lengths: dict[int, Ball] = {}  # why |p|^2 <= 2, by t
@@ -82,12 +83,16 @@ class Vectors(Balls):
         self.balls += self._reduced_states()
         count = len(self.balls)
         self.balls += self._turned(self.balls)
-        self.members = self.members.union(*(ball.numbers for ball in self.balls))
-        self.known.clear()
+        self._count_members()
         self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
-        self.members = self.members.union(*(ball.numbers for ball in self.balls))
-        self.known.clear()
+        self._count_members()
         self.rotations = [*rotations_of(self.nodes, self.balls)]
+
+    def _count_members(self) -> None:
+        """Forms end at the components of vectors from now on."""
+        self.members = self.members.union(*(ball.numbers for ball in self.balls))
+        self.ends = self.members, self.members | self.said
+        self.known.clear()
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
@@ -197,7 +202,7 @@ class Vectors(Balls):
             if most <= min(-wanted[0], wanted[1]):
                 return -most, most
         before: Polynomial = {}
-        for ends in (self.members, self.members | self.said):
+        for ends in self.ends:
             self.used, self.passed = set(), set()
             form = self._form_of(node, ends)
             if form is None or form == before:
@@ -318,18 +323,24 @@ class Vectors(Balls):
             ]
             yield lambda: max(self._square(side, nested - 1) for side in sides)
             return
-        for ends in (self.members | self.said, self.members):
+        for ends in reversed(self.ends):
+            total = cache(partial(self._summed_squares, vector, ends))
             for method in (
                 *(self._by_signs, self._by_absorption, self._by_elimination),
                 lambda total: self._factors(total, nested),
                 lambda total: self._by_quadratic(total, vector, nested),
             ):
+                yield partial(self._of_total, total, method)
 
-                def way(ends: Set[int] = ends, method: Callable[..., float] = method) -> float:
-                    total = self._summed_squares(vector, ends)
-                    return math.inf if total is None else method(total)
-
-                yield way
+    def _of_total(
+        self,
+        total: Callable[[], tuple[Polynomial | None, frozenset[int]]],
+        method: Callable[[Polynomial], float],
+    ) -> float:
+        """What a method tells of a sum of squares."""
+        form, passed = total()
+        self.passed |= passed
+        return math.inf if form is None else method(form)
 
     def _filtered(self, vector: Sequence[Node]) -> float:
         """Of a vector whose components low-passes make alike of those of a sample."""
@@ -411,15 +422,20 @@ class Vectors(Balls):
             return math.inf
         return max(map(self._by_eigenvalues, (form, scaled(form, -1.0)))) ** 2
 
-    def _summed_squares(self, vector: Sequence[Node], ends: Set[int]) -> Polynomial | None:
-        total: Polynomial = {}
+    def _summed_squares(
+        self, vector: Sequence[Node], ends: Set[int]
+    ) -> tuple[Polynomial | None, frozenset[int]]:
+        """The sum, and the "bounded" nodes that count as their arguments in it."""
+        before, self.passed = self.passed, set()
+        total: Polynomial | None = {}
         for node in vector:
             form = self._form_of(node, ends)
             square = None if form is None else times(form, form, TERMS)
-            if square is None:
-                return None
-            total = plus(total, square)
-        return {m: c for m, c in total.items() if abs(c) > 1e-12}
+            total = None if total is None or square is None else plus(total, square)
+            if total is None:
+                break
+        passed, self.passed = frozenset(self.passed), before
+        return total and {m: c for m, c in total.items() if abs(c) > 1e-12}, passed
 
     def _by_quadratic(self, form: Polynomial, vector: Sequence[Node], nested: int) -> float:
         """Of a quadratic form of others than the vector that it is the square of."""
@@ -432,11 +448,11 @@ class Vectors(Balls):
     def _factors(self, form: Polynomial, nested: int) -> float:
         """Of (sum of a_i^2) g, g without them."""
         best = math.inf
+        parts: dict[int, Polynomial] = {}
+        for m, c in form.items():
+            for k in {k for k in m if m.count(k) == 2}:
+                parts.setdefault(k, {})[tuple(i for i in m if i != k)] = c
         for n in set(next(iter(form), ())):
-            parts: dict[int, Polynomial] = {}
-            for m, c in form.items():
-                for k in {k for k in m if m.count(k) == 2}:
-                    parts.setdefault(k, {})[tuple(i for i in m if i != k)] = c
             vector = [k for k, part in parts.items() if n in parts and _alike(part, parts[n])]
             if len(vector) * len(parts.get(n, ())) != len(form):
                 continue

@@ -46,6 +46,9 @@ UNITS = {name: 1.0 for name in KINDS} | {
 }
 SLOWEST = 8.0  #: m/s forward through the air for sideslip; a 32nd of a gauss north for declination.
 LOWEST = 2.0  #: m above ground for optical flow.
+#: Largest derivatives of what is measured, in its parts of `UNITS`: of the axis along the wind and
+#: the drag, and of optical flow that sees 9 m/s from 3 m above ground.
+STEEPEST = {"q": 64.0, "v": 4.0, "pd": 1.0, "terrain": 1.0, "wind_n": 1.0, "wind_e": 1.0}
 _EPSILON = 0.125  #: m/s, of the norm of the airspeed.
 
 
@@ -75,8 +78,8 @@ class Ekf2(Kalman):
     )
     states = (
         Attitude("q", sd=(0.05, 0.05, 0.2)),
-        *vector(State, "v", "ned", -64.0, 64.0, "m/s", sd=1.0, sd_max=2.0),
-        *vector(State, "p", "ned", -4096.0, 4096.0, "m", sd=4.0, sd_max=8.0),
+        *vector(State, "v", "ned", -64.0, 64.0, "m/s", sd=1.0, sd_max=1.98),
+        *vector(State, "p", "ned", -4096.0, 4096.0, "m", sd=4.0, sd_max=7.9),
         *vector(State, "bg", "xyz", -0.125, 0.125, "rad/s", sd=0.01),
         *vector(State, "ba", "xyz", -1.0, 1.0, "m/s^2", sd=0.1),
         *(
@@ -85,7 +88,7 @@ class Ekf2(Kalman):
         ),
         *vector(State, "mb", "xyz", -1.0, 1.0, "", sd=0.05, sd_max=0.1),
         *(State("wind_" + a, -32.0, 32.0, "m/s", sd=4.0, sd_max=6.0) for a in "ne"),
-        State("terrain", -512.0, 512.0, "m", sd=4.0, sd_max=8.0),
+        State("terrain", -512.0, 512.0, "m", sd=4.0, sd_max=7.9),
     )
     outputs = (
         *(Output("q" + c, tolerance=5e-5) for c in "wxyz"),
@@ -151,7 +154,7 @@ class Ekf2(Kalman):
             - by["gravity"] * seen[2]
         )
         z = ops.where(here["heading"], (UNITS["heading"] * math.pi) * turned, u.z)
-        return [Measurement(z, h, u.r, gate=5.0, sd_max=64.0)]
+        return [Measurement(z, h, u.r, gate=5.0, sd_max=64.0, slope_max=STEEPEST)]
 
     def _angle(self, x: Any, air: Any, along: Any, declination: Any) -> Any:
         """Half turns: declination of the field, or sideslip."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -271,6 +273,35 @@ def test_a_claim_of_what_the_states_leave_unknown() -> None:
     assert in_turn(np.float64(0.0), [*rows, Measurement(0.0, 0.0, 1.0)]).sd_max is None
 
 
+def test_a_derivative_counts_as_its_largest_beyond_it() -> None:
+    """Of 0.2 v, limited to 1 at v = 8: as without a limit up to 5 m/s, and above as 1."""
+
+    class Steep(Cart):
+        steepest: Mapping[str, float] = {}
+
+        def measure(self, x: Any, u: Any, p: Any) -> Any:
+            h = x.pos + 0.1 * (x.vel * x.vel)
+            return [Measurement(u.z, h, p.r, slope_max=self.steepest)]
+
+    class Limited(Steep):
+        steepest = {"vel": 1.0}
+
+    def gain(kind: type[Kalman], rate: float) -> float:
+        k = kind()
+        given = {s.name: s.initial for s in k.states} | {"vel": rate, "p_pos_vel": 1.0}
+        given |= {p.name: p.default for p in k.params}
+        x = SimpleNamespace(**given | {"there": 1.0, "z": 4.0})
+        after, _ = k.step(x, x, x)
+        return float(after["pos"] - rate * DT)
+
+    assert gain(Limited, 4.0) == gain(Steep, 4.0)
+    assert gain(Limited, 8.0) != gain(Steep, 8.0)
+    rows = [
+        Measurement(0.0, 0.0, 1.0, slope_max=most) for most in ({"a": 2.0}, {"a": 4.0, "b": 1.0})
+    ]
+    assert in_turn(np.float64(0.0), rows).slope_max == {"a": 4.0}
+
+
 def test_lines_are_the_authors() -> None:
     trace = Turning().record()
     lines = {e.line for e in trace.needed if e.args}
@@ -340,6 +371,18 @@ def changed(**members: Any) -> type[Kalman]:
         ),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, sd_max=0.0)]}, "sd_max"),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, slope_max={"pos": 3})]},
+            "powers of two in slope_max, found 3 of pos",
+        ),
+        (
+            {
+                "measure": lambda self, x, u, p: [
+                    Measurement(u.z, x.pos, p.r, slope_max={"po": 2.0})
+                ]
+            },
+            "slope_max of states",
+        ),
     ],
 )
 def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:

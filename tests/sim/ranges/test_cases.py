@@ -1,0 +1,102 @@
+"""Rows that are one of several kinds: what they leave unknown is the most of any kind."""
+
+import pytest
+
+from boresight.model import ops
+from boresight.model.estimator import Input, Param
+from boresight.model.kalman import Kalman, Measurement, State
+from boresight.sim.ranges.cases import ends_in_cases
+from boresight.sim.ranges.claims import claims_of
+from boresight.sim.ranges.gram import Gram
+from boresight.sim.ranges.ranges import examine
+from boresight.sim.ranges.steps import live_nodes
+
+
+class Kinds(Kalman):
+    """Three states, each measured by itself where an input says so: 4, 2 or 1 times as large."""
+
+    name = "kinds"
+    inputs = (Input("kind", 0.0, 4.0), Input("z", -8.0, 8.0), Input("by", -1.0, 1.0))
+    params = (Param("r", 0.1, 0.05, 1.0),)
+    states = tuple(State(a, -1.0, 1.0, sd=0.5, sd_max=1.0) for a in "abc")
+    sd_max = 4.0
+    together = False
+
+    def measure(self, x, u, p):
+        at = [u.kind < n + 0.5 for n in range(4)]
+        here = [at[n] & ~at[n - 1] for n in (1, 2, 3)]
+        if self.together:
+            here[1] = at[2]
+        h = 0.0
+        for condition, factor, value in zip(here, (4.0, 2.0, 1.0), (x.a, x.b, x.c), strict=True):
+            h = h + ops.where(condition, factor * u.by, 0.0) * value
+        return [Measurement(u.z, h, p.r, sd_max=self.sd_max)]
+
+
+def unproven(estimator):
+    program, nodes = estimator.compile_traced()
+    gram = Gram(estimator, program, nodes)
+    assert gram.proven
+    return [c.reason for c in claims_of(program, nodes) if not c.state and not gram.proof_of(c)]
+
+
+def test_one_kind_at_a_time():
+    assert unproven(Kinds()) == []
+
+
+@pytest.mark.parametrize("change", [{"sd_max": 3.9}, {"together": True}])
+def test_more_than_is_said(change):
+    """The first kind leaves 4; the first and the second at once, 6."""
+    estimator = Kinds()
+    for name, value in change.items():
+        setattr(estimator, name, value)
+    assert "h P h + r" in unproven(estimator)
+
+
+def test_intervals_of_each_case():
+    program, nodes = Kinds().compile_traced()
+    live = live_nodes(program, nodes)
+    cases = ends_in_cases(program, nodes)
+    (kind,) = [n for n, node in live.items() if node.name == "kind"]
+    assert cases[kind][0] == pytest.approx([0.0, 0.5, 1.5, 2.5, 3.5])
+    assert cases[kind][1] == pytest.approx([0.5, 1.5, 2.5, 3.5, 4.0])
+    conditions = [
+        n for n, (low, high) in cases.items() if live[n].kind == "sum" and (high < 0).any()
+    ]
+    decided = [[*(cases[n][0] >= 0.0)] for n in conditions]
+    assert [False, True, True, True, True] in decided and [False] * 4 + [True] in decided
+    assert all(((low >= 0.0) | (high < 0.0)).all() for low, high in map(cases.get, conditions))
+
+
+class Driven(Kinds):
+    """A product of two states is measured, of which an input drives one beyond its range."""
+
+    sd_max = 1.0
+    slope_max = {"a": 0.5, "b": 0.5}
+
+    def f(self, x, u, p):
+        return {"a": x.a + 0.25 * u.by}
+
+    def measure(self, x, u, p):
+        here = [u.kind < 0.5, ~(u.kind < 0.5) & (u.kind < 1.5), u.kind > 1.5]
+        rows = (x.a * x.b, x.c, 0.5 * x.c)
+        h = sum(ops.where(c, 1.0, 0.0) * row for c, row in zip(here, rows, strict=True))
+        return [Measurement(u.z, h, p.r, sd_max=self.sd_max, slope_max=self.slope_max)]
+
+
+def statuses(**members):
+    result = examine(type("Driven", (Driven,), members)(), updates=4000)
+    assert result.good
+    (driven,) = [c for c in result.claims if c.value.startswith("declared range")]
+    assert driven.status == "excepted"
+    return {c.status for c in result.claims if c.value.split(",")[0] in OF_P}
+
+
+OF_P = {"standard deviations", "h P h + r", "root of a variance"}
+
+
+def test_a_limited_derivative_needs_no_range():
+    """What is measured leaves 0.5 + 0.5, whatever the states; with limits of 1 it may leave 2."""
+    assert statuses() == {"proven"}
+    assert statuses(slope_max={"a": 1.0, "b": 1.0}) - {"proven"}
+    assert "conditional" in statuses(slope_max={}, sd_max=2.0)
