@@ -83,14 +83,16 @@ class Vectors(Balls):
         self.balls += self._reduced_states()
         count = len(self.balls)
         self.balls += self._turned(self.balls)
+        self._count_members()
+        self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
+        self._count_members()
+        self.rotations = [*rotations_of(self.nodes, self.balls)]
+
+    def _count_members(self) -> None:
+        """Forms end at the components of vectors from now on."""
         self.members = self.members.union(*(ball.numbers for ball in self.balls))
         self.ends = self.members, self.members | self.said
         self.known.clear()
-        self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
-        self.members = self.members.union(*(ball.numbers for ball in self.balls))
-        self.ends = self.members, self.members | self.said  # of forms
-        self.known.clear()
-        self.rotations = [*rotations_of(self.nodes, self.balls)]
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
