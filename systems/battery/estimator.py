@@ -45,13 +45,13 @@ class Battery(Kalman):
     params = (
         Param("capacity", CAPACITY, 0.25, 8.0, "A h", "charge of a full cell"),
         Param("r_0", R_0, 0.001, 0.5, "ohm", "resistance that acts at once"),
-        Param("r_fast", R_FAST, 0.001, 0.5, "ohm", "resistance of the fast element"),
-        Param("r_slow", R_SLOW, 0.001, 0.5, "ohm", "resistance of the slow element"),
+        Param("r_fast", R_FAST, 0.001, 0.25, "ohm", "resistance of the fast element"),
+        Param("r_slow", R_SLOW, 0.001, 0.25, "ohm", "resistance of the slow element"),
         Param(
             "gone_fast",
             1.0 - ops.exp(-DT / (R_FAST * C_FAST)),
             1e-4,
-            0.5,
+            0.125,
             "",
             "1 - exp(-step / R C)",
         ),
@@ -59,13 +59,13 @@ class Battery(Kalman):
             "gone_slow",
             1.0 - ops.exp(-DT / (R_SLOW * C_SLOW)),
             1e-4,
-            0.5,
+            0.125,
             "",
             "1 - exp(-step / R C)",
         ),
         Param("var_v", 9e-6, 1e-6, 1e-2, "V^2", "variance of a voltage"),
-        Param("var_i", 1.6e-3, 1e-6, 1.0, "A^2", "variance of a current"),
-        Param("q_v", 1e-10, 0.0, 1e-4, "V^2", "noise of either element in a step"),
+        Param("var_i", 1.6e-3, 1e-6, 0.25, "A^2", "variance of a current"),
+        Param("q_v", 1e-10, 0.0, 1e-5, "V^2", "noise of either element in a step"),
     )
     states = (
         State("z", -0.25, 1.25, "", 0.5, sd=0.25, sd_max=0.35),
