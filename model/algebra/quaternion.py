@@ -125,12 +125,12 @@ def product(p: Vector, q: Vector) -> list[Any]:
     ]
 
 
-def scaled_matrix(q: Vector) -> list[list[Any]]:
-    """|q|^2 C_nb of a quaternion of norm up to two, 30 slots."""
+def scaled_matrix(q: Vector, largest: float = 4.0) -> list[list[Any]]:
+    """|q|^2 C_nb of a quaternion whose squared norm is at most ``largest``, 30 slots."""
     w, x, y, z = q
 
     def element(value: Any) -> Any:
-        return ops.bounded(value, -4.0, 4.0, "rotation matrix, scaled")
+        return ops.bounded(value, -largest, largest, "rotation matrix, scaled")
 
     return [
         [
@@ -151,7 +151,7 @@ def scaled_matrix(q: Vector) -> list[list[Any]]:
     ]
 
 
-def increment(half: Vector) -> list[Any]:
+def increment(half: Vector, *, short: bool = False) -> list[Any]:
     """Quaternion of the turn by 2 ``half`` [rad], three terms of each series, 13 slots.
 
     With y = |half|^2::
@@ -159,11 +159,16 @@ def increment(half: Vector) -> list[Any]:
         w = 1 - y/2 + y^2/24        v = half (1 - y/6 + y^2/120)
 
     Its norm is one within y^3/360. Components of ``half`` lie in [-1, 1].
+
+    ``short``: with y^2/144 in place of y^2/120 it is never longer than one, so that a covariance
+    which it turns does not grow: 1 - y^4/1728 + y^5/20736 is the square of its norm. The turn is
+    smaller by |half|^5/360 rad, 1e-9 rad of 0.1 rad.
     """
     y = ops.bounded(dot(half, half), 0.0, 3.0, "three squares")
     yy = y * y
     w = ops.bounded(1.0 - 0.5 * y + (1.0 / 24.0) * yy, -1.0, 1.0, "cosine")
-    s = ops.bounded(1.0 - (1.0 / 6.0) * y + (1.0 / 120.0) * yy, 0.0, 1.0, "sine over angle")
+    last = 1.0 / 144.0 if short else 1.0 / 120.0
+    s = ops.bounded(1.0 - (1.0 / 6.0) * y + last * yy, 0.0, 1.0, "sine over angle")
     return [w, *(ops.bounded(s * h, -1.0, 1.0, "sine") for h in half)]
 
 

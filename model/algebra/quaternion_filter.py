@@ -35,19 +35,23 @@ __all__ = [
     "FLOOR_NOISE",
     "NORM_FLOOR",
     "P0",
+    "QUATERNION_LIMIT",
     "SCALE",
     "TRACE_LIMIT",
+    "above_rounding",
     "attitude_outputs",
     "attitude_states",
     "body_covariance",
     "body_turned",
-    "floor_noise",
+    "correction_of",
     "force_gate",
     "gyro_params",
-    "kept_positive",
+    "initial_variance",
+    "is_full",
     "moved",
     "named_outputs",
     "normalised",
+    "of_unit_length",
     "predicted_attitude",
     "restarted",
     "squared_force",
@@ -58,14 +62,17 @@ __all__ = [
 ]
 
 #: Quaternion before the first alignment: less than half a turn from common attitudes.
-START = (0.53770572, 0.31260333, -0.28710306, 0.72850776)
+START = (0.53770571, 0.31260333, -0.28710306, 0.72850776)
 STEP_LIMIT = 0.125  #: largest process noise of one step, standard deviation times scale.
 TRACE_LIMIT = 0.5  #: scaled covariance of the rotation above which it does not grow.
-NORM_FLOOR = 2.0**-24  #: least variance of the norm, against rounding below zero.
+QUATERNION_LIMIT = 0.75  #: the same of rotation and norm.
+P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
+P0_MOST = 0.25 - 2.0**-14  #: largest initial variance: that of norm and rotation is below one.
+NORM_FLOOR = 2.0**-24  #: variance of the norm below which it grows, against rounding below zero.
 FLOOR_NOISE = 2.0**-28  #: added to the scaled variances of the rotation each step: 8 LSB at W = 32.
 MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
-ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below the limit.
+ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below both limits.
 
 SCALE = Param(
     "scale",
@@ -155,18 +162,31 @@ def sum_of(parts: Any) -> Any:
 
 def predicted_attitude(x: Any, half: list[Any]) -> tuple[list[Any], list[Any]]:
     """(q dq, dq) for the turn by 2 ``half`` [rad]."""
-    dq = increment([ops.saturated(h, 1.0) for h in half])
+    dq = increment([ops.saturated(h, 1.0) for h in half], short=True)
     return [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)], dq
 
 
-def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
-    """F P F^T + Q in the body basis, diag(1, C^T) P diag(1, C) + diag(0, (dt/2)^2 Qg), C(dq)."""
+def is_full(a: Symmetric) -> Any:
+    """Whether the trace of norm and rotation is at its limit, where nothing is added to it."""
+    return sum_of(a[k][k] for k in range(4)) >= QUATERNION_LIMIT
+
+
+def initial_variance(p: Any) -> Any:
+    """P0, of norm and rotation."""
+    p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
+    return ops.bounded(ops.minimum(p0 * p0, P0_MOST), 0.0, P0_MOST, "held")
+
+
+def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any, full: Any) -> Symmetric:
+    """F P F^T + Q in the body basis, diag(1, C^T) P diag(1, C) + diag(0, (dt/2)^2 Qg), C(dq).
+
+    Q is 0 where it is ``full``.
+    """
     c = matrix(dq)
     step = u.dt * p.scale
     deviations = [
         ops.saturated(0.5 * sd * step, STEP_LIMIT) for sd in (p.gyro_sd_x, p.gyro_sd_y, p.gyro_sd_z)
     ]
-    full = a[1][1] + a[2][2] + a[3][3] >= TRACE_LIMIT
 
     def element(i: int, j: int, value: Any) -> Any:
         if i == j:
@@ -192,12 +212,19 @@ def body_covariance(a: Symmetric, dq: list[Any], u: Any, p: Any) -> Symmetric:
 # -- correction -----------------------------------------------------------------------------------
 
 
-def update(gains: list[list[Any]], moves: list[Any], column: list[Any], s: Any, nu: Any) -> None:
+def update(
+    gains: list[list[Any]],
+    moves: list[Any],
+    column: list[Any],
+    s: Any,
+    nu: Any,
+    largest: float = 17.0,
+) -> None:
     """Append a scalar update: L = P H / sqrt(S) to ``gains``, nu / sqrt(S) to ``moves``.
 
-    ``column`` is P H; P decreases by L L^T, the state grows by L times the move.
+    ``column`` is P H; P decreases by L L^T, the state grows by L times the move. ``largest``: of S.
     """
-    weight = ops.rsqrt(ops.bounded(s, 0.0, 17.0, "P + R", unless=NO_COVARIANCE))
+    weight = ops.rsqrt(ops.bounded(s, 0.0, largest, "P + R", unless=NO_COVARIANCE))
     moves.append(ops.saturated(ops.saturated(nu, 8.0) * weight, MOVE_LIMIT))
     gains.append(
         [
@@ -258,34 +285,48 @@ def moved(gains: list[list[Any]], moves: list[Any], k: int, limit: float = 2.0) 
     return total
 
 
+def correction_of(parts: list[Any]) -> list[Any]:
+    """A quaternion of a correction, its components limited to 2 and 1."""
+    return [ops.saturated(c, 2.0 if k == 0 else 1.0) for k, c in enumerate(parts)]
+
+
 def normalised(raw: list[Any]) -> tuple[list[Any], Any]:
     """(unit quaternion, 1/norm) of a corrected quaternion."""
-    shrink = ops.rsqrt(ops.saturated(dot(raw, raw), 4.0))
-    return [ops.saturated(c * shrink, 1.0) for c in raw], shrink
+    return _over_root(raw, ops.saturated(dot(raw, raw), 4.0))
 
 
-def floor_noise(i: int, j: int) -> float:
-    """Growth of element (i, j) in every step, so that rounding stays below the process noise."""
-    return FLOOR_NOISE if 0 < i == j else 0.0
+def of_unit_length(raw: list[Any]) -> tuple[list[Any], Any]:
+    """The same of a `correction_of`, or of the product with one: not limited."""
+    return _over_root(raw, ops.bounded(dot(raw, raw), 0.0, 8.0, "squares of 2, 1, 1 and 1"))
 
 
-def kept_positive(value: Any, i: int, j: int) -> Any:
-    """An element of the covariance; the variance of the norm, without noise, has a floor."""
-    value = bounded_element(value, i, j)
-    return ops.maximum(value, NORM_FLOOR) if i == j == 0 else value
+def _over_root(q: list[Any], square: Any) -> tuple[list[Any], Any]:
+    shrink = ops.rsqrt(square)
+    return [ops.saturated(c * shrink, 1.0) for c in q], shrink
+
+
+def above_rounding(value: Any, i: int, full: Any) -> Any:
+    """Variance i and a word of noise, so that rounding stays below it; not where it is ``full``.
+
+    That of the norm, 0, has no process noise: it grows from its floor only.
+    """
+    noise = FLOOR_NOISE if i else ops.where(value < NORM_FLOOR, NORM_FLOOR, 0.0)
+    return value + ops.where(full, 0.0, noise)
 
 
 def body_turned(
-    a: Symmetric, correction: list[Any], shrink: Any, fresh: Any, first: Any
+    a: Symmetric, correction: list[Any], full: Any, fresh: Any, first: Any
 ) -> Symmetric:
-    """P in the basis of the corrected quaternion, L(c)^T P L(c); ``first`` 1 where ``fresh``."""
+    """P in the basis of the corrected quaternion, L(c)^T P L(c), c of length one.
+
+    Where ``fresh`` each variance is ``first``.
+    """
 
     def element(i: int, j: int, value: Any) -> Any:
-        return kept_positive(
-            ops.where(fresh, first if i == j else 0.0, value + floor_noise(i, j)), i, j
-        )
+        grown = above_rounding(value, i, full) if i == j else value
+        return bounded_element(ops.where(fresh, first if i == j else 0.0, grown), i, j)
 
-    c = [ops.saturated(d * shrink, 1.0) for d in correction]
+    c, _ = of_unit_length(correction)
     return congruence(left_matrix(c), a, element)
 
 

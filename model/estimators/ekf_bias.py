@@ -37,11 +37,11 @@ from boresight.model.algebra.covariance import (
     BELOW_ONE,
     Symmetric,
     bounded_element,
-    congruence,
     covariance_of,
     covariance_states,
     downdated,
     element_names,
+    partly_turned,
     symmetric,
     updated_column,
 )
@@ -50,19 +50,23 @@ from boresight.model.algebra.quaternion_filter import (
     ALIGN_NOISE,
     ALIGN_P,
     P0,
+    P0_LIMIT,
     SCALE,
     TRACE_LIMIT,
+    above_rounding,
     attitude_outputs,
     attitude_states,
-    floor_noise,
-    kept_positive,
+    correction_of,
+    initial_variance,
+    is_full,
     moved,
-    normalised,
+    of_unit_length,
     predicted_attitude,
     restarted,
     status_word,
     sum_of,
     update,
+    update_along,
 )
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
@@ -75,7 +79,6 @@ BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 UNEVEN_LIMIT = 0.5  #: largest | |f|^2/g^2 - 1 | that the noise grows with.
 STEP_LIMIT = 0.125  #: largest root of a process noise density, times scale.
-P0_LIMIT = 0.5  #: largest initial standard deviation, scaled.
 BIAS_P0 = 0.2  #: variance of the bias before the first alignment, scaled.
 ALIGNED = 1.0 / 16.0  #: squared level over vertical force below which the tilt is aligned.
 FOUND = 2.0**-11  #: squared east field over north field below which the heading is found.
@@ -196,8 +199,10 @@ class EkfBias(Estimator):
             ],
         )
         c_nb = matrix(q)
-        full = x.p11 + x.p22 + x.p33 >= TRACE_LIMIT
-        a = self._predicted(covariance_of(x, 7), c_nb, u, p, full)
+        before = covariance_of(x, 7)
+        full = is_full(before)
+        wide = before[4][4] + before[5][5] + before[6][6] >= TRACE_LIMIT
+        a = self._predicted(before, c_nb, u, p, full, wide)
 
         # Vectors in navigation axes, over g and over the reference field.
         force = [v * (1.0 / GRAVITY) for v in (u.ax, u.ay, u.az)]
@@ -227,10 +232,10 @@ class EkfBias(Estimator):
             )
         )
         root = ops.rsqrt(acc_r + mag_r)
-        share = ops.bounded(
-            ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root, 0.0, 1.0, "weight"
-        )
-        share = ops.where(plain, 1.0, share)  # of the accelerometer, in what both measure
+        share = ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root
+        share = ops.where(
+            plain, 1.0, ops.saturated(share, 1.0)
+        )  # of the accelerometer, in what both measure
         both_r = acc_r * share
 
         def combined(acc: Any, mag: Any) -> Any:
@@ -251,43 +256,16 @@ class EkfBias(Estimator):
             column = updated_column(a, k, gains)
             s = a[k][k] + variance - sum_of(g[k] * g[k] for g in gains)
             update(gains, moves, column, s, measured[k] - moved(gains, moves, k))
-        along = [
-            ops.bounded(h * g[3] - d * g[2], -BELOW_ONE, BELOW_ONE, "component") for g in gains
-        ]
         # Without a field a heading variance at its limit is cut by an update without innovation.
-        skipped = unused & ~full
-        column = [
-            ops.bounded(
-                ops.where(
-                    skipped,
-                    0.0,
-                    h * a[3][i]
-                    - d * a[2][i]
-                    - sum_of(g[i] * c for g, c in zip(gains, along, strict=True)),
-                ),
-                -1.9,
-                1.9,
-                "component",
-            )
-            for i in range(7)
-        ]
-        s = h * column[3] - d * column[2] + mag_r
-        update(
-            gains,
-            moves,
-            column,
-            s,
-            ops.where(
-                unused, 0.0, measured[3] - sum_of(t * c for t, c in zip(moves, along, strict=True))
-            ),
-        )
+        heading = {3: h, 2: -d}
+        update_along(a, gains, moves, heading, mag_r, measured[3], ~unused, ~(unused & ~full))
 
         # Correction, normalisation, angles.
-        turned = [
-            ops.saturated((1.0 if k == 0 else 0.0) + moved(gains, moves, k), 2.0) for k in range(4)
-        ]
+        turned = correction_of(
+            [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
+        )
         raw = multiply(turned, q)
-        q_new, shrink = normalised(raw)
+        q_new, shrink = of_unit_length(raw)
 
         bias = [
             ops.saturated(
@@ -301,8 +279,8 @@ class EkfBias(Estimator):
         learnt = x.heading_unknown > -0.75
         found = seeking & learnt & ~(unused | (m[0] * m[0] > FOUND * m[1]))
         unfinished = still | (seeking & ~found)
-        correction = [ops.saturated(v * shrink, 1.0) for v in turned]
-        after = self._turned(downdated(a, gains, aligning), correction, fresh, unfinished, p)
+        start = self._first(unfinished, p)
+        after = self._turned(downdated(a, gains, aligning), turned, (full, wide), fresh, start)
 
         # The reference follows strength and dip, which need no heading.
         level_sq = ops.saturated(field[0] * field[0] + field[1] * field[1], 2.0**16)
@@ -331,9 +309,8 @@ class EkfBias(Estimator):
         )
 
     @staticmethod
-    def _predicted(p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any) -> Symmetric:
+    def _predicted(p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any, wide: Any) -> Symmetric:
         """Phi P Phi^T + Q with Phi = [1, -G; 0, 1], G = dt/2 C, on (rotation, bias)."""
-        wide = p0[4][4] + p0[5][5] + p0[6][6] >= TRACE_LIMIT
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * u.dt), 2.0**-7)
         g = [
             [
@@ -365,9 +342,9 @@ class EkfBias(Estimator):
             for j in bias
         }
         root = ops.saturated(0.5 * p.gyro_density * p.scale, STEP_LIMIT)
-        noise = root * u.dt
+        noise = root * ops.maximum(u.dt, 0.0)
         walk = ops.saturated(BIAS_UNIT * p.bias_density * p.scale, STEP_LIMIT)
-        walk_noise = walk * u.dt
+        walk_noise = walk * ops.maximum(u.dt, 0.0)
 
         def element(i: int, j: int) -> Any:
             if i == 0:
@@ -394,24 +371,24 @@ class EkfBias(Estimator):
         return symmetric(7, element)
 
     @staticmethod
-    def _turned(a: Symmetric, c: list[Any], fresh: Any, unfinished: Any, p: Any) -> Symmetric:
-        """The attitude's part in the basis of the corrected quaternion; P0 after aligning."""
-        p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
+    def _first(unfinished: Any, p: Any) -> list[Any]:
+        """Variances of an alignment, or P0 after it."""
         bias_p0 = ops.saturated(BIAS_UNIT * p.bias_p0_sd * p.scale, P0_LIMIT)
-        start = ops.where(unfinished, ALIGN_P, p0 * p0)
-        m = right_matrix(c)
+        attitude = ops.where(unfinished, ALIGN_P, initial_variance(p))
+        return [*[attitude] * 4, *[bias_p0 * bias_p0] * 3]
+
+    @staticmethod
+    def _turned(
+        a: Symmetric, correction: list[Any], full: tuple[Any, Any], fresh: Any, first: list[Any]
+    ) -> Symmetric:
+        """The attitude's part in the basis of the corrected quaternion; ``first`` after aligning.
+
+        ``full``: whether the traces of attitude and bias are at their limits.
+        """
+        c, _ = of_unit_length(correction)
 
         def element(i: int, j: int, value: Any) -> Any:
-            first = 0.0 if i != j else start if i < 4 else bias_p0 * bias_p0
-            return kept_positive(ops.where(fresh, first, value + floor_noise(i, j)), i, j)
+            grown = above_rounding(value, i, full[i >= 4]) if i == j else value
+            return bounded_element(ops.where(fresh, first[i] if i == j else 0.0, grown), i, j)
 
-        attitude = congruence(m, [row[:4] for row in a[:4]], element)
-
-        def part(i: int, j: int) -> Any:
-            if j < 4:
-                return attitude[i][j]
-            if i >= 4:
-                return element(i, j, a[i][j])
-            return element(i, j, dot([m[k][i] for k in range(4)], [a[k][j] for k in range(4)]))
-
-        return symmetric(7, part)
+        return partly_turned(right_matrix(c), a, element)

@@ -38,10 +38,13 @@ from boresight.model.algebra.quaternion_filter import (
     attitude_states,
     body_covariance,
     body_turned,
+    correction_of,
     force_gate,
     gyro_params,
+    initial_variance,
+    is_full,
     moved,
-    normalised,
+    of_unit_length,
     predicted_attitude,
     restarted,
     squared_force,
@@ -55,7 +58,6 @@ from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 __all__ = ["STATUS_BITS", "EkfQuaternion"]
 
 NOISE_LIMIT = 4.0  #: largest angle noise times scale / 2.
-P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 LEAST_TRACE = 0.25  #: 1 + trace of the error rotation below which its root is held: 151 deg.
 ALIGNED_TRACE = 3.9  #: 1 + trace of the error rotation from which on it counts as small: 18 deg.
 
@@ -112,7 +114,9 @@ class EkfQuaternion(Estimator):
         """One sample: see the module docstring."""
         aligning = u.dt + x.unaligned < 0.0
         q, dq = predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
-        a = body_covariance(covariance_of(x, 4), dq, u, p)
+        before = covariance_of(x, 4)
+        full = is_full(before)
+        a = body_covariance(before, dq, u, p, full)
 
         # Measured navigation axes in the body: up, east, north.
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
@@ -149,14 +153,15 @@ class EkfQuaternion(Estimator):
         # Correction: 1 + L move, or all of the error quaternion while aligning.
         start = [e_w, *e]
         move = [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
-        correction = [
-            ops.saturated(ops.where(aligning, s, m), 2.0) for s, m in zip(start, move, strict=True)
-        ]
+        correction = correction_of(
+            [ops.where(aligning, s, m) for s, m in zip(start, move, strict=True)]
+        )
         raw = multiply(q, correction)
-        q_new, shrink = normalised(raw)
+        q_new, shrink = of_unit_length(raw)
 
-        p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
-        after = body_turned(downdated(a, gains, bad), correction, shrink, aligning, p0 * p0)
+        after = body_turned(
+            downdated(a, gains, bad), correction, full, aligning, initial_variance(p)
+        )
         still = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
             {

@@ -35,9 +35,12 @@ from boresight.model.algebra.quaternion_filter import (
     attitude_states,
     body_covariance,
     body_turned,
+    correction_of,
     force_gate,
     gyro_params,
-    normalised,
+    initial_variance,
+    is_full,
+    of_unit_length,
     predicted_attitude,
     restarted,
     squared_force,
@@ -52,8 +55,8 @@ from boresight.model.estimators.nine_axis import INPUTS, OUTPUTS
 __all__ = ["STATUS_BITS", "EkfQuaternionVector"]
 
 FIELD_UNIT = 64.0  #: uT
+FIELD_LIMIT = 100.0  #: uT, largest component of the field at the site.
 NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
-P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 ALIGN_STEPS = 16  #: samples that an alignment takes.
 
 #: Bits of the output ``status``.
@@ -68,8 +71,8 @@ def _field(axis: str, default: float) -> Param:
     return Param(
         f"field_{axis}",
         default,
-        -100.0,
-        100.0,
+        -FIELD_LIMIT,
+        FIELD_LIMIT,
         "uT",
         f"field at the site, {axis} "
         "component: an east component other than 0 makes the heading count from true "
@@ -123,7 +126,9 @@ class EkfQuaternionVector(Estimator):
         progress = ops.where(u.dt < 0.0, -1.0, x.unaligned)
         aligning = progress < 0.0
         q, dq = predicted_attitude(x, [0.5 * w * u.dt for w in (u.gx, u.gy, u.gz)])
-        a = body_covariance(covariance_of(x, 4), dq, u, p)
+        before = covariance_of(x, 4)
+        full = is_full(before)
+        a = body_covariance(before, dq, u, p, full)
         c_nb = matrix(q)
 
         force, field = (u.ax, u.ay, u.az), (u.mx, u.my, u.mz)
@@ -131,7 +136,7 @@ class EkfQuaternionVector(Estimator):
         mag_bad = dot(field, field) < p.mag_min_sq
         site = [v * (1.0 / FIELD_UNIT) for v in (p.field_east, p.field_north, p.field_up)]
         vectors = (
-            (force, 0.5 / GRAVITY, c_nb[2], acc_bad, (p.acc_sd_x, p.acc_sd_y, p.acc_sd_z)),
+            (force, 0.5 / GRAVITY, c_nb[2], 1.0, acc_bad, (p.acc_sd_x, p.acc_sd_y, p.acc_sd_z)),
             (
                 field,
                 0.5 / FIELD_UNIT,
@@ -139,13 +144,14 @@ class EkfQuaternionVector(Estimator):
                     ops.bounded(r, -4.0, 4.0, "field", unless=NOT_UNIT)
                     for r in conjugate_turn(c_nb, site)
                 ],
+                3.0 * (FIELD_LIMIT / FIELD_UNIT) ** 2,
                 mag_bad,
                 (p.mag_sd_x, p.mag_sd_y, p.mag_sd_z),
             ),
         )
 
         done: list[Any] = [0.0] * 4  # correction so far
-        for z, unit, r, bad, deviations in vectors:
+        for z, unit, r, square, bad, deviations in vectors:
             weight = unit * p.scale
             for k in range(3):
                 noise = ops.where(
@@ -164,20 +170,19 @@ class EkfQuaternionVector(Estimator):
                 nu = unit * z[k] - 0.5 * r[k] - sum_of(v * done[j] for j, v in h)
                 gain: list[list[Any]] = []
                 move: list[Any] = []
-                update(gain, move, column, s, nu)
+                update(gain, move, column, s, nu, NOISE_LIMIT * NOISE_LIMIT + square)
                 a = reduced(a, gain[0])
                 done = [
                     ops.saturated(d + g * move[0], 2.0) for d, g in zip(done, gain[0], strict=True)
                 ]
 
-        correction = [ops.saturated(1.0 + done[0], 2.0), *done[1:]]
+        correction = correction_of([1.0 + done[0], *done[1:]])
         raw = multiply(q, correction)
-        q_new, shrink = normalised(raw)
-        p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
+        q_new, shrink = of_unit_length(raw)
         count = ops.where(acc_bad | mag_bad, progress, progress + 1.0 / ALIGN_STEPS)
         count = ops.where(aligning, count, 0.0)
-        first = ops.where(count < 0.0, ALIGN_P, p0 * p0)
-        covariance = body_turned(a, correction, shrink, aligning, first)
+        first = ops.where(count < 0.0, ALIGN_P, initial_variance(p))
+        covariance = body_turned(a, correction, full, aligning, first)
         return (
             {
                 **restarted(q_new, u),

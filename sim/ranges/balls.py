@@ -21,7 +21,7 @@ from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.polynomials import Polynomial, times
 from boresight.sim.ranges.unit_vectors import Ball
 
-__all__ = ["DEPTH", "TERMS", "Balls", "largest_eigenvalue"]
+__all__ = ["DEPTH", "TERMS", "Balls", "absorbed", "largest_eigenvalue"]
 
 #: Terms of a polynomial; steps back to what it is computed from.
 TERMS, DEPTH = 100, 24
@@ -117,14 +117,18 @@ class Balls:
         """Of what is left where squares of vectors have gone into their lengths."""
 
         def way(ball: Ball) -> float:
-            rest = _absorbed(form, ball)
+            rest = absorbed(form, ball)
             if rest is None:
                 return math.inf
             self._take(ball)
-            ways = (self._by_signs, self._by_eigenvalues, self._by_absorption)
-            return self._best(partial(way, rest) for way in ways)
+            return self._best(self._of_absorbed(rest))
 
         return self._best(partial(way, ball) for ball in self._overlapping(form))
+
+    def _of_absorbed(self, form: Polynomial) -> Iterator[Callable[[], float]]:
+        """Ways to bound what an absorption leaves."""
+        for way in (self._by_signs, self._by_eigenvalues, self._by_absorption):
+            yield partial(way, form)
 
     def _by_elimination(self, form: Polynomial) -> float:
         """Of what is left where one square of each vector, or of a sum of squares, is replaced."""
@@ -207,7 +211,7 @@ def largest_eigenvalue(form: Polynomial, numbers: Sequence[int]) -> float:
     return max(0.0, float(np.linalg.eigvalsh(matrix)[-1])) if numbers else 0.0
 
 
-def _absorbed(form: Polynomial, ball: Ball) -> Polynomial | None:
+def absorbed(form: Polynomial, ball: Ball) -> Polynomial | None:
     """A polynomial with the squared length of a vector for its squares; None: of another form."""
     out: Polynomial = {}
     most: Polynomial = {}

@@ -25,7 +25,7 @@ selections, limits and functions drawn, too: of one that is false all points wou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 
 import numpy as np
 import numpy.typing as npt
@@ -275,6 +275,8 @@ class Gram:
             sign = self._sign(node.args[0])
             yes, no = (-args[1], args[1]) if node.kind == "flip" else args[1:]
             value, size = np.where(sign, yes, no), np.where(sign, sizes[1], sizes[-1])
+            if node.number not in self.cone:
+                value = self._in_interval(node, value)
         elif node.kind == "rsqrt":
             value = 1.0 / np.sqrt(np.maximum(abs(args[0]), 1e-300))
         elif node.kind == "reciprocal":
@@ -283,6 +285,13 @@ class Gram:
             value = self.rng.normal(size=POINTS)
         self.values[node.number] = value
         self.sizes[node.number] = abs(value) if size is None else size
+
+    def _in_interval(self, node: Node, value: FloatArray) -> FloatArray:
+        """Values of a selection; others where they take a side that its condition excludes."""
+        inside = (node.low <= value) & (value <= node.high)
+        if inside.all() or not math.isfinite(node.high - node.low):
+            return value
+        return np.where(inside, value, self.rng.uniform(node.low, node.high, POINTS))
 
     def _is_within(self, node: Node) -> bool:
         """Whether what a limit limits is an inner product within it."""
@@ -455,10 +464,15 @@ class Gram:
             for pair in self.space.pairs(value, size, start)
             if not any(v.number in hidden for v in pair)
         ]
-        new += known
+        new += (self._without(hidden, pair, value, size) for pair in known)
         out = [*dict.fromkeys(self._whole(pair, value, size) for pair in new)]
         out.sort(key=lambda pair: -pair[0].number - pair[1].number)
         return out[:_PAIRS]
+
+    def _without(self, hidden: Set[int], pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+        """A pair without noise that has turned out to be that of a measurement."""
+        x, y = (self.without_noise(v) if v.number in hidden else v for v in pair)
+        return (x, y) if self.space.is_pair((x, y), value, size) else pair
 
     def _whole(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
         """A pair with the noise of its vectors, and after measurements, where that is the same."""
@@ -553,10 +567,24 @@ class Gram:
         found = self.found.setdefault(node.number, [])
         if not rest:
             found += pairs
-        for x, y in pairs if rest else ():
-            if x is y and (noisy := self._noisy(x, rest)) is not None:
-                found.append((noisy, noisy))
-                break
+        same = (v for pair in pairs if rest for v in self._alike(pair))
+        v = next((v for v in same if self.space.is_pair((v, v), value, size)), None)
+        noisy = None if v is None else self._noisy(v, rest)
+        found += [(noisy, noisy)] if noisy else []
+
+    def _alike(self, pair: Pair) -> Iterator[Vector]:
+        """Vectors whose square an inner product may be: one of two, or less of it.
+
+        The other may have no part along some unit vectors: what the first one has does not count.
+        """
+        units = {v.unit.number: v.unit for v in made_from(pair) if v.unit is not None}
+        yield from dict.fromkeys(pair)
+        for v in dict.fromkeys(pair):
+            chosen = [c for c, _ in v.parts if is_scaled(v) and is_choice(c)]
+            inner = v.parts[0][1] if chosen else v
+            for number in sorted(units):
+                inner = self.less(inner, units[number])
+                yield self._sum(((chosen[0], inner),)) if chosen else inner
 
     def terms_of(self, node: Node) -> list[Term] | None:
         """A node as a sum of coefficients times inner products; None: too many."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -272,6 +273,13 @@ def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> _Known:
     """
     if left == 0 or not node.args:
         return _own(node)
+    return _ends_on(node, tuple((n, sides[n]) for n in _conditions_of(node) if n in sides), left)
+
+
+@lru_cache(maxsize=2**17)
+def _ends_on(node: Node, given: tuple[tuple[int, int], ...], left: int) -> _Known:
+    """The same, of a node that is computed, on these sides of conditions."""
+    sides = dict(given)
     if node.kind in ("bounded", "saturated"):
         return _known_ends(node.args[0], sides, left).within(node)
     if node.kind == "select" and node.args[0].number in sides:
@@ -316,6 +324,12 @@ def known_from(node: Node, sides: Sides | None = None) -> Iterator[Node]:
 def conditions_in(node: Node) -> Iterator[int]:
     """Conditions, by number, on whose sides the ends of a node may depend."""
     return (n.args[0].number for n in _made_of(node) if n.kind == "select")
+
+
+@lru_cache(maxsize=2**14)
+def _conditions_of(node: Node) -> tuple[int, ...]:
+    """The same in order, each once."""
+    return tuple(sorted({*conditions_in(node)}))
 
 
 def _made_of(node: Node) -> Iterator[Node]:

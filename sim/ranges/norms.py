@@ -11,7 +11,8 @@ components leave one of them at its limit, and because |a b|^2 = |a|^2 |b|^2. As
 
 The matrix of a quaternion c, or a part of it, M, has the norm |c| at most: |c|^2 1 - M^T M is a
 square, v v^T. A rotation matrix C = 1 + 2 w [v x] + 2 [v x]^2 of a quaternion (w, v) that is not of
-length one has C^T C = 1 + 4 (w^2 + |v|^2 - 1) (|v|^2 1 - v v^T).
+length one has C^T C = 1 + 4 (w^2 + |v|^2 - 1) (|v|^2 1 - v v^T); some of its
+rows have no larger norm.
 """
 
 from __future__ import annotations
@@ -54,6 +55,7 @@ class Norms:
         self.nodes, self.vectors = vectors.nodes, vectors
         self.after, self.first = vectors.after, vectors.first
         self.known: dict[tuple[int, ...], tuple[float, Ball]] = {}
+        self.rotations: dict[tuple[tuple[float, int], ...], tuple[int, ...] | None] = {}
         self.long: dict[frozenset[int], Ball | None] = {}  # states no shorter than one
         self.used: set[int] = set()
         self.passed: set[int] = set()
@@ -67,10 +69,11 @@ class Norms:
             rows = [[c for (c,) in rows]]
         if len(rows) == 1:
             return self._length([c for c in rows[0] if c is not None])
-        if len(rows) != len(rows[0]):
-            return math.inf, None
-        found = self._of_quaternion(rows)
-        return found if found[1] is not None else self._of_rotation(rows)
+        if len(rows) == len(rows[0]):
+            found = self._of_quaternion(rows)
+            if found[1] is not None:
+                return found
+        return self._of_rotation(rows)
 
     def _length(self, row: Sequence[Coefficient]) -> tuple[float, Ball | None]:
         """Squared length of a row."""
@@ -88,6 +91,7 @@ class Norms:
         key = tuple(sorted(n.number for n in vector))
         if key not in self.known:
             square, ball = self.vectors.square_of(vector)
+            square = _exact(square)
             self.used, self.passed = set(), set()
             other = self._of_correction(vector)
             if other < square:
@@ -135,9 +139,32 @@ class Norms:
     def _of_rotation(
         self, rows: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[float, Ball | None]:
-        """Of the rotation matrix of a quaternion, transposed or not."""
-        if len(rows) != 3 or any(c is None or len(c.nodes) != 1 for row in rows for c in row):
+        """Of the rotation matrix of a quaternion, transposed or not, or some rows of it."""
+        entries = [c for row in rows for c in row]
+        if (
+            len(rows[0]) != 3
+            or len(rows) > 3
+            or any(c is None or len(c.nodes) != 1 for c in entries)
+        ):
             return math.inf, None
+        key = tuple((c.number, c.nodes[0].number) for c in entries if c is not None)
+        if key not in self.rotations:
+            self.rotations[key] = self._quaternion_of(rows)
+        found = self.rotations[key]
+        if found is None:
+            return math.inf, None
+        w, *v = found
+        passed = {n.number for c in entries if c for n in _bounds(c.nodes[0])}
+        whole, ball = self._square([self.nodes[n] for n in (w, *v)])
+        part, other = self._square([self.nodes[n] for n in v])
+        square = max(1.0, 1.0 + 4.0 * (whole - 1.0) * min(part, whole))
+        used = ball.used | other.used
+        return square, Ball(frozenset(), used, ball.passed | other.passed | passed)
+
+    def _quaternion_of(
+        self, rows: Sequence[Sequence[Coefficient | None]]
+    ) -> tuple[int, ...] | None:
+        """The quaternion of whose rotation matrix these are rows; None: of another matrix."""
         said = self.vectors.said
         forms = [
             [
@@ -147,21 +174,14 @@ class Norms:
             ]
             for row in rows
         ]
-        passed = {n.number for row in rows for c in row if c for n in _bounds(c.nodes[0])}
-        inner = {n for k in range(3) for m in forms[k][k] for n in m}
         every = {n for row in forms for form in row for m in form for n in m}
-        if len(inner) != 3 or len(every) != 4:
-            return math.inf, None
-        (w,) = every - inner
-        for v in permutations(sorted(inner)):
-            for sign in (1.0, -1.0):
-                if _is_rotation(forms, w, v, sign):
-                    whole, ball = self._square([self.nodes[n] for n in (w, *v)])
-                    part, other = self._square([self.nodes[n] for n in v])
-                    square = max(1.0, 1.0 + 4.0 * (whole - 1.0) * min(part, whole))
-                    used = ball.used | other.used
-                    return square, Ball(frozenset(), used, ball.passed | other.passed | passed)
-        return math.inf, None
+        if len(every) != 4:
+            return None
+        for w, *v in permutations(sorted(every)):
+            for sign, places in product((1.0, -1.0), permutations(range(3), len(rows))):
+                if _is_rotation(forms, places, w, v, sign):
+                    return w, *v
+        return None
 
     # -- lengths ----------------------------------------------------------------------------------
 
@@ -242,7 +262,7 @@ class Norms:
             least = max(least, way(inner))
             if least >= 1.0:
                 break
-        return min(limit, 1.0 if abs(least - 1.0) <= _ROUNDING else least)
+        return min(limit, _exact(least))
 
     def _of_constants(self, vector: Sequence[Node]) -> float:
         return sum(n.value * n.value for n in vector if n.kind == "const")
@@ -344,6 +364,11 @@ class Norms:
         return {m: c for m, c in total.items() if abs(c) > _TINY}
 
 
+def _exact(square: float) -> float:
+    """A bound of a squared length, one if it is that but for rounding."""
+    return 1.0 if abs(square - 1.0) <= _ROUNDING else square
+
+
 def _signed(c: Coefficient) -> Coefficient:
     """A coefficient, the sign of its node as its own."""
     number, nodes = c.number, c.nodes
@@ -382,19 +407,24 @@ def _rest(forms: Sequence[Sequence[Polynomial]], i: int, j: int, total: Polynomi
 
 
 def _is_rotation(
-    forms: Sequence[Sequence[Polynomial]], w: int, v: Sequence[int], sign: float
+    forms: Sequence[Sequence[Polynomial]],
+    places: Sequence[int],
+    w: int,
+    v: Sequence[int],
+    sign: float,
 ) -> bool:
-    """Whether a matrix is 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
-    for i, j in product(range(3), repeat=2):
-        if i == j:
-            wanted: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
-        else:
-            k = 3 - i - j
-            turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
-            wanted = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
-        rest = plus(forms[i][j], scaled(wanted, -1.0))
-        if any(abs(c) > _TINY for c in rest.values()):
-            return False
+    """Whether forms are these rows of 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
+    for row, i in zip(forms, places, strict=True):
+        for j, form in enumerate(row):
+            if i == j:
+                wanted: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
+            else:
+                k = 3 - i - j
+                turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
+                wanted = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
+            rest = plus(form, scaled(wanted, -1.0))
+            if any(abs(c) > _TINY for c in rest.values()):
+                return False
     return True
 
 

@@ -1,19 +1,25 @@
-"""Polynomials of the squared length of a vector.
+"""Polynomials of the squared length of a vector, and vectors that are made of them.
 
 The quaternion of a turn is (w, s h) with h half the turn and w and s polynomials of |h|^2, the
-series of the cosine and of the sine over the angle. So is its squared length, w^2 + s^2 |h|^2.
+series of the cosine and of the sine over the angle. So is its squared length, w^2 + s^2 |h|^2,
+whose largest value is that of a polynomial of one variable.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+
 import numpy as np
 
-from boresight.sim.ranges.polynomials import Polynomial, plus, scaled, times
+from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.claims import live
+from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.unit_vectors import Ball
 
-__all__ = ["Radial", "radial"]
+__all__ = ["Radial", "radial", "radial_balls"]
 
-#: Terms of a polynomial; components of a vector; what rounding explains.
-_TERMS, _COMPONENTS, _TINY = 400, 4, 1e-12
+#: Terms of a polynomial, steps back, components of a vector; what rounding explains.
+_TERMS, _DEPTH, _COMPONENTS, _TINY = 400, 24, 4, 1e-12
 
 
 class Radial:
@@ -52,3 +58,71 @@ def radial(form: Polynomial) -> Radial | None:
         return None
     own = [along.get(k, 0.0) for k in range(max(along, default=0) + 1)]
     return Radial(numbers, [c if abs(c) > _TINY else 0.0 for c in own])
+
+
+def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
+    """Vectors (w, s h) of w and s that are polynomials of |h|^2: of all w that of least length.
+
+    Not of a w that s is made of, such as |h|^2.
+    """
+    sources = _sources(nodes)
+    bounded = [n for n in nodes.values() if n.kind == "bounded"]
+    for factor, products in _products(nodes).items():
+        h = sources.get(factor, frozenset())
+        if len(h) < 2 or not h <= products.keys():
+            continue
+        most = sum(max(nodes[n].low ** 2, nodes[n].high ** 2) for n in h)
+        sine = [products[n] for n in sorted(h)]
+        inner = {n.number for n in live(sine)}
+        balls = [
+            ball
+            for w in bounded
+            if sources.get(w.number) == h
+            and w.number not in inner
+            and (ball := _ball([w, *sine], h, most)) is not None
+        ]
+        if balls:
+            yield min(balls, key=lambda ball: ball.square)
+
+
+def _ball(vector: Sequence[Node], h: frozenset[int], most: float) -> Ball | None:
+    """A vector whose squared length is a polynomial of another one's, which is at most ``most``."""
+    passed = set[int]()
+    total: Polynomial = {}
+    for node in vector:
+        form = polynomial_of(node, _TERMS, _DEPTH, h, passed)
+        square = None if form is None else times(form, form, _TERMS)
+        if square is None:
+            return None
+        total = plus(total, square)
+    found = radial({m: c for m, c in total.items() if abs(c) > _TINY})
+    if found is None or {*found.numbers} != h:
+        return None
+    numbers = frozenset(node.number for node in vector)
+    return Ball(numbers, h, frozenset(passed), found.ends(most)[1])
+
+
+def _sources(nodes: Mapping[int, Node]) -> dict[int, frozenset[int]]:
+    """Of each polynomial, the nodes that it is one of; none where they are too many."""
+    out: dict[int, frozenset[int]] = {}
+    for number, node in nodes.items():
+        if node.kind not in ("bounded", "sum", "mul"):
+            out[number] = frozenset({number} if node.kind != "const" else ())
+        elif all(a.number in out for a in node.args):
+            own = frozenset[int]().union(*(out[a.number] for a in node.args))
+            if len(own) <= _COMPONENTS:
+                out[number] = own
+    return out
+
+
+def _products(nodes: Mapping[int, Node]) -> dict[int, dict[int, Node]]:
+    """By each factor: its products with other nodes, by these; with all that is claimed of them."""
+    out: dict[int, dict[int, Node]] = {}
+    for node in nodes.values():
+        inner = node
+        while inner.kind == "bounded":
+            inner = inner.args[0]
+        if inner.kind == "mul":
+            for one, other in (inner.args, inner.args[::-1]):
+                out.setdefault(one.number, {})[other.number] = node
+    return out

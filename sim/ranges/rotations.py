@@ -20,8 +20,8 @@ __all__ = ["Rotation", "rotations_of"]
 #: Terms of an element of a matrix, and steps back to the quaternion; the same of a component.
 _ELEMENT, _STEPS = 4, 4
 _TERMS, _DEPTH = 100, 24
-#: Largest difference of coefficients that are the same.
-_SAME = 1e-12
+#: Largest difference of coefficients that are the same; what rounding adds to a length of one.
+_SAME, _ROUNDING = 1e-12, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Rotation:
             rows = [self._row(node, along, own) for node in vector]
             known = [row for row in rows if row is not None]
             lines = {line for line, _ in known}
-            if len(known) < len(vector) or len(lines) < len(vector):
+            if not known or len(known) < len(vector) or len(lines) < len(vector):
                 continue
             largest = max((parts for _, parts in known), key=_size)
             if all(_is_multiple(parts, largest) for _, parts in known):
@@ -86,7 +86,8 @@ class Rotation:
 def rotations_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Rotation]:
     """The rotation matrices of a step, as far as there are elements of them."""
     said = [node for node in nodes.values() if node.kind == "bounded"]
-    for numbers, ball in {ball.numbers: ball for ball in balls if len(ball.numbers) == 4}.items():
+    four = (b for b in balls if len(b.numbers) == 4 and b.square <= 1.0 + _ROUNDING)
+    for numbers, ball in {ball.numbers: ball for ball in four}.items():
         forms: dict[int, Polynomial] = {}
         passed: dict[int, set[int]] = {}
         for node in said:

@@ -137,7 +137,17 @@ class Traces:
     def _both(self, node: Node) -> list[Pair]:
         """The pairs whose inner product a node is, in either order, with and without noise."""
         ways = [way for x, y in self.gram.pairs_of(node) for way in ((x, y), (y, x))]
-        return [*dict.fromkeys((v, y) for x, y in ways for v in (self._without_noise(x, y), x))]
+        each = ((self._without_noise(x, y), *self._before(x, y)) for x, y in ways)
+        return [*dict.fromkeys((v, y) for (_, y), own in zip(ways, each, strict=True) for v in own)]
+
+    def _before(self, v: Vector, other: Vector) -> Iterator[Vector]:
+        """A vector, and what it was before measurements along what another one is orthogonal to."""
+        yield v
+        while v.unit is not None and v.parts[0][0] == ONE:
+            if not self.gram.space.is_pair((v.unit, other), _ZERO, _ZERO):
+                break
+            v = v.parts[0][1]
+            yield v
 
     # -- the limits -------------------------------------------------------------------------------
 
@@ -240,6 +250,8 @@ class Traces:
         square = self._numbered(alone, sides) if alone else 0.0
         square += sum(self._joined(part, sides) for part in parts)
         numbers = [*alone, *(n for part in parts for n in {n for row in part for n in row})]
+        if parts and alone:
+            square = min(square, self._joined([row for row in rows if row], sides))
         if not parts or len(parts) + bool(alone) == 1 or len({*numbers}) < len(numbers):
             return square
         norm = max(float(bool(alone)), *(self._norm(part, sides) for part in parts))

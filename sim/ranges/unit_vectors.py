@@ -25,7 +25,7 @@ from boresight.sim.ranges.polynomials import (
 )
 from boresight.sim.ranges.steps import implied
 
-__all__ = ["Ball", "UnitVectors", "bare"]
+__all__ = ["Ball", "UnitVectors", "bare", "under_root"]
 
 #: Terms of a polynomial; steps back to what it is computed from; sides of conditions.
 _TERMS, _DEPTH, _SIDES = 100, 24, 6
@@ -63,12 +63,15 @@ class UnitVectors:
         """Components that one inverse root divides."""
         for divisor, found in self._with_factor(lambda node: node.kind == "rsqrt"):
             each = _alike(found)
-            for ends in (each.keys(), ()):
-                passed = set[int]()
-                members = self._squares_below(divisor, each, ends, passed)
-                if len(members) > 1:
-                    yield from _balls(members, set(), passed)
-                    break
+            whole = divisor.args[0].number  # x / sqrt(x) takes all of it
+            others = {number: parts for number, parts in each.items() if number != whole}
+            for chosen in (each, others) if len(others) < len(each) else (each,):
+                for ends in (chosen.keys(), ()):
+                    passed = set[int]()
+                    members = self._squares_below(divisor, chosen, ends, passed)
+                    if len(members) > 1:
+                        yield from _balls(members, set(), passed)
+                        break
 
     def _scaled(self) -> Iterator[Ball]:
         """Components with a factor that is made of an inverse root."""
@@ -111,12 +114,10 @@ class UnitVectors:
     def _square(self, number: int, ends: Container[int], passed: set[int]) -> Polynomial | None:
         """The square of a node, or more; of x / sqrt(x), limited or not, x."""
         node = self.nodes[number]
-        inner = bare(node)
-        if inner.kind == "mul" and number not in ends:
-            for x, root in (inner.args, inner.args[::-1]):
-                if root.kind == "rsqrt" and root.args[0] is x:
-                    own = polynomial_of(x, _TERMS, _DEPTH, ends, passed)
-                    return own if own is not None and is_sum_of_squares(own) else None
+        x = None if number in ends else under_root(node)
+        if x is not None:
+            own = polynomial_of(x, _TERMS, _DEPTH, ends, passed)
+            return own if own is not None and is_sum_of_squares(own) else None
         part = polynomial_of(node, _TERMS, _DEPTH, ends, passed)
         return None if part is None else times(part, part, _TERMS)
 
@@ -208,6 +209,15 @@ def bare(node: Node) -> Node:
     while node.kind in ("bounded", "saturated"):
         node = node.args[0]
     return node
+
+
+def under_root(node: Node) -> Node | None:
+    """x of x / sqrt(x), limited or not."""
+    inner = bare(node)
+    for x, root in (inner.args, inner.args[::-1]) if inner.kind == "mul" else ():
+        if root.kind == "rsqrt" and root.args[0] is x:
+            return x
+    return None
 
 
 def _has_root(node: Node) -> bool:

@@ -1,8 +1,8 @@
 """Proof of a range by the length of vectors, which no interval holds.
 
-The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are
-states that every update replaces by such a vector. A value is expanded to a polynomial of what it
-is computed from, and its range follows from
+The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are the
+sine and cosine of an angle, and states that every update replaces by such a vector. A value is
+expanded to a polynomial of what it is computed from, and its range follows from
 
 * what `balls` says of polynomials of the components of such vectors;
 * Cauchy-Schwarz, where it is linear in the components of another: |sum b_i p_i| <= |b| |p|;
@@ -22,16 +22,17 @@ from typing import Any
 
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, largest_eigenvalue
+from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, absorbed, largest_eigenvalue
 from boresight.sim.ranges.boxes import Proof
 from boresight.sim.ranges.claims import Claim
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
 from boresight.sim.ranges.polynomials import Expansions, Polynomial, plus, scaled, times
+from boresight.sim.ranges.radial import radial_balls
 from boresight.sim.ranges.reductions import reductions_of
 from boresight.sim.ranges.rotations import Rotation, rotations_of
 from boresight.sim.ranges.steps import live_nodes
 from boresight.sim.ranges.turned import turned_of
-from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare
+from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare, under_root
 
 __all__ = ["Vectors"]
 
@@ -55,10 +56,12 @@ class Vectors(Balls):
         self.after = {
             nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
         }
-        self.balls = [*{ball.numbers: ball for ball in UnitVectors(self.nodes).balls}.values()]
+        balls = (*radial_balls(self.nodes), *UnitVectors(self.nodes).balls)
+        self.balls = [*{ball.numbers: ball for ball in balls}.values()]
         self.members = frozenset[int]().union(*(ball.numbers for ball in self.balls))
         self.expansions: dict[frozenset[int], Expansions] = {}  # by where they end
         self.forms = Forms(self.nodes)
+        self.waves = [*_waves(self.nodes)]
         self.low_passes = [*low_passes_of(program, nodes)]
         self.ends = self.members, self.members | self.said  # of forms
         self.reductions = [*reductions_of(self.nodes)]
@@ -78,11 +81,18 @@ class Vectors(Balls):
         }
         self.balls += self._states()
         self.balls += self._reduced_states()
-        self.balls += self._turned()
-        self.members = self.members.union(*(ball.numbers for ball in self.balls))
-        self.ends = self.members, self.members | self.said  # of forms
-        self.known.clear()
+        count = len(self.balls)
+        self.balls += self._turned(self.balls)
+        self._count_members()
+        self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
+        self._count_members()
         self.rotations = [*rotations_of(self.nodes, self.balls)]
+
+    def _count_members(self) -> None:
+        """Forms end at the components of vectors from now on."""
+        self.members = self.members.union(*(ball.numbers for ball in self.balls))
+        self.ends = self.members, self.members | self.said
+        self.known.clear()
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
@@ -131,9 +141,9 @@ class Vectors(Balls):
             if found is not None:
                 yield found
 
-    def _turned(self) -> Iterator[Ball]:
-        """Vectors that matrices with orthogonal rows make of the others."""
-        for found in turned_of(self.nodes, [*self.balls]):
+    def _turned(self, balls: Sequence[Ball]) -> Iterator[Ball]:
+        """Vectors that matrices with orthogonal rows make of others."""
+        for found in turned_of(self.nodes, [*balls]):
             self.used, self.passed = {*found.ball.used}, {*found.passed, *found.ball.passed}
             square = found.ball.square * max(map(self._row_square, found.squares))
             if math.isfinite(square):
@@ -184,12 +194,18 @@ class Vectors(Balls):
             lambda: self._by_reduction(node, 0),
             lambda: self._by_reduction(node, _NESTED),
             lambda: math.sqrt(self._filtered([node])),
+            lambda: math.sqrt(self._rotated([node])),
         )
         for way in ways:
             self.used, self.passed = set(), set()
             most = way()
             if most <= min(-wanted[0], wanted[1]):
                 return -most, most
+        if under_root(node) is not None:
+            self.used, self.passed = set(), set()
+            most = math.sqrt(self._square([node]))
+            if most <= wanted[1]:
+                return 0.0, most
         before: Polynomial = {}
         for ends in self.ends:
             self.used, self.passed = set(), set()
@@ -233,6 +249,10 @@ class Vectors(Balls):
         length = self._square([self.nodes[n] for n, _ in squares])
         return form.get((), 0.0) + max(squares.values()) * length
 
+    def _of_absorbed(self, form: Polynomial) -> Iterator[Callable[[], float]]:
+        yield from super()._of_absorbed(form)
+        yield partial(self._by_length, form)
+
     def _by_product(self, form: Polynomial) -> float:
         """Cauchy-Schwarz, where every term has one component of a vector."""
         alone = form.get((), 0.0)
@@ -274,10 +294,17 @@ class Vectors(Balls):
 
     def _new_square(self, vector: Sequence[Node], nested: int) -> float:
         inner = [self._inner(n) for n in vector]
-        ways = [lambda: self._by_intervals(vector)]
+        ways: list[Callable[[], float]] = [lambda: self._by_intervals(vector)]
+        others = [n for n in vector if n.kind != "const"]
+        if others and len(others) < len(vector):
+            alone = sum(n.value * n.value for n in vector if n.kind == "const")
+            ways.append(lambda: alone + self._square(others, nested))
         for parts in (vector, inner):
             if not any(n.kind == "const" for n in parts):
                 ways.append(partial(self._ball_square, [n.number for n in parts]))
+            if any(wave.numbers == {n.number for n in parts} for wave in self.waves):
+                ways.append(lambda: 1.0)
+            ways.append(partial(self._rotated, parts))
         if nested:
             ways += [lambda: self._reduced(vector, nested), *self._ways(inner, nested)]
         return self._best(ways)
@@ -299,7 +326,6 @@ class Vectors(Balls):
     def _ways(self, vector: Sequence[Node], nested: int) -> Iterator[Callable[[], float]]:
         """Ways to bound the squared length of a vector of nodes."""
         yield lambda: self._filtered(vector)
-        yield lambda: self._rotated(vector)
         if len(vector) == 1:
             yield lambda: self._alone(vector[0])
         conditions = [n.args[0] for n in vector if n.kind == "select"]
@@ -384,9 +410,24 @@ class Vectors(Balls):
             if parts is not None:
                 self._take(rotation.ball)
                 self.passed |= passed
-                ends = ([self._by_signs(scaled(p, s)) for s in (1.0, -1.0)] for p in parts)
-                return sum(max(each) ** 2 for each in ends)
+                return self._best((partial(self._by_ends, parts), partial(self._by_squares, parts)))
         return math.inf
+
+    def _by_ends(self, vector: Sequence[Polynomial]) -> float:
+        """Squared length of a vector of polynomials, each by its ends."""
+        return sum(max(self._by_signs(scaled(p, s)) for s in (1.0, -1.0)) ** 2 for p in vector)
+
+    def _by_squares(self, vector: Sequence[Polynomial]) -> float:
+        """The same, with each square of the sine and cosine of an angle, alike, summed to one."""
+        total: Polynomial = {}
+        for p in vector:
+            square = times(p, p, TERMS)
+            if square is None:
+                return math.inf
+            total = plus(total, square)
+        for wave in self.waves:
+            total = absorbed(total, wave) or total
+        return self._by_signs(total)
 
     def _alone(self, node: Node) -> float:
         """Of one component, by its ends."""
@@ -402,8 +443,11 @@ class Vectors(Balls):
         before, self.passed = self.passed, set()
         total: Polynomial | None = {}
         for node in vector:
-            form = self._form_of(node, ends)
-            square = None if form is None else times(form, form, TERMS)
+            x = None if node.number in ends else under_root(node)
+            form = self._form_of(x or node, ends)
+            square = form if form is None or x else times(form, form, TERMS)
+            if x is not None:
+                self.passed |= {n.number for n in _limited(node) if n.kind == "bounded"}
             total = None if total is None or square is None else plus(total, square)
             if total is None:
                 break
@@ -433,6 +477,14 @@ class Vectors(Balls):
             length = self._square([self.nodes[k] for k in vector], nested - 1)
             best = min(best, length * max(0.0, rest))
         return best
+
+
+def _waves(nodes: Mapping[int, Node]) -> Iterator[Ball]:
+    """The sine and the cosine of an angle."""
+    waves = {(n.args[0].number, n.quarter): n.number for n in nodes.values() if n.kind == "sin"}
+    for (angle, quarter), number in waves.items():
+        if quarter and (angle, False) in waves:
+            yield Ball(frozenset((number, waves[angle, False])))
 
 
 def _limited(node: Node) -> Iterator[Node]:

@@ -14,6 +14,7 @@ north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n
 **Basis.** As in `ekf_quaternion_vector` P is kept as L(q)^T P L(q), in which the Jacobian of
 r = C^T V is 2 [r, r x]. Setting the norm of q back is a projection, (1 - q q^T)/|q|, of P too:
 three states are left, half the small rotation about the body's axes, and the attitude is the same.
+A correction k = (1, e) turns P by k/|k|^2, which is never longer than one.
 With ``norm`` "free" q is n times a unit quaternion, h = n^2 r, H = 2 n [r, r x], all four states.
 
 A record with dt < 0 starts anew: 32 Gauss-Newton steps to the attitude, whatever it is, the mean of
@@ -53,10 +54,12 @@ from boresight.model.estimators.nine_axis import INPUTS
 __all__ = ["ALIGN_STEPS", "STATUS_BITS", "MlsAttitude"]
 
 FIELD_UNIT = 64.0  #: uT
+FIELD_LIMIT = 100.0  #: uT, largest strength of the field at the site.
 NO_FIELD = 1.0  #: uT^2, squared field below which there is no sample.
 NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 ALIGN_STEPS = 128  #: samples with both vectors that an alignment takes, a quarter of them steps.
+NORM_LIMIT = 2.0  #: largest norm of q, if that is free.
 MOVE_LIMIT = 0.5  #: largest component of a correction of q.
 STEP_NOISE = 2.0**-8  #: noise of a step, scaled; less would amplify rounding.
 MEAN_SLOPE = 0.5 * parts.ALIGN_P * ALIGN_STEPS  #: noise of the mean: two vectors see most axes.
@@ -90,7 +93,7 @@ class MlsAttitude(Estimator):
         Param("gyro_sd", 0.9 * _DEG, 0.0, 1.0, "rad/s", "gyro sample (root of Q): small trusts it"),
         Param("acc_sd", 0.05 * GRAVITY, 0.005, 64.0, "m/s^2", "specific force (root of R)"),
         Param("mag_sd", 2.5, 0.05, 512.0, "uT", "field (root of R): small trusts it"),
-        Param("field", 50.0, 10.0, 100.0, "uT", "strength of the field at the site"),
+        Param("field", 50.0, 10.0, FIELD_LIMIT, "uT", "strength of the field at the site"),
         Param("dip", 0.3, -0.5, 0.5, "ht", "of the field below the horizon"),
     )
     status_bits = STATUS_BITS
@@ -108,7 +111,7 @@ class MlsAttitude(Estimator):
         self.order = 4 if self.free else 3
         self.states = (
             *parts.attitude_states(),
-            *((State("norm", 0.0, 2.0, "", 1.0),) if self.free else ()),
+            *((State("norm", 0.0, NORM_LIMIT, "", 1.0),) if self.free else ()),
             State("unaligned", -1.0, 0.0, "", -1.0),  # -1: not begun, 0: aligned
             *covariance_states(self.order, lambda i: parts.ALIGN_P),
         )
@@ -140,37 +143,39 @@ class MlsAttitude(Estimator):
         average = ops.maximum(MEAN_FROM + MEAN_SLOPE * progress, STEP_NOISE)
         average = ops.bounded(average, 0.0, MEAN_FROM, "while aligning")
         done: list[Any] = [0.0] * self.order  # correction so far
-        for z, unit, v, bad, sd in (
-            ((u.ax, u.ay, u.az), 0.5 / GRAVITY, (0.0, 0.0, 1.0), None, p.acc_sd),
-            (field, 0.5 / FIELD_UNIT, site, no_field, p.mag_sd),
+        for z, unit, v, longest, bad, sd in (
+            ((u.ax, u.ay, u.az), 0.5 / GRAVITY, (0.0, 0.0, 1.0), 1.0, None, p.acc_sd),
+            (field, 0.5 / FIELD_UNIT, site, FIELD_LIMIT / FIELD_UNIT, no_field, p.mag_sd),
         ):
-            r = [ops.bounded(norm * k, -2.0, 2.0, "field") for k in conjugate_turn(c_nb, v)]
+            most = (NORM_LIMIT if self.free else 1.0) * longest
+            r = [ops.bounded(norm * k, -most, most, "field") for k in conjugate_turn(c_nb, v)]
             said = [norm * k for k in turn(c_nb, v)] if "measurement" in self.printed else r
             noise = ops.saturated(unit * p.scale * sd, NOISE_LIMIT)
             variance = ops.where(aligning, average, noise * noise)
             # z - h over 2 |V|, h = n^2 C^T V; as printed z - H q = z - 2 h
             share = 1.0 if "innovation" in self.printed else 0.5
             nu = [unit * m - share * (norm * h) for m, h in zip(z, said, strict=True)]
-            a, done = self._updated(a, done, r, variance, nu, bad)
+            a, done = self._updated(a, done, r, most * most, variance, nu, bad)
 
-        lead = ops.saturated(norm + done[0], 2.0) if self.free else 1.0
+        lead = ops.saturated(norm + done[0], NORM_LIMIT) if self.free else 1.0
         correction = [lead, *(ops.saturated(c, MOVE_LIMIT) for c in done[-3:])]
         raw = [ops.saturated(c, 2.0) for c in multiply(q, correction)]
-        q_new, shrink = parts.normalised(raw)
-        half = ops.bounded(0.5 * shrink, 0.0, 1.0, "over a norm of nearly one and more")
-        angles = roll_pitch_heading_ht(scaled_matrix(raw), 4.0 * (half * half))
+        most = 8.0 if self.free else 2.0  # of |correction|^2: above 1 or 4, and 3/4
+        shrink = ops.rsqrt(ops.bounded(dot(raw, raw), 0.0, most, "that of the correction"))
+        q_new = [ops.saturated(c * shrink, 1.0) for c in raw]
+        half = ops.saturated(0.5 * shrink, 1.0)
+        angles = roll_pitch_heading_ht(scaled_matrix(raw, most), 4.0 * (half * half))
         p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
         count = ops.where(no_field, progress, progress + 1.0 / ALIGN_STEPS)
-        count = ops.where(aligning, count, 0.0)
+        count = ops.minimum(count, 0.0)
         first = ops.where(count < 0.0, parts.ALIGN_P, p0 * p0)
-        after = self._turned(a, correction, half, aligning, first)
-        length = ops.bounded(dot(correction, correction) * shrink, 0.0, 2.0, "norm")
+        length, after = self._turned(a, correction, aligning, first)
         extra = {"norm": ops.where(aligning, 1.0, length)} if self.free else {}
         return (
             {
                 **parts.restarted(q_new, u),
                 **extra,
-                "unaligned": ops.bounded(count, -1.0, 0.0, "counts up to 0"),
+                "unaligned": count,
                 **{name: after[i][j] for name, i, j in element_names(self.order)},
             },
             {
@@ -205,30 +210,37 @@ class MlsAttitude(Estimator):
         return congruence([[1.0, 0.0, 0.0, 0.0]] * lead + m, a, element)
 
     def _updated(
-        self, a: Symmetric, done: list[Any], r: list[Any], variance: Any, nu: list[Any], bad: Any
+        self,
+        a: Symmetric,
+        done: list[Any],
+        r: list[Any],
+        square: float,
+        variance: Any,
+        nu: list[Any],
+        bad: Any,
     ) -> tuple[Symmetric, list[Any]]:
         """P and correction after the components of n C^T V / |V|, none where ``bad`` holds.
 
         Row k of H / (2 |V|) is n r_k of the norm, if that is free, then n r x. So S = H P H^T + R
         follows from products that are ready long before P is.
         """
-        squares = symmetric(3, lambda i, j: ops.bounded(r[i] * r[j], -4.0, 4.0, "field"))
+        squares = symmetric(3, lambda i, j: ops.bounded(r[i] * r[j], -square, square, "field"))
         lead, states = self.order - 3, range(self.order)
         for k, off in enumerate(nu):
             after, last = (k + 1) % 3, (k + 2) % 3
             row = [(0, 1.0, k)] * lead + [(lead + after, -1.0, last), (lead + last, 1.0, after)]
+            column = [parts.sum_of(sign * (r[m] * a[i][j]) for j, sign, m in row) for i in states]
             s = variance
             for n, (i, sign, m) in enumerate(row):
                 for j, other, o in row[n:]:
                     s = s + (sign * other * (1.0 + (i != j))) * (squares[m][o] * a[i][j])
-            column = [parts.sum_of(sign * (r[m] * a[i][j]) for j, sign, m in row) for i in states]
             if bad is not None:
                 column = [ops.where(bad, 0.0, c) for c in column]
             column = [ops.bounded(c, -8.0, 8.0, "P H") for c in column]
             gains: list[list[Any]] = []
             moves: list[Any] = []
             off = off - parts.sum_of(sign * (r[m] * done[j]) for j, sign, m in row)
-            parts.update(gains, moves, column, s, off)
+            parts.update(gains, moves, column, s, off, NOISE_LIMIT * NOISE_LIMIT + square)
             a = reduced(a, gains[0])
             done = [
                 ops.saturated(d + g * moves[0], 2.0) for d, g in zip(done, gains[0], strict=True)
@@ -236,16 +248,26 @@ class MlsAttitude(Estimator):
         return a, done
 
     def _turned(
-        self, a: Symmetric, correction: list[Any], half: Any, fresh: Any, first: Any
-    ) -> Symmetric:
-        """P in the basis of the corrected quaternion, its norm taken off; P0 where ``fresh``."""
+        self, a: Symmetric, correction: list[Any], fresh: Any, first: Any
+    ) -> tuple[Any, Symmetric]:
+        """(|correction|, P in the basis of the corrected quaternion); P0 where ``fresh``.
+
+        L(c)^T P L(c) with c of length one; with the norm taken off, c is as much shorter than one
+        as the correction is longer.
+        """
 
         def element(i: int, j: int, value: Any) -> Any:
             value = ops.where(fresh, first if i == j else 0.0, value)
-            return parts.kept_positive(value, i, j) if self.free else bounded_element(value, i, j)
+            value = bounded_element(value, i, j)
+            # Of the norm, which has no noise, rounding would take the variance below 0.
+            return ops.maximum(value, parts.NORM_FLOOR) if self.free and i == j == 0 else value
 
-        unit = [ops.saturated(2.0 * (v * half), 1.0) for v in correction]
+        square = dot(correction, correction)
+        shrink = ops.rsqrt(square)
         if self.free:
-            return congruence(left_matrix(unit), a, element)
-        c = [ops.saturated(2.0 * (v * half), 1.0) for v in unit]
-        return congruence([row[1:] for row in left_matrix(c)[1:]], a, element)
+            unit = [ops.saturated(v * shrink, 1.0) for v in correction]
+            length = ops.saturated(square * shrink, NORM_LIMIT)
+            return length, congruence(left_matrix(unit), a, element)
+        unit = [v * shrink for v in correction]
+        c = [v * shrink for v in unit]
+        return 1.0, congruence([row[1:] for row in left_matrix(c)[1:]], a, element)

@@ -43,6 +43,7 @@ from boresight.model.algebra.covariance import (
 )
 from boresight.model.algebra.quaternion import (
     NO_ROTATION,
+    dot,
     increment,
     matrix,
     multiply,
@@ -52,7 +53,7 @@ from boresight.model.algebra.quaternion import (
 from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     TRACE_LIMIT,
-    normalised,
+    of_unit_length,
     status_word,
     sum_of,
     update_along,
@@ -113,7 +114,7 @@ class Satcom(Estimator):
             ops.saturated(w - b, 8.0)
             for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
         ]
-        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate])
+        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate], short=True)
         q = [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)]
         c_nb = matrix(q)
 
@@ -121,11 +122,17 @@ class Satcom(Estimator):
         cosine_sq = c_nb[2][1] * c_nb[2][1] + c_nb[2][2] * c_nb[2][2]
         secant = ops.rsqrt(cosine_sq)
         cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine", unless=NO_ROTATION)
+        along = ops.rsqrt(c_nb[1][0] * c_nb[1][0] + c_nb[0][0] * c_nb[0][0])
         sin_phi, cos_phi, sin_psi, cos_psi = (
-            ops.bounded(c * secant, -1.0, 1.0, "of a unit vector", unless=NO_ROTATION)
-            for c in (c_nb[2][1], c_nb[2][2], c_nb[1][0], c_nb[0][0])
+            ops.bounded(c * inverse, -1.0, 1.0, "of a unit vector")
+            for c, inverse in (
+                (c_nb[2][1], secant),
+                (c_nb[2][2], secant),
+                (c_nb[1][0], along),
+                (c_nb[0][0], along),
+            )
         )
-        psi = unit_angle_ht(c_nb[1][0], c_nb[0][0], secant)
+        psi = unit_angle_ht(c_nb[1][0], c_nb[0][0], along)
 
         loop = self._heading_loop(x, u, p, dt, (sin_phi * u.gy + cos_phi * u.gz) * secant)
         used = loop["used"]
@@ -186,12 +193,12 @@ class Satcom(Estimator):
         # Correction, normalisation, restart.
         turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
         turned = [1.0, *(ops.saturated(t, 1.0) for t in turns[:3])]
-        q_new, shrink = normalised(multiply(turned, q))
+        q_new, _ = of_unit_length(multiply(turned, q))
         bias = [
             ops.saturated(ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * t), BIAS_LIMIT)
             for t, b in zip(turns[3:], (x.bias_x, x.bias_y, x.bias_z), strict=True)
         ]
-        half = ops.bounded(0.5 * shrink, 0.25, 0.5, "norm of one and more")
+        half = ops.bounded(0.5 * ops.rsqrt(dot(turned, turned)), 0.25, 0.5, "norm of one and more")
         inverse = ops.bounded(4.0 * (half * half), 0.25, 1.0, "norm of one and more")
         correction = [ops.saturated(v * inverse, 1.0) for v in turned]
         after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boresight.model.algebra.covariance import symmetric
+from boresight.model.algebra.covariance import BELOW_ONE, symmetric
 from boresight.model.algebra.quaternion import (
     conjugate_turn,
     cross,
@@ -27,14 +27,19 @@ from boresight.model.algebra.quaternion import (
 from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     NORM_FLOOR,
+    P0_MOST,
+    QUATERNION_LIMIT,
     START,
-    TRACE_LIMIT,
     attitude_states,
     body_covariance,
     body_turned,
+    correction_of,
     force_gate,
+    initial_variance,
+    is_full,
     moved,
     normalised,
+    of_unit_length,
     predicted_attitude,
     restarted,
     squared_force,
@@ -86,6 +91,16 @@ def test_increment_is_the_turn_by_twice_its_argument(angle: float, bound: float)
     want = rotation_vector_to_quaternion(2.0 * half)
     error = np.abs(np.stack(increment(half.T), 1) - want).max()
     assert 1e-3 * bound < error < bound
+
+
+def test_a_short_increment_is_no_longer_than_one() -> None:
+    half = RNG.uniform(-1.0, 1.0, size=(500, 3))
+    y = (half * half).sum(axis=1)
+    square = (np.stack(increment(half.T, short=True), 1) ** 2).sum(axis=1)
+    assert np.allclose(square, 1.0 - y**4 / 1728.0 + y**5 / 20736.0, atol=1e-14)
+    assert square.max() <= 1.0 < (np.stack(increment(half.T), 1) ** 2).sum(axis=1).max()
+    w, x, *_ = increment(np.array([0.3, 0.0, 0.0]), short=True)
+    assert 0.3 - np.arctan2(x, w) == pytest.approx(0.3**5 / 720.0, rel=0.05)
 
 
 def test_products_with_vectors() -> None:
@@ -180,13 +195,24 @@ def test_start_is_a_unit_quaternion_far_from_half_a_turn_of_any_axis() -> None:
 
 def test_process_noise_stops_at_the_trace_limit_and_never_shrinks() -> None:
     u = SimpleNamespace(dt=0.01)
-    small = body_covariance(diagonal(0.1, 0.1, 0.1, 0.1), [1.0, 0.0, 0.0, 0.0], u, LEVEL)
+    p = diagonal(0.1, 0.1, 0.1, 0.1)
+    assert not is_full(p)
+    small = body_covariance(p, [1.0, 0.0, 0.0, 0.0], u, LEVEL, is_full(p))
     for k, sd in enumerate((0.1, 0.2, 0.3), start=1):
         assert small[k][k] == pytest.approx(0.1 + (0.5 * sd * 0.01 * 8.0) ** 2, rel=1e-12)
     assert small[0][0] == 0.1
-    full = TRACE_LIMIT / 3 + 1e-9
-    large = body_covariance(diagonal(0.1, full, full, full), [1.0, 0.0, 0.0, 0.0], u, LEVEL)
-    assert [large[k][k] for k in (1, 2, 3)] == pytest.approx([full] * 3, rel=1e-15)
+    most = QUATERNION_LIMIT / 4 + 1e-9
+    p = diagonal(most, most, most, most)
+    assert is_full(p)
+    large = body_covariance(p, [1.0, 0.0, 0.0, 0.0], u, LEVEL, is_full(p))
+    assert [large[k][k] for k in (1, 2, 3)] == pytest.approx([most] * 3, rel=1e-15)
+
+
+def test_the_initial_variance_of_four_states_is_below_one() -> None:
+    for sd, wanted in ((0.1, 0.16), (1.0, P0_MOST)):
+        p = SimpleNamespace(p0_sd=sd, scale=8.0)
+        assert initial_variance(p) == pytest.approx(wanted, rel=1e-12)
+    assert 4.0 * P0_MOST < BELOW_ONE
 
 
 def test_predicted_attitude_limits_the_step() -> None:
@@ -211,18 +237,28 @@ def test_updates_are_the_kalman_filters() -> None:
 
 def test_normalised_and_turned_covariance() -> None:
     raw = [1.2, 0.3, -0.1, 0.2]
-    q, shrink = normalised(raw)
-    assert np.linalg.norm(q) == pytest.approx(1.0) and shrink == pytest.approx(
-        1.0 / np.linalg.norm(raw)
-    )
+    for unit, shrink in (normalised(raw), of_unit_length(raw)):
+        assert np.linalg.norm(unit) == pytest.approx(1.0)
+        assert shrink == pytest.approx(1.0 / np.linalg.norm(raw))
     p = diagonal(0.2, 0.1, 0.05, 0.02)
-    turned = np.array(body_turned(p, raw, shrink, False, 0.07), dtype=float)
+    turned = np.array(body_turned(p, raw, False, False, 0.07), dtype=float)
     turned -= FLOOR_NOISE * np.diag([0.0, 1.0, 1.0, 1.0])
     assert np.linalg.eigvalsh(turned) == pytest.approx([0.02, 0.05, 0.1, 0.2], rel=1e-12)
-    fresh = np.array(body_turned(p, raw, shrink, True, 0.07), dtype=float)
+    full = np.array(body_turned(p, raw, True, False, 0.07), dtype=float)
+    assert np.array_equal(full, turned) or np.abs(full - turned).max() < 1e-16
+    fresh = np.array(body_turned(p, raw, False, True, 0.07), dtype=float)
     assert np.array_equal(fresh, 0.07 * np.eye(4))
-    none = body_turned(diagonal(0.0, 0.1, 0.1, 0.1), [1.0, 0.0, 0.0, 0.0], 1.0, False, 0.0)
-    assert none[0][0] == NORM_FLOOR
+    same = [1.0, 0.0, 0.0, 0.0]
+    for full, least in ((False, NORM_FLOOR), (True, 0.0)):
+        none = body_turned(diagonal(0.0, 0.1, 0.1, 0.1), same, full, False, 0.0)
+        assert none[0][0] == least
+
+
+def test_a_correction_is_no_longer_than_its_squares() -> None:
+    far = correction_of([9.0, -9.0, 9.0, 0.5])
+    assert far == [2.0, -1.0, 1.0, 0.5]
+    _, shrink = of_unit_length(correction_of([9.0] * 4))
+    assert shrink == pytest.approx(7.0**-0.5)
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,9 @@ class Joint(Estimator):
         if w == "second":
             reduced = [a[k][0] for k in (0, 1)]
         noise = -0.005 if w == "variance" else p.r
+        if w in ("falling", "held"):
+            noise = 0.05 - u.dt
+            noise = ops.maximum(noise, 0.005) if w == "held" else noise
         s = ops.bounded(reduced[0] + noise, 0.004, 9.0, "P + r")
         second = [ops.bounded(c * ops.rsqrt(s), -1.5, 1.5, "gain") for c in reduced]
         valid = u.valid > 0.5
@@ -94,8 +97,16 @@ def test_two_measurements_in_one_pass():
     assert unproven == set()
 
 
+def test_a_noise_that_is_held_above_0():
+    """The condition excludes the side of a negative one; see "falling" for the same without it."""
+    estimator = Joint()
+    estimator.wrong = "held"
+    gram, claims = gram_of(estimator)
+    assert gram.proven and all(map(gram.proof_of, claims))
+
+
 @pytest.mark.parametrize(
-    "wrong", ["limit", "prediction", "noise", "second", "variance", "side", "gain"]
+    "wrong", ["limit", "prediction", "noise", "second", "variance", "side", "gain", "falling"]
 )
 def test_wrong_by_a_bit(wrong):
     estimator = Joint()

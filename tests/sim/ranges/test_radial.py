@@ -1,8 +1,65 @@
-"""Polynomials of the squared length of a vector."""
+"""Quaternions of turns, by series that are no longer than one, and by one that is by a bit."""
 
+import numpy as np
 import pytest
 
-from boresight.sim.ranges.radial import radial
+from boresight.model import ops
+from boresight.model.algebra.quaternion import dot, matrix
+from boresight.model.estimator import Estimator, Input, Output
+from boresight.sim.ranges.claims import claims_of
+from boresight.sim.ranges.radial import radial, radial_balls
+from boresight.sim.ranges.steps import live_nodes
+from boresight.sim.ranges.vectors import Vectors
+
+
+class Turn(Estimator):
+    """The rotation matrix of a turn by two terms and three of the series of its quaternion."""
+
+    name = "turn"
+    inputs = tuple(Input(name, -1.0, 1.0) for name in "abc")
+    outputs = (Output("y"),)
+    last = 1.0 / 144.0  #: of the sine; 1/120 is that of its series.
+    scale = 1.0  #: of one component.
+
+    def step(self, x, u, p):
+        half = (u.a, u.b, u.c)
+        y = ops.bounded(dot(half, half), 0.0, 3.0, "squares")
+        w = ops.bounded(1.0 - 0.5 * y + (1.0 / 24.0) * (y * y), -1.0, 1.0, "cosine")
+        s = ops.bounded(1.0 - (1.0 / 6.0) * y + self.last * (y * y), 0.0, 1.0, "sine")
+        v = [ops.bounded(s * h, -1.0, 1.0, "axis") for h in half]
+        v[0] = ops.bounded(self.scale * v[0], -1.0, 1.0, "axis") if self.scale != 1.0 else v[0]
+        return {}, {"y": sum((c for row in matrix([w, *v]) for c in row), 0.0)}
+
+
+def vectors_of(estimator):
+    program, nodes = estimator.compile_traced()
+    return Vectors(program, nodes), claims_of(program, nodes), live_nodes(program, nodes)
+
+
+def test_a_rotation_matrix_of_a_short_quaternion():
+    vectors, claims, _ = vectors_of(Turn())
+    rows = [c for c in claims if c.reason.startswith("rotation matrix")]
+    assert len(rows) == 9 and all(map(vectors.proof_of, rows))
+
+
+@pytest.mark.parametrize(("name", "value"), [("last", 1.0 / 120.0), ("scale", 1.0 + 2.0**-9)])
+def test_wrong_by_a_bit(name, value):
+    estimator = Turn()
+    setattr(estimator, name, value)
+    vectors, claims, _ = vectors_of(estimator)
+    rows = [c for c in claims if c.reason.startswith("rotation matrix")]
+    assert any(vectors.proof_of(c) is None for c in rows)
+
+
+@pytest.mark.parametrize("last", [1.0 / 144.0, 1.0 / 120.0])
+def test_its_length_is_the_largest(last):
+    estimator = Turn()
+    estimator.last = last
+    _, _, nodes = vectors_of(estimator)
+    (ball,) = radial_balls(nodes)
+    y = np.linspace(0.0, 3.0, 20001)
+    square = (1.0 - y / 2 + y * y / 24) ** 2 + y * (1.0 - y / 6 + last * y * y) ** 2
+    assert len(ball.numbers) == 4 and ball.square == pytest.approx(square.max(), abs=1e-9)
 
 
 def test_polynomials_of_a_squared_length():

@@ -1,6 +1,7 @@
 """Vectors turned by the matrix of a quaternion, and by matrices that are wrong by a bit."""
 
 import math
+from collections import Counter
 
 import pytest
 
@@ -72,3 +73,56 @@ def test_what_is_no_rotation(wrong):
     estimator = Turned()
     estimator.wrong = wrong
     assert squares(estimator)[0] > 27.1
+
+
+class Felt(Estimator):
+    """A vector of known strength at an angle, in axes that are turned, and parts of the matrix.
+
+    ``wrong``: the other component is that of another angle, or the elements are of two rows and
+    columns.
+    """
+
+    name = "felt"
+    inputs = (
+        Input("strength", 0.0, 1.5),
+        *(Input(n, -1.0, 1.0, "ht") for n in ("dip", "other")),
+        *(Input(n, -0.1, 0.1) for n in "xyz"),
+    )
+    states = Turned.states
+    outputs = tuple(Output(n) for n in "abc")
+    wrong = ""
+    most = 1.5
+
+    def step(self, x, u, p):
+        q = [x.qw, x.qx, x.qy, x.qz]
+        c = quaternion.matrix(q)
+        sine, cosine = ops.sincos_ht(u.dip)
+        if self.wrong == "angle":
+            _, cosine = ops.sincos_ht(u.other)
+        v = [u.strength * cosine, 0.0, -(u.strength * sine)]
+        r = [ops.bounded(k, -self.most, self.most, "felt") for k in quaternion.conjugate_turn(c, v)]
+        a, b = (c[0][0], c[1][1]) if self.wrong == "elements" else (c[2][1], c[2][2])
+        square = ops.bounded(a * a + b * b, 0.0, 1.0, "square")
+        after = zip("wxyz", corrected(q, [u.x, u.y, u.z]), strict=True)
+        outputs = {"a": r[0] + square, "b": r[1], "c": r[2]}
+        return {"q" + n: value for n, value in after}, outputs
+
+
+@pytest.mark.parametrize(
+    ("wrong", "most", "unproven"),
+    [
+        ("", 1.5, {}),
+        ("", 1.49, {"felt": 3}),
+        ("angle", 1.5, {"felt": 3}),
+        ("elements", 1.5, {"square": 1}),
+    ],
+)
+def test_a_vector_of_known_strength(wrong, most, unproven):
+    """Sine and cosine of one angle are a vector of length one; of two angles they are not."""
+    estimator = Felt()
+    estimator.wrong, estimator.most = wrong, most
+    program, nodes = estimator.compile_traced()
+    vectors = Vectors(program, nodes)
+    said = [c for c in claims_of(program, nodes) if c.reason in ("felt", "square")]
+    assert len(said) == 4
+    assert Counter(c.reason for c in said if vectors.proof_of(c) is None) == unproven

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion import matrix, multiply, right_matrix
+from boresight.model.algebra import quaternion_filter
+from boresight.model.algebra.covariance import NO_COVARIANCE
+from boresight.model.algebra.quaternion import increment, matrix, multiply, right_matrix
+from boresight.model.algebra.quaternion_filter import P0_MOST
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import estimator_of
 from boresight.sim.ranges import inner_products
@@ -287,15 +290,20 @@ class Signed:
 
 
 def test_the_norm_of_a_rotation_matrix():
-    """Of a quaternion of length one it is one; transposed, too; not with an element changed."""
+    """Of a quaternion of length one it is one; transposed, or a part, too; not if it is changed."""
     norms, by = norms_of(Corrected())
     numbers = by["rotation matrix"]
     rows = [numbers[k : k + 3] for k in (0, 3, 6)]
     for matrix_of in (rows, [*zip(*rows, strict=True)]):
         square, ball = norms.square_of(entries(matrix_of))
         assert ball is not None and square == pytest.approx(1.0)
+    for some in (rows[:2], rows[1:], [rows[2], rows[0]], [*zip(*rows, strict=True)][::2]):
+        square, ball = norms.square_of(entries(some))
+        assert ball is not None and square == pytest.approx(1.0)
+    assert norms.square_of(entries([rows[0], rows[0]]))[1] is None
     rows[0] = [rows[0][0], rows[0][2], rows[0][1]]
     assert norms.square_of(entries(rows))[1] is None
+    assert norms.square_of(entries(rows[:2]))[1] is None
 
 
 def test_the_limits_of_a_rotation_matrix_hold():
@@ -311,9 +319,34 @@ def test_the_limits_of_a_rotation_matrix_hold():
         assert np.linalg.norm(c, 2) ** 2 == pytest.approx(most)
 
 
-def test_the_traces_of_a_shipped_filter():
-    """Of rotation and bias, each what P0 may be at most."""
-    traces, claims, gram = traces_of(estimator_of("satcom"))
-    assert traces.limits == {(0, 1, 2): pytest.approx(0.75), (3, 4, 5): pytest.approx(0.75)}
-    of_p = [c for c in claims if c.state.startswith("p") or "covariance of trace" in c.reason]
-    assert len(of_p) > 40 and all(map(traces.proof_of, of_p))
+@pytest.mark.parametrize(
+    ("name", "limits"),
+    [
+        ("satcom", {(0, 1, 2): 0.75, (3, 4, 5): 0.75}),
+        ("ekf_quaternion", {(0, 1, 2, 3): 4.0 * P0_MOST}),
+        ("ekf_bias", {(0, 1, 2, 3): 4.0 * P0_MOST, (4, 5, 6): 0.75}),
+    ],
+)
+def test_the_traces_of_shipped_filters(name, limits):
+    """Of rotation and bias, each what P0 may be at most; and all that is claimed of P."""
+    traces, claims, gram = traces_of(estimator_of(name))
+    assert traces.limits == pytest.approx(limits)
+    of_p = [c for c in claims if c.unless == NO_COVARIANCE]
+    assert len(of_p) > 60
+    assert all(traces.proof_of(c) or gram.proof_of(c) for c in of_p)
+
+
+def test_a_turn_that_may_be_longer_than_one(monkeypatch):
+    """By the series of the sine P grows in every large turn."""
+    monkeypatch.setattr(quaternion_filter, "increment", lambda half, short: increment(half))
+    traces, *_ = traces_of(estimator_of("ekf_quaternion"))
+    assert traces.limits == {}
+
+
+def test_the_trace_of_a_series_that_is_no_longer_than_one():
+    """The landing system's attitude is turned by such a one, and by what a correction leaves."""
+    traces, claims, gram = traces_of(estimator_of("mls_attitude"))
+    assert traces.limits == {(0, 1, 2): pytest.approx(0.75)}
+    sums = [c for c in claims if c.reason == "P + R"]
+    assert len(sums) == 6
+    assert all(gram.proof_of(c) or traces.proof_of(c) for c in sums)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion import cross, dot, increment, multiply, product
+from boresight.model.algebra.quaternion import cross, dot, increment, matrix, multiply, product
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.ranges import Prover, examine
@@ -179,6 +179,38 @@ def test_a_product_of_quaternions():
         assert "across" in unproven(estimator), name
 
 
+class Twice(Estimator):
+    """A unit quaternion times another one and a correction; its rotation matrix, scaled."""
+
+    name = "twice"
+    inputs = (
+        *(Input(f"r{a}", -1.0, 1.0) for a in "wxyz"),
+        *(Input(f"k{a}", -0.5, 0.5) for a in "xyz"),
+    )
+    states = Lever.states
+    outputs = (Output("y"),)
+    most = 1.75  #: squared length of a correction.
+
+    def step(self, x, u, p):
+        r = (u.rw, u.rx, u.ry, u.rz)
+        root = ops.rsqrt(0.01 + dot(r, r))
+        q = product([x.qw, x.qx, x.qy, x.qz], [ops.saturated(c * root, 1.0) for c in r])
+        q = [ops.saturated(c, 1.0) for c in q]
+        q = [ops.saturated(c, 2.0) for c in product(q, [1.0, u.kx, u.ky, u.kz])]
+        w, i, j, k = q
+        y = ops.bounded(w * w + i * i - j * j - k * k, -self.most, self.most, "scaled")
+        norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 2.0, "norm"))
+        after = {f"q{a}": ops.saturated(c * norm, 1.0) for a, c in zip("wxyz", q, strict=True)}
+        return after, {"y": y}
+
+
+@pytest.mark.parametrize(("most", "left"), [(1.75, set()), (1.7, {"scaled"})])
+def test_a_product_of_a_product(most, left):
+    estimator = Twice()
+    estimator.most = most
+    assert unproven(estimator) == left
+
+
 def test_a_false_claim_of_a_component_makes_no_vector_longer():
     estimator = Lever()
     estimator.free = True
@@ -330,3 +362,74 @@ def test_a_turn_by_series_is_no_longer_than_one():
         vectors = Vectors(program, nodes)
         turned = [c for c in claims_of(program, nodes) if c.reason == "turned"]
         assert [vectors.proof_of(c) is not None for c in turned] == [proven] * 4
+
+
+class Elevated(Estimator):
+    """A unit quaternion that a heading replaces at times, and an elevation that it gives.
+
+    ``wrong`` changes one thing.
+    """
+
+    name = "elevated"
+    inputs = (
+        *(Input(n, -1.0, 1.0) for n in ("a", "b", "c", "heading", "start")),
+        *(Input(n, -1.0, 1.0) for n in ("p", "q", "r")),
+    )
+    states = (
+        State("qw", -1.0, 1.0, initial=1.0),
+        *(State(f"q{axis}", -1.0, 1.0) for axis in "xyz"),
+    )
+    outputs = (Output("along"), Output("root"), Output("unit"))
+    wrong = ""
+
+    def step(self, x, u, p):
+        w = self.wrong
+        turn = increment([u.a, u.b, u.c], short=True)
+        q = [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), turn)]
+        c = matrix(q)
+        square = dot(
+            (c[2][1], c[2 if w != "row" else 1][2]), (c[2][1], c[2 if w != "row" else 1][2])
+        )
+        root = ops.rsqrt(square)
+        level = ops.bounded(square * root, 0.0, 1.0 - SLACK * (w == "root"), "root")
+        unit = [ops.bounded(c[2][k] * root, -1.0, 1.0, "unit") for k in (1, 2)]
+        east = ops.rsqrt(u.a * u.a + u.b * u.b)
+        row = [*(c[2][0] * ops.saturated(k * east, 1.0) for k in (u.a, u.b)), level]
+        along = ops.bounded(dot(row, (u.p, u.q, u.r)), -(3.0**0.5), 3.0**0.5, "along")
+        raw = multiply(q, (1.0, u.p, u.q, u.r))
+        shrink = ops.rsqrt(ops.bounded(dot(raw, raw), 0.0, 4.0, "norm"))
+        new = [ops.saturated(v * shrink, 1.0) for v in raw]
+        sine, cosine = ops.sincos_ht(u.heading)
+        if w == "angle":
+            _, cosine = ops.sincos_ht(0.5 * u.heading)
+        start = [cosine, 0.0, 0.0 if w != "start" else 2.0**-4, sine]
+        after = [ops.where(u.start < 0.0, s, v) for s, v in zip(start, new, strict=True)]
+        states = {f"q{axis}": v for axis, v in zip("wxyz", after, strict=True)}
+        return states, {"along": along, "root": level, "unit": unit[0] + unit[1]}
+
+
+def unproven_of(wrong):
+    estimator = Elevated()
+    estimator.wrong = wrong
+    program, nodes = estimator.compile_traced()
+    prover = Prover(estimator, program, nodes)
+    claims = [c for c in claims_of(program, nodes) if not c.state]
+    return {c.reason for c in claims if prover.proof_of(c) is None}
+
+
+def test_the_root_of_an_elevation():
+    assert unproven_of("") == set()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "broken"),
+    [
+        ("row", {"root", "unit", "along"}),
+        ("root", {"root"}),
+        ("angle", {"norm", "root", "along"}),
+        ("start", {"norm", "root", "along"}),
+    ],
+)
+def test_an_elevation_wrong_by_a_bit(wrong, broken):
+    """Elements of two rows, a lower bound, and quaternions longer than one at the start."""
+    assert broken <= {r.split(",")[0] for r in unproven_of(wrong)}
