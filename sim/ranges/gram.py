@@ -4,7 +4,8 @@ A covariance P is P_ij = p_i . p_j of some vectors, |p_i|^2 = P_ii. So is what a
 in whatever order it computes the elements, also where several measurements share one pass:
 
 * of F P F^T the vectors are sums, sum_k F_ik p_k;
-* noise q of a variance is a new direction, p_i + sqrt(q) e;
+* noise q of a variance is a new direction, p_i + sqrt(q) e; two variances whose noise has terms
+  w a^2 and w b^2 share the direction, if their covariance has noise w a b;
 * h P h + v is |m|^2, m = sum_k h_k p_k + sqrt(v) e, and what a measurement takes of each vector is
   its part along the unit vector u = m / |m|: a gain L_i = P_i: h / |m| is p_i . u, and P - L L^T is
   that of p_i - (p_i . u) u, shorter than p_i;
@@ -55,7 +56,7 @@ from boresight.sim.ranges.inner_products import (
     known_from,
     of_unit,
 )
-from boresight.sim.ranges.polynomials import polynomial_of
+from boresight.sim.ranges.polynomials import Polynomial, polynomial_of, times
 from boresight.sim.ranges.steps import covariance_elements, implied, live_nodes
 from boresight.sim.ranges.unit_vectors import Ball
 from boresight.sim.ranges.vectors import Vectors
@@ -68,6 +69,8 @@ _DECADES = 1.0
 #: Terms of a sum, and of one without inner products, which then stays whole; pairs that are kept of
 #: one value.
 _TERMS, _LOOSE, _PAIRS = 400, 8, 4
+#: Share by which a product of two roots may differ from a covariance of noise: rounding.
+_ALIKE = 1e-12
 #: Share of a format that is left free by what fits it; updates by which variances grow.
 ROOM, _ROUNDS = 1e-5, 8
 #: Kinds of nodes for which a product or selection is taken apart.
@@ -114,7 +117,7 @@ class Gram:
         self.following: list[Vector] = []  # whose inner products the next elements are
         self.size = max(j for _, j in elements) + 1
         self.rng = np.random.default_rng(1)
-        self.space = Space(2 * self.size + 40)
+        self.space = Space(3 * self.size + 40)
         self.values: dict[int, FloatArray] = {}
         self.sizes: dict[int, FloatArray] = {}
         self.signs: dict[int, BoolArray] = {}
@@ -123,6 +126,7 @@ class Gram:
         self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
         self.weights: dict[int, tuple[list[Vector], Vector]] = {}
         self.noisy: dict[int, Vector] = {}  # of one without its noise
+        self.along: dict[int, dict[int, FloatArray]] = {}  # of one: what noise it has, by direction
         self.noise_of_measurements = set[int]()  # numbers of vectors with it; elements have none
         self.left: dict[int, dict[int, Vector]] = {}  # of one, what measurements leave of it
         self.within: dict[int, Node] = {}  # from which it follows that limits are not reached
@@ -349,9 +353,66 @@ class Gram:
             return known[0]
         at = np.zeros((POINTS, self.space.dimensions))
         at[:, : v.at.shape[1]] = v.at
-        at[:, self.space.direction()] = np.sqrt(square)
-        self.noisy[v.number] = self.space.add(at, parts=((ONE, v),), noise=noise)
-        return self.noisy[v.number]
+        along = self._common_noise(v, noise)
+        for direction, root in along.items():
+            at[:, direction] = root
+            square = square - root * root
+        at[:, self.space.direction()] = np.sqrt(np.maximum(square, 0.0))
+        noisy = self.noisy[v.number] = self.space.add(at, parts=((ONE, v),), noise=noise)
+        self.along[noisy.number] = along
+        return noisy
+
+    def _common_noise(self, v: Vector, noise: Sequence[Coefficient]) -> dict[int, FloatArray]:
+        """Roots of the terms w a^2 of a noise, by the direction that each has, or shares.
+
+        A direction is shared only with what has no part of it: squared lengths add up.
+        """
+        out: dict[int, FloatArray] = {}
+        for root in self._roots(noise):
+            shared = (
+                (direction, sign * root)
+                for other, added in self._added_to(v)
+                for direction, its in self.along.get(other, {}).items()
+                for sign in (1.0, -1.0)
+                if np.allclose(sign * root * its, added, rtol=_ALIKE, atol=0.0)
+                if direction not in out and not v.at[:, direction].any()
+            )
+            direction, root = next(shared, (-1, root))
+            out[self.space.direction() if direction < 0 else direction] = root
+        return out
+
+    def _added_to(self, v: Vector) -> Iterator[tuple[int, FloatArray]]:
+        """Numbers of vectors with noise, and what their inner products with v get besides."""
+        for pairs, rest in self.sums.values():
+            for x, y in pairs if rest else ():
+                other = y if x is v else x
+                if other is not v and v in (x, y):
+                    number = self.noisy.get(other.number, other).number
+                    yield number, sum((self._at(c) for c in rest), np.zeros(POINTS))
+
+    def _roots(self, noise: Sequence[Coefficient]) -> list[FloatArray]:
+        """sqrt(w) a of the terms w a^2, if no term of a noise is negative; else none."""
+        roots: list[FloatArray] = []
+        base: dict[int, Node] = {}
+        for c in noise:
+            form: Polynomial | None = {(): c.number}
+            for node in c.nodes:
+                by = polynomial_of(node, _TERMS, _LOOSE, self.vectors.said)
+                form = None if form is None or by is None else times(form, by, _TERMS)
+            if form is None:
+                return []
+            chosen = self._at(Coefficient(sides=c.sides))
+            for m, factor in form.items():
+                once = [self.nodes[n] for n in {*m} if m.count(n) % 2]
+                if factor <= 0.0 or any(n.low < 0.0 for n in once):
+                    return []
+                base |= {n.number: n for n in once}
+                twice = [self.values[n] for n in {*m} for _ in range(m.count(n) // 2)]
+                if twice:
+                    square = factor * math.prod((self.values[n.number] for n in once), start=chosen)
+                    roots.append(math.prod(twice, start=np.sqrt(square)))
+        self.within |= base if roots else {}
+        return roots
 
     def _lows(self, noise: Sequence[Coefficient]) -> Iterator[float]:
         """Least value of a sum for each side of its conditions."""
@@ -570,6 +631,8 @@ class Gram:
         known = [n.number in self.cone and bool(self.pairs_of(n)) for n in (a, b)]
         if all(known):
             return [Term(ONE, (a, b))]
+        if a is b:
+            return [Term(Coefficient(nodes=(a, b)))]
         for one, other, is_known in ((a, b, known[0]), (b, a, known[1])):
             if is_known and other.number in self.cone:
                 terms = self.terms_of(other) or []

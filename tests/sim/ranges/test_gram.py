@@ -125,6 +125,47 @@ def test_a_length_is_no_shorter_than_it_can_be():
         assert (gram.proof_of(claim) is not None) == proven
 
 
+class Pushed(Joint):
+    """One input moves both states; the first is measured, with the variance r + (b a_01)^2."""
+
+    inputs = (Input("b", 0.0, 0.5), Input("c", -0.5, 0.5))
+    sign = 1.0
+
+    def step(self, x, u, p):
+        full = (x.p00 > 0.75) | (x.p11 > 0.75)
+        q = ops.where(full, 0.0, p.q)
+        share = {"more": 1.01, "less": -1.01}.get(self.wrong, self.sign)
+        one, other = u.b, u.b if self.wrong == "other" else u.c
+        a00, a01 = x.p00 + u.b * u.b * q, x.p01 + share * (one * other * q)
+        a11 = x.p11 + u.c * u.c * q
+        bent = u.b * a01
+        bent = bent * (u.b * a00 if self.wrong == "product" else bent)
+        noise = p.r - bent if self.wrong == "square" else p.r + bent
+        weight = ops.rsqrt(ops.bounded(a00 + noise, 0.002, 4.0, "P + r"))
+        gain = [ops.bounded(a * weight, -1.5, 1.5, "gain") for a in (a00, a01)]
+        after = {"p00": a00 - gain[0] * gain[0], "p01": a01 - gain[0] * gain[1]}
+        after["p11"] = a11 - gain[1] * gain[1]
+        return {n: ops.bounded(a, -1.0, 1.0, "covariance") for n, a in after.items()}, {"y": q}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_one_noise_of_two_states(sign):
+    estimator = Pushed()
+    estimator.sign = sign
+    gram, claims = gram_of(estimator)
+    said = [c for c in claims if c.reason in ("P + r", "gain")]
+    assert gram.proven and len(said) == 3 and all(map(gram.proof_of, said))
+
+
+@pytest.mark.parametrize("wrong", ["more", "less", "other", "product", "square"])
+def test_noise_that_is_no_covariance(wrong):
+    """Of a correlation of 1.01, or of another input; or a variance that may become negative."""
+    estimator = Pushed()
+    estimator.wrong = wrong
+    gram, claims = gram_of(estimator)
+    assert not gram.proven and not any(map(gram.proof_of, claims))
+
+
 class Weighted(Joint):
     """P - k c c^T, k = w / (1 + w h P h), c = P h: a measurement of variance 1 / w, or none."""
 
