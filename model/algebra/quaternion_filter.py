@@ -33,7 +33,6 @@ __all__ = [
     "ALIGN_NOISE",
     "ALIGN_P",
     "FLOOR_NOISE",
-    "NORM_FLOOR",
     "P0",
     "QUATERNION_LIMIT",
     "SCALE",
@@ -68,8 +67,9 @@ TRACE_LIMIT = 0.5  #: scaled covariance of the rotation above which it does not 
 QUATERNION_LIMIT = 0.75  #: the same of rotation and norm.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 P0_MOST = 0.25 - 2.0**-14  #: largest initial variance: that of norm and rotation is below one.
-NORM_FLOOR = 2.0**-24  #: variance of the norm below which it grows, against rounding below zero.
-FLOOR_NOISE = 2.0**-28  #: added to the scaled variances of the rotation each step: 8 LSB at W = 32.
+FLOOR_NOISE = 2.0**-28  #: added to scaled variances each step, below the limit: 8 LSB at W = 32.
+    2.0**-28
+)  #: added to the scaled variances each step, below the limit: 8 LSB at W = 32.
 MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
 ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below both limits.
@@ -305,13 +305,9 @@ def _over_root(q: list[Any], square: Any) -> tuple[list[Any], Any]:
     return [ops.saturated(c * shrink, 1.0) for c in q], shrink
 
 
-def above_rounding(value: Any, i: int, full: Any) -> Any:
-    """Variance i and a word of noise, so that rounding stays below it; not where it is ``full``.
-
-    That of the norm, 0, has no process noise: it grows from its floor only.
-    """
-    noise = FLOOR_NOISE if i else ops.where(value < NORM_FLOOR, NORM_FLOOR, 0.0)
-    return value + ops.where(full, 0.0, noise)
+def above_rounding(value: Any, full: Any) -> Any:
+    """A variance and a word of noise, so that rounding stays below it; not where it is ``full``."""
+    return value + ops.where(full, 0.0, FLOOR_NOISE)
 
 
 def body_turned(
@@ -323,7 +319,7 @@ def body_turned(
     """
 
     def element(i: int, j: int, value: Any) -> Any:
-        grown = above_rounding(value, i, full) if i == j else value
+        grown = above_rounding(value, full) if i == j else value
         return bounded_element(ops.where(fresh, first if i == j else 0.0, grown), i, j)
 
     c, _ = of_unit_length(correction)

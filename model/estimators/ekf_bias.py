@@ -233,9 +233,8 @@ class EkfBias(Estimator):
         )
         root = ops.rsqrt(acc_r + mag_r)
         share = ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root
-        share = ops.where(
-            plain, 1.0, ops.saturated(share, 1.0)
-        )  # of the accelerometer, in what both measure
+        # Of the accelerometer, in what both measure.
+        share = ops.where(plain, 1.0, ops.saturated(share, 1.0))
         both_r = acc_r * share
 
         def combined(acc: Any, mag: Any) -> Any:
@@ -388,7 +387,7 @@ class EkfBias(Estimator):
         c, _ = of_unit_length(correction)
 
         def element(i: int, j: int, value: Any) -> Any:
-            grown = above_rounding(value, i, full[i >= 4]) if i == j else value
+            grown = above_rounding(value, full[i >= 4]) if i == j else value
             return bounded_element(ops.where(fresh, first[i] if i == j else 0.0, grown), i, j)
 
         return partly_turned(right_matrix(c), a, element)

@@ -94,11 +94,12 @@ class Coefficient:
             return np.zeros(1), np.zeros(1)
         low = high = np.full(1, self.number)
         for node in self.nodes:
-            corners = [
-                np.where((x == 0.0) | (y == 0.0), 0.0, x * y)
-                for x in (low, high)
-                for y in cases[node.number]
-            ]
+            with np.errstate(invalid="ignore"):  # 0 times infinity
+                corners = [
+                    np.where((x == 0.0) | (y == 0.0), 0.0, x * y)
+                    for x in (low, high)
+                    for y in cases[node.number]
+                ]
             low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
         if any(c not in sides for c, _ in self.sides):
             low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)

@@ -60,6 +60,7 @@ NOISE_LIMIT = 4.0  #: largest noise of a measurement times scale.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 ALIGN_STEPS = 128  #: samples with both vectors that an alignment takes, a quarter of them steps.
 NORM_LIMIT = 2.0  #: largest norm of q, if that is free.
+NORM_FLOOR = 2.0**-24  #: and the least variance of it.
 MOVE_LIMIT = 0.5  #: largest component of a correction of q.
 STEP_NOISE = 2.0**-8  #: noise of a step, scaled; less would amplify rounding.
 MEAN_SLOPE = 0.5 * parts.ALIGN_P * ALIGN_STEPS  #: noise of the mean: two vectors see most axes.
@@ -260,7 +261,7 @@ class MlsAttitude(Estimator):
             value = ops.where(fresh, first if i == j else 0.0, value)
             value = bounded_element(value, i, j)
             # Of the norm, which has no noise, rounding would take the variance below 0.
-            return ops.maximum(value, parts.NORM_FLOOR) if self.free and i == j == 0 else value
+            return ops.maximum(value, NORM_FLOOR) if self.free and i == j == 0 else value
 
         square = dot(correction, correction)
         shrink = ops.rsqrt(square)
