@@ -68,8 +68,6 @@ QUATERNION_LIMIT = 0.75  #: the same of rotation and norm.
 P0_LIMIT = 0.5  #: largest initial standard deviation times scale / 2.
 P0_MOST = 0.25 - 2.0**-14  #: largest initial variance: that of norm and rotation is below one.
 FLOOR_NOISE = 2.0**-28  #: added to scaled variances each step, below the limit: 8 LSB at W = 32.
-    2.0**-28
-)  #: added to the scaled variances each step, below the limit: 8 LSB at W = 32.
 MOVE_LIMIT = 128.0  #: largest innovation over its scaled standard deviation.
 ALIGN_NOISE = 2.0**-6  #: measurement noise while aligning, scaled.
 ALIGN_P = 0.15  #: variances of the attitude while aligning, scaled; their sum is below both limits.
