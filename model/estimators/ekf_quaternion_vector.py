@@ -144,7 +144,7 @@ class EkfQuaternionVector(Estimator):
                     ops.bounded(r, -4.0, 4.0, "field", unless=NOT_UNIT)
                     for r in conjugate_turn(c_nb, site)
                 ],
-                3.0 * (FIELD_LIMIT / FIELD_UNIT) ** 2,
+                3.0 * (FIELD_LIMIT * FIELD_LIMIT) / (FIELD_UNIT * FIELD_UNIT),
                 mag_bad,
                 (p.mag_sd_x, p.mag_sd_y, p.mag_sd_z),
             ),
