@@ -50,7 +50,6 @@ __all__ = [
     "moved",
     "named_outputs",
     "normalised",
-    "of_unit_length",
     "predicted_attitude",
     "restarted",
     "squared_force",
@@ -289,18 +288,10 @@ def correction_of(parts: list[Any]) -> list[Any]:
 
 
 def normalised(raw: list[Any]) -> tuple[list[Any], Any]:
-    """(unit quaternion, 1/norm) of a corrected quaternion."""
-    return _over_root(raw, ops.saturated(dot(raw, raw), 4.0))
-
-
-def of_unit_length(raw: list[Any]) -> tuple[list[Any], Any]:
-    """The same of a `correction_of`, or of the product with one: not limited."""
-    return _over_root(raw, ops.bounded(dot(raw, raw), 0.0, 8.0, "squares of 2, 1, 1 and 1"))
-
-
-def _over_root(q: list[Any], square: Any) -> tuple[list[Any], Any]:
+    """(unit quaternion, 1/norm) of a `correction_of`, or of the product with one."""
+    square = ops.bounded(dot(raw, raw), 0.0, 8.0, "squares of 2, 1, 1 and 1")
     shrink = ops.rsqrt(square)
-    return [ops.saturated(c * shrink, 1.0) for c in q], shrink
+    return [ops.saturated(c * shrink, 1.0) for c in raw], shrink
 
 
 def above_rounding(value: Any, full: Any) -> Any:
@@ -320,7 +311,7 @@ def body_turned(
         grown = above_rounding(value, full) if i == j else value
         return bounded_element(ops.where(fresh, first if i == j else 0.0, grown), i, j)
 
-    c, _ = of_unit_length(correction)
+    c, _ = normalised(correction)
     return congruence(left_matrix(c), a, element)
 
 

@@ -60,7 +60,7 @@ from boresight.model.algebra.quaternion_filter import (
     initial_variance,
     is_full,
     moved,
-    of_unit_length,
+    normalised,
     predicted_attitude,
     restarted,
     status_word,
@@ -264,7 +264,7 @@ class EkfBias(Estimator):
             [(1.0 if k == 0 else 0.0) + moved(gains, moves, k) for k in range(4)]
         )
         raw = multiply(turned, q)
-        q_new, shrink = of_unit_length(raw)
+        q_new, shrink = normalised(raw)
 
         bias = [
             ops.saturated(
@@ -384,7 +384,7 @@ class EkfBias(Estimator):
 
         ``full``: whether the traces of attitude and bias are at their limits.
         """
-        c, _ = of_unit_length(correction)
+        c, _ = normalised(correction)
 
         def element(i: int, j: int, value: Any) -> Any:
             grown = above_rounding(value, full[i >= 4]) if i == j else value

@@ -44,7 +44,7 @@ from boresight.model.algebra.quaternion_filter import (
     initial_variance,
     is_full,
     moved,
-    of_unit_length,
+    normalised,
     predicted_attitude,
     restarted,
     squared_force,
@@ -157,7 +157,7 @@ class EkfQuaternion(Estimator):
             [ops.where(aligning, s, m) for s, m in zip(start, move, strict=True)]
         )
         raw = multiply(q, correction)
-        q_new, shrink = of_unit_length(raw)
+        q_new, shrink = normalised(raw)
 
         after = body_turned(
             downdated(a, gains, bad), correction, full, aligning, initial_variance(p)

@@ -40,7 +40,7 @@ from boresight.model.algebra.quaternion_filter import (
     gyro_params,
     initial_variance,
     is_full,
-    of_unit_length,
+    normalised,
     predicted_attitude,
     restarted,
     squared_force,
@@ -178,7 +178,7 @@ class EkfQuaternionVector(Estimator):
 
         correction = correction_of([1.0 + done[0], *done[1:]])
         raw = multiply(q, correction)
-        q_new, shrink = of_unit_length(raw)
+        q_new, shrink = normalised(raw)
         count = ops.where(acc_bad | mag_bad, progress, progress + 1.0 / ALIGN_STEPS)
         count = ops.where(aligning, count, 0.0)
         first = ops.where(count < 0.0, ALIGN_P, initial_variance(p))

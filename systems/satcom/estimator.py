@@ -53,7 +53,7 @@ from boresight.model.algebra.quaternion import (
 from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     TRACE_LIMIT,
-    of_unit_length,
+    normalised,
     status_word,
     sum_of,
     update_along,
@@ -191,7 +191,7 @@ class Satcom(Estimator):
         # Correction, normalisation, restart.
         turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
         turned = [1.0, *(ops.saturated(t, 1.0) for t in turns[:3])]
-        q_new, _ = of_unit_length(multiply(turned, q))
+        q_new, _ = normalised(multiply(turned, q))
         bias = [
             ops.saturated(ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * t), BIAS_LIMIT)
             for t, b in zip(turns[3:], (x.bias_x, x.bias_y, x.bias_z), strict=True)

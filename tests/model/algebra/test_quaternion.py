@@ -38,7 +38,6 @@ from boresight.model.algebra.quaternion_filter import (
     is_full,
     moved,
     normalised,
-    of_unit_length,
     predicted_attitude,
     restarted,
     squared_force,
@@ -236,9 +235,9 @@ def test_updates_are_the_kalman_filters() -> None:
 
 def test_normalised_and_turned_covariance() -> None:
     raw = [1.2, 0.3, -0.1, 0.2]
-    for unit, shrink in (normalised(raw), of_unit_length(raw)):
-        assert np.linalg.norm(unit) == pytest.approx(1.0)
-        assert shrink == pytest.approx(1.0 / np.linalg.norm(raw))
+    unit, shrink = normalised(raw)
+    assert np.linalg.norm(unit) == pytest.approx(1.0)
+    assert shrink == pytest.approx(1.0 / np.linalg.norm(raw))
     p = diagonal(0.2, 0.1, 0.05, 0.02)
     turned = np.array(body_turned(p, raw, False, False, 0.07), dtype=float)
     turned -= FLOOR_NOISE * np.eye(4)
@@ -252,7 +251,7 @@ def test_normalised_and_turned_covariance() -> None:
 def test_a_correction_is_no_longer_than_its_squares() -> None:
     far = correction_of([9.0, -9.0, 9.0, 0.5])
     assert far == [2.0, -1.0, 1.0, 0.5]
-    _, shrink = of_unit_length(correction_of([9.0] * 4))
+    _, shrink = normalised(correction_of([9.0] * 4))
     assert shrink == pytest.approx(7.0**-0.5)
 
 
