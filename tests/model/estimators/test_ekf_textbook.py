@@ -109,8 +109,8 @@ class Textbook:
         a = np.eye(self.x.shape[1]) - k @ h
         self.p = a @ self.p @ transposed(a) + k @ r @ transposed(k)
         self.x[:, :4] /= np.linalg.norm(self.x[:, :4], axis=1, keepdims=True)
-        # Not textbook: the filters' noise against rounding, on the rotation and on 16 s times bias.
-        self.p[:, :4, :4] += FLOOR * xi(self.x[:, :4]) @ transposed(xi(self.x[:, :4]))
+        # Not textbook: the filters' noise against rounding, on the quaternion and 16 s times bias.
+        self.p[:, :4, :4] += FLOOR * np.eye(4)
         self.p[:, 4:, 4:] += FLOOR / 16**2 * np.eye(self.p.shape[1] - 4)
 
 
