@@ -34,6 +34,8 @@ __all__ = [
     "ALIGN_P",
     "FLOOR_NOISE",
     "P0",
+    "P0_LIMIT",
+    "P0_MOST",
     "QUATERNION_LIMIT",
     "SCALE",
     "TRACE_LIMIT",
@@ -287,10 +289,12 @@ def correction_of(parts: list[Any]) -> list[Any]:
     return [ops.saturated(c, 2.0 if k == 0 else 1.0) for k, c in enumerate(parts)]
 
 
-def normalised(raw: list[Any]) -> tuple[list[Any], Any]:
-    """(unit quaternion, 1/norm) of a `correction_of`, or of the product with one."""
-    square = ops.bounded(dot(raw, raw), 0.0, 8.0, "squares of 2, 1, 1 and 1")
-    shrink = ops.rsqrt(square)
+def normalised(raw: list[Any], largest: float = 8.0) -> tuple[list[Any], Any]:
+    """(unit quaternion, 1/norm) of a correction, or of the product with one.
+
+    ``largest``: of the square of its norm; that of a `correction_of` by default.
+    """
+    shrink = ops.rsqrt(ops.bounded(dot(raw, raw), 0.0, largest, "squares of a correction"))
     return [ops.saturated(c * shrink, 1.0) for c in raw], shrink
 
 

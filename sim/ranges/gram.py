@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -836,13 +837,14 @@ class Gram:
             by: dict[int, tuple[Vector, list[tuple[float, float]]]] = {}
             for c, part in v.parts:
                 by.setdefault(part.number, (part, []))[1].append(c.ends(sides))
+            length = partial(self._length, sides=sides, caps=caps, known=known)
             most = 0.0
             for part, ends in by.values():
                 low, high = (sum(e) for e in zip(*ends, strict=True))
                 size = max(-low, high)
-                most += size * self._length(part, sides, caps, known) if size else 0.0
-            most = min(most, self._joined(v, most, sides, caps, known))
-            most = min(most, self._in_cases(v, most, sides, caps, known))
+                most += size * length(part) if size else 0.0
+            most = min(most, self._joined(v, most, length))
+            most = min(most, self._in_cases(v, most, sides, length))
             if v.noise:
                 most = math.sqrt(most * most + max(0.0, sum(c.ends(sides)[1] for c in v.noise)))
             if v.unit is not None and (m := self._measured(v.unit, sides)) is not None:
@@ -852,15 +854,11 @@ class Gram:
         known[v.number] = min(most, caps.get(v.number, math.inf))
         return known[v.number]
 
-    def _joined(
-        self,
-        v: Vector,
-        most: float,
-        sides: Sides,
-        caps: Mapping[int, float],
-        known: dict[int, float],
-    ) -> float:
-        """|sum of r_k p_k| <= |r| sqrt(sum of |p_k|^2), where that is less than ``most``."""
+    def _joined(self, v: Vector, most: float, length: Callable[[Vector], float]) -> float:
+        """|sum of r_k p_k| <= |r| sqrt(sum of |p_k|^2), where that is less than ``most``.
+
+        ``length``: the largest one of each p_k.
+        """
         parts = [*flat_parts(v.parts)]
         if len(parts) < 2 or any(len(c.nodes) != 1 or c.sides for c, _ in parts):
             return math.inf
@@ -871,19 +869,13 @@ class Gram:
         if key not in self.rows:
             self.rows[key] = self.vectors.square_of(row)
         square, proof_of_row = self.rows[key]
-        lengths = ((c.number * self._length(p, sides, caps, known)) ** 2 for c, p in parts)
-        length = math.sqrt(square * sum(lengths))
-        if length < most:
+        whole = math.sqrt(square * sum((c.number * length(p)) ** 2 for c, p in parts))
+        if whole < most:
             self.joined[v.number] = proof_of_row
-        return length
+        return whole
 
     def _in_cases(
-        self,
-        v: Vector,
-        most: float,
-        sides: Sides,
-        caps: Mapping[int, float],
-        known: dict[int, float],
+        self, v: Vector, most: float, sides: Sides, length: Callable[[Vector], float]
     ) -> float:
         """The largest of the lengths in each case, where that is less than ``most``."""
         parts = [*flat_parts(v.parts)]
@@ -896,15 +888,14 @@ class Gram:
         total = np.zeros(1)
         for number, ends in by.items():
             low, high = (sum(e) for e in zip(*ends, strict=True))
-            length = self._length(self.space.vectors[number], sides, caps, known)
-            total = total + np.maximum(-low, high) * length
-        length = float(total.max())
-        if length >= most:
+            total = total + np.maximum(-low, high) * length(self.space.vectors[number])
+        largest = float(total.max())
+        if largest >= most:
             self.by_ends.add(v.number)
         elif v.number not in self.by_case:
             below = live([n for c, _ in parts for n in c.nodes])
             self.by_case[v.number] = {n.number: n for n in below if n.kind in LEAVES}
-        return length
+        return largest
 
     def _measured(self, unit: Vector, sides: Sides) -> tuple[Vector, float] | None:
         """What a unit vector measures, and the largest noise; None: nothing, on these sides."""

@@ -162,8 +162,7 @@ class MlsAttitude(Estimator):
         correction = [lead, *(ops.saturated(c, MOVE_LIMIT) for c in done[-3:])]
         raw = [ops.saturated(c, 2.0) for c in multiply(q, correction)]
         most = 8.0 if self.free else 2.0  # of |correction|^2: above 1 or 4, and 3/4
-        shrink = ops.rsqrt(ops.bounded(dot(raw, raw), 0.0, most, "that of the correction"))
-        q_new = [ops.saturated(c * shrink, 1.0) for c in raw]
+        q_new, shrink = parts.normalised(raw, most)
         half = ops.saturated(0.5 * shrink, 1.0)
         angles = roll_pitch_heading_ht(scaled_matrix(raw, most), 4.0 * (half * half))
         p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
