@@ -1,4 +1,4 @@
-"""Intervals of a step in each case of an input that is compared with several numbers.
+"""Intervals of a step in each case of an input or state that is compared with several numbers.
 
 A row that is one of several kinds is a sum of terms of which all but one are 0. The interval of the
 whole sum, over all kinds, knows nothing of that; the one of each case does. Nothing that is claimed
@@ -28,7 +28,9 @@ _FEWEST, _MOST = 2, 64
 
 
 def ends_in_cases(program: Program, nodes: Mapping[int, Node]) -> dict[int, Ends]:
-    """Ends (cases,) of the nodes that results need, by number; of none without such an input.
+    """Ends (cases,) of the nodes that results need, by number; of none without such a value.
+
+    Of several values that are compared with as many numbers, an input comes first.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def ends_in_cases(program: Program, nodes: Mapping[int, Node]) -> dict[int, Ends
     compared = {n: at for n, at in _compared(own).items() if _FEWEST <= len(at) <= _MOST}
     if not compared:
         return {}
-    leaf, at = max(compared.items(), key=lambda item: len(item[1]))
+    leaf, at = max(compared.items(), key=lambda item: (len(item[1]), own[item[0]].kind == "input"))
     low, high = own[leaf].low, own[leaf].high
     between = sorted(t for t in at if low < t < high)
     starts = np.array([low, *between])
@@ -69,7 +71,7 @@ def _known(ends: FloatArray, otherwise: float) -> FloatArray:
 
 
 def _compared(nodes: Mapping[int, Node]) -> dict[int, set[float]]:
-    """The numbers that selections compare each input with."""
+    """The numbers that selections compare each input and state with."""
     out: dict[int, set[float]] = {}
     for node in nodes.values():
         if node.kind in ("select", "flip"):
@@ -78,7 +80,7 @@ def _compared(nodes: Mapping[int, Node]) -> dict[int, set[float]]:
                 linear = [(m[0], c) for m, c in form.items() if len(m) == 1]
                 if len(linear) == 1 and len(form) <= 2 and form.keys() <= {(), (linear[0][0],)}:
                     leaf, factor = linear[0]
-                    if nodes[leaf].kind == "input":
+                    if nodes[leaf].kind in ("input", "state"):
                         out.setdefault(leaf, set()).add(-form.get((), 0.0) / factor)
     return out
 

@@ -39,6 +39,7 @@ from boresight.sim.ranges.boxes import Ends, Proof
 from boresight.sim.ranges.cases import ends_in_cases
 from boresight.sim.ranges.claims import TOLERANCE, Claim, live
 from boresight.sim.ranges.inner_products import (
+    CONDITIONS,
     ONE,
     POINTS,
     Coefficient,
@@ -51,6 +52,8 @@ from boresight.sim.ranges.inner_products import (
     Vector,
     all_sides,
     claim_chain,
+    coefficients_of,
+    conditions_in,
     flat_parts,
     is_choice,
     is_scaled,
@@ -58,7 +61,7 @@ from boresight.sim.ranges.inner_products import (
     of_unit,
 )
 from boresight.sim.ranges.polynomials import Polynomial, polynomial_of, times
-from boresight.sim.ranges.steps import covariance_elements, implied, live_nodes
+from boresight.sim.ranges.steps import covariance_elements, implied, is_possible, live_nodes
 from boresight.sim.ranges.unit_vectors import Ball
 from boresight.sim.ranges.vectors import Vectors
 
@@ -168,8 +171,8 @@ class Gram:
         if not self.proven or node.number not in self.cone:
             return None
         for pair, rest in self.ways(node):
-            if claim.holds(*self._ends(pair, rest)):
-                return self._proof(node, pair, rest)
+            if claim.holds(*self.ends_of(pair, rest)):
+                return self.proof_by(node, pair, rest)
         return None
 
     def ways(self, node: Node) -> Iterator[tuple[Pair, Sequence[Coefficient]]]:
@@ -178,7 +181,8 @@ class Gram:
         pairs, rest = self.sums.get(node.number, ([], ()))
         yield from ((pair, rest) for pair in pairs)
 
-    def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
+    def proof_by(self, node: Node, pair: Pair, rest: Sequence[Coefficient] = ()) -> Proof:
+        """What it rests on that a node is an inner product, with a rest, of such lengths."""
         base = {n.number: n for c in rest for m in c.nodes for n in known_from(m)}
         base |= self.base_of(pair)
         base |= self.within
@@ -297,7 +301,7 @@ class Gram:
     def _is_within(self, node: Node) -> bool:
         """Whether what a limit limits is an inner product within it."""
         for pair in self.pairs_of(node.args[0]):
-            least, most = self._ends(pair)
+            least, most = self.ends_of(pair)
             if -node.value <= least and most <= node.value:
                 self.within |= self.base_of(pair)
                 self.passed_within.update(*(ball.passed for ball in self._rows_of(pair)))
@@ -506,8 +510,10 @@ class Gram:
                 self.sums[node.number] = self.sums[node.args[0].number]
             if node.kind == "bounded":
                 self.passed.add(node.number)
-        elif node.kind == "sum" or (
-            node.kind in ("mul", "select", "flip") and node.number in wanted
+        elif (
+            node.kind == "sum"
+            or (node.kind in ("mul", "select", "flip") and node.number in wanted)
+            or self._is_reset(node)
         ):
             self._take_apart(node)
 
@@ -545,6 +551,12 @@ class Gram:
                 if along is not None and self.is_product(node, (one, along)):
                     self.found.setdefault(node.number, []).append((one, along))
                     return
+
+    def _is_reset(self, node: Node) -> bool:
+        """Whether a node is an inner product where a condition says so, else 0."""
+        values = node.args[1:] if node.kind == "select" else ()
+        nothing = [n for n in values if n.kind == "const" and n.value == 0.0]
+        return len(nothing) == 1 and any(self.pairs_of(n) for n in values)
 
     def _take_apart(self, node: Node) -> None:
         terms = self.terms_of(node)
@@ -781,18 +793,18 @@ class Gram:
             larger = {}
             for i, v in enumerate(variances):
                 end = min(
-                    self._ends((x, y))[1] for x, y in self.pairs_of(self.after[i, i]) if x is y
+                    self.ends_of((x, y))[1] for x, y in self.pairs_of(self.after[i, i]) if x is y
                 )
                 if self.largest[v.number] * (1.0 + TOLERANCE) < end <= most[v.number]:
                     larger[v.number] = end
             if not larger:
                 return
-            self._let(self.largest | larger)
-        self._let({v.number: v.high for v in variances})
+            self.let(self.largest | larger)
+        self.let({v.number: v.high for v in variances})
 
-    def _let(self, largest: dict[int, float]) -> None:
+    def let(self, largest: Mapping[int, float]) -> None:
         """Set the largest variances, and forget what followed from others."""
-        self.largest, self.lengths, self.joined = largest, {}, {}
+        self.largest, self.lengths, self.joined = dict(largest), {}, {}
         self.by_case, self.by_ends = {}, set()
 
     def _is_declared(self, variance: Node) -> bool:
@@ -803,10 +815,10 @@ class Gram:
         """Whether a node is the inner product of two vectors."""
         return self.space.is_pair(pair, self.values[node.number], self.sizes[node.number])
 
-    def _ends(self, pair: Pair, rest: Sequence[Coefficient] = ()) -> tuple[float, float]:
+    def ends_of(self, pair: Pair, rest: Sequence[Coefficient] = ()) -> tuple[float, float]:
         """Ends of an inner product and a rest, over the sides of the conditions."""
         x, y = pair
-        most = self._longest(x) * self._longest(y)
+        most = self.longest(x) * self.longest(y)
         low, high = (0.0 if x is y else -most), most
         if rest:
             conditions = {n for c in rest for n, _ in c.sides}
@@ -815,13 +827,22 @@ class Gram:
             high += max(sum(b for _, b in each) for each in ends)
         return low, high
 
-    def _longest(self, v: Vector) -> float:
+    def longest(self, v: Vector) -> float:
         """Largest length of a vector, over the sides of its conditions."""
         if v.number not in self.lengths:
             self.lengths[v.number] = max(
-                self._length(v, sides, self._caps(sides), {}) for sides in all_sides(v.conditions)
+                self._length(v, sides, self._caps(sides), {})
+                for sides in all_sides(self._conditions_of(v))
+                if is_possible(self.nodes, sides)
             )
         return self.lengths[v.number]
+
+    def _conditions_of(self, v: Vector) -> frozenset[int]:
+        """Conditions of the vector's parts, and those that P decides of coefficients, if few."""
+        parts = made_from([v])
+        nodes = {n for part in parts for c in coefficients_of(part) for n in c.nodes}
+        found = {n for node in nodes for n in conditions_in(node) if n in self.cone}
+        return v.conditions | found if len(v.conditions | found) <= CONDITIONS else v.conditions
 
     def _length(
         self, v: Vector, sides: Sides, caps: Mapping[int, float], known: dict[int, float]
@@ -882,18 +903,22 @@ class Gram:
         if len(parts) < 2 or not any(n.number in self.varied for c, _ in parts for n in c.nodes):
             self.by_ends.add(v.number)
             return math.inf
-        by: dict[int, list[Ends]] = {}
+        said, by = dict(implied(self.nodes, sides)), dict[int, list[Ends]]()
         for c, part in parts:
-            by.setdefault(part.number, []).append(c.ends_in(self.cases, sides))
+            by.setdefault(part.number, []).append(c.ends_in(self.cases, said))
         total = np.zeros(1)
         for number, ends in by.items():
             low, high = (sum(e) for e in zip(*ends, strict=True))
             total = total + np.maximum(-low, high) * length(self.space.vectors[number])
+        for number, side in said.items():  # cases in which a condition has the other side
+            low, high = self.cases[number]
+            total = np.where(low >= 0.0 if side == 1 else high < 0.0, 0.0, total)
         largest = float(total.max())
         if largest >= most:
             self.by_ends.add(v.number)
         elif v.number not in self.by_case:
-            below = live([n for c, _ in parts for n in c.nodes])
+            conditions = [self.nodes[number] for number in said]
+            below = live([*conditions, *(n for c, _ in parts for n in c.nodes)])
             self.by_case[v.number] = {n.number: n for n in below if n.kind in LEAVES}
         return largest
 

@@ -18,8 +18,10 @@ import numpy.typing as npt
 
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.boxes import Ends
+from boresight.sim.ranges.steps import side_of
 
 __all__ = [
+    "CONDITIONS",
     "ONE",
     "POINTS",
     "Coefficient",
@@ -32,6 +34,7 @@ __all__ = [
     "Vector",
     "all_sides",
     "claim_chain",
+    "coefficients_of",
     "conditions_in",
     "flat_parts",
     "is_choice",
@@ -47,7 +50,7 @@ POINTS, _FIRST = 512, 32
 #: more than the product of the lengths.
 _EXACT, _CANCELLED = 1e-12, 1e4
 #: Vectors of one step; conditions of which all sides are tried.
-_VECTORS, _CONDITIONS = 900, 7
+_VECTORS, CONDITIONS = 900, 7
 #: Steps back to what the ends of a coefficient follow from; conditions there, up to which each way
 #: to give sides is tried; share of an interval by which another has to be nearer to be taken.
 _BACK, _SIDES, _NEARER = 6, 3, 1e-3
@@ -98,12 +101,19 @@ class Coefficient:
                 corners = [
                     np.where((x == 0.0) | (y == 0.0), 0.0, x * y)
                     for x in (low, high)
-                    for y in cases[node.number]
+                    for y in cases[_chosen(node, sides).number]
                 ]
             low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
         if any(c not in sides for c, _ in self.sides):
             low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
         return low, high
+
+
+def _chosen(node: Node, sides: Sides) -> Node:
+    """A node, or what its selections choose on the given sides."""
+    while node.kind == "select" and (side := side_of(node.args[0], sides)):
+        node = node.args[side]
+    return node
 
 
 @dataclass(eq=False)
@@ -140,10 +150,15 @@ class Vector:
     conditions: frozenset[int] = field(init=False)
 
     def __post_init__(self) -> None:
-        coefficients = (*(c for c, _ in self.parts), *self.noise)
-        self.conditions = frozenset(n for c in coefficients for n, _ in c.sides).union(
+        self.conditions = frozenset(n for c in coefficients_of(self) for n, _ in c.sides).union(
             *(v.conditions for _, v in self.parts)
         )
+
+
+def coefficients_of(v: Vector) -> Iterator[Coefficient]:
+    """Of the vectors that one is the sum of, and of its noise."""
+    yield from (c for c, _ in v.parts)
+    yield from v.noise
 
 
 Pair = tuple[Vector, Vector]
@@ -283,8 +298,8 @@ def _ends_on(node: Node, given: tuple[tuple[int, int], ...], left: int) -> _Know
     sides = dict(given)
     if node.kind in ("bounded", "saturated"):
         return _known_ends(node.args[0], sides, left).within(node)
-    if node.kind == "select" and node.args[0].number in sides:
-        return _known_ends(node.args[sides[node.args[0].number]], sides, left - 1)
+    if node.kind == "select" and (side := side_of(node.args[0], sides)):
+        return _known_ends(node.args[side], sides, left - 1)
     if node.kind == "select" and node.args[0] is node.args[2] and node.args[1].kind == "const":
         own = _own(node)
         return replace(own, low=max(own.low, min(0.0, node.args[1].value)))
@@ -329,8 +344,15 @@ def conditions_in(node: Node) -> Iterator[int]:
 
 @lru_cache(maxsize=2**14)
 def _conditions_of(node: Node) -> tuple[int, ...]:
-    """The same in order, each once."""
-    return tuple(sorted({*conditions_in(node)}))
+    """The same in order, each once, and those that they are made of."""
+    stack = [n.args[0] for n in _made_of(node) if n.kind == "select"]
+    found = set[int]()
+    while stack:
+        condition = stack.pop()
+        if condition.number not in found:
+            found.add(condition.number)
+            stack += condition.args if condition.kind == "select" else ()
+    return tuple(sorted(found))
 
 
 def _made_of(node: Node) -> Iterator[Node]:
@@ -376,6 +398,6 @@ def flat_parts(parts: Sequence[tuple[Coefficient, Vector]]) -> Iterator[tuple[Co
 
 def all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
     """The sides of the first few conditions, in all ways."""
-    chosen = sorted(conditions)[:_CONDITIONS]
+    chosen = sorted(conditions)[:CONDITIONS]
     for sides in product((1, 2), repeat=len(chosen)):
         yield dict(zip(chosen, sides, strict=True))

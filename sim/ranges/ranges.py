@@ -24,6 +24,7 @@ from boresight.sim.ranges.released import released
 from boresight.sim.ranges.search import RUNS, Reach, Search
 from boresight.sim.ranges.steps import live_nodes
 from boresight.sim.ranges.traces import Traces
+from boresight.sim.ranges.variances import Variances
 from boresight.sim.ranges.vectors import Vectors
 
 __all__ = [
@@ -333,6 +334,7 @@ class Prover:
         methods = (
             gram.proof_of,
             Traces(gram, Norms(vectors)).proof_of,
+            Variances(gram, vectors.first).proof_of,
             lambda claim: proof_of(claim, cells, relations),
             vectors.proof_of,
             Matrices(estimator, program, nodes).proof_of,

@@ -13,7 +13,7 @@ from boresight.model.words.program import Program
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.claims import live
 
-__all__ = ["covariance_elements", "implied", "live_nodes", "may_fuse"]
+__all__ = ["covariance_elements", "implied", "is_possible", "live_nodes", "may_fuse", "side_of"]
 
 #: Share of an eigenvalue that rounding explains.
 _ROUNDING = 1e-9
@@ -71,3 +71,22 @@ def implied(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> Iterator[tup
             at = node.args[k]
             if at.kind == "const" and (at.value < 0.0) != (side == 1):
                 stack += [(node.args[0].number, other), (node.args[other].number, side)]
+
+
+def is_possible(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> bool:
+    """Whether no condition has both sides, by what others are made of."""
+    said = {*implied(nodes, sides)}
+    return len({number for number, _ in said}) == len(said)
+
+
+def side_of(condition: Node, sides: Mapping[int, int]) -> int:
+    """The side of a condition, by those of the ones that it is made of; 0: either."""
+    if condition.number in sides:
+        return sides[condition.number]
+    if condition.kind == "const":
+        return 1 if condition.value < 0.0 else 2
+    if condition.kind != "select":
+        return 0
+    side = side_of(condition.args[0], sides)
+    each = {side_of(arg, sides) for arg in ([condition.args[side]] if side else condition.args[1:])}
+    return each.pop() if len(each) == 1 else 0
