@@ -189,7 +189,7 @@ def vector_times(a: Vector, q: Vector) -> list[Any]:
 def small_turn(
     q: Vector, angle: Vector, limit: float, nearly: Vector | None = None
 ) -> tuple[list[Any], list[Any]]:
-    """(q dq, q dq - q) for the turn dq by ``angle`` [rad], at most ``limit`` <= 2^-5. 40 slots.
+    """(q dq, q dq - q) for the turn dq by ``angle`` [rad], 40 slots.
 
     The difference, to be summed, is in words of its own range and not rounded like q. The product
     is available earlier: without y^2, and with y/25.6 for y/24. With y = |angle|^2::
@@ -198,6 +198,8 @@ def small_turn(
 
     Parameters
     ----------
+    limit : float
+        Largest angle, a power of two, at most 2^-5.
     nearly : (3,), optional
         Angle for y, without a small correction that is available later; by default ``angle``.
     """
@@ -209,18 +211,12 @@ def small_turn(
     s = ops.bounded((1.0 / 1920.0) * yy - (1.0 / 24.0) * y, -(2.0**-10), 2.0**-10, "small")
     cosine = ops.bounded(1.0 - 0.125 * y, 0.5, 1.0, "small")
     sine = ops.bounded(1.0 - (0.03125 * y + 0.0078125 * y), 0.5, 1.0, "small")
-    bound = 0.9 * limit  # sqrt(3)/2
-    turned = [
-        ops.bounded(0.5 * c, -bound, bound, "unit q", unless=NOT_UNIT)
-        for c in times_vector(q, angle)
-    ]
+    # sqrt(3)/2 of the limit at most, of a unit quaternion
+    turned = [ops.saturated(0.5 * c, limit) for c in times_vector(q, angle)]
     pairs = list(zip(q, turned, strict=True))
     return (
         [ops.saturated(c * cosine + t * sine, 1.0) for c, t in pairs],
-        [
-            ops.bounded(t + s * t + w * c, -bound, bound, "unit q", unless=NOT_UNIT)
-            for c, t in pairs
-        ],
+        [ops.saturated(t + s * t + w * c, limit) for c, t in pairs],
     )
 
 

@@ -14,7 +14,7 @@ from boresight.model import ops
 from boresight.model.algebra.covariance import BELOW_ONE, Symmetric, bounded_element, symmetric
 from boresight.model.algebra.quaternion import dot
 
-__all__ = ["MOVE_LIMIT", "Measured", "Update", "lowered", "updated"]
+__all__ = ["MOVE_LIMIT", "Measured", "Update", "kept", "lowered", "updated"]
 
 MOVE_LIMIT = 128.0  #: largest innovation over its standard deviation.
 
@@ -55,13 +55,16 @@ def updated(p: Symmetric, measured: Measured, gate: Any) -> Update:
     return Update(gain, ops.where(beyond, 0.0, move), beyond)
 
 
-def lowered(
-    p: Symmetric, update: Update, keep: Callable[[int, int], Any], more: Sequence[Any]
-) -> Symmetric:
-    """P - L L^T + diag(more); P counts as 0 in elements whose condition ``keep`` fails."""
+def kept(p: Symmetric, keep: Callable[[int, int], Any]) -> Symmetric:
+    """P, whose elements count as 0 where their condition ``keep`` fails, before the update."""
+    return symmetric(len(p), lambda i, j: ops.where(keep(i, j), p[i][j], 0.0))
+
+
+def lowered(p: Symmetric, update: Update, more: Sequence[Any]) -> Symmetric:
+    """P - L L^T + diag(more)."""
 
     def element(i: int, j: int) -> Any:
-        value = ops.where(keep(i, j), p[i][j], 0.0) - update.gain[i] * update.gain[j]
+        value = p[i][j] - update.gain[i] * update.gain[j]
         return bounded_element(value + more[i] if i == j else value, i, j)
 
     return symmetric(len(p), element)

@@ -23,7 +23,6 @@ from boresight.model.algebra.angles import steep_angle_ht, unit_angle_ht
 from boresight.model.algebra.carried import BELOW, carried
 from boresight.model.algebra.ellipsoid import Site
 from boresight.model.algebra.quaternion import (
-    NOT_UNIT,
     Matrix,
     Vector,
     cross,
@@ -160,7 +159,7 @@ def angles(q: Vector) -> Angles:
     """Angles of a unit quaternion; at a pitch of 90 deg heading and roll are undefined."""
     w, x, y, z = q
     west, x_down, c22, c32, c33 = (
-        ops.bounded(c, -1.0, 1.0, "rotation matrix", unless=NOT_UNIT)
+        ops.saturated(c, 1.0)
         for c in (
             2.0 * w * z - 2.0 * x * y,
             2.0 * w * y - 2.0 * x * z,

@@ -15,18 +15,21 @@ from typing import Any
 
 from boresight import ops
 from boresight.model.algebra.covariance import Symmetric, sheared
-from boresight.model.algebra.quaternion import NOT_UNIT, Vector, dot, scaled_matrix
+from boresight.model.algebra.quaternion import Vector, dot, scaled_matrix
 from boresight.model.algebra.scalar_update import Update
 from boresight.systems.array.interface import KINDS, UNITS
 
-__all__ = ["FORCE", "GYRO", "PHI", "SCALE", "first_variances", "grown", "moves", "propagated"]
+__all__ = ["FORCE", "GYRO", "LIMITS", "PHI", "SCALE", "first_variances", "grown", "moves"]
+__all__ += ["propagated"]
 
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
 #: What an element of the diagonal grows by in every propagation, lest rounding outgrow the noise.
 FLOOR_NOISE = 2.0**-27
+#: Variance, scaled, from which on a state that others move, and its noise, wait for a measurement.
+LIMITS = {"velocity": 0.2, "tilt": 0.5, "heading": 0.5}
 #: Sum of the instruments' variances, scaled, above which they grow no more.
-FULL = 0.9
+FULL = 0.75
 G = 9.8  #: m/s^2, of the model of the errors.
 
 
@@ -36,43 +39,43 @@ def propagated(
     """P after ``seconds``, in which the attitude went from ``start`` to ``end``.
 
     ``earth``: turn north, up in that time [rad]. ``seconds`` of zero change nothing. C half way is
-    that of the mean quaternion: shorter by its length, as the mean of C over an arc is.
+    that of the mean quaternion: shorter by its length, as the mean of C over an arc is. A state
+    whose variance is at its limit does not move.
     """
     half = [
         ops.bounded(0.5 * a + 0.5 * b, -1.0, 1.0, "mean") for a, b in zip(start, end, strict=True)
     ]
-    c = [
-        [ops.bounded(e, -1.0, 1.0, "mean of a rotation", unless=NOT_UNIT) for e in row]
-        for row in scaled_matrix(half)
-    ]
+    c = [[ops.saturated(e, 1.0) for e in row] for row in scaled_matrix(half)]
     # z of end start^-1, twice: the angle turned about up
     w, x, y, z = start
     sine = end[3] * w - end[0] * z + end[2] * x - end[1] * y
-    around = ops.bounded(2.0 * sine, -2.0, 2.0, "angle")
+    around = ops.saturated(2.0 * sine, 2.0)
 
     def of(name: str, by: str, value: Any) -> Any:
         return (UNITS[by] / UNITS[name]) * value
 
-    pull = of("velocity", "tilt", G) * seconds
-    push = of("velocity", "force", 1.0) * seconds
-    drift = {k: of(k, "gyro", -1.0) * seconds for k in ("tilt", "heading")}
     north, up = (ops.bounded(r, -1e-4, 1e-4, "earth") for r in earth)
     e, n, u = PHI
-    rows = {
-        0: {n: -pull, **{k: push * m for k, m in zip(FORCE, c[0], strict=True)}},
-        1: {e: pull, **{k: push * m for k, m in zip(FORCE, c[1], strict=True)}},
-        2: {k: push * m for k, m in zip(FORCE, c[2], strict=True)},
-    }
-    p = sheared(p, rows)
-    gyro = [
-        {k: drift[kind] * m for k, m in zip(GYRO, row, strict=True)}
-        for kind, row in zip(("tilt", "tilt", "heading"), c, strict=True)
+    free = {k: p[k][k] < LIMITS[KINDS[k]] for k in (0, 1, 2, *PHI)}
+    time = {k: ops.where(f, seconds, 0.0) for k, f in free.items()}
+    pull = {k: of("velocity", "tilt", G) * time[k] for k in (0, 1)}
+    push = [of("velocity", "force", 1.0) * time[k] for k in range(3)]
+    force = [
+        {k: r * m for k, m in zip(FORCE, row, strict=True)} for r, row in zip(push, c, strict=True)
     ]
-    p = sheared(p, {e: {n: up, u: -of("tilt", "heading", north), **gyro[0]}})
-    moving = ops.where(seconds > 0.0, around, 0.0)
+    p = sheared(p, {0: {n: -pull[0], **force[0]}, 1: {e: pull[1], **force[1]}, 2: force[2]})
+    drift = [of(KINDS[k], "gyro", -1.0) * time[k] for k in PHI]
+    gyro = [
+        {k: r * m for k, m in zip(GYRO, row, strict=True)} for r, row in zip(drift, c, strict=True)
+    ]
+    of_e = [ops.where(free[e], w, 0.0) for w in (up, of("tilt", "heading", north))]
+    p = sheared(p, {e: {n: of_e[0], u: -of_e[1], **gyro[0]}})
+    of_n = ops.where(free[n], up, 0.0)
+    of_u = ops.where(free[u], of("heading", "tilt", north), 0.0)
+    moving = ops.where(free[u] & (seconds > 0.0), around, 0.0)
     rows = {
-        n: {e: -up, **gyro[1]},
-        u: {e: of("heading", "tilt", north), SCALE: -of("heading", "scale", moving), **gyro[2]},
+        n: {e: -of_n, **gyro[1]},
+        u: {e: of_u, SCALE: -of("heading", "scale", moving), **gyro[2]},
     }
     return sheared(p, rows)
 
@@ -89,11 +92,11 @@ def first_variances(p: Any) -> dict[str, Any]:
     return {k: root * root for k, root in roots.items()}
 
 
-def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> dict[str, Any]:
-    """What the variances of a kind grow by in a propagation, scaled.
+def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> list[Any]:
+    """What the 13 variances grow by in a propagation, scaled.
 
-    Those of the instruments, which no measurement may see, stop while their sum is near one. During
-    the erection the accelerometers' begin anew each time.
+    Those of the instruments, which no measurement may see, stop while their sum is near one, the
+    others each at its own limit. During the erection the accelerometers' begin anew each time.
     """
     slow = dot([1.0] * 7, [getattr(x, f"p{k}{k}") for k in "3789abc"])
     floor = ops.where(due, FLOOR_NOISE, 0.0)
@@ -106,7 +109,7 @@ def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> dict[str, An
 
     erected = (1.0 / UNITS["force"]) * p.erected_force
     force = walk("force_walk", "force", slow_time) + slow_floor
-    return {
+    more = {
         "velocity": walk("force_noise", "velocity", seconds) + floor,
         "scale": slow_floor,
         "tilt": walk("gyro_noise", "tilt", seconds) + floor,
@@ -114,3 +117,7 @@ def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> dict[str, An
         "gyro": walk("gyro_walk", "gyro", slow_time) + slow_floor,
         "force": ops.where(erecting & due, erected * erected, force),
     }
+    return [
+        ops.where(getattr(x, f"p{i}{i}") < LIMITS[k], more[k], 0.0) if k in LIMITS else more[k]
+        for i, k in enumerate(KINDS)
+    ]

@@ -29,9 +29,9 @@ from boresight.model.algebra import strapdown as sd
 from boresight.model.algebra.carried import BELOW
 from boresight.model.algebra.covariance import covariance_of, element_names
 from boresight.model.algebra.ellipsoid import Site, site
-from boresight.model.algebra.quaternion import NOT_UNIT, Vector, dot, matrix, of_angles, turn
+from boresight.model.algebra.quaternion import Vector, dot, matrix, of_angles, turn
 from boresight.model.algebra.quaternion_filter import status_word
-from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, lowered, updated
+from boresight.model.algebra.scalar_update import MOVE_LIMIT, Measured, kept, lowered, updated
 from boresight.model.algebra.strapdown import AXES, NAVIGATION, STEP_TURN
 from boresight.model.errors import require
 from boresight.systems.array import error_filter as errors
@@ -41,8 +41,7 @@ from boresight.systems.array.interface import KINDS, UNITS
 __all__ = ["ArrayAttitude"]
 
 READINGS = ("heading", "literal")
-CUT_AT = 0.7  #: variance of the heading from which on it is cut, scaled,
-CUT_NOISE = 0.5  #: and with which noise.
+CUT_NOISE = 0.5  #: with which a heading whose variance is at its limit is cut, scaled.
 REFUSED = 2.0**-6  #: what the heading's variance grows by where an index is beyond the gate.
 
 
@@ -95,7 +94,8 @@ class ArrayAttitude(Estimator):
             _check(name, value, -360.0, 360.0)
         known = " or ".join(READINGS)
         require(reading in READINGS, "array_attitude, reading", known, reading, "choose one")
-        self.dt, self.literal, self.aided = 1.0 / rate, reading == "literal", aided
+        self.rate, self.dt = rate, 1.0 / rate
+        self.literal, self.aided = reading == "literal", aided
         start = [min(c, BELOW) for c in of_angles(*attitude)]
         self.params = sd.params(latitude / 180.0, height, start)
         place = site(latitude / 180.0, height, self.dt)
@@ -104,7 +104,9 @@ class ArrayAttitude(Estimator):
         if aided:
             self.params += interface.filter_params()
             first = errors.first_variances(SimpleNamespace(**self.param_values()))
-            self.states += interface.filter_states(start, [first[k] for k in KINDS], self.literal)
+            self.states += interface.filter_states(
+                start, [first[k] for k in KINDS], rate, self.literal
+            )
             self.outputs += interface.OUTPUTS
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -113,7 +115,7 @@ class ArrayAttitude(Estimator):
         sample = sd.sampled(x, u)
         seen = sd.angles(sample.q)
         place = site(p.latitude, p.height, self.dt)
-        c = matrix([getattr(x, f"q{k}") for k in "wxyz"])
+        c = matrix([getattr(x, f"q{k}") for k in "wxyz"], unit=False)
         start = [getattr(p, f"start_q{k}") for k in "wxyz"]
         base = [ops.where(restart, s, q) for s, q in zip(start, sample.q, strict=True)]
         force, filtered = sample.force, None
@@ -123,9 +125,7 @@ class ArrayAttitude(Estimator):
         v, axes = sd.velocity(x, c, force, place)
         correction: Vector = (0.0, 0.0, 0.0)
         if self.aided:
-            up = ops.bounded(
-                dot(c[2], sample.turn), -2.0 * STEP_TURN, 2.0 * STEP_TURN, "up", unless=NOT_UNIT
-            )
+            up = ops.saturated(dot(c[2], sample.turn), 2.0 * STEP_TURN)
             eps = turn(c, [self.dt * getattr(x, f"eps_{a}") for a in AXES])
             axes = [axes[0] + eps[0], axes[1] + eps[1], axes[2] + eps[2] + x.scale_up * up]
             filtered = self._filtered(x, u, p, _Now(restart, sample, seen, place, v, up))
@@ -154,30 +154,28 @@ class ArrayAttitude(Estimator):
         angle = ops.absolute(turned)
         # Four samples after an index are the velocities' and the cut's; those after a second wait.
         accepted = working & arrived & ((x.count > 3.5) | (x.late < 0.5)) & (angle >= p.index_turn)
-        count = ops.where(restart, 0.0, x.count + 1.0)
-        due = (count > 1.0 / self.dt - 0.5) | accepted
+        due = (x.count > self.rate - 1.5) | accepted
+        count = x.count + 1.0
         samples = ops.where(due, count, 0.0)
         earth = (samples * now.place.earth[0], samples * now.place.earth[1])
         ends = ([getattr(x, f"from_q{k}") for k in "wxyz"], now.sample.q)
         ahead = errors.propagated(covariance_of(x, 13), *ends, self.dt * samples, earth)
+        running, known = ~restart, ~(restart | (erecting & due))
+        ahead = kept(ahead, lambda i, j: known if {i, j} & {*errors.FORCE} else running)
 
-        wide = x.p66 > CUT_AT
+        wide = x.p66 >= errors.LIMITS["heading"]
         off = index.offset(u, now.sample, now.seen)
         at_index = index.change(x, p, off, turned) if self.literal else index.fix(p, now.seen, off)
-        measured = _measured(p, now, count, at_index, accepted, wide)
+        measured = _measured(p, now, x.count, at_index, accepted, wide)
         gate = ops.where(accepted & ~wide, p.index_gate, 2.0 * MOVE_LIMIT)
         update = updated(ahead, measured, gate)
 
         more = errors.grown(x, p, self.dt * samples, due, erecting)
-        more["heading"] = ops.where(update.beyond, REFUSED, more["heading"])
-        more = {k: ops.where(restart, v, more[k]) for k, v in errors.first_variances(p).items()}
-        running, known = ~restart, ~(restart | (erecting & due))
-        p_after = lowered(
-            ahead,
-            update,
-            lambda i, j: known if {i, j} & {*errors.FORCE} else running,
-            [more[k] for k in KINDS],
-        )
+        heading = errors.PHI[2]
+        more[heading] = ops.where(update.beyond & ~wide, REFUSED, more[heading])
+        first = errors.first_variances(p)
+        more = [ops.where(restart, first[k], m) for k, m in zip(KINDS, more, strict=True)]
+        p_after = lowered(ahead, update, more)
         moves = errors.moves(update)
         learnt = {
             name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limit)
@@ -187,7 +185,7 @@ class ArrayAttitude(Estimator):
         states = {
             **learnt,
             **{name: p_after[i][j] for name, i, j in element_names(13)},
-            "count": ops.where(due, 0.0, count),
+            "count": ops.where(restart | due, 0.0, ops.minimum(count, self.rate)),
             "late": ops.where(due, ops.where(accepted, 1.0, 0.0), x.late),
             "turned": ops.where(restart, 4.0 * BELOW, ops.where(used, 0.0, turned)),
         }
@@ -230,12 +228,15 @@ class _Filtered:
 
 
 def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, wide: Any) -> Measured:
-    """What a sample measures: an index, a velocity in its turn, or nothing where it cuts."""
-    early = [ops.where(count < k + 0.5, 1.0, 0.0) for k in range(4)]
+    """What a sample measures: an index, a velocity in its turn, or nothing where it cuts.
+
+    ``count``: samples since the latest propagation, before this one.
+    """
+    early = [0.0, *(ops.where(count < k + 0.5, 1.0, 0.0) for k in range(3))]
     turns = [b - a for a, b in zip(early, early[1:], strict=False)]
     row = {k: ops.where(used, 0.0, turn) for k, turn in enumerate(turns)}
     zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
-    cut = wide & (count > 3.5) & ~used
+    cut = wide & (count > 2.5) & ~used
     row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}
     row |= {k: ops.where(used, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
     zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd

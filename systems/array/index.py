@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from boresight import ops
-from boresight.model.algebra.quaternion import NOT_UNIT, dot
+from boresight.model.algebra.quaternion import dot
 from boresight.model.algebra.scalar_update import Measured, Update
 from boresight.model.algebra.strapdown import Angles, Sample
 from boresight.systems.array.error_filter import PHI, SCALE
@@ -18,12 +18,8 @@ __all__ = ["change", "corrected", "fix", "heading_row", "offset"]
 def heading_row(seen: Angles) -> dict[int, Any]:
     """d(heading)/d(phi) times cos(pitch): (C_12 sin, C_22 sin, -cos^2)/cos, of unit length."""
     share = UNITS["tilt"] / UNITS["heading"]
-    level = [
-        ops.bounded(y * seen.secant, -1.0, 1.0, "unit vector", unless=NOT_UNIT) for y in seen.y[:2]
-    ]
-    tilt = [
-        ops.bounded(share * (y * seen.y[2]), -share, share, "sine", unless=NOT_UNIT) for y in level
-    ]
+    level = [ops.saturated(y * seen.secant, 1.0) for y in seen.y[:2]]
+    tilt = [ops.saturated(share * (y * seen.y[2]), share) for y in level]
     return dict(zip(PHI, [*tilt, -seen.cosine], strict=True))
 
 

@@ -29,7 +29,7 @@ LEARNT = {k: one[:2] for k, one in zip((3, *range(7, 13)), _LEARNT, strict=True)
 KINDS = (*["velocity"] * 3, "scale", "tilt", "tilt", "heading", *["gyro"] * 3, *["force"] * 3)
 #: The unit that each kind is held in: variances stay below one.
 UNITS = {
-    "velocity": 2.0**-6,  # m/s
+    "velocity": 2.0**-4,  # m/s
     "scale": 2.0**-15,
     "tilt": 64.0 * ARCSEC,  # rad
     "heading": 256.0 * ARCSEC,  # rad
@@ -81,14 +81,16 @@ def filter_params() -> tuple[Param, ...]:
         Param("force_noise", 5e-5, 0.0, 2e-3, "m/s/sqrt(s)", "velocity walk"),
         Param("gyro_walk", 0.0, 0.0, 1e-9, "rad/s/sqrt(s)", "of the bias: small keeps it"),
         Param("force_walk", 0.0, 0.0, 1e-4, "m/s^2/sqrt(s)", "of the bias: small keeps it"),
-        Param("zupt_sd", 2e-3, 5e-4, 0.5 * UNITS["velocity"], "m/s", "of the velocity zero"),
+        Param("zupt_sd", 2e-3, 5e-4, 2.0**-7, "m/s", "of the velocity zero"),
         Param("index_sd", 1.43 * ARCSEC, 0.5 * ARCSEC, UNITS["heading"], "rad", "of an index"),
         Param("index_gate", 25.0, 1.0, 100.0, "", "an index further off, in deviations, waits"),
         Param("index_turn", 1.0, 0.0, 2.0, "ht", "least turn between two indices"),
     )
 
 
-def filter_states(start: list[float], first: list[float], literal: bool) -> tuple[State, ...]:
+def filter_states(
+    start: list[float], first: list[float], rate: float, literal: bool
+) -> tuple[State, ...]:
     """Instrument errors, covariance, and what the filter remembers from one second to the next.
 
     ``first``: variances, scaled, of the 13 states.
@@ -96,7 +98,7 @@ def filter_states(start: list[float], first: list[float], literal: bool) -> tupl
     return (
         *(State(name, -limit, limit * BELOW, unit) for name, limit, unit in _LEARNT),
         *covariance_states(13, lambda i: first[i]),
-        State("count", 0.0, 1024.0),
+        State("count", 0.0, rate),
         State("late", 0.0, 1.0),  # P was last propagated at an index
         *(State(f"from_q{a}", -1.0, BELOW, "", c) for a, c in zip("wxyz", start, strict=True)),
         State("turned", -4.0, 4.0 * BELOW, "", 4.0 * BELOW),
