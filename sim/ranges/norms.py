@@ -22,7 +22,7 @@ from collections.abc import Iterator, Sequence
 from itertools import permutations, product
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.inner_products import Coefficient
+from boresight.sim.ranges.coefficients import Coefficient
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     is_sum_of_squares,
