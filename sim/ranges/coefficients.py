@@ -12,6 +12,7 @@ import numpy as np
 
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.boxes import Ends
+from boresight.sim.ranges.polynomials import ends_of_product
 
 __all__ = [
     "ONE",
@@ -61,12 +62,7 @@ class Coefficient:
         low = high = self.number
         for node, power in Counter(self.nodes).items():
             known = _known_ends(node, sides)
-            least, most = known.low, known.high
-            each = [least**power, most**power]
-            if power % 2 == 0 and least < 0.0 < most:
-                each.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in each]
-            low, high = min(corners), max(corners)
+            low, high = ends_of_product((low, high), (known.low, known.high), power)
         if any(c not in sides for c, _ in self.sides):
             low, high = min(low, 0.0), max(high, 0.0)
         return low, high
@@ -162,9 +158,9 @@ def _ends_on(node: Node, given: tuple[tuple[int, int], ...], left: int) -> _Know
     found = [_known_ends(arg, sides, left - 1) for arg in node.args]
     base = frozenset[Node]().union(*(each.base for each in found))
     if node.kind == "mul":
-        a, b = ((each.low, each.high) for each in found)
-        corners = [x * y if x and y else 0.0 for x in a for y in b]
-        return _Known(min(corners), max(corners), base).within(node)
+        one, other = ((each.low, each.high) for each in found)
+        low, high = ends_of_product(one, other)
+        return _Known(low, high, base).within(node)
     low = high = 0.0
     for each, sign in zip(found, node.signs, strict=True):
         start, end = (each.low, each.high)[::sign]
