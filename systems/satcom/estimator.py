@@ -123,9 +123,7 @@ class Satcom(Estimator):
         cosine_sq = c_nb[1][0] * c_nb[1][0] + c_nb[0][0] * c_nb[0][0]
         secant = ops.rsqrt(cosine_sq)
         cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine")
-        sin_psi, cos_psi = (
-            ops.bounded(c * secant, -1.0, 1.0, "of a unit vector") for c in (c_nb[1][0], c_nb[0][0])
-        )
+        sin_psi, cos_psi = (ops.saturated(c * secant, 1.0) for c in (c_nb[1][0], c_nb[0][0]))
         psi = unit_angle_ht(sin_psi, cos_psi)
 
         turn_down = ops.saturated((c_nb[2][1] * u.gy + c_nb[2][2] * u.gz) * secant, 64.0)
