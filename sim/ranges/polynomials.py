@@ -15,6 +15,7 @@ __all__ = [
     "plus",
     "polynomial_of",
     "scaled",
+    "substituted",
     "times",
 ]
 
@@ -114,6 +115,19 @@ def plus(a: Polynomial, b: Polynomial) -> Polynomial:
 def scaled(a: Polynomial, factor: float) -> Polynomial:
     """Product with a number."""
     return {m: factor * value for m, value in a.items()}
+
+
+def substituted(form: Polynomial, number: int, by: Polynomial, terms: int) -> Polynomial | None:
+    """A polynomial with another one in place of a node; None: of too many terms."""
+    out: Polynomial = {}
+    for m, c in form.items():
+        part: Polynomial | None = {tuple(n for n in m if n != number): c}
+        for _ in range(m.count(number)):
+            part = None if part is None else times(part, by, terms)
+        if part is None:
+            return None
+        out = plus(out, part)
+    return {m: c for m, c in out.items() if c}
 
 
 def is_sum_of_squares(a: Polynomial) -> bool:
