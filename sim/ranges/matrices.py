@@ -36,6 +36,7 @@ from boresight.sim.ranges.polynomials import (
     plus,
     polynomial_of,
     scaled,
+    substituted,
     times,
 )
 from boresight.sim.ranges.steps import covariance_elements, live_nodes
@@ -362,11 +363,13 @@ class Matrices:
         """Upper bound with variances at their largest, and without what is not positive at all."""
         for n in {n for m in form for n in m if self.nodes[n].kind == "sum"}:
             by = polynomial_of(self.nodes[n], _TERMS, 1)
-            form = _substituted(form, n, by) if by is not None else form
+            other = None if by is None else substituted(form, n, by, _TERMS)
+            form = form if other is None else other
         for n in {row[k] for k, row in enumerate(family.numbers)}:
             slope = _over(form, n)
             if all(n not in m for m in slope) and self._by_signs(scaled(slope, -1.0), caps) <= 0.0:
-                form = _substituted(form, n, {(): self._variance(n, caps)})
+                other = substituted(form, n, {(): self._variance(n, caps)}, _TERMS)
+                form = form if other is None else other
         for n in sorted({n for m in form for n in m}):
             if self.ends[n][0] >= 0.0 and self._by_signs(_over(form, n), caps) <= 0.0:
                 form = {m: c for m, c in form.items() if n not in m}
@@ -683,17 +686,6 @@ def _over(form: Polynomial, number: int) -> Polynomial:
             at = m.index(number)
             out[m[:at] + m[at + 1 :]] = c
     return out
-
-
-def _substituted(form: Polynomial, number: int, by: Polynomial) -> Polynomial:
-    """A polynomial with another one in place of a node."""
-    out: Polynomial = {}
-    for m, c in form.items():
-        part: Polynomial = {tuple(n for n in m if n != number): c}
-        for _ in range(m.count(number)):
-            part = times(part, by, _TERMS) or {}
-        out = plus(out, part)
-    return {m: c for m, c in out.items() if c}
 
 
 def _root(monomial: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -17,6 +17,7 @@ __all__ = [
     "plus",
     "polynomial_of",
     "scaled",
+    "substituted",
     "times",
 ]
 
@@ -132,6 +133,19 @@ def ends_of_product(
 def is_zero(form: Polynomial, tiny: float = 1e-12) -> bool:
     """Whether a polynomial is 0, but for the last bits of its coefficients."""
     return all(abs(c) <= tiny for c in form.values())
+
+
+def substituted(form: Polynomial, number: int, by: Polynomial, terms: int) -> Polynomial | None:
+    """A polynomial with another one in place of a node; None: of too many terms."""
+    out: Polynomial = {}
+    for m, c in form.items():
+        part: Polynomial | None = {tuple(n for n in m if n != number): c}
+        for _ in range(m.count(number)):
+            part = None if part is None else times(part, by, terms)
+        if part is None:
+            return None
+        out = plus(out, part)
+    return {m: c for m, c in out.items() if c}
 
 
 def is_sum_of_squares(a: Polynomial) -> bool:

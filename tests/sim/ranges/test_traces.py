@@ -324,6 +324,7 @@ def test_the_limits_of_a_rotation_matrix_hold():
 @pytest.mark.parametrize(
     ("name", "limits"),
     [
+        ("satcom", {(0, 1, 2): 0.75, (3, 4, 5): 0.75}),
         ("ekf_quaternion", {(0, 1, 2, 3): 4.0 * P0_MOST}),
         ("ekf_bias", {(0, 1, 2, 3): 4.0 * P0_MOST, (4, 5, 6): 0.75}),
     ],
@@ -335,14 +336,6 @@ def test_all_that_is_claimed_of_shipped_covariances(name, limits):
     of_p = [c for c in claims if c.unless == NO_COVARIANCE]
     assert len(of_p) > 60
     assert all(traces.proof_of(c) or gram.proof_of(c) for c in of_p)
-
-
-def test_the_traces_of_a_shipped_filter():
-    """Of rotation and bias, each what P0 may be at most."""
-    traces, claims, gram = traces_of(estimator_of("satcom"))
-    assert traces.limits == {(0, 1, 2): pytest.approx(0.75), (3, 4, 5): pytest.approx(0.75)}
-    of_p = [c for c in claims if c.state.startswith("p") or "covariance of trace" in c.reason]
-    assert len(of_p) > 40 and all(map(traces.proof_of, of_p))
 
 
 def test_a_turn_that_may_be_longer_than_one(monkeypatch):
