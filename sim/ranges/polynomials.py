@@ -11,10 +11,13 @@ __all__ = [
     "Polynomial",
     "cleared",
     "combined",
+    "ends_of_product",
     "is_sum_of_squares",
+    "is_zero",
     "plus",
     "polynomial_of",
     "scaled",
+    "substituted",
     "times",
 ]
 
@@ -114,6 +117,35 @@ def plus(a: Polynomial, b: Polynomial) -> Polynomial:
 def scaled(a: Polynomial, factor: float) -> Polynomial:
     """Product with a number."""
     return {m: factor * value for m, value in a.items()}
+
+
+def ends_of_product(
+    ends: tuple[float, float], by: tuple[float, float], power: int = 1
+) -> tuple[float, float]:
+    """Ends of a product with a power of another factor."""
+    others = [end**power for end in by]
+    if power % 2 == 0 and by[0] < 0.0 < by[1]:
+        others.append(0.0)
+    corners = [x * y if x and y else 0.0 for x in ends for y in others]
+    return min(corners), max(corners)
+
+
+def is_zero(form: Polynomial, tiny: float = 1e-12) -> bool:
+    """Whether a polynomial is 0, but for the last bits of its coefficients."""
+    return all(abs(c) <= tiny for c in form.values())
+
+
+def substituted(form: Polynomial, number: int, by: Polynomial, terms: int) -> Polynomial | None:
+    """A polynomial with another one in place of a node; None: of too many terms."""
+    out: Polynomial = {}
+    for m, c in form.items():
+        part: Polynomial | None = {tuple(n for n in m if n != number): c}
+        for _ in range(m.count(number)):
+            part = None if part is None else times(part, by, terms)
+        if part is None:
+            return None
+        out = plus(out, part)
+    return {m: c for m, c in out.items() if c}
 
 
 def is_sum_of_squares(a: Polynomial) -> bool:

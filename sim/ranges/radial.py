@@ -2,7 +2,8 @@
 
 The quaternion of a turn is (w, s h) with h half the turn and w and s polynomials of |h|^2, the
 series of the cosine and of the sine over the angle. So is its squared length, w^2 + s^2 |h|^2,
-whose largest value is that of a polynomial of one variable.
+whose largest value is that of a polynomial of one variable, or of two where |h|^2 has a limit:
+one below it, one above.
 """
 
 from __future__ import annotations
@@ -13,7 +14,14 @@ import numpy as np
 
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.claims import live
-from boresight.sim.ranges.polynomials import Polynomial, plus, polynomial_of, scaled, times
+from boresight.sim.ranges.polynomials import (
+    Polynomial,
+    plus,
+    polynomial_of,
+    scaled,
+    substituted,
+    times,
+)
 from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["Radial", "radial", "radial_balls"]
@@ -35,10 +43,10 @@ class Radial:
         self.numbers = numbers
         self._of = np.polynomial.Polynomial(coefficients)
 
-    def ends(self, most: float) -> tuple[float, float]:
-        """Least and largest value where the squared length is at most ``most``."""
+    def ends(self, most: float, least: float = 0.0) -> tuple[float, float]:
+        """Least and largest value where the squared length lies between two."""
         flat = np.real(self._of.deriv().roots())  # those of others are points as good as any
-        values = self._of(np.clip([0.0, most, *flat], 0.0, most))
+        values = self._of(np.clip([least, most, *flat], least, most))
         return float(np.min(values)), float(np.max(values))
 
 
@@ -63,7 +71,7 @@ def radial(form: Polynomial) -> Radial | None:
 def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
     """Vectors (w, s h) of w and s that are polynomials of |h|^2: of all w that of least length.
 
-    Not of a w that s is made of, such as |h|^2.
+    Not of a w that s is made of, such as |h|^2. (s, s h) if it is no longer than one.
     """
     sources = _sources(nodes)
     bounded = [n for n in nodes.values() if n.kind == "bounded"]
@@ -79,13 +87,18 @@ def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
             for w in bounded
             if sources.get(w.number) == h
             and w.number not in inner
-            and (ball := _ball([w, *sine], h, most)) is not None
+            and (ball := _ball(nodes, [w, *sine], h, most)) is not None
         ]
         if balls:
             yield min(balls, key=lambda ball: ball.square)
+        ball = _ball(nodes, [nodes[factor], *sine], h, most)
+        if ball is not None and ball.square <= 1.0:
+            yield ball
 
 
-def _ball(vector: Sequence[Node], h: frozenset[int], most: float) -> Ball | None:
+def _ball(
+    nodes: Mapping[int, Node], vector: Sequence[Node], h: frozenset[int], most: float
+) -> Ball | None:
     """A vector whose squared length is a polynomial of another one's, which is at most ``most``."""
     passed = set[int]()
     total: Polynomial = {}
@@ -95,24 +108,56 @@ def _ball(vector: Sequence[Node], h: frozenset[int], most: float) -> Ball | None
         if square is None:
             return None
         total = plus(total, square)
-    found = radial({m: c for m, c in total.items() if abs(c) > _TINY})
-    if found is None or {*found.numbers} != h:
-        return None
+    largest = 0.0
+    pieces = [*_pieces(nodes, total, h, most, passed)]
+    for form, low, high in pieces:
+        found = radial({m: c for m, c in form.items() if abs(c) > _TINY})
+        if found is None or {*found.numbers} != h:
+            return None
+        largest = max(largest, found.ends(high, low)[1])
     numbers = frozenset(node.number for node in vector)
-    return Ball(numbers, h, frozenset(passed), found.ends(most)[1])
+    return Ball(numbers, h, frozenset(passed), largest) if pieces else None
+
+
+def _pieces(
+    nodes: Mapping[int, Node], form: Polynomial, h: frozenset[int], most: float, passed: set[int]
+) -> Iterator[tuple[Polynomial, float, float]]:
+    """A polynomial below and above a limit of |h|^2, with the |h|^2 from which and up to which."""
+    limited = {n for m in form for n in m if n not in h}
+    if not limited:
+        yield form, 0.0, most
+    if len(limited) == 1:
+        (number,) = limited
+        node = nodes[number]
+        if node.kind == "saturated":
+            length = polynomial_of(node.args[0], _TERMS, _DEPTH, h, passed)
+            if length == {(n, n): 1.0 for n in h}:
+                limit = min(node.value, most)
+                below = substituted(form, number, length, _TERMS)
+                above = substituted(form, number, {(): node.value}, _TERMS)
+                if below is not None and above is not None:
+                    yield below, 0.0, limit
+                    yield above, limit, most
 
 
 def _sources(nodes: Mapping[int, Node]) -> dict[int, frozenset[int]]:
     """Of each polynomial, the nodes that it is one of; none where they are too many."""
     out: dict[int, frozenset[int]] = {}
     for number, node in nodes.items():
-        if node.kind not in ("bounded", "sum", "mul"):
+        if node.kind not in ("bounded", "sum", "mul") and not _is_limited_length(node, out):
             out[number] = frozenset({number} if node.kind != "const" else ())
         elif all(a.number in out for a in node.args):
             own = frozenset[int]().union(*(out[a.number] for a in node.args))
             if len(own) <= _COMPONENTS:
                 out[number] = own
     return out
+
+
+def _is_limited_length(node: Node, sources: Mapping[int, frozenset[int]]) -> bool:
+    """Whether a node is a sum of several others, none of them negative, with a limit."""
+    if node.kind != "saturated" or node.args[0].low < 0.0:
+        return False
+    return len(sources.get(node.args[0].number, ())) > 1
 
 
 def _products(nodes: Mapping[int, Node]) -> dict[int, dict[int, Node]]:

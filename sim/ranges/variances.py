@@ -1,22 +1,21 @@
 """Proof that variances stay below limits of their own, and of ranges that follow from that.
 
-`sim.ranges.gram` lets each variance be all that its declared range holds. Often it is never as large
-as that: what is added to a variance stops where a condition says that it is at a limit, and an
+`sim.ranges.gram` lets each variance be all that its declared range holds. Often it is never that
+large: what is added to a variance stops where a condition says that it is at a limit, and one
 update adds so much at most. Such limits are proven by induction: they begin as the first variances
 and become what an update can make of them until nothing changes. One that grows for some updates
-becomes what the next condition says of it. Elements, gains and variances of
-measurements follow from such limits as from the ranges.
+becomes what the next condition says of it. Elements, gains and variances of measurements follow
+from such limits as from the ranges.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from copy import copy
+from collections.abc import Mapping
 
-from boresight.sim.ranges.boxes import Proof
-from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.claims import Claim, Proof
 from boresight.sim.ranges.gram import Gram
-from boresight.sim.ranges.inner_products import Coefficient, Pair
+from boresight.sim.ranges.lengths import Lengths
+from boresight.sim.ranges.vectors import Vectors
 
 __all__ = ["Variances"]
 
@@ -32,8 +31,8 @@ class Variances:
     ----------
     gram : Gram
         Of the same step.
-    first : mapping of int to float
-        The initial variances, by the numbers of their states.
+    vectors : Vectors
+        Of the same step.
 
     Attributes
     ----------
@@ -41,15 +40,32 @@ class Variances:
         The largest that each variance is, by the number of its state.
     """
 
-    def __init__(self, gram: Gram, first: Mapping[int, float]) -> None:
+    def __init__(self, gram: Gram, vectors: Vectors) -> None:
+        self.gram = gram
         self.limits: dict[int, float] = {}
         if gram.proven:
-            self.gram = copy(gram)
+            first = {n: vectors.first[n] for n in gram.lengths.largest}
+            self.lengths = Lengths(gram.terms, vectors, gram.lengths.cases, first)
             self.limits = self._kept(first)
 
-    def _kept(self, first: Mapping[int, float]) -> dict[int, float]:
+    def proof_of(self, claim: Claim) -> Proof | None:
+        """Prove a claim, if it follows from the limits.
+
+        It rests on what the limits rest on: on all that the next matrix is made of.
+        """
+        gram = self.gram
+        way = gram.way(claim, self.lengths.ends) if self.limits else None
+        if way is None:
+            return None
+        pair, rest = way
+        rests_on = gram.behind(claim.node, rest)
+        for each in (pair, *((v, v) for v in gram.following)):
+            rests_on.base |= self.lengths.base_of(each)
+            rests_on.passed |= {n for ball in self.lengths.rows_of(each) for n in ball.passed}
+        return rests_on.proof("limits of variances", gram.nodes)
+
+    def _kept(self, limits: dict[int, float]) -> dict[int, float]:
         """Limits that follow for the next matrix from themselves; none: there are none."""
-        limits = {number: first[number] for number in self.gram.largest}
         ends = {number: self.gram.nodes[number].high for number in limits}
         said = self._said()
         for k in range(1, _ROUNDS):
@@ -65,42 +81,24 @@ class Variances:
                 limits |= {number: min(each) for number, each in above.items() if each}
         return {}
 
+    def _after(self, limits: Mapping[int, float]) -> dict[int, float]:
+        """The largest next variances."""
+        self.lengths.let(dict(limits))
+        return {
+            v.variance.number: self.lengths.longest(following) ** 2
+            for v, following in zip(self.gram.space.vectors, self.gram.following, strict=False)
+            if v.variance is not None
+        }
+
     def _said(self) -> dict[int, list[float]]:
         """What conditions say that variances are less than."""
         gram = self.gram
-        out: dict[int, list[float]] = {number: [] for number in gram.largest}
+        out: dict[int, list[float]] = {number: [] for number in gram.lengths.largest}
         for condition in sorted({n for v in gram.following for n in v.conditions}):
             for side in (1, 2):
-                for squares, rest in gram.limits_on({condition: side}):
+                for squares, rest in gram.terms.limits_on({condition: side}):
                     for n, factor in squares.items():
                         variance = gram.space.vectors[n].variance
                         if variance is not None:
                             out[variance.number].append(rest / factor)
         return out
-
-    def _after(self, limits: Mapping[int, float]) -> dict[int, float]:
-        """The largest next variances."""
-        self.gram.let(limits)
-        return {
-            v.variance.number: self.gram.longest(following) ** 2
-            for v, following in zip(self.gram.space.vectors, self.gram.following, strict=False)
-            if v.variance is not None
-        }
-
-    def proof_of(self, claim: Claim) -> Proof | None:
-        """Prove a claim, if it follows from the limits."""
-        if not self.limits or claim.node.number not in self.gram.cone:
-            return None
-        for pair, rest in self.gram.ways(claim.node):
-            if claim.holds(*self.gram.ends_of(pair, rest)):
-                return self._proof(claim, pair, rest)
-        return None
-
-    def _proof(self, claim: Claim, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
-        """It rests on what the limits rest on: on all that the next matrix is made of."""
-        gram = self.gram
-        proofs = [gram.proof_by(claim.node, pair, rest)]
-        proofs += [gram.proof_by(gram.after[i, i], (v, v)) for i, v in enumerate(gram.following)]
-        base = {n.number: n for proof in proofs for n in proof.base}
-        passed = {n.number: n for proof in proofs for n in proof.passed}
-        return Proof("limits of variances", tuple(base.values()), tuple(passed.values()))

@@ -53,6 +53,7 @@ from boresight.model.algebra.quaternion import (
 from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     TRACE_LIMIT,
+    normalised,
     status_word,
     sum_of,
     update_along,
@@ -66,6 +67,7 @@ __all__ = ["INNOVATIONS", "Satcom"]
 NOISE_LIMIT = 4.0  #: largest measurement noise times scale / 2.
 STEP_LIMIT = 0.125  #: largest root of a process noise, times scale.
 BIAS_LIMIT = 0.125  #: rad/s, largest bias that is learnt.
+CORRECTION_LIMIT = 0.5  #: largest component of v in a correction (1, v): 53 degrees.
 DRIFT_LIMIT = 0.125  #: half turns a second, largest drift of the heading loop.
 CUT_NOISE = 0.5  #: variance with which a heading at its limit is cut, scaled.
 FAR = 1.0 / 90.0  #: half turns; an unknown tilt further off is corrected and still unknown.
@@ -113,21 +115,19 @@ class Satcom(Estimator):
             ops.saturated(w - b, 8.0)
             for w, b in ((u.gx, x.bias_x), (u.gy, x.bias_y), (u.gz, x.bias_z))
         ]
-        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate])
+        dq = increment([ops.saturated(0.5 * (w * dt), 1.0) for w in rate], short=True)
         q = [ops.saturated(c, 1.0) for c in multiply((x.qw, x.qx, x.qy, x.qz), dq)]
         c_nb = matrix(q)
 
-        # Sines and cosines of the predicted angles.
-        cosine_sq = c_nb[2][1] * c_nb[2][1] + c_nb[2][2] * c_nb[2][2]
+        # Cosine of the predicted pitch, sine and cosine of the heading.
+        cosine_sq = c_nb[1][0] * c_nb[1][0] + c_nb[0][0] * c_nb[0][0]
         secant = ops.rsqrt(cosine_sq)
-        cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine", unless=NO_ROTATION)
-        sin_phi, cos_phi, sin_psi, cos_psi = (
-            ops.bounded(c * secant, -1.0, 1.0, "of a unit vector", unless=NO_ROTATION)
-            for c in (c_nb[2][1], c_nb[2][2], c_nb[1][0], c_nb[0][0])
-        )
-        psi = unit_angle_ht(c_nb[1][0], c_nb[0][0], secant)
+        cos_theta = ops.bounded(cosine_sq * secant, 0.0, 1.0, "cosine")
+        sin_psi, cos_psi = (ops.saturated(c * secant, 1.0) for c in (c_nb[1][0], c_nb[0][0]))
+        psi = unit_angle_ht(sin_psi, cos_psi)
 
-        loop = self._heading_loop(x, u, p, dt, (sin_phi * u.gy + cos_phi * u.gz) * secant)
+        turn_down = ops.saturated((c_nb[2][1] * u.gy + c_nb[2][2] * u.gz) * secant, 64.0)
+        loop = self._heading_loop(x, u, p, dt, turn_down * secant)
         used = loop["used"]
 
         # External acceleration, unless the tilt is not known itself.
@@ -144,8 +144,12 @@ class Satcom(Estimator):
         )
 
         # Innovations over 2, times cos(theta) where the Jacobian is.
-        side = u.ay if self.printed_roll else -u.ay
-        roll_off = ops.atan2_ht(side * cos_phi + u.az * sin_phi, side * sin_phi - u.az * cos_phi)
+        sine, cosine = c_nb[2][1], c_nb[2][2]  # of the roll, times cos_theta
+        if self.printed_roll:
+            off = u.az * sine + u.ay * cosine, u.ay * sine - u.az * cosine
+        else:
+            off = u.az * sine - u.ay * cosine, -(u.ay * sine) - u.az * cosine
+        roll_off = ops.atan2_ht(*off)
         sine = ops.saturated(u.ax * (1.0 / GRAVITY), 1.0)
         cosine = ops.bounded(ops.sqrt(1.0 - sine * sine), 0.0, 1.0, "cosine")
         pitch_off = unit_angle_ht(
@@ -185,17 +189,16 @@ class Satcom(Estimator):
 
         # Correction, normalisation, restart.
         turns = [sum_of(g[k] * m for g, m in zip(gains, moves, strict=True)) for k in range(6)]
-        turned = [1.0, *(ops.saturated(t, 1.0) for t in turns[:3])]
-        raw = multiply(turned, q)
-        shrink = ops.rsqrt(ops.saturated(dot(raw, raw), 4.0))
-        q_new = [ops.saturated(c * shrink, 1.0) for c in raw]
+        half = [ops.saturated(t, CORRECTION_LIMIT) for t in turns[:3]]
+        q_new, _ = normalised(multiply([1.0, *half], q), 2.0)
         bias = [
             ops.saturated(ops.where(restart, 0.0, b + (1.0 / BIAS_UNIT) * t), BIAS_LIMIT)
             for t, b in zip(turns[3:], (x.bias_x, x.bias_y, x.bias_z), strict=True)
         ]
-        half = ops.bounded(0.5 * shrink, 0.25, 0.5, "norm of one and more")
-        inverse = ops.bounded(4.0 * (half * half), 0.25, 1.0, "norm of one and more")
-        correction = [ops.saturated(v * inverse, 1.0) for v in turned]
+        # (1, v)/|(1, v)|^2, with 1/(1 + y) = 1 - y + y^2 within y^3.
+        y = ops.saturated(dot(half, half), 0.5)
+        inverse = ops.bounded(1.0 - y + y * y, 0.75, 1.0, "of one and more")
+        correction = [inverse, *(ops.bounded(v * inverse, -0.5, 0.5, "sine") for v in half)]
         after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)
         start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
         first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)

@@ -1,4 +1,4 @@
-"""Quaternions of turns, by series that are no longer than one, and by one that is by a bit."""
+"""Quaternions of turns and of corrections that are no longer than one, and some that are."""
 
 import numpy as np
 import pytest
@@ -31,6 +31,24 @@ class Turn(Estimator):
         return {}, {"y": sum((c for row in matrix([w, *v]) for c in row), 0.0)}
 
 
+class Correction(Estimator):
+    """(1, v)/|(1, v)|^2 by a series of y = |v|^2, up to a limit of y."""
+
+    name = "correction"
+    outputs = (Output("square"),)
+
+    def __init__(self, most=0.5, limit=0.5):
+        self.inputs = tuple(Input(name, -most, most) for name in "abc")
+        self.limit = limit
+
+    def step(self, x, u, p):
+        v = (u.a, u.b, u.c)
+        y = ops.saturated(dot(v, v), self.limit)
+        inverse = ops.bounded(1.0 - y + y * y, 0.0, 1.0, "inverse")
+        c = [inverse, *(ops.bounded(h * inverse, -1.0, 1.0, "part") for h in v)]
+        return {}, {"square": ops.bounded(dot(c, c), 0.0, 1.0, "no longer than one")}
+
+
 def vectors_of(estimator):
     program, nodes = estimator.compile_traced()
     return Vectors(program, nodes), claims_of(program, nodes), live_nodes(program, nodes)
@@ -60,6 +78,23 @@ def test_its_length_is_the_largest(last):
     y = np.linspace(0.0, 3.0, 20001)
     square = (1.0 - y / 2 + y * y / 24) ** 2 + y * (1.0 - y / 6 + last * y * y) ** 2
     assert len(ball.numbers) == 4 and ball.square == pytest.approx(square.max(), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("most", "limit", "short"), [(0.5, 0.5, True), (0.51, 0.5, False), (0.5, 1.0, False)]
+)
+def test_a_length_with_a_limit(most, limit, short):
+    """Up to the limit y is |v|^2; beyond it the inverse stays, and the length grows with |v|."""
+    vectors, claims, nodes = vectors_of(Correction(most, limit))
+    (claim,) = [c for c in claims if c.reason.startswith("no longer")]
+    assert (vectors.proof_of(claim) is not None) == short
+    v_sq = np.linspace(0.0, 3.0 * most**2, 20001)
+    y = np.minimum(v_sq, limit)
+    square = ((1.0 - y + y * y) ** 2 * (1.0 + v_sq)).max()
+    assert (square <= 1.0) == short
+    if short:
+        ball = min(radial_balls(nodes), key=lambda ball: ball.square)
+        assert len(ball.numbers) == 4 and ball.square == pytest.approx(square, abs=1e-9)
 
 
 def test_polynomials_of_a_squared_length():
