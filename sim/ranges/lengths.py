@@ -8,6 +8,7 @@ intervals of F, h, q and v; of a row that is one of several kinds, from those of
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
@@ -59,6 +60,7 @@ class Lengths:
             for n, (low, high) in cases.items()
             if low.max() > self.nodes[n].low or high.min() < self.nodes[n].high
         }
+        self._decide: dict[Vector, frozenset[int]] = {}  # conditions whose sides are tried
         self._rows: dict[tuple[int, ...], tuple[float, Ball]] = {}  # of coefficients
         self.let(largest)
 
@@ -84,6 +86,7 @@ class Lengths:
     def longest(self, v: Vector) -> float:
         """Largest length of a vector, over the sides of its conditions."""
         if v not in self._known:
+            self._known[v] = math.inf  # in what follows, which may ask for it on some sides
             self._known[v] = max(
                 self._length(v, sides, self._caps(sides), {})
                 for sides in all_sides(self._conditions_of(v))
@@ -92,11 +95,19 @@ class Lengths:
         return self._known[v]
 
     def _conditions_of(self, v: Vector) -> frozenset[int]:
-        """Conditions of the vector's parts, and those that decide coefficients with P, if few."""
-        nodes = {n for part in made_from([v]) for c in part.coefficients for n in c.nodes}
-        cone = self.terms.points.cone
-        found = v.conditions | {n for node in nodes for n in conditions_in(node) if n in cone}
-        return found if len(found) <= CONDITIONS else v.conditions
+        """Conditions of the vector's parts and, if they are few, some that decide coefficients.
+
+        Those of most coefficients first; of a single one where P decides it.
+        """
+        if v not in self._decide:
+            cone, count = self.terms.points.cone, Counter[int]()
+            for c, _ in flat_parts(v.parts):
+                count.update({n for node in c.nodes for n in conditions_in(node)} - v.conditions)
+            more = [n for n in count if n in cone or count[n] > 1]
+            more.sort(key=lambda n: (-count[n], n))
+            room = max(0, CONDITIONS - len(v.conditions))
+            self._decide[v] = v.conditions.union(more[:room])
+        return self._decide[v]
 
     def _caps(self, sides: Sides) -> dict[int, float]:
         """Largest lengths, by vector, by what conditions say."""
@@ -151,6 +162,8 @@ class Lengths:
         if v not in known:
             length = partial(self._length, sides=sides, caps=caps, known=known)
             known[v] = min(self._made(v, sides, length), caps.get(v.number, math.inf))
+            if not self._conditions_of(v) <= sides.keys():
+                known[v] = min(known[v], self.longest(v))
         return known[v]
 
     def _made(self, v: Vector, sides: Sides, length: Callable[[Vector], float]) -> float:
