@@ -42,6 +42,7 @@ __all__ = ["ArrayAttitude"]
 
 READINGS = ("heading", "literal")
 CUT_NOISE = 0.5  #: with which a heading whose variance is at its limit is cut, scaled.
+MOST_DRIFT = 2.0  #: largest velocity that is measured as zero, scaled: 1/8 m/s.
 REFUSED = 2.0**-6  #: what the heading's variance grows by where an index is beyond the gate.
 
 
@@ -242,7 +243,7 @@ def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, wide
     zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd
     return Measured(
         row,
-        ops.saturated(zero, 8.0) + ops.where(used, at_index.innovation, 0.0),
+        ops.saturated(zero, MOST_DRIFT) + ops.where(used, at_index.innovation, 0.0),
         ops.where(used, at_index.variance, ops.where(cut, CUT_NOISE, zupt * zupt)),
     )
 
