@@ -41,9 +41,9 @@ from boresight.systems.array.interface import KINDS, UNITS
 __all__ = ["ArrayAttitude"]
 
 READINGS = ("heading", "literal")
-CUT_NOISE = 0.5  #: with which a heading whose variance is at its limit is cut, scaled.
+CUT_NOISE = 0.35  #: with which a heading whose variance is at its limit is cut, scaled.
 MOST_DRIFT = 2.0  #: largest velocity that is measured as zero, scaled: 1/8 m/s.
-REFUSED = 2.0**-6  #: what the heading's variance grows by where an index is beyond the gate.
+REFUSED = 0.011  #: what the heading's variance grows by where an index is beyond the gate.
 
 
 class ArrayAttitude(Estimator):

@@ -19,7 +19,7 @@ def heading_row(seen: Angles) -> dict[int, Any]:
     """d(heading)/d(phi) times cos(pitch): (C_12 sin, C_22 sin, -cos^2)/cos, of unit length."""
     share = UNITS["tilt"] / UNITS["heading"]
     level = [ops.saturated(y * seen.secant, 1.0) for y in seen.y[:2]]
-    tilt = [ops.saturated(share * (y * seen.y[2]), share) for y in level]
+    tilt = [share * (y * seen.y[2]) for y in level]
     return dict(zip(PHI, [*tilt, -seen.cosine], strict=True))
 
 

@@ -32,7 +32,7 @@ UNITS = {
     "velocity": 2.0**-4,  # m/s
     "scale": 2.0**-15,
     "tilt": 64.0 * ARCSEC,  # rad
-    "heading": 256.0 * ARCSEC,  # rad
+    "heading": 304.0 * ARCSEC,  # rad
     "gyro": 2.0**-23,  # rad/s
     "force": 2.0**-7,  # m/s^2
 }

@@ -317,7 +317,7 @@ def test_an_unseen_heading_is_cut_before_its_word_is_full() -> None:
     """A minute of turns with a scale factor hardly known: its variance grows with the square."""
     u = records(60.0, index=False).copy()
     u[0, 6] = -1.0
-    result = run(u, "c", **LOUD, p0_heading=8.6e-4, p0_scale=2.1e-5)
+    result = run(u, "c", **LOUD, p0_heading=1.02e-3, p0_scale=2.1e-5)
     p = covariances(level("c").program, result.states)[:, 6, 6]
     cut = status(result) & 32 > 0
     assert cut.any() and not result.saturated.any() and p.max() < 0.75
