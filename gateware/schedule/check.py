@@ -419,7 +419,7 @@ class _Replay:
     def holds(self, s: Slot, kind: str, value: int | None, quarter: bool) -> None:
         """Check that the lane's capture register was captured from ``value``."""
         captured = self.captured[s.lane].get(kind)
-        if value is None or captured != (value, quarter):
+        if captured != (value, quarter):
             got = (
                 "nothing"
                 if captured is None

@@ -141,8 +141,8 @@ def _owner(address: int, machine: Machine, window: Window | None) -> int | None:
     """Program whose parity applies to reads of a state; None for the one that runs."""
     if window is None:
         return None
-    slot = address % machine.bank_depth - machine.bank_depth // 2
-    return window.owner(slot % (machine.bank_depth // 4), machine.bank_depth // 4)
+    slots = machine.bank_depth // 4
+    return window.owner(address % slots, slots)
 
 
 def _pair(schedule: Schedule, address: int) -> set[int]:

@@ -25,9 +25,8 @@ def limits(program: Program, nodes: Mapping[int, Node]) -> Iterator[tuple[int, f
     what leaves it a quarter of its bits.
     """
     for number, port in zip(program.outputs, program.ports, strict=True):
-        judged = port.tolerance and port.unit not in EXACT_UNITS
-        limit = port.tolerance if judged and port.tolerance else math.inf
-        yield number, limit, f"the tolerance of output {port.name}"
+        tolerance = None if port.unit in EXACT_UNITS else port.tolerance
+        yield number, tolerance or math.inf, f"the tolerance of output {port.name}"
     spare = math.floor(program.arithmetic.word * (1.0 - _LEFT))
     for state, after in program.states:
         limit = math.ldexp(1.0, spare - program.values[state].frac)

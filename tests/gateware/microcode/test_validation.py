@@ -56,6 +56,13 @@ def test_programs_that_share_states() -> None:
     """From either copy, whichever program was the last; with another owner it is refused."""
     core = shared_core()
     assert prove(core) == sum(len(part.program.ops) for part in core.parts)
+    with pytest.raises(ValueError, match="shorter"):  # registers of each program
+        validate_microcode(
+            core.machine,
+            core.image,
+            [part.program for part in core.parts],
+            [part.allocation.addresses() for part in core.parts[:-1]],
+        )
     with pytest.raises(Refuted, match=r"^row: place is not shared$"):
         prove(core, replace(core.image, families=(2, 1, 2)))
     with pytest.raises(Refuted, match=r"^row: cycle \d+ writes motion\.(place|pace|weight), "):

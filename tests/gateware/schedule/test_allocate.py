@@ -61,6 +61,9 @@ def test_parameters_come_first(machine: Machine) -> None:
     s = schedule(wide(params=5), machine, restarts=0)
     where = allocate(s).addresses()
     assert [where[n] for n in range(1, 6)] == [0, 1, 2, 3, 4]
+    many = wide(params=60)  # more than there are in one of two banks
+    s = schedule(many, machine, restarts=0)
+    check_schedule(many, s, allocate(s))
 
 
 @MACHINES
@@ -97,19 +100,19 @@ def test_equal_constants_share(machine: Machine) -> None:
         v if v.kind is not Kind.CONST else Value(v.name, v.kind, 30, 0, 1, "test", initial=7)
         for v in p.values
     ]
-    s = schedule(
-        Program(
-            "same",
-            p.arithmetic,
-            tuple(same),
-            *(
-                getattr(p, n)
-                for n in ("ops", "inputs", "outputs", "output_names", "states", "table_memory")
-            ),
+    equal = Program(
+        "same",
+        p.arithmetic,
+        tuple(same),
+        *(
+            getattr(p, n)
+            for n in ("ops", "inputs", "outputs", "output_names", "states", "table_memory")
         ),
-        machine,
     )
-    where = allocate(s).addresses()
+    s = schedule(equal, machine)
+    a = allocate(s)
+    check_schedule(equal, s, a)
+    where = a.addresses()
     assert len({where[1], where[2], where[3]}) == 1
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import random
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -17,7 +18,7 @@ from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Kind, Program, Term
+from boresight.model.words.program import Kind, Link, Negate, Op, Program, Term, When
 from tests.support.crowded_program import crowded_program
 from tests.support.random_program import random_inputs, random_program
 
@@ -228,6 +229,42 @@ def test_dropped_capture(machine: Machine) -> None:
         )
 
 
+def waits(op: Op, negated: bool) -> bool:
+    """Whether a flag decides the sign of a term, or whether it is added, and nothing else."""
+    signs = any(t.negate in (Negate.IF, Negate.UNLESS) for t in op.terms)
+    terms = any(t.when is not When.ALWAYS for t in op.terms)
+    return (signs, terms) == (negated, not negated)
+
+
+@MACHINES
+@pytest.mark.parametrize("negated", [False, True])
+@pytest.mark.parametrize("quarter", [False, True])
+def test_a_flag_that_nothing_captures(machine: Machine, negated: bool, quarter: bool) -> None:
+    """The message says what the flag must be of, and what there is in its place."""
+    for seed in range(40):
+        p, s, a = made(seed, machine)
+        number = next(
+            (
+                k
+                for k, op in enumerate(s.program.ops)
+                if waits(op, negated) and op.flag_quarter == quarter
+            ),
+            None,
+        )
+        own = [x for x in s.slots if x.op == number and x.cap_flag]
+        if number is not None and own:
+            break
+    op = s.program.ops[number]
+    plus = " plus quarter" * quarter
+    for slot in own:
+        s = changed(s, slot, cap_flag=False)
+    before = [x for x in s.slots if x.cap_flag and x.lane == own[0].lane and x.cycle < own[0].cycle]
+    last = max(before, key=lambda x: x.cycle, default=None)
+    got = "nothing" if last is None else p.values[last.a].name + " plus quarter" * last.quarter
+    name = re.escape(p.values[op.flag].name)
+    rejected(p, s, a, rf"wants the flag of {name}{plus}, the lane holds that of {got}$")
+
+
 @MACHINES
 def test_directed(machine: Machine) -> None:
     p, s, a = made(3, machine)
@@ -257,6 +294,7 @@ def test_directed(machine: Machine) -> None:
     rejected(p, s, dataclasses.replace(a, initial=a.initial[1:]), r"511 initial words")
     const = next(t for t in a.live_ranges if s.program.values[t.value].kind is Kind.CONST)
     rejected(p, s, readdressed(a, tenant.value, const.address), r"(overwritten|not in its bank)$")
+    rejected(p, s, readdressed(a, const.value, where[after]), r"wrong side of the state")
     words = list(a.initial)
     words[const.address] ^= 1
     rejected(p, s, dataclasses.replace(a, initial=tuple(words)), r"must start with the word of")
@@ -327,9 +365,16 @@ def test_false_copy(machine: Machine) -> None:
     added = len(p.ops)
     copy = s.program.ops[added]
     (t,) = copy.terms
-    wrong = dataclasses.replace(copy, terms=(Term(t.a, t.b, t.shift - 1),))
-    low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1 :]))
-    rejected(p, dataclasses.replace(s, program=low), a, r"has no separate next value$")
+    for terms in (
+        (Term(t.a, t.b, t.shift - 1),),
+        (Term(t.a, t.b, t.shift, negate=Negate.YES),),
+        (Term(p.inputs[0], t.b, t.shift),),
+        (Term(t.a, None, t.shift),),
+        (t, t),
+    ):
+        wrong = dataclasses.replace(copy, terms=terms)
+        low = dataclasses.replace(s.program, ops=(*p.ops, wrong, *s.program.ops[added + 1 :]))
+        rejected(p, dataclasses.replace(s, program=low), a, r"has no separate next value$")
     # By what begins as the power of two and may be written.
     assert t.b is not None
     param = dataclasses.replace(s.program.values[t.b], kind=Kind.PARAM)
@@ -339,6 +384,24 @@ def test_false_copy(machine: Machine) -> None:
     )
     s = dataclasses.replace(s, program=low, source=p.digest)
     rejected(p, s, a, r"has no separate next value$")
+
+
+@MACHINES
+def test_next_values_of_their_own(machine: Machine) -> None:
+    """Two states do not become one value, and no state becomes what no operation makes."""
+    p, s, a = made(1, machine)
+    (first, after), (second, _) = s.program.states[:2]
+    name = p.values[second].name
+    for target in (after, p.inputs[0]):
+        q, low = (
+            dataclasses.replace(x, states=((first, after), (second, target), *x.states[2:]))
+            for x in (p, s.program)
+        )
+        plan = dataclasses.replace(s, program=low, source=q.digest)
+        rejected(q, plan, a, rf": state {name} has no separate next value$")
+    states = ((first, after), (second, p.inputs[0]), *p.states[2:])
+    low = dataclasses.replace(s.program, states=states)
+    rejected(p, dataclasses.replace(s, program=low), a, rf": state {name} has no separate next")
 
 
 def other_values(p: Program) -> Program:
@@ -365,6 +428,7 @@ def other_ops(p: Program) -> Program:
         lambda p: dataclasses.replace(p, table_memory=(*p.table_memory, *[0] * 512)),
         lambda p: dataclasses.replace(p, arithmetic=dataclasses.replace(p.arithmetic, headroom=19)),
         lambda p: dataclasses.replace(p, states=p.states[:-1]),
+        lambda p: dataclasses.replace(p, links=(Link(p.inputs[0], "other", "y", 0),)),
     ],
 )
 def test_schedule_of_another_program(other: Callable[[Program], Program]) -> None:

@@ -44,7 +44,9 @@ def moved(a: Allocation, old: int, new: int) -> Allocation:
 @MACHINES
 def test_what_is_allocated_together_passes(machine: Machine) -> None:
     for seed in range(6):
-        check_core(*made(machine, seed))
+        programs, plans, allocations = made(machine, seed)
+        check_core(programs, plans, allocations)
+    check_core(programs[:1], plans[:1], allocations[:1])  # the first one alone
 
 
 @MACHINES
@@ -161,6 +163,8 @@ def test_the_second_program_alone(machine: Machine) -> None:
         r"not 0$",
     ):
         check_core(programs, plans, allocations)
+    with pytest.raises(ValueError, match="shorter"):  # what is left out has no proof
+        check_core(programs, plans[:1], allocations[:1])
 
 
 @MACHINES
@@ -291,6 +295,18 @@ def test_the_owner_of_every_state_register(machine: Machine) -> None:
     assert module._owner(half, machine, None) is None
 
 
+@MACHINES
+def test_both_copies_of_a_state_register(machine: Machine) -> None:
+    """The registers of the upper half, which the parity selects; those below are single."""
+    plan, half, slots = made(machine)[1][0], machine.bank_depth // 2, machine.bank_depth // 4
+    for bank in range(machine.lanes):
+        first = bank * machine.bank_depth
+        assert module._pair(plan, first + half - 1) == {first + half - 1}
+        for register in (first + half, first + half + slots - 1):
+            both = {register, register + slots}
+            assert all(module._pair(plan, r) == both for r in both)
+
+
 # -- shared states ---------------------------------------------------------------------------------
 
 
@@ -341,6 +357,17 @@ def test_shared_states_in_other_registers() -> None:
         match=r"^row must have the states of motion, in their .* and formats: place differs$",
     ):
         check_core(programs, plans, allocations)
+
+
+@pytest.mark.parametrize("shorter", ["motion", "row"])
+def test_a_shared_state_that_one_lacks(shorter: str) -> None:
+    programs, plans, allocations = shared()
+    number = [p.name for p in programs].index(shorter)
+    low = plans[number].program
+    low = dataclasses.replace(low, states=low.states[:-1])
+    plans[number] = dataclasses.replace(plans[number], program=low)
+    with pytest.raises(ScheduleError, match=r"^row must have the states .*: weight differs$"):
+        module._check_families(programs, plans, allocations)
 
 
 @pytest.mark.parametrize("source", ["motion", "row"])

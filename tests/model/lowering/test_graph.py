@@ -334,6 +334,20 @@ def test_a_constant_that_is_no_number_is_refused_where_it_is_made(line: str, whe
         graph.const(math.inf)
 
 
+@pytest.mark.parametrize(
+    "edges, limits",
+    [
+        ((0.0, 2.0**30), (0.25, 1.0)),
+        ((-(2.0**30), 0.0), (-1.0, -0.25)),
+        ((-(2.0**30), 2.0**30), (-1.0, 0.25)),
+    ],
+)
+def test_a_clip_of_a_range_that_is_far_wider(trace: Any, edges: Any, limits: Any) -> None:
+    x = np.concatenate([np.linspace(*edges, 65), np.arange(max(edges[0], -4.0), 0.0)])
+    fixed, floats, saturated = trace(lambda v: ops.clip(v, *limits), [edges]).run(x)
+    assert np.array_equal(fixed[0], floats[0]) and not saturated.any()
+
+
 @pytest.mark.parametrize("limit", [0.25, 100.0])
 def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float) -> None:
     x = leaf(g, "x", 0.0, 4.0)

@@ -9,7 +9,17 @@ import pytest
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.words.check import check_complete, check_program
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import Kind, Negate, Op, Program, Scale, Term, Value, When
+from boresight.model.words.program import (
+    InPort,
+    Kind,
+    Negate,
+    Op,
+    Program,
+    Scale,
+    Term,
+    Value,
+    When,
+)
 from tests.support.bad_files import changed
 
 VALUES = (
@@ -39,6 +49,63 @@ def op(*, term: dict[str, Any] | None = None, **options: Any) -> Program:
 def test_complete_program_passes() -> None:
     check_complete(GOOD)
     check_program(GOOD)
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        op(term={"shift": 0}),
+        op(term={"shift": 31}),
+        op(term={"b": None, "coefficient": 3}, table=0, index=0),
+        op(term={"negate": Negate.UNLESS, "when": When.IF, "scale": Scale.FULL}, flag=0, norm=0),
+        replace(GOOD, values=(replace(VALUES[0], frac=128), *VALUES[1:])),
+        replace(GOOD, values=(replace(VALUES[0], frac=-128), *VALUES[1:])),
+        replace(GOOD, arithmetic=Arithmetic(18), table_memory=(2**17 - 1, -(2**17)) * 256),
+    ],
+)
+def test_limits_themselves_are_allowed(program: Program) -> None:
+    check_program(program)
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        (replace(GOOD, inputs=()), "no inputs or no outputs"),
+        (replace(GOOD, outputs=(), output_names=()), "no inputs or no outputs"),
+        (
+            replace(GOOD, values=(replace(VALUES[0], frac=-129), *VALUES[1:])),
+            "a value without a binary point near its word",
+        ),
+        (
+            replace(GOOD, values=(replace(VALUES[0], frac=129), *VALUES[1:])),
+            "a value without a binary point near its word",
+        ),
+        (
+            replace(GOOD, in_ports=(InPort(),) * 2),
+            "ports that are not those of its inputs and outputs",
+        ),
+        (
+            replace(GOOD, arithmetic=Arithmetic(18), table_memory=(-(2**17) - 1,) * 512),
+            "words must be -131072 to 131071, not -131073",
+        ),
+        (replace(GOOD, outputs=(4,)), "a reference to a value that does not exist"),
+        (op(term={"b": None, "coefficient": -1}, table=0, index=0), ".* 0 to 3, not -1"),
+        (op(table=-1, index=0), ".* a table below 1, not -1"),
+        (op(term={"b": None, "coefficient": 0}, index=0), ".* name index and table, for .*"),
+    ],
+)
+def test_beyond_the_limits(program: Program, message: str) -> None:
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        check_program(program)
+
+
+@pytest.mark.parametrize("of", ["values", "ops", "table_memory"])
+def test_size_of_a_program(monkeypatch: pytest.MonkeyPatch, of: str) -> None:
+    large = {"values": VALUES * 200, "ops": GOOD.ops * 400, "table_memory": (0,) * 1024}[of]
+    monkeypatch.setattr("boresight.model.words.check._MOST", 512)
+    check_program(GOOD)
+    with pytest.raises(ValueError, match=r"^a program too large for any core$"):
+        check_program(replace(GOOD, **{of: large}))
 
 
 def test_a_file_may_not_hold_what_no_author_writes() -> None:

@@ -284,6 +284,13 @@ def test_records_of_any_lengths_take_turns():
         assert [r.fixed.words.shape for r in results] == [(n, 1), (m, 3)]
 
 
+def test_each_estimator_has_a_record():
+    """Or one is for all of them."""
+    record = Record.of({"z": np.zeros(3), "k": np.zeros(3)})
+    with pytest.raises(ValueError, match="longer"):
+        Check(Build(Gain(), Count()), levels=()).run(record, record, record)
+
+
 def test_everything_is_made_once(monkeypatch):
     """However many logs there are."""
     from boresight.sim.levels import build as module

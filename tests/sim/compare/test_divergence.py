@@ -27,6 +27,8 @@ def test_a_program_with_the_states_of_a_step(step: int) -> None:
     for row in words[: step + 1]:
         wanted = whole.update(row[:, None])[0]
     assert np.array_equal(at.update(words[step][:, None])[0], wanted)
+    with pytest.raises(ValueError, match="shorter"):
+        program_at(program, states[0][:-1])
 
 
 class Wrong(Emitted):

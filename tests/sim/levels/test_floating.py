@@ -44,6 +44,8 @@ def test_numpy_is_the_reference() -> None:
         assert np.array_equal(values, reference[name][:, 0])
     with pytest.raises(ValueError, match="shorter"):
         result.step(records[0, :-1])
+    with pytest.raises(ValueError, match="shorter"):
+        result.kept = result.kept[:-1]
 
 
 class Delay(Estimator):

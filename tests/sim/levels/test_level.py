@@ -174,6 +174,8 @@ def test_parameters_are_of_their_estimator() -> None:
     assert moved.programs[0] == plain.programs[0] and moved.programs[1] != plain.programs[1]
     n = moved.programs[1].find("kp_roll_per_s")
     assert moved.programs[1].format(n).real(moved.programs[1].values[n].initial) == 4.0
+    with pytest.raises(ValueError, match="shorter"):
+        Build(*two, params=[None])
 
 
 @pytest.mark.parametrize(
