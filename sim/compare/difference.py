@@ -96,9 +96,7 @@ class Difference:
     @property
     def first_beyond(self) -> int | None:
         """First sample beyond the tolerance; None if all are within it."""
-        if self.tolerance is None or self.good:
-            return None
-        return self.beyond
+        return None if self.good else self.beyond
 
     @property
     def good(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -182,10 +183,43 @@ def test_no_reference_at_all() -> None:
         (Difference("y", "", 4, 2.0, 1.5, 1, 1.0), "y            max 2 in step 1, rms 1.5: BEYOND "
          "1"),
         (Difference("y", "", 0, NAN, NAN, None, None), "y            max nan, rms nan: not judged"),
+        (Difference("y", "m", 4, 2.0, 1.5, 1, 1.0, after=Difference("y", "m", 3, 9.0, 0.5, 6, None)),
+         "y            max 2 m in step 1, rms 1.5; in 3 updates after a decision that differs, max "
+         "9 in step 6, rms 0.5: BEYOND 1"),
+        (Difference("s", "words", 4, 0.0, 0.0, 0, 0.0, decided=Decided(0, 4, 0, 1e-5, 10)),
+         "s            max 0 words in step 0, rms 0: within 0"),
+        (Difference("s", "words", 4, INF, INF, 3, 0.0, decided=Decided(1, 4, 1, 1e-5, 10)),
+         "s            max inf words in step 3, rms inf: BEYOND 0"),
+        (Difference("yaw", "deg", 4, 180.0, 1.5, 1, 2.0), "yaw          max 180 deg in step 1, rms "
+         "1.5: BEYOND 2"),
+        (Difference(ATTITUDE, "deg", 4, 90.0, 1.5, 1, 2.0), "attitude     max 90 deg in step 1, rms "
+         "1.5: BEYOND 2"),
+        (Difference(ATTITUDE, "deg", 4, 180.0, 1.5, 1, 2.0), "attitude     max 180 deg in step 1, "
+         "rms 1.5: BEYOND 2, as one has a norm beyond 0.5 to 2, or is half a turn off"),
     ],
 )  # fmt: skip
 def test_lines(made: Difference, text: str) -> None:
     assert made.line() == text
+
+
+def test_a_mean_square_as_large_as_the_tolerance_is_within() -> None:
+    for rms, good in ((1.0, True), (1.001, False)):
+        after = Difference("y", "m", 3, 9.0, rms, 6, None)
+        assert Difference("y", "m", 4, 1.0, 0.5, 1, 1.0, after=after).good == good
+
+
+def test_parts_that_follow_each_other() -> None:
+    """The largest of all, where it is in the whole; gaps of a truth count nowhere."""
+    none = Difference("y", "m", 0, NAN, NAN, None, None)
+    small, large = (Difference("y", "m", n, x, x, 1, None) for n, x in ((3, 1.0), (1, 5.0)))
+    rms = math.sqrt((3 * 1.0 + 25.0) / 4)
+    assert Difference.joined([none, small, large], [4, 3, 2]) == replace(
+        large, samples=4, rms=rms, at_step=8
+    )
+    assert Difference.joined([large, small], [2, 3]) == replace(large, samples=4, rms=rms)
+    assert Difference.joined([small], [3]) == small
+    both = [none, replace(none, unit="s")]
+    assert repr(Difference.joined(both, [4, 4])) == repr(none)
 
 
 ATTITUDES = tuple(Output(n, "", tolerance=1e-3) for n in QUATERNION)
