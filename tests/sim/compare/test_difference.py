@@ -183,7 +183,8 @@ def test_no_reference_at_all() -> None:
         (Difference("y", "", 4, 2.0, 1.5, 1, 1.0), "y            max 2 in step 1, rms 1.5: BEYOND "
          "1"),
         (Difference("y", "", 0, NAN, NAN, None, None), "y            max nan, rms nan: not judged"),
-        (Difference("y", "m", 4, 2.0, 1.5, 1, 1.0, after=Difference("y", "m", 3, 9.0, 0.5, 6, None)),
+        (Difference("y", "m", 4, 2.0, 1.5, 1, 1.0,
+                    after=Difference("y", "m", 3, 9.0, 0.5, 6, None)),
          "y            max 2 m in step 1, rms 1.5; in 3 updates after a decision that differs, max "
          "9 in step 6, rms 0.5: BEYOND 1"),
         (Difference("s", "words", 4, 0.0, 0.0, 0, 0.0, decided=Decided(0, 4, 0, 1e-5, 10)),
@@ -192,8 +193,8 @@ def test_no_reference_at_all() -> None:
          "s            max inf words in step 3, rms inf: BEYOND 0"),
         (Difference("yaw", "deg", 4, 180.0, 1.5, 1, 2.0), "yaw          max 180 deg in step 1, rms "
          "1.5: BEYOND 2"),
-        (Difference(ATTITUDE, "deg", 4, 90.0, 1.5, 1, 2.0), "attitude     max 90 deg in step 1, rms "
-         "1.5: BEYOND 2"),
+        (Difference(ATTITUDE, "deg", 4, 90.0, 1.5, 1, 2.0), "attitude     max 90 deg in step 1, "
+         "rms 1.5: BEYOND 2"),
         (Difference(ATTITUDE, "deg", 4, 180.0, 1.5, 1, 2.0), "attitude     max 180 deg in step 1, "
          "rms 1.5: BEYOND 2, as one has a norm beyond 0.5 to 2, or is half a turn off"),
     ],
