@@ -120,6 +120,18 @@ def test_a_share_of_decisions_may_differ_and_so_many_in_a_row() -> None:
     }  # fmt: skip
 
 
+def test_decisions_in_a_row_go_on_in_the_next_piece() -> None:
+    """Only those that differ up to its end do; a piece may have no rows."""
+    for pieces, longest in (([[1, 0], [1]], 1), ([[0, 1], [], [1]], 1), ([[0, 1], [1, 0]], 2)):
+        made = Differences([Output("s", "bits")], ["s"])
+        for rows in pieces:
+            made.add({"s": np.array(rows, dtype=float)}, {"s": np.zeros(len(rows))})
+        (decided,) = (d.decided for d in made.result())
+        assert decided is not None and decided.longest == longest
+    none = apart(Output("s", "bits"), [1.0, 2.0], [1.0, 2.0]).decided
+    assert none == Decided(0, 2, 0, 1e-5, 10)
+
+
 def test_values_are_judged_up_to_the_first_decision_that_differs_and_behind_it_by_rms() -> None:
     assert not decisions([])[1].good and not decisions([150_001])[1].good
     made = decisions([150_000, 160_000])[1]
@@ -146,8 +158,9 @@ def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
     assert math.isnan(run.largest) and math.isnan(run.rms)
     assert run.to_json()["max"] is None and run.to_json()["rms"] is None
     assert json.loads(json.dumps(run.to_json(), allow_nan=False))["good"] is False
-    assert not apart(Output("s", "flags"), [1.0, NAN], [1.0, 1.0]).good
-    assert not apart(Output("s", "flags"), [1.0, 1.0], [1.0, NAN]).good
+    for values in ([1.0, NAN], [1.0, 1.0]), ([1.0, 1.0], [1.0, NAN]):
+        none = apart(Output("s", "flags"), *values)
+        assert math.isnan(none.largest) and not none.good
 
 
 def test_the_first_that_is_no_number_is_shown() -> None:
@@ -268,6 +281,8 @@ def test_a_quaternion_that_is_no_attitude_is_half_a_turn_off(norm, angle, both) 
     r = np.stack([turned(10.0), norm * turned(10.0)])
     made = differences(ATTITUDES, columns(r), columns(r if both else q))[4]
     assert made.largest == pytest.approx(angle, abs=1e-5)
+    whole = np.array([[1.0, 0.0, 0.0, 0.0]])
+    assert differences(ATTITUDES, columns(whole), columns(2.0 * whole))[4].largest == 0.0
     assert not angle or (made.at_step == 1 and not made.good and "norm beyond" in made.line())
 
 
