@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -19,7 +18,7 @@ import numpy.typing as npt
 
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.claims import Claim, live
+from boresight.sim.ranges.claims import Claim, Proof, live
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     is_sum_of_squares,
@@ -31,7 +30,6 @@ from boresight.sim.ranges.polynomials import (
 
 __all__ = [
     "Ends",
-    "Proof",
     "ends_of",
     "interval_at",
     "interval_needs",
@@ -53,26 +51,6 @@ _POINTS = 256
 _CELLS = 128
 #: Less than the last bit of what a selection compares with 0.
 _LEAST = 2.0**-64
-
-
-@dataclass(frozen=True, eq=False)
-class Proof:
-    """Of a claim.
-
-    Attributes
-    ----------
-    how : str
-        "interval", or "N boxes of M values".
-    base : tuple of Node
-        The nodes whose intervals in the compiled step it uses.
-    passed : tuple of Node
-        "bounded" ones that it takes as their arguments, in this update or, by induction, in those
-        before: their words hold them.
-    """
-
-    how: str
-    base: tuple[Node, ...]
-    passed: tuple[Node, ...] = ()
 
 
 def reached_cells(program: Program, nodes: Mapping[int, Node]) -> dict[int, FloatArray]:

@@ -25,12 +25,14 @@ from typing import Any
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import Proof, interval_of
-from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.boxes import interval_of
+from boresight.sim.ranges.claims import Claim, Proof
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     cleared,
     combined,
+    ends_of_product,
+    is_zero,
     plus,
     polynomial_of,
     scaled,
@@ -185,32 +187,32 @@ class Matrices:
         taken: dict[int, dict[tuple[int, int], Polynomial]] = {}
         noise: Linear = {}
         for ij, form in forms.items():
-            linear[ij] = {}
-            for m, c in form.items():
-                elements, weights, rest = self._parts(m, family)
-                if len(elements) == 1 and not weights:
-                    part = linear[ij].setdefault(family.at[elements[0]], {})
-                    part[rest] = part.get(rest, 0.0) + c
-                elif len(elements) == 2 and (weight := self._weight(weights)) is not None:
-                    part = taken.setdefault(weight, {}).setdefault(ij, {})
-                    key = tuple(sorted((*elements, *rest)))
-                    part[key] = part.get(key, 0.0) + c
-                elif elements or weights:
-                    return False
-                else:
-                    noise.setdefault(ij, {})[m] = c
+            sorted_form = self._sorted(form, family)
+            if sorted_form is None:
+                return False
+            linear[ij], parts, noise[ij] = sorted_form
+            for weight, part in parts.items():
+                taken.setdefault(weight, {})[ij] = part
         maps = self._congruences(linear, len(family.numbers))
         if maps is None or not self._is_noise(noise, max(i for i, _ in forms) + 1):
             return False
-        for weight, parts in taken.items():
-            gauge = self._gauge(self.nodes[weight].args[0], family, sides)
-            if gauge is None:
-                return False
-            for ij in forms:
-                wanted = self._measured(maps, gauge[0], ij, family)
-                if not _is_zero(plus(parts.get(ij, {}), wanted)):
-                    return False
-        return True
+        return all(self._are_taken(t, w, maps, [*forms], family, sides) for w, t in taken.items())
+
+    def _are_taken(
+        self,
+        taken: Mapping[tuple[int, int], Polynomial],
+        weight: int,
+        maps: Sequence[Sequence[Mapping[int, Polynomial]]],
+        where: Sequence[tuple[int, int]],
+        family: Family,
+        sides: Sides,
+    ) -> bool:
+        """Whether what an inverse multiplies is what a measurement takes of F P F^T."""
+        gauge = self._gauge(self.nodes[weight].args[0], family, sides)
+        return gauge is not None and all(
+            is_zero(plus(taken.get(ij, {}), self._measured(maps, gauge[0], ij, family)), _TINY)
+            for ij in where
+        )
 
     def _congruences(
         self, linear: Mapping[tuple[int, int], Linear], columns: int
@@ -220,7 +222,7 @@ class Matrices:
         size = max(i for i, _ in left) + 1
         out: list[list[dict[int, Polynomial]]] = []
         for _ in range(_CONGRUENCES):
-            if all(_is_zero(p) for form in left.values() for p in form.values()):
+            if all(is_zero(p, _TINY) for form in left.values() for p in form.values()):
                 return out
             rows = [_root_row(left[i, i], i, columns) for i in range(size)]
             if any(row is None for row in rows):
@@ -235,7 +237,7 @@ class Matrices:
                         if product is None:
                             return None
                         form[key] = plus(form.get(key, {}), scaled(product, -1.0))
-        done = all(_is_zero(p) for form in left.values() for p in form.values())
+        done = all(is_zero(p, _TINY) for form in left.values() for p in form.values())
         return out if done else None
 
     def _is_noise(self, forms: Linear, size: int) -> bool:
@@ -269,7 +271,7 @@ class Matrices:
                     if j <= k:
                         product = times(times(a, b, _TERMS) or {}, {rest: -1.0 / own}, _TERMS) or {}
                         left[j, k] = cleared(plus(left.get((j, k), {}), product)) or {}
-        return all(_is_zero(form) for form in left.values())
+        return all(is_zero(form, _TINY) for form in left.values())
 
     def _measured(
         self,
@@ -301,18 +303,16 @@ class Matrices:
         form, _ = self._form(node, family, sides, whole=True)
         if form is None:
             return None
-        gauge: Linear = {}
-        least = 0.0
-        for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
-            if not elements and not weights:
-                least += self._range(m, c, {})[0]
-            elif len(elements) == 1 and not weights:
-                part = gauge.setdefault(family.at[elements[0]], {})
-                part[rest] = part.get(rest, 0.0) + c
-            else:
-                return None
-        return (gauge, least) if least >= 0.0 and self._is_outer(gauge) else None
+        found = self._outer(form, family)
+        return found if found is not None and found[1] >= 0.0 else None
+
+    def _outer(self, form: Polynomial, family: Family) -> tuple[Linear, float] | None:
+        """T of rank one, not negative, and the least v of T : P + v; None: of another form."""
+        found = self._sorted(form, family)
+        if found is None or found[1] or not self._is_outer(found[0]):
+            return None
+        linear, _, rest = found
+        return linear, sum(self._range(m, c, {})[0] for m, c in rest.items())
 
     def _is_outer(self, linear: Linear) -> bool:
         """Whether a linear form of a covariance is s r P r^T, s not negative."""
@@ -323,7 +323,11 @@ class Matrices:
                 continue
             square = times(form, form, _TERMS)
             other = times(linear.get((k, k), {}), linear.get((j, j), {}), _TERMS)
-            if square is None or other is None or not _is_zero(plus(square, scaled(other, -4.0))):
+            if (
+                square is None
+                or other is None
+                or not is_zero(plus(square, scaled(other, -4.0)), _TINY)
+            ):
                 return False
         return True
 
@@ -333,25 +337,10 @@ class Matrices:
         """A lower bound of a form of a covariance."""
         if form is None:
             return -math.inf
-        gauge = self._squares(form, family)
-        if gauge is not None:
-            return gauge
+        square = self._outer(form, family)  # r P r^T and what else there is
+        if square is not None:
+            return square[1]
         return -self._most(scaled(form, -1.0), sides, family, -wanted)
-
-    def _squares(self, form: Polynomial, family: Family) -> float | None:
-        """Least value of r P r^T and what else there is; None: of another form."""
-        linear: Linear = {}
-        alone = 0.0
-        for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
-            if weights or len(elements) > 1:
-                return None
-            if elements:
-                part = linear.setdefault(family.at[elements[0]], {})
-                part[rest] = part.get(rest, 0.0) + c
-            else:
-                alone += self._range(m, c, {})[0]
-        return alone if self._is_outer(linear) else None
 
     def _most(self, form: Polynomial | None, sides: Sides, family: Family, wanted: float) -> float:
         """An upper bound of a form of a covariance."""
@@ -388,30 +377,15 @@ class Matrices:
 
     def _is_taken(self, form: Polynomial, family: Family, sides: Sides) -> bool:
         """Whether what weights multiply is what measurements take of a variance."""
-        linear: Linear = {}
-        taken: dict[int, Polynomial] = {}
-        for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
-            if not weights and len(elements) == 1:
-                part = linear.setdefault(family.at[elements[0]], {})
-                part[rest] = part.get(rest, 0.0) + c
-            elif weights:
-                weight = self._weight(weights)
-                if weight is None or len(elements) != 2:
-                    return False
-                key = tuple(sorted((*elements, *rest)))
-                part = taken.setdefault(weight, {})
-                part[key] = part.get(key, 0.0) + c
-        maps = self._congruences({(0, 0): linear}, len(family.numbers))
-        if maps is None:
+        found = self._sorted(form, family)
+        if found is None:
             return False
-        for weight, part in taken.items():
-            gauge = self._gauge(self.nodes[weight].args[0], family, sides)
-            if gauge is None:
-                return False
-            if not _is_zero(plus(part, self._measured(maps, gauge[0], (0, 0), family))):
-                return False
-        return True
+        linear, taken, _ = found
+        maps = self._congruences({(0, 0): linear}, len(family.numbers))
+        return maps is not None and all(
+            self._are_taken({(0, 0): part}, weight, maps, [(0, 0)], family, sides)
+            for weight, part in taken.items()
+        )
 
     def _gain(
         self, form: Polynomial, family: Family, sides: Sides, caps: Mapping[int, float]
@@ -470,7 +444,7 @@ class Matrices:
                 if ratio is None:
                     return None
                 whole = times(ratio, own, _TERMS)
-                if whole is None or not _is_zero(plus(product, scaled(whole, -1.0))):
+                if whole is None or not is_zero(plus(product, scaled(whole, -1.0)), _TINY):
                     return None
         return ratio
 
@@ -503,9 +477,8 @@ class Matrices:
         self, monomial: tuple[int, ...], factor: float, caps: Mapping[int, float]
     ) -> tuple[float, float]:
         """Ends of a term; elements of a covariance by its variances."""
-        low, high = factor, factor
+        ends = factor, factor
         for number in sorted(set(monomial)):
-            power = monomial.count(number)
             family = next((f for f in self.families if number in f.at), None)
             if family is None:
                 self.used.add(number)
@@ -515,12 +488,8 @@ class Matrices:
                 variances = (self._variance(family.numbers[n][n], caps) for n in (k, m))
                 b = math.sqrt(math.prod(variances))
                 a = 0.0 if k == m else -b
-            ends = [a**power, b**power]
-            if power % 2 == 0 and a < 0.0 < b:
-                ends.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in ends]
-            low, high = min(corners), max(corners)
-        return low, high
+            ends = ends_of_product(ends, (a, b), monomial.count(number))
+        return ends
 
     # -- polynomials of the elements --------------------------------------------------------------
 
@@ -537,6 +506,29 @@ class Matrices:
             and self.nodes[n].kind in ("rsqrt", "reciprocal")
         ]
         return elements, weights, tuple(n for n in monomial if n not in elements + weights)
+
+    def _sorted(
+        self, form: Polynomial, family: Family
+    ) -> tuple[Linear, dict[int, Polynomial], Polynomial] | None:
+        """Terms of one element, those of two by the inverse that they have, and those of none.
+
+        None: there are others.
+        """
+        linear: Linear = {}
+        taken: dict[int, Polynomial] = {}
+        rest: Polynomial = {}
+        for m, c in form.items():
+            elements, weights, others = self._parts(m, family)
+            if not elements and not weights:
+                part, key = rest, m
+            elif len(elements) == 1 and not weights:
+                part, key = linear.setdefault(family.at[elements[0]], {}), others
+            elif len(elements) == 2 and (weight := self._weight(weights)) is not None:
+                part, key = taken.setdefault(weight, {}), tuple(sorted((*elements, *others)))
+            else:
+                return None
+            part[key] = part.get(key, 0.0) + c
+        return linear, taken, rest
 
     def _weight(self, weights: Sequence[int]) -> int | None:
         """The node whose inverse the weights are."""
@@ -663,10 +655,6 @@ def _origin(node: Node) -> Node | None:
     return node if node.kind == "state" else None
 
 
-def _is_zero(form: Polynomial) -> bool:
-    return all(abs(c) < _TINY for c in form.values())
-
-
 def _root_row(form: Linear, own: int, size: int) -> dict[int, Polynomial] | None:
     """Row r of r P r^T in a linear form, as far as one of its elements has one term."""
     pivots = []
@@ -677,12 +665,12 @@ def _root_row(form: Linear, own: int, size: int) -> dict[int, Polynomial] | None
             if c > 0.0 and all(m.count(n) % 2 == 0 for n in m):
                 pivots.append((len(m), k != own, k, {m[::2]: math.sqrt(c)}))
     if not pivots:
-        return {} if all(_is_zero(p) for p in form.values()) else None
+        return {} if all(is_zero(p, _TINY) for p in form.values()) else None
     _, _, at, root = min(pivots, key=lambda p: p[:3])
     row = {at: root}
     ((m, c),) = root.items()
     for k in range(size):
-        if k != at and not _is_zero(form.get((min(k, at), max(k, at)), {})):
+        if k != at and not is_zero(form.get((min(k, at), max(k, at)), {}), _TINY):
             part = _divided(form[min(k, at), max(k, at)], m)
             if part is None:
                 return None
