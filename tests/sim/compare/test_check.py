@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,11 +15,11 @@ from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.estimators import estimator
-from boresight.sim.compare.check import EXACT, USUAL, Check
+from boresight.sim.compare.check import EXACT, USUAL, Check, _Attempt
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import CModel
+from boresight.sim.levels.integer import CModel, Emitted
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
@@ -289,6 +290,51 @@ def test_each_estimator_has_a_record():
     record = Record.of({"z": np.zeros(3), "k": np.zeros(3)})
     with pytest.raises(ValueError, match="longer"):
         Check(Build(Gain(), Count()), levels=()).run(record, record, record)
+
+
+def test_a_level_that_runs_on_leading_records(monkeypatch):
+    """All of them count, of logs of any lengths, in pieces that end with the longest."""
+    monkeypatch.setattr(Emitted, "most", 40)
+    build, rng = Build(Gain(), Count()), np.random.default_rng(4)
+    said = []
+    attempt = _Attempt(Emitted, "gcc", lambda: [Emitted(build, k) for k in (0, 1)])
+    records = [rng.uniform(-1, 1, (60, 2)), rng.uniform(-1, 1, (20, 1))]
+    attempt.begin(records, lambda *what: said.append(what))
+    assert said == [("c in gcc", 40)]
+    whole = Emitted.run_together([Emitted(build, k) for k in (0, 1)], records)
+    for start, counts in ((0, [30, 20]), (30, [10, 0])):
+        runs = attempt.advance([x[start : start + 30] for x in records])
+        assert [len(run.words) for run in runs] == counts
+        for run, other, n in zip(runs, whole, counts, strict=True):
+            assert np.array_equal(run.words, other.words[start : start + n])
+
+
+def sliced(rows, length, build=None):
+    """Slices of levels that go on from given states, or do not, and what is said of them."""
+    kinds = ((True, "verilator"), (True, "icarus"), (False, "gcc"))
+    attempts = [
+        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], said="")
+        for goes_on, tool in kinds
+    ]
+    Check(build or Build(Gain()), levels=())._slice(attempts, [range(length)], rows)
+    assert not any(x.slices or x.said for x in attempts[1:])
+    return attempts[0].slices, attempts[0].said
+
+
+def test_slices_are_spread_over_the_log():
+    slices, said = sliced(64, 1000)
+    assert [len(part) for part in slices] == [4] * 16
+    assert (slices[0].start, slices[-1].stop) == (0, 1000)
+    assert {b.start - a.start for a, b in zip(slices, slices[1:], strict=False)} == {66, 67}
+    assert said == (
+        "16 slices of 4 rows spread over 1000, each from the states of the integer model"
+    )
+    assert sliced(3, 9)[0] == [range(1), range(4, 5), range(8, 9)]
+    assert sliced(1, 9)[0] == [range(1)]
+    assert sliced(1000, 993)[0][-1] == range(931, 993)
+    assert sliced(1000, 992) == ([], "")  # all of them
+    with pytest.raises(InputError, match=r"^--rtl-rows: wanted one estimator, found 2, which take"):
+        sliced(3, 9, Build(Gain(), Count()))
 
 
 def test_everything_is_made_once(monkeypatch):
