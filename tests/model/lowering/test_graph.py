@@ -107,9 +107,26 @@ def test_certain_conditions_choose_at_once(g: Any) -> None:
     x, y = leaf(g, "x", 1.0, 2.0), leaf(g, "y")
     assert same(x, ops.where(x < 0.0, y, x), ops.where(x > 0.0, x, y), ops.where(x >= 1.0, x, y))
     assert same(x, ops.where(~(x < 0.0), x, y), ops.clip(x, 0.0, 5.0), ops.saturated(x, 4.0))
+    for z, yes, no in ((x, y, x), (leaf(g, "zero", 0.0, 2.0), y, x), (-x, x, y)):
+        plain = ops.where(y < 0.0, yes, no)
+        both = (z < 0.0) ^ (y < 0.0), (y < 0.0) ^ (z < 0.0)
+        assert same(plain, *(ops.where(c, y, x) for c in both))
     assert nodes(ops.flip(x > 0.0, y))[0].signs == (-1,)
     assert same(ops.flip(x < 0.0, y), y)
     assert nodes(ops.saturated(x, 0.5))[0].value == 0.5
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "wanted"),
+    [(-4.0, 1.0, (-4.0, 4.0 * (1.0 - 2.0**-17))), (-1.0, 4.0, (-4.0, 4.0))],
+)
+def test_of_two_conditions_that_differ(g: Any, low: float, high: float, wanted: Any) -> None:
+    """One node, of as many integer bits as the word whose sign it takes or turns."""
+    x, y = leaf(g, "x"), leaf(g, "y", low, high)
+    ops.where((x < 0.0) ^ (y < 0.0), 1.0, 0.0)
+    found = [n for n in expand(g)[0].nodes if n.kind == "complement"]
+    assert [(n.low, n.high) for n in found] == [wanted]
+    assert [a.name for a in found[0].args] == ["x", "y"]
 
 
 def test_squares_are_not_negative(g: Any) -> None:
@@ -343,6 +360,23 @@ def test_a_condition_on_a_constant_combines(trace: Any) -> None:
     fixed, floats, _ = trace(function, [(-1.0, 1.0)]).run(np.array([-0.5, 0.5]))
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
+
+
+def test_conditions_of_which_one_holds_alone(trace: Any) -> None:
+    """Of one that may hold, one that holds, one that does not, and those that just may not."""
+    ranges = [(-4.0, 4.0), (-2.0, -1.0), (1.0, 2.0), (0.0, 1.0), (-1.0, 0.0)]
+
+    def function(*x: Any) -> Any:
+        conditions = [v < 0.0 for v in x] + [~(v < 0.0) for v in x] + [x[4] < -0.5 * x[3]]
+        pairs = [(a, b) for a in conditions for b in conditions]
+        return tuple(ops.where(c, 1.0, 0.0) for a, b in pairs for c in (a ^ b, a & b, a | b))
+
+    rng = np.random.default_rng(5)
+    columns = [rng.choice([low, high, 0.5 * (low + high)], 60) for low, high in ranges]
+    fixed, floats, saturated = trace(function, ranges).run(*columns)
+    assert not saturated.any() and len(fixed) == 363
+    for k, (y, want) in enumerate(zip(fixed, floats, strict=True)):
+        assert np.array_equal(y, want), divmod(k // 3, 11)
 
 
 @pytest.mark.parametrize(("line", "where"), [("", "unit: "), ("f.py, line 3", "f.py, line 3: ")])
