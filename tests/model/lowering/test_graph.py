@@ -67,6 +67,8 @@ def test_constants_fold(g: Any) -> None:
     assert [(n.kind, n.value) for n in result] == [("const", v) for _, v in folded]
     graph, _ = expand(g)
     assert all(n.kind == "const" for n in graph.nodes)
+    (beyond,) = nodes(ops.bounded(g.const(7.0), -1.0, 1.0, "which it is not"))
+    assert (beyond.kind, beyond.low, beyond.high) == ("bounded", -1.0, 1.0)
     assert math.copysign(1.0, graph.const(-0.0).value) == 1.0
 
 
@@ -112,7 +114,10 @@ def test_certain_conditions_choose_at_once(g: Any) -> None:
         both = (z < 0.0) ^ (y < 0.0), (y < 0.0) ^ (z < 0.0)
         assert same(plain, *(ops.where(c, y, x) for c in both))
     assert nodes(ops.flip(x > 0.0, y))[0].signs == (-1,)
-    assert same(ops.flip(x < 0.0, y), y)
+    assert same(ops.flip(x < 0.0, y), ops.flip(leaf(g, "zero", 0.0, 2.0) < 0.0, y), y)
+    (turned,) = nodes(ops.flip(y >= 0.0, x))
+    assert turned.signs == (-1,) and same(ops.flip(y < 0.0, x), -ops.flip(y >= 0.0, x))
+    assert nodes(ops.absolute(leaf(g, "negative", -2.0, 0.0)))[0].signs == (-1,)
     assert nodes(ops.saturated(x, 0.5))[0].value == 0.5
 
 
