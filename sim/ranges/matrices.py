@@ -25,8 +25,8 @@ from typing import Any
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import interval_of
 from boresight.sim.ranges.claims import Claim, Proof
+from boresight.sim.ranges.intervals import interval_of
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     cleared,
