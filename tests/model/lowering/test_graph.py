@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from boresight.model import ops
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.lowering.expand import expand
-from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.graph import Graph, Node, declared_name
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import node_of, nodes_of
 
@@ -226,6 +227,24 @@ def test_reciprocal_through_zero_is_refused_by_name(g: Any, low: float, high: fl
 
 def test_nodes_have_labels(g: Any) -> None:
     assert [n.label for n in nodes(leaf(g, "speed"), leaf(g) * leaf(g, "y"))] == ["speed", "mul_3"]
+
+
+def test_a_state_that_bears_the_name_of_an_input() -> None:
+    """Its author's name is told; the program has another one for it."""
+
+    class Same(Estimator):
+        inputs = (Input("y", -1.0, 1.0),)
+        states = (State("y", -1.0, 1.0),)
+        outputs = (Output("z"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": 0.5 * (x.y + u.y)}, {"z": ops.named("w", 0.25 * x.y)}
+
+    program, nodes = Same().compile_traced()
+    (state, after), (output,) = program.states[0], program.outputs
+    assert program.values[state].name != "y"
+    said = [declared_name(program, nodes, n) for n in (program.inputs[0], state, output)]
+    assert said == ["y", "y", "w"] and declared_name(program, {}, after) == "y_next"
 
 
 # -- conditions, through fixed point --------------------------------------------------------------
