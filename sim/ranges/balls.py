@@ -18,7 +18,7 @@ from itertools import permutations, product
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.polynomials import Polynomial, times
+from boresight.sim.ranges.polynomials import Polynomial, ends_of_product, times
 from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["DEPTH", "TERMS", "Balls", "absorbed", "largest_eigenvalue"]
@@ -93,16 +93,11 @@ class Balls:
 
     def _ends_of(self, monomial: tuple[int, ...]) -> tuple[float, float]:
         """Ends of a product of nodes; a rest, of a negative number, is 0 to 1."""
-        low, high = 1.0, 1.0
+        ends = 1.0, 1.0
         for number in sorted(set(monomial)):
-            power = monomial.count(number)
-            a, b = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
-            ends = [a**power, b**power]
-            if power % 2 == 0 and a < 0.0 < b:
-                ends.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in ends]
-            low, high = min(corners), max(corners)
-        return low, high
+            own = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
+            ends = ends_of_product(ends, own, monomial.count(number))
+        return ends
 
     def _by_eigenvalues(self, form: Polynomial) -> float:
         """Of a constant and a quadratic form of one vector."""

@@ -9,12 +9,12 @@ the declared range of its state.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Overflow, Program
 
-__all__ = ["TOLERANCE", "Assumptions", "Claim", "claims_of", "live"]
+__all__ = ["TOLERANCE", "Assumptions", "Claim", "Premises", "Proof", "claims_of", "live"]
 
 #: Share of its size by which a value may pass the end of its range: what rounding explains.
 TOLERANCE = 1e-6
@@ -74,6 +74,47 @@ class Claim:
         """Whether values from the least to the most are in the range."""
         low, high = self.ends
         return low <= least and most <= high
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Of a claim.
+
+    Attributes
+    ----------
+    how : str
+        By what: "interval", "length of vectors".
+    base : tuple of Node
+        The nodes whose intervals in the compiled step it uses.
+    passed : tuple of Node
+        "bounded" ones that it takes as their arguments, in this update or, by induction, in those
+        before: their words hold them.
+    """
+
+    how: str
+    base: tuple[Node, ...]
+    passed: tuple[Node, ...] = ()
+
+
+@dataclass
+class Premises:
+    """What a proof rests on, as it is collected.
+
+    Attributes
+    ----------
+    base : set of Node
+        As of a `Proof`.
+    passed : set of int
+        The same, by number.
+    """
+
+    base: set[Node] = field(default_factory=set)
+    passed: set[int] = field(default_factory=set)
+
+    def proof(self, how: str, nodes: Mapping[int, Node]) -> Proof:
+        """The proof, of a step with these nodes."""
+        base = sorted(self.base, key=lambda node: node.number)
+        return Proof(how, tuple(base), tuple(nodes[n] for n in sorted(self.passed)))
 
 
 def live(

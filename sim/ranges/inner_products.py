@@ -1,4 +1,4 @@
-"""Vectors and their inner products at random points, and what values are made of them.
+"""Vectors and their inner products at random points.
 
 An identity of polynomials is checked at the points: of one that is false all of them would have to
 be roots.
@@ -6,37 +6,28 @@ be roots.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from itertools import product
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.boxes import Ends
+from boresight.sim.ranges.coefficients import ONE, Coefficient, Sides, ends_of_sum
 
 __all__ = [
-    "ONE",
     "POINTS",
-    "Coefficient",
     "FloatArray",
     "Full",
     "Pair",
-    "Sides",
+    "Parts",
     "Space",
-    "Term",
     "Vector",
-    "all_sides",
-    "claim_chain",
-    "conditions_in",
+    "by_vector",
     "flat_parts",
-    "is_choice",
     "is_scaled",
-    "known_from",
+    "made_from",
     "of_unit",
 ]
 
@@ -46,64 +37,8 @@ POINTS, _FIRST = 512, 32
 #: Share of the terms by which an identity may fail at a point: rounding; most that terms count for
 #: more than the product of the lengths.
 _EXACT, _CANCELLED = 1e-12, 1e4
-#: Vectors of one step; conditions of which all sides are tried.
-_VECTORS, _CONDITIONS = 900, 7
-#: Steps back to what the ends of a coefficient follow from; conditions there, up to which each way
-#: to give sides is tried; share of an interval by which another has to be nearer to be taken.
-_BACK, _SIDES, _NEARER = 6, 3, 1e-3
-#: Sides of conditions, by number: 1 negative, 2 not.
-Sides = Mapping[int, int]
-
-
-@dataclass(frozen=True)
-class Coefficient:
-    """A number times nodes where conditions have these sides, and 0 elsewhere."""
-
-    number: float = 1.0
-    nodes: tuple[Node, ...] = ()
-    sides: frozenset[tuple[int, int]] = frozenset()
-
-    def times(self, other: Coefficient) -> Coefficient:
-        """The product; 0 where one condition would need both sides."""
-        sides = self.sides | other.sides
-        number = self.number * other.number
-        if len({n for n, _ in sides}) < len(sides):
-            number = 0.0
-        return Coefficient(number, (*self.nodes, *other.nodes), sides)
-
-    def ends(self, sides: Sides) -> tuple[float, float]:
-        """Least and largest value on the given sides."""
-        if any(sides.get(c, s) != s for c, s in self.sides):
-            return 0.0, 0.0
-        low = high = self.number
-        for node, power in Counter(self.nodes).items():
-            known = _known_ends(node, sides)
-            least, most = known.low, known.high
-            each = [least**power, most**power]
-            if power % 2 == 0 and least < 0.0 < most:
-                each.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in each]
-            low, high = min(corners), max(corners)
-        if any(c not in sides for c, _ in self.sides):
-            low, high = min(low, 0.0), max(high, 0.0)
-        return low, high
-
-    def ends_in(self, cases: Mapping[int, Ends], sides: Sides) -> Ends:
-        """Least and largest value (cases,) on the given sides, of nodes with these ends."""
-        if any(sides.get(c, s) != s for c, s in self.sides):
-            return np.zeros(1), np.zeros(1)
-        low = high = np.full(1, self.number)
-        for node in self.nodes:
-            with np.errstate(invalid="ignore"):  # 0 times infinity
-                corners = [
-                    np.where((x == 0.0) | (y == 0.0), 0.0, x * y)
-                    for x in (low, high)
-                    for y in cases[node.number]
-                ]
-            low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
-        if any(c not in sides for c, _ in self.sides):
-            low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-        return low, high
+#: Vectors of one step.
+_VECTORS = 900
 
 
 @dataclass(eq=False)
@@ -126,6 +61,14 @@ class Vector:
         Of a unit vector: along which one it is.
     share : bool
         It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
+    along : dict of int to (points,) array
+        Of one with noise: the roots of it in directions that others may share.
+    noisy : Vector or None
+        The latest that is this one with noise.
+    left : list of Vector
+        What measurements leave of it.
+    of_measurement : bool
+        It has the noise of a measurement, which no element has.
     """
 
     number: int
@@ -137,6 +80,10 @@ class Vector:
     variance: Node | None = None
     measured: Vector | None = None
     share: bool = False
+    along: dict[int, FloatArray] = field(default_factory=dict, repr=False)
+    noisy: Vector | None = field(default=None, repr=False)
+    left: list[Vector] = field(default_factory=list, repr=False)
+    of_measurement: bool = False
     conditions: frozenset[int] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -145,17 +92,14 @@ class Vector:
             *(v.conditions for _, v in self.parts)
         )
 
+    def most_noise(self, sides: Sides) -> float:
+        """Largest square of what it has in a direction of its own, on the given sides."""
+        return max(0.0, ends_of_sum(self.noise, sides)[1])
 
+
+#: Vectors times coefficients.
+Parts = Sequence[tuple[Coefficient, Vector]]
 Pair = tuple[Vector, Vector]
-ONE = Coefficient()
-
-
-@dataclass(frozen=True)
-class Term:
-    """A coefficient times inner products: none, one or two."""
-
-    coefficient: Coefficient
-    factors: tuple[Node, ...] = ()
 
 
 class Space:
@@ -203,6 +147,31 @@ class Space:
         self.table[count, : count + 1] = self.table[: count + 1, count] = products
         return vector
 
+    def less(self, v: Vector, unit: Vector) -> Vector:
+        """A vector less its part along another one; of a ``share`` s: v - b (v . s) s.
+
+        With b = (1 - sqrt(1 - |s|^2)) / |s|^2 all inner products x . y are less by (x . s)(s . y).
+        """
+        along = np.einsum("ij,ij->i", v.at, unit.at)
+        if unit.share:
+            square = unit.length * unit.length
+            root = np.sqrt(np.maximum(1.0 - square, 0.0))
+            along = along / (1.0 + root)
+        left = self.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
+        if left is not v and left not in v.left:
+            v.left.append(left)
+        return left
+
+    def without_noise(self, v: Vector) -> Vector:
+        """A vector without its latest noise, before measurements or after."""
+        if len(v.parts) != 1 or v.parts[0][0] != ONE or (v.unit is not None and v.unit.share):
+            return v
+        inner = v.parts[0][1]
+        if v.noise or v.unit is None:
+            return inner if v.noise else v
+        plain = self.without_noise(inner)
+        return v if plain is inner else self.less(plain, v.unit)
+
     def pairs(self, value: FloatArray, size: FloatArray, start: int) -> Iterator[Pair]:
         """Pairs whose inner product is a value, one of them from a number on."""
         count = len(self.vectors)
@@ -236,123 +205,6 @@ class Full(Exception):
     """More vectors or directions than there is room for."""
 
 
-def claim_chain(node: Node) -> Iterator[Node]:
-    """A node, and what claims of it are of."""
-    yield node
-    while node.kind == "bounded":
-        node = node.args[0]
-        yield node
-
-
-@dataclass(frozen=True)
-class _Known:
-    """Ends of a node, and the nodes from whose intervals they follow."""
-
-    low: float
-    high: float
-    base: frozenset[Node]
-
-    def within(self, node: Node) -> _Known:
-        """These ends where they are well inside the interval of a node, else its own."""
-        low, high = (min(max(end, node.low), node.high) for end in (self.low, self.high))
-        least = _NEARER * max(abs(node.low), abs(node.high))
-        nearer = (low > node.low + least, high < node.high - least)
-        if not any(nearer):
-            return _own(node)
-        outside = self.low < node.low or self.high > node.high
-        return _Known(low, high, self.base | {node} if outside else self.base)
-
-
-def _own(node: Node) -> _Known:
-    return _Known(node.low, node.high, frozenset({node}))
-
-
-def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> _Known:
-    """Ends of a node, also as what a claim that is wider than needed is of, on the given sides.
-
-    A constant where x is negative, else x, is not below both 0 and the constant.
-    """
-    if left == 0 or not node.args:
-        return _own(node)
-    return _ends_on(node, tuple((n, sides[n]) for n in _conditions_of(node) if n in sides), left)
-
-
-@lru_cache(maxsize=2**17)
-def _ends_on(node: Node, given: tuple[tuple[int, int], ...], left: int) -> _Known:
-    """The same, of a node that is computed, on these sides of conditions."""
-    sides = dict(given)
-    if node.kind in ("bounded", "saturated"):
-        return _known_ends(node.args[0], sides, left).within(node)
-    if node.kind == "select" and node.args[0].number in sides:
-        return _known_ends(node.args[sides[node.args[0].number]], sides, left - 1)
-    if node.kind == "select" and node.args[0] is node.args[2] and node.args[1].kind == "const":
-        own = _own(node)
-        return replace(own, low=max(own.low, min(0.0, node.args[1].value)))
-    if node.kind not in ("mul", "sum"):
-        return _own(node)
-    found = [_known_ends(arg, sides, left - 1) for arg in node.args]
-    base = frozenset[Node]().union(*(each.base for each in found))
-    if node.kind == "mul":
-        a, b = ((each.low, each.high) for each in found)
-        corners = [x * y if x and y else 0.0 for x in a for y in b]
-        return _Known(min(corners), max(corners), base).within(node)
-    low = high = 0.0
-    for each, sign in zip(found, node.signs, strict=True):
-        start, end = (each.low, each.high)[::sign]
-        low, high = low + sign * start, high + sign * end
-    return _Known(low, high, base).within(node)
-
-
-def known_from(node: Node, sides: Sides | None = None) -> Iterator[Node]:
-    """Nodes from whose intervals the known ends of a node follow.
-
-    ``sides``: those that are given; None: whatever they are.
-    """
-    if sides is not None:
-        yield from sorted(_known_ends(node, sides).base, key=lambda n: n.number)
-        return
-    conditions = sorted({*conditions_in(node)})
-    if len(conditions) > _SIDES:
-        yield from _made_of(node)
-        return
-    base = set[Node]()
-    for each in product((0, 1, 2), repeat=len(conditions)):
-        given = {n: s for n, s in zip(conditions, each, strict=True) if s}
-        base |= _known_ends(node, given).base
-    yield from sorted(base, key=lambda n: n.number)
-
-
-def conditions_in(node: Node) -> Iterator[int]:
-    """Conditions, by number, on whose sides the ends of a node may depend."""
-    return (n.args[0].number for n in _made_of(node) if n.kind == "select")
-
-
-@lru_cache(maxsize=2**14)
-def _conditions_of(node: Node) -> tuple[int, ...]:
-    """The same in order, each once."""
-    return tuple(sorted({*conditions_in(node)}))
-
-
-def _made_of(node: Node) -> Iterator[Node]:
-    """A node and those that its known ends are computed from."""
-    left = {node.number: _BACK}
-    stack = [node]
-    while stack:
-        node = stack.pop()
-        yield node
-        steps = left[node.number] - (node.kind not in ("bounded", "saturated"))
-        if steps >= 0 and node.kind in ("bounded", "saturated", "mul", "select", "sum"):
-            for arg in node.args[1:] if node.kind == "select" else node.args:
-                if left.get(arg.number, -1) < steps:
-                    left[arg.number] = steps
-                    stack.append(arg)
-
-
-def is_choice(c: Coefficient) -> bool:
-    """Whether a coefficient is 0 or 1."""
-    return c.number == 1.0 and not c.nodes
-
-
 def is_scaled(v: Vector) -> bool:
     """Whether a vector is another one, times a coefficient."""
     return len(v.parts) == 1 and v.unit is None and not v.noise
@@ -362,10 +214,10 @@ def of_unit(v: Vector) -> bool:
     """Whether a vector is of length one, or zero."""
     if v.measured is not None:
         return True
-    return is_scaled(v) and is_choice(v.parts[0][0]) and of_unit(v.parts[0][1])
+    return is_scaled(v) and v.parts[0][0].is_choice and of_unit(v.parts[0][1])
 
 
-def flat_parts(parts: Sequence[tuple[Coefficient, Vector]]) -> Iterator[tuple[Coefficient, Vector]]:
+def flat_parts(parts: Parts) -> Iterator[tuple[Coefficient, Vector]]:
     """A sum of vectors, with what those are the sums of that are sums themselves."""
     for c, v in parts:
         if v.parts and v.unit is None and not v.noise:
@@ -374,8 +226,24 @@ def flat_parts(parts: Sequence[tuple[Coefficient, Vector]]) -> Iterator[tuple[Co
             yield c, v
 
 
-def all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
-    """The sides of the first few conditions, in all ways."""
-    chosen = sorted(conditions)[:_CONDITIONS]
-    for sides in product((1, 2), repeat=len(chosen)):
-        yield dict(zip(chosen, sides, strict=True))
+def by_vector(parts: Iterable[tuple[Coefficient, Vector]]) -> dict[Vector, list[Coefficient]]:
+    """The coefficients of each vector of a sum."""
+    out: dict[Vector, list[Coefficient]] = {}
+    for c, v in parts:
+        out.setdefault(v, []).append(c)
+    return out
+
+
+def made_from(
+    vectors: Iterable[Vector],
+    parts: Callable[[Vector], Iterable[tuple[Coefficient, Vector]]] = lambda v: v.parts,
+) -> Iterator[Vector]:
+    """Vectors and all that they are made from, each once."""
+    stack, seen = [*vectors], set[int]()
+    while stack:
+        v = stack.pop()
+        if v.number not in seen:
+            seen.add(v.number)
+            yield v
+            stack += [part for _, part in parts(v)]
+            stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]

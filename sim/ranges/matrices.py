@@ -18,19 +18,19 @@ the first one is, and by induction all are. Of a covariance:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence, Set
 
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import Proof, interval_of
-from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.claims import Claim, Proof
+from boresight.sim.ranges.elements import TERMS, Family, Forms, Linear, Sides
+from boresight.sim.ranges.intervals import interval_of
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     cleared,
-    combined,
+    ends_of_product,
+    is_zero,
     plus,
     polynomial_of,
     scaled,
@@ -41,26 +41,8 @@ from boresight.sim.ranges.steps import covariance_elements, live_nodes
 
 __all__ = ["Matrices"]
 
-#: Terms of a polynomial; conditions of which both sides are tried; sums F (...) F^T.
-_TERMS, _CONDITIONS, _CONGRUENCES = 1000, 6, 3
-_TINY = 1e-9
-#: Which side of each condition holds, by the condition's number: 1 negative, 2 not.
-Sides = dict[int, int]
-#: Of a linear form of the elements (k, l), k <= l: the coefficients.
-Linear = dict[tuple[int, int], Polynomial]
-
-
-@dataclass(eq=False)
-class Family:
-    """A symmetric matrix of nodes that is a covariance."""
-
-    numbers: list[list[int]]
-    at: dict[int, tuple[int, int]] = field(init=False)
-    cone: set[int] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        size = range(len(self.numbers))
-        self.at = {self.numbers[k][j]: (j, k) for k in size for j in range(k + 1)}
+#: Sums F (...) F^T; coefficients that rounding explains.
+_CONGRUENCES, _TINY = 3, 1e-9
 
 
 class Matrices:
@@ -76,8 +58,7 @@ class Matrices:
         self.nodes = live_nodes(program, nodes)
         self.families: list[Family] = []
         self.used: set[int] = set()
-        self.limited: dict[Any, Polynomial | None] = {}
-        self.passed: set[int] = set()  # with those of the proof that it is a covariance
+        self.forms = Forms(self.nodes)
         elements = covariance_elements(estimator, program, nodes)
         if not elements:
             return
@@ -128,14 +109,14 @@ class Matrices:
             if all(
                 (low == -math.inf or low <= self._least(form, sides, family, low))
                 and self._most(form, sides, family, high) <= high
-                for (form,), sides in self._cases([claim.node], family, split=split)
+                for (form,), sides in self.forms.cases([claim.node], family, split=split)
             ):
                 variances = {family.numbers[k][k] for k in range(len(family.numbers))}
                 return self._proof((self.used - family.at.keys()) | variances)
         return None
 
     def _proof(self, base: Set[int]) -> Proof:
-        passed = (self.nodes[n] for n in sorted(self.passed))
+        passed = (self.nodes[n] for n in sorted(self.forms.passed))
         return Proof("covariance", tuple(self.nodes[n] for n in sorted(base)), tuple(passed))
 
     # -- which matrices are covariances -----------------------------------------------------------
@@ -170,7 +151,7 @@ class Matrices:
         """Whether a matrix is a covariance if a family is one."""
         size = range(len(matrix))
         where = [(i, j) for i in size for j in size if i <= j]
-        for forms, sides in self._cases([matrix[i][j] for i, j in where], family):
+        for forms, sides in self.forms.cases([matrix[i][j] for i, j in where], family):
             if any(f is None for f in forms):
                 return False
             known = {ij: f for ij, f in zip(where, forms, strict=True) if f is not None}
@@ -185,32 +166,32 @@ class Matrices:
         taken: dict[int, dict[tuple[int, int], Polynomial]] = {}
         noise: Linear = {}
         for ij, form in forms.items():
-            linear[ij] = {}
-            for m, c in form.items():
-                elements, weights, rest = self._parts(m, family)
-                if len(elements) == 1 and not weights:
-                    part = linear[ij].setdefault(family.at[elements[0]], {})
-                    part[rest] = part.get(rest, 0.0) + c
-                elif len(elements) == 2 and (weight := self._weight(weights)) is not None:
-                    part = taken.setdefault(weight, {}).setdefault(ij, {})
-                    key = tuple(sorted((*elements, *rest)))
-                    part[key] = part.get(key, 0.0) + c
-                elif elements or weights:
-                    return False
-                else:
-                    noise.setdefault(ij, {})[m] = c
+            sorted_form = self.forms.sorted_terms(form, family)
+            if sorted_form is None:
+                return False
+            linear[ij], parts, noise[ij] = sorted_form
+            for weight, part in parts.items():
+                taken.setdefault(weight, {})[ij] = part
         maps = self._congruences(linear, len(family.numbers))
         if maps is None or not self._is_noise(noise, max(i for i, _ in forms) + 1):
             return False
-        for weight, parts in taken.items():
-            gauge = self._gauge(self.nodes[weight].args[0], family, sides)
-            if gauge is None:
-                return False
-            for ij in forms:
-                wanted = self._measured(maps, gauge[0], ij, family)
-                if not _is_zero(plus(parts.get(ij, {}), wanted)):
-                    return False
-        return True
+        return all(self._are_taken(t, w, maps, [*forms], family, sides) for w, t in taken.items())
+
+    def _are_taken(
+        self,
+        taken: Mapping[tuple[int, int], Polynomial],
+        weight: int,
+        maps: Sequence[Sequence[Mapping[int, Polynomial]]],
+        where: Sequence[tuple[int, int]],
+        family: Family,
+        sides: Sides,
+    ) -> bool:
+        """Whether what an inverse multiplies is what a measurement takes of F P F^T."""
+        gauge = self._gauge(self.nodes[weight].args[0], family, sides)
+        return gauge is not None and all(
+            is_zero(plus(taken.get(ij, {}), self._measured(maps, gauge[0], ij, family)), _TINY)
+            for ij in where
+        )
 
     def _congruences(
         self, linear: Mapping[tuple[int, int], Linear], columns: int
@@ -220,7 +201,7 @@ class Matrices:
         size = max(i for i, _ in left) + 1
         out: list[list[dict[int, Polynomial]]] = []
         for _ in range(_CONGRUENCES):
-            if all(_is_zero(p) for form in left.values() for p in form.values()):
+            if all(is_zero(p, _TINY) for form in left.values() for p in form.values()):
                 return out
             rows = [_root_row(left[i, i], i, columns) for i in range(size)]
             if any(row is None for row in rows):
@@ -231,11 +212,11 @@ class Matrices:
                 for k, a in known[i].items():
                     for m, b in known[j].items():
                         key = (min(k, m), max(k, m))
-                        product = times(a, b, _TERMS)
+                        product = times(a, b, TERMS)
                         if product is None:
                             return None
                         form[key] = plus(form.get(key, {}), scaled(product, -1.0))
-        done = all(_is_zero(p) for form in left.values() for p in form.values())
+        done = all(is_zero(p, _TINY) for form in left.values() for p in form.values())
         return out if done else None
 
     def _is_noise(self, forms: Linear, size: int) -> bool:
@@ -267,9 +248,9 @@ class Matrices:
             for j, a in row.items():
                 for k, b in row.items():
                     if j <= k:
-                        product = times(times(a, b, _TERMS) or {}, {rest: -1.0 / own}, _TERMS) or {}
+                        product = times(times(a, b, TERMS) or {}, {rest: -1.0 / own}, TERMS) or {}
                         left[j, k] = cleared(plus(left.get((j, k), {}), product)) or {}
-        return all(_is_zero(form) for form in left.values())
+        return all(is_zero(form, _TINY) for form in left.values())
 
     def _measured(
         self,
@@ -284,9 +265,9 @@ class Matrices:
         for rows in maps:
             for k, a in rows[i].items():
                 for m, b in rows[j].items():
-                    outer = times(a, b, _TERMS) or {}
+                    outer = times(a, b, TERMS) or {}
                     for (r, s), t in gauge.items():
-                        part = times(outer, t, _TERMS) or {}
+                        part = times(outer, t, TERMS) or {}
                         for x, y in {(r, s), (s, r)}:
                             pair = (family.numbers[k][x], family.numbers[y][m])
                             share = 1.0 if r == s else 0.5
@@ -298,21 +279,19 @@ class Matrices:
 
     def _gauge(self, node: Node, family: Family, sides: Sides) -> tuple[Linear, float] | None:
         """T and the least v of T : P + v, if T is of rank one and neither is negative."""
-        form, _ = self._form(node, family, sides, whole=True)
+        form, _ = self.forms.of(node, family, sides, whole=True)
         if form is None:
             return None
-        gauge: Linear = {}
-        least = 0.0
-        for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
-            if not elements and not weights:
-                least += self._range(m, c, {})[0]
-            elif len(elements) == 1 and not weights:
-                part = gauge.setdefault(family.at[elements[0]], {})
-                part[rest] = part.get(rest, 0.0) + c
-            else:
-                return None
-        return (gauge, least) if least >= 0.0 and self._is_outer(gauge) else None
+        found = self._outer(form, family)
+        return found if found is not None and found[1] >= 0.0 else None
+
+    def _outer(self, form: Polynomial, family: Family) -> tuple[Linear, float] | None:
+        """T of rank one, not negative, and the least v of T : P + v; None: of another form."""
+        found = self.forms.sorted_terms(form, family)
+        if found is None or found[1] or not self._is_outer(found[0]):
+            return None
+        linear, _, rest = found
+        return linear, sum(self._range(m, c, {})[0] for m, c in rest.items())
 
     def _is_outer(self, linear: Linear) -> bool:
         """Whether a linear form of a covariance is s r P r^T, s not negative."""
@@ -321,9 +300,13 @@ class Matrices:
                 if not all(self._positive(m, c) for m, c in form.items()):
                     return False
                 continue
-            square = times(form, form, _TERMS)
-            other = times(linear.get((k, k), {}), linear.get((j, j), {}), _TERMS)
-            if square is None or other is None or not _is_zero(plus(square, scaled(other, -4.0))):
+            square = times(form, form, TERMS)
+            other = times(linear.get((k, k), {}), linear.get((j, j), {}), TERMS)
+            if (
+                square is None
+                or other is None
+                or not is_zero(plus(square, scaled(other, -4.0)), _TINY)
+            ):
                 return False
         return True
 
@@ -333,25 +316,10 @@ class Matrices:
         """A lower bound of a form of a covariance."""
         if form is None:
             return -math.inf
-        gauge = self._squares(form, family)
-        if gauge is not None:
-            return gauge
+        square = self._outer(form, family)  # r P r^T and what else there is
+        if square is not None:
+            return square[1]
         return -self._most(scaled(form, -1.0), sides, family, -wanted)
-
-    def _squares(self, form: Polynomial, family: Family) -> float | None:
-        """Least value of r P r^T and what else there is; None: of another form."""
-        linear: Linear = {}
-        alone = 0.0
-        for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
-            if weights or len(elements) > 1:
-                return None
-            if elements:
-                part = linear.setdefault(family.at[elements[0]], {})
-                part[rest] = part.get(rest, 0.0) + c
-            else:
-                alone += self._range(m, c, {})[0]
-        return alone if self._is_outer(linear) else None
 
     def _most(self, form: Polynomial | None, sides: Sides, family: Family, wanted: float) -> float:
         """An upper bound of a form of a covariance."""
@@ -361,7 +329,7 @@ class Matrices:
         best = self._gain(form, family, sides, caps)
         if best <= wanted:
             return best
-        left = {m: c for m, c in form.items() if not self._parts(m, family)[1]}
+        left = {m: c for m, c in form.items() if not self.forms.parts_of(m, family)[1]}
         if len(left) < len(form) and not self._is_taken(form, family, sides):
             return best
         total = self._by_signs(left, caps)
@@ -373,13 +341,13 @@ class Matrices:
     def _by_parts(self, form: Polynomial, family: Family, caps: Mapping[int, float]) -> float:
         """Upper bound with variances at their largest, and without what is not positive at all."""
         for n in {n for m in form for n in m if self.nodes[n].kind == "sum"}:
-            by = polynomial_of(self.nodes[n], _TERMS, 1)
-            other = None if by is None else substituted(form, n, by, _TERMS)
+            by = polynomial_of(self.nodes[n], TERMS, 1)
+            other = None if by is None else substituted(form, n, by, TERMS)
             form = form if other is None else other
         for n in {row[k] for k, row in enumerate(family.numbers)}:
             slope = _over(form, n)
             if all(n not in m for m in slope) and self._by_signs(scaled(slope, -1.0), caps) <= 0.0:
-                other = substituted(form, n, {(): self._variance(n, caps)}, _TERMS)
+                other = substituted(form, n, {(): self._variance(n, caps)}, TERMS)
                 form = form if other is None else other
         for n in sorted({n for m in form for n in m}):
             if self.ends[n][0] >= 0.0 and self._by_signs(_over(form, n), caps) <= 0.0:
@@ -388,30 +356,15 @@ class Matrices:
 
     def _is_taken(self, form: Polynomial, family: Family, sides: Sides) -> bool:
         """Whether what weights multiply is what measurements take of a variance."""
-        linear: Linear = {}
-        taken: dict[int, Polynomial] = {}
-        for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
-            if not weights and len(elements) == 1:
-                part = linear.setdefault(family.at[elements[0]], {})
-                part[rest] = part.get(rest, 0.0) + c
-            elif weights:
-                weight = self._weight(weights)
-                if weight is None or len(elements) != 2:
-                    return False
-                key = tuple(sorted((*elements, *rest)))
-                part = taken.setdefault(weight, {})
-                part[key] = part.get(key, 0.0) + c
-        maps = self._congruences({(0, 0): linear}, len(family.numbers))
-        if maps is None:
+        found = self.forms.sorted_terms(form, family)
+        if found is None:
             return False
-        for weight, part in taken.items():
-            gauge = self._gauge(self.nodes[weight].args[0], family, sides)
-            if gauge is None:
-                return False
-            if not _is_zero(plus(part, self._measured(maps, gauge[0], (0, 0), family))):
-                return False
-        return True
+        linear, taken, _ = found
+        maps = self._congruences({(0, 0): linear}, len(family.numbers))
+        return maps is not None and all(
+            self._are_taken({(0, 0): part}, weight, maps, [(0, 0)], family, sides)
+            for weight, part in taken.items()
+        )
 
     def _gain(
         self, form: Polynomial, family: Family, sides: Sides, caps: Mapping[int, float]
@@ -421,7 +374,7 @@ class Matrices:
         all_weights = set()
         columns = None
         for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
+            elements, weights, rest = self.forms.parts_of(m, family)
             if len(elements) != 1 or len(weights) != 1:
                 return math.inf
             all_weights.add(weights[0])
@@ -458,7 +411,7 @@ class Matrices:
             for m, b in row.items():
                 if k > m:
                     continue
-                product = times(a, b, _TERMS)
+                product = times(a, b, TERMS)
                 own = gauge.get((k, m), {})
                 if product is None or not own:
                     return None
@@ -469,8 +422,8 @@ class Matrices:
                     ratio = next((r for r in candidates if r is not None), None)
                 if ratio is None:
                     return None
-                whole = times(ratio, own, _TERMS)
-                if whole is None or not _is_zero(plus(product, scaled(whole, -1.0))):
+                whole = times(ratio, own, TERMS)
+                if whole is None or not is_zero(plus(product, scaled(whole, -1.0)), _TINY):
                     return None
         return ratio
 
@@ -478,7 +431,7 @@ class Matrices:
         """Limits of variances by what was compared; by number of the element."""
         caps: dict[int, float] = {}
         for number, side in sides.items():
-            form, _ = self._form(self.nodes[number], family, sides)
+            form, _ = self.forms.of(self.nodes[number], family, sides)
             if form is None:
                 continue
             form = scaled(form, -1.0) if side == 1 else form  # not negative
@@ -503,9 +456,8 @@ class Matrices:
         self, monomial: tuple[int, ...], factor: float, caps: Mapping[int, float]
     ) -> tuple[float, float]:
         """Ends of a term; elements of a covariance by its variances."""
-        low, high = factor, factor
+        ends = factor, factor
         for number in sorted(set(monomial)):
-            power = monomial.count(number)
             family = next((f for f in self.families if number in f.at), None)
             if family is None:
                 self.used.add(number)
@@ -515,142 +467,8 @@ class Matrices:
                 variances = (self._variance(family.numbers[n][n], caps) for n in (k, m))
                 b = math.sqrt(math.prod(variances))
                 a = 0.0 if k == m else -b
-            ends = [a**power, b**power]
-            if power % 2 == 0 and a < 0.0 < b:
-                ends.append(0.0)
-            corners = [x * y if x and y else 0.0 for x in (low, high) for y in ends]
-            low, high = min(corners), max(corners)
-        return low, high
-
-    # -- polynomials of the elements --------------------------------------------------------------
-
-    def _parts(
-        self, monomial: tuple[int, ...], family: Family
-    ) -> tuple[list[int], list[int], tuple[int, ...]]:
-        """Elements, inverses of what depends on them, and all else of a term."""
-        elements = [n for n in monomial if n in family.at]
-        weights = [
-            n
-            for n in monomial
-            if n in family.cone
-            and n not in family.at
-            and self.nodes[n].kind in ("rsqrt", "reciprocal")
-        ]
-        return elements, weights, tuple(n for n in monomial if n not in elements + weights)
-
-    def _weight(self, weights: Sequence[int]) -> int | None:
-        """The node whose inverse the weights are."""
-        kinds = [self.nodes[n].kind for n in weights]
-        if kinds == ["reciprocal"] or (kinds == ["rsqrt"] * 2 and weights[0] == weights[1]):
-            return weights[0]
-        return None
-
-    def _cases(
-        self,
-        nodes: Sequence[Node],
-        family: Family,
-        sides: Sides | None = None,
-        *,
-        split: bool = False,
-    ) -> Iterator[tuple[list[Polynomial | None], Sides]]:
-        """Forms of some nodes for each side of the conditions that they depend on."""
-        sides = sides or {}
-        forms: list[Polynomial | None] = []
-        for node in nodes:
-            form, condition = self._form(node, family, sides, split=split)
-            if condition is not None:
-                if len(sides) >= _CONDITIONS:
-                    yield [None] * len(nodes), sides
-                    return
-                for side in (1, 2):
-                    more = {**sides, condition: side}
-                    if self._possible(more):
-                        yield from self._cases(nodes, family, more, split=split)
-                return
-            forms.append(form)
-        yield forms, sides
-
-    def _possible(self, sides: Sides) -> bool:
-        """Whether conditions about one value can hold together, as x < 1 and not x < 2 cannot."""
-        ends: dict[tuple[tuple[tuple[int, ...], float], ...], tuple[float, float]] = {}
-        for number, side in sides.items():
-            form = polynomial_of(self.nodes[number], _TERMS, 3)
-            if form is None:
-                continue
-            alone, first = form.pop((), 0.0), next(iter(form.values()), 0.0)
-            if first == 0.0:
-                continue
-            key = tuple(sorted((m, c / first) for m, c in form.items()))
-            low, high = ends.get(key, (-math.inf, math.inf))
-            if (side == 1) == (first > 0.0):
-                high = min(high, -alone / first)
-            else:
-                low = max(low, -alone / first)
-            ends[key] = low, high
-        return all(low <= high for low, high in ends.values())
-
-    def _form(
-        self, node: Node, family: Family, sides: Sides, *, whole: bool = False, split: bool = False
-    ) -> tuple[Polynomial | None, int | None]:
-        """A node as a polynomial of a family's elements and of what does not depend on them.
-
-        With the first condition, if any, of which a side has to be chosen before, ``split``: also
-        of those that choose from constants; ``whole``: selections stay as they are.
-        """
-        known: dict[int, Polynomial | None] = {}
-        open_at: list[int] = []
-
-        def of(at: Node) -> Polynomial | None:
-            if at.number not in known:
-                form = made(at)
-                if form is not None and at.kind in ("sum", "bounded"):
-                    elements, weights, rest = self._parts(tuple(set[int]().union(*form)), family)
-                    if not elements and not weights and not family.cone.isdisjoint(rest):
-                        form = _alone(at)  # of what a limit or a selection hides
-                known[at.number] = form
-            return known[at.number]
-
-        def made(at: Node) -> Polynomial | None:
-            if at.number in family.at:
-                return _alone(at)
-            if at.kind == "const":
-                return {(): at.value} if at.value else {}
-            inside = at.number in family.cone
-            chooses = (
-                split and at.kind == "select" and at.args[1].kind == at.args[2].kind == "const"
-            )
-            if at.kind == "select" and (inside or chooses or at.args[0].number in sides):
-                if at.args[0].number not in sides and whole:
-                    return _alone(at)
-                if at.args[0].number not in sides:
-                    open_at.append(at.args[0].number)
-                    return None
-                return of(at.args[sides[at.args[0].number]])
-            if at.kind == "saturated" and inside:
-                key = at.number, family.numbers[0][0], tuple(sorted(sides.items()))
-                if key not in self.limited:
-                    self.limited[key] = self._form(at.args[0], family, sides, whole=True)[0]
-                form = self.limited[key]
-                if form is not None and set(form) <= {()}:
-                    return {(): min(max(form.get((), 0.0), -at.value), at.value)}
-            if at.kind == "bounded" and (inside or split):
-                self.passed.add(at.number)
-                form = of(at.args[0])
-                return form if inside or form is None or set(form) <= {()} else _alone(at)
-            if at.kind == "mul" or (at.kind == "sum" and (inside or split)):
-                parts = [of(arg) for arg in at.args]
-                if open_at or any(part is None for part in parts):
-                    return None
-                some = [part for part in parts if part is not None]
-                return cleared(combined(at, some, _TERMS))
-            return _alone(at)
-
-        form = of(node)
-        return form, open_at[0] if open_at else None
-
-
-def _alone(node: Node) -> Polynomial:
-    return {(node.number,): 1.0}
+            ends = ends_of_product(ends, (a, b), monomial.count(number))
+        return ends
 
 
 def _origin(node: Node) -> Node | None:
@@ -663,10 +481,6 @@ def _origin(node: Node) -> Node | None:
     return node if node.kind == "state" else None
 
 
-def _is_zero(form: Polynomial) -> bool:
-    return all(abs(c) < _TINY for c in form.values())
-
-
 def _root_row(form: Linear, own: int, size: int) -> dict[int, Polynomial] | None:
     """Row r of r P r^T in a linear form, as far as one of its elements has one term."""
     pivots = []
@@ -677,12 +491,12 @@ def _root_row(form: Linear, own: int, size: int) -> dict[int, Polynomial] | None
             if c > 0.0 and all(m.count(n) % 2 == 0 for n in m):
                 pivots.append((len(m), k != own, k, {m[::2]: math.sqrt(c)}))
     if not pivots:
-        return {} if all(_is_zero(p) for p in form.values()) else None
+        return {} if all(is_zero(p, _TINY) for p in form.values()) else None
     _, _, at, root = min(pivots, key=lambda p: p[:3])
     row = {at: root}
     ((m, c),) = root.items()
     for k in range(size):
-        if k != at and not _is_zero(form.get((min(k, at), max(k, at)), {})):
+        if k != at and not is_zero(form.get((min(k, at), max(k, at)), {}), _TINY):
             part = _divided(form[min(k, at), max(k, at)], m)
             if part is None:
                 return None

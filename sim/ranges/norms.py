@@ -22,10 +22,11 @@ from collections.abc import Iterator, Sequence
 from itertools import permutations, product
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.inner_products import Coefficient
+from boresight.sim.ranges.coefficients import Coefficient
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     is_sum_of_squares,
+    is_zero,
     plus,
     polynomial_of,
     scaled,
@@ -132,7 +133,7 @@ class Norms:
                     times(left[i][k], left[j][m], _TERMS) or {},
                     scaled(times(left[i][m], left[j][k], _TERMS) or {}, -1.0),
                 )
-                if any(abs(c) > _TINY for c in minor.values()):
+                if not is_zero(minor):
                     return math.inf, None
         return self._square([self.nodes[n] for n in numbers])
 
@@ -154,7 +155,10 @@ class Norms:
         if found is None:
             return math.inf, None
         w, *v = found
-        passed = {n.number for c in entries if c for n in _bounds(c.nodes[0])}
+        passed: set[int] = set()
+        for c in entries:
+            if c is not None:
+                bare(c.nodes[0], passed)
         whole, ball = self._square([self.nodes[n] for n in (w, *v)])
         part, other = self._square([self.nodes[n] for n in v])
         square = max(1.0, 1.0 + 4.0 * (whole - 1.0) * min(part, whole))
@@ -190,8 +194,7 @@ class Norms:
         parts: list[Node | float] = []
         root: tuple[Node, int] | None = None
         for node in vector:
-            form = polynomial_of(bare(node), _TERMS, _DEPTH, (), self.passed) or {}
-            self.passed |= {n.number for n in _bounds(node)}
+            form = polynomial_of(bare(node, self.passed), _TERMS, _DEPTH, (), self.passed) or {}
             if len(form) != 1:
                 return math.inf
             ((monomial, c),) = form.items()
@@ -235,7 +238,7 @@ class Norms:
             if isinstance(k, float):
                 square = plus(square, {(): k * k})
         rest = plus(form, scaled(times(by, square, _TERMS) or {}, -1.0))
-        if any(abs(c) > _TINY for c in rest.values()):
+        if not is_zero(rest):
             return limit, 0.0
         return limit, self._least_of(by)
 
@@ -286,11 +289,7 @@ class Norms:
             if root.kind != "rsqrt":
                 continue
             parts = [n.args[1 - n.args.index(factor)] for n in vector]
-            total = root.args[0]
-            while total.kind in ("bounded", "saturated"):
-                if total.kind == "bounded":
-                    self.passed.add(total.number)
-                total = total.args[0]
+            total = bare(root.args[0], self.passed)
             form = polynomial_of(total, _TERMS, _DEPTH, {p.number for p in parts}, self.passed)
             if form == {(p.number, p.number): 1.0 for p in parts} and self._least(parts) > 0.0:
                 return 1.0
@@ -308,7 +307,7 @@ class Norms:
             first = _over(form, n)
             second = _over(form, next((m[0] for m in first if m), n))
             rest = plus(form, scaled(times(first, second, _TERMS) or {}, -1.0))
-            if first and second and not any(abs(c) > _TINY for c in rest.values()):
+            if first and second and is_zero(rest):
                 return self._least_of(first) * self._least_of(second)
         return 0.0
 
@@ -377,14 +376,6 @@ def _signed(c: Coefficient) -> Coefficient:
     return Coefficient(number, nodes, c.sides)
 
 
-def _bounds(node: Node) -> Iterator[Node]:
-    """The claims of a node, one after the other."""
-    while node.kind in ("bounded", "saturated"):
-        if node.kind == "bounded":
-            yield node
-        node = node.args[0]
-
-
 def _factors(node: Node) -> Iterator[Node]:
     """Factors of the products that a node is the sum of, without their signs."""
     if node.kind in ("sum", "mul"):
@@ -423,7 +414,7 @@ def _is_rotation(
                 turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
                 wanted = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
             rest = plus(form, scaled(wanted, -1.0))
-            if any(abs(c) > _TINY for c in rest.values()):
+            if not is_zero(rest):
                 return False
     return True
 

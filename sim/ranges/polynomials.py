@@ -11,7 +11,9 @@ __all__ = [
     "Polynomial",
     "cleared",
     "combined",
+    "ends_of_product",
     "is_sum_of_squares",
+    "is_zero",
     "plus",
     "polynomial_of",
     "scaled",
@@ -115,6 +117,22 @@ def plus(a: Polynomial, b: Polynomial) -> Polynomial:
 def scaled(a: Polynomial, factor: float) -> Polynomial:
     """Product with a number."""
     return {m: factor * value for m, value in a.items()}
+
+
+def ends_of_product(
+    ends: tuple[float, float], by: tuple[float, float], power: int = 1
+) -> tuple[float, float]:
+    """Ends of a product with a power of another factor."""
+    others = [end**power for end in by]
+    if power % 2 == 0 and by[0] < 0.0 < by[1]:
+        others.append(0.0)
+    corners = [x * y if x and y else 0.0 for x in ends for y in others]
+    return min(corners), max(corners)
+
+
+def is_zero(form: Polynomial, tiny: float = 1e-12) -> bool:
+    """Whether a polynomial is 0, but for the last bits of its coefficients."""
+    return all(abs(c) <= tiny for c in form.values())
 
 
 def substituted(form: Polynomial, number: int, by: Polynomial, terms: int) -> Polynomial | None:

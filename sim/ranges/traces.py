@@ -25,21 +25,23 @@ from typing import Any
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.boxes import Proof
-from boresight.sim.ranges.claims import Claim
-from boresight.sim.ranges.gram import Gram, made_from
-from boresight.sim.ranges.inner_products import (
+from boresight.sim.ranges.claims import Claim, Proof
+from boresight.sim.ranges.coefficients import (
     ONE,
-    POINTS,
     Coefficient,
-    Full,
-    Pair,
     Sides,
-    Vector,
     all_sides,
     conditions_in,
+    ends_of_sum,
+)
+from boresight.sim.ranges.gram import Gram
+from boresight.sim.ranges.inner_products import (
+    POINTS,
+    Full,
+    Pair,
+    Vector,
     flat_parts,
-    known_from,
+    made_from,
     of_unit,
 )
 from boresight.sim.ranges.norms import Norms
@@ -83,30 +85,25 @@ class Traces:
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if it follows from the limits of the traces."""
-        node, gram = claim.node, self.gram
-        if not self.limits or node.number not in gram.cone:
-            return None
-        for pair, rest in gram.ways(node):
-            if claim.holds(*self._ends(pair, rest)):
-                return self._proof(node, [pair], rest)
-        for x, y in self._taken(node):
+        way = self.gram.way(claim, self._ends) if self.limits else None
+        if way is not None:
+            return self._proof(claim.node, *way)
+        for x, y in self._taken(claim.node) if self.limits else ():
             most = math.sqrt(self._largest([x]) * self._largest([y]))
             if claim.holds(0.0 if x is y else -most, most):
-                return self._proof(node, [(x, y)], ())
+                return self._proof(claim.node, (x, y), ())
         return None
 
-    def _proof(self, node: Node, pairs: Sequence[Pair], rest: Sequence[Coefficient]) -> Proof:
+    def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
         """It rests on what the limits rest on: on all that the next matrix is made of."""
         gram = self.gram
-        base = {n.number: n for c in rest for m in c.nodes for n in known_from(m)} | gram.within
-        for pair in (*pairs, *((v, v) for v in gram.following)):
-            base |= gram.base_of(pair, by_case=False)
-        numbers = gram.passed_by(node)
+        rests_on = gram.behind(node, rest)
+        for each in (pair, *((v, v) for v in gram.following)):
+            rests_on.base |= gram.lengths.base_of(each, by_case=False)
         for ball in self.balls.values():
-            base |= {n: gram.nodes[n] for n in ball.used}
-            numbers |= ball.passed
-        passed = tuple(gram.nodes[n] for n in sorted(numbers))
-        return Proof("trace of a covariance", tuple(base.values()), passed)
+            rests_on.base |= {gram.nodes[n] for n in ball.used}
+            rests_on.passed |= ball.passed
+        return rests_on.proof("trace of a covariance", gram.nodes)
 
     def _taken(self, node: Node) -> Iterator[Pair]:
         """x and y of a sum of (x . u)(u . y), the u orthogonal: it is at most |x| |y|.
@@ -115,7 +112,7 @@ class Traces:
         to what the others are along.
         """
         gram = self.gram
-        terms = gram.terms_of(node) or []
+        terms = (gram.terms.of(node) or []) if node.number in gram.points.cone else []
         if not terms or any(t.coefficient != ONE or len(t.factors) != 2 for t in terms):
             return
         (first, second), *others = (t.factors for t in terms)
@@ -126,8 +123,8 @@ class Traces:
                     w
                     for _, w in self._both(a)
                     if of_unit(w)
-                    and gram.is_product(a, (x, w))
-                    and gram.is_product(b, (y, w))
+                    and gram.pairs.is_product(a, (x, w))
+                    and gram.pairs.is_product(b, (y, w))
                     and all(gram.space.is_pair((w, other), _ZERO, _ZERO) for other in units)
                 )
                 units += [*islice(found, 1)]
@@ -136,7 +133,7 @@ class Traces:
 
     def _both(self, node: Node) -> list[Pair]:
         """The pairs whose inner product a node is, in either order, with and without noise."""
-        ways = [way for x, y in self.gram.pairs_of(node) for way in ((x, y), (y, x))]
+        ways = [way for x, y in self.gram.pairs.of(node) for way in ((x, y), (y, x))]
         each = ((self._without_noise(x, y), *self._before(x, y)) for x, y in ways)
         return [*dict.fromkeys((v, y) for (_, y), own in zip(ways, each, strict=True) for v in own)]
 
@@ -199,7 +196,7 @@ class Traces:
         for v in vectors:
             while v.noise or v.unit is not None:  # longer by noise, shorter by a measurement
                 if v.noise:
-                    noise += max(0.0, sum(c.ends(sides)[1] for c in v.noise))
+                    noise += v.most_noise(sides)
                 if len(v.parts) != 1 or v.parts[0][0] != ONE:
                     break
                 v = v.parts[0][1]
@@ -224,7 +221,7 @@ class Traces:
             chosen = {v.number for v in vectors if v.number in block}
             if chosen:
                 most = limit
-                for squares, rest in self.gram.limits_on(sides):
+                for squares, rest in self.gram.terms.limits_on(sides):
                     if chosen <= squares.keys():
                         most = min(most, max(0.0, rest / min(squares[n] for n in chosen)))
                 total += most
@@ -283,7 +280,7 @@ class Traces:
         square = 0.0  # Frobenius
         for row in rows:
             for each in row.values():
-                low, high = (sum(e) for e in zip(*(c.ends(sides) for c in each), strict=True))
+                low, high = ends_of_sum(each, sides)
                 square += max(low * low, high * high)
         matrix = _matrix([row for row in rows if row])
         if matrix is not None:
@@ -302,9 +299,9 @@ class Traces:
         low, high = math.inf, -math.inf
         for sides in all_sides(conditions):
             most = self._product(x, y, sides)
-            ends = [c.ends(sides) for c in rest]
-            low = min(low, (0.0 if x is y else -most) + sum(a for a, _ in ends))
-            high = max(high, most + sum(b for _, b in ends))
+            least, largest = ends_of_sum(rest, sides)
+            low = min(low, (0.0 if x is y else -most) + least)
+            high = max(high, most + largest)
         return low, high
 
     def _product(self, x: Vector, y: Vector, sides: Sides) -> float:
@@ -318,7 +315,7 @@ class Traces:
         """A vector without noise that another one has no part of, also before measurements."""
         value = np.einsum("ij,ij->i", v.at, other.at)
         try:
-            plain = self.gram.without_noise(v)
+            plain = self.gram.space.without_noise(v)
         except Full:
             return v
         return plain if self.gram.space.is_pair((plain, other), value, abs(value)) else v

@@ -204,9 +204,11 @@ class UnitVectors:
         return False
 
 
-def bare(node: Node) -> Node:
-    """What a node is but for limits."""
+def bare(node: Node, passed: set[int] | None = None) -> Node:
+    """What a node is but for limits; ``passed`` gets the "bounded" ones among them."""
     while node.kind in ("bounded", "saturated"):
+        if passed is not None and node.kind == "bounded":
+            passed.add(node.number)
         node = node.args[0]
     return node
 

@@ -23,8 +23,7 @@ from typing import Any
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.balls import DEPTH, TERMS, Balls, absorbed, largest_eigenvalue
-from boresight.sim.ranges.boxes import Proof
-from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.claims import Claim, Proof
 from boresight.sim.ranges.low_passes import Forms, LowPass, low_passes_of, near
 from boresight.sim.ranges.polynomials import Expansions, Polynomial, plus, scaled, times
 from boresight.sim.ranges.radial import radial_balls

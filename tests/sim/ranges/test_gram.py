@@ -262,7 +262,7 @@ def test_a_variance_beyond_its_largest(dt, largest):
     program, nodes = estimator.compile_traced()
     gram = Gram(estimator, program, nodes)
     (variance,) = [n for n in nodes.values() if n.kind == "state" and n.name == "p_pos_pos"]
-    assert gram.largest[variance.number] == pytest.approx(largest, rel=1e-3)
+    assert gram.lengths.largest[variance.number] == pytest.approx(largest, rel=1e-3)
     claims = claims_of(program, nodes)
     proofs = {c.state: gram.proof_of(c) for c in claims if c.state.startswith("p_")}
     assert proofs["p_pos_pos"] is None and proofs["p_vel_vel"] is not None

@@ -13,7 +13,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.ranges import ranges
 from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import Assumptions, claims_of
-from boresight.sim.ranges.inner_products import Coefficient, conditions_in, known_from
+from boresight.sim.ranges.coefficients import Coefficient, conditions_in, known_from
 from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.vectors import Vectors

@@ -10,10 +10,10 @@ from boresight.model.algebra.quaternion import increment, matrix, multiply, righ
 from boresight.model.algebra.quaternion_filter import P0_MOST
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import estimator_of
-from boresight.sim.ranges import inner_products
+from boresight.sim.ranges import inner_products, measurements
 from boresight.sim.ranges.claims import claims_of
+from boresight.sim.ranges.coefficients import Coefficient
 from boresight.sim.ranges.gram import Gram
-from boresight.sim.ranges.inner_products import Coefficient
 from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.traces import Traces
 from boresight.sim.ranges.vectors import Vectors
@@ -165,20 +165,22 @@ def test_noise_is_left_out_where_another_vector_has_none_of_it(monkeypatch):
     assert traces._without_noise(noisy, other) is plain
     assert traces._without_noise(noisy, noisy) is noisy
     along = gram.space.add(noisy.at / noisy.length[:, None], measured=noisy)
-    left = gram.less(noisy, along)  # what a measurement along it leaves has a part of its noise
+    left = gram.space.less(
+        noisy, along
+    )  # what a measurement along it leaves has a part of its noise
     assert traces._without_noise(left, other) is left
     alone = gram.space.add(other.at / other.length[:, None], measured=other)
-    left = gram.less(noisy, alone)
+    left = gram.space.less(noisy, alone)
     monkeypatch.setattr(inner_products, "_VECTORS", 0)
     assert traces._without_noise(left, other) is left  # no room for another vector
     monkeypatch.undo()
-    assert traces._without_noise(left, other) is gram.less(plain, alone)
+    assert traces._without_noise(left, other) is gram.space.less(plain, alone)
 
 
 def test_a_gain_is_compared_with_what_it_stands_for():
     """Along what is measured it is the inner product, along the vector without noise it is not."""
     _, _, gram = traces_of(Turned())
-    root, (alike, unit) = next(iter(gram.weights.items()))
+    root, (alike, unit) = next(iter(gram.pairs.units.items()))
     gain = next(
         n for n in gram.nodes.values() if n.kind == "mul" and root in [a.number for a in n.args]
     )
@@ -186,9 +188,8 @@ def test_a_gain_is_compared_with_what_it_stands_for():
     plain = alike[1]
     false = gram.space.add(plain.at / plain.length[:, None], measured=plain)
     for along, found in ((false, False), (unit, True)):
-        gram.found.pop(gain.number, None)
-        gram._gain(gain, column, alike, along)
-        assert (gain.number in gram.found) == found
+        pair = measurements.gain(gram.pairs, gain, column, alike, along)
+        assert (pair is not None) == found
 
 
 def test_the_trace_of_blocks():

@@ -1,0 +1,213 @@
+"""Lengths of vectors, and of which nodes they follow.
+
+They follow from the variances of the states, from what conditions say of them, and from the
+intervals of F, h, q and v; of a row that is one of several kinds, from those of each kind
+(`cases`). An inner product is within the lengths of its two vectors.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from boresight.model.lowering.graph import LEAVES, Node
+from boresight.sim.ranges.claims import live
+from boresight.sim.ranges.coefficients import (
+    Coefficient,
+    Sides,
+    all_sides,
+    ends_of_sum,
+    nodes_behind,
+)
+from boresight.sim.ranges.inner_products import Pair, Vector, by_vector, flat_parts, made_from
+from boresight.sim.ranges.intervals import Ends
+from boresight.sim.ranges.terms import Terms
+from boresight.sim.ranges.unit_vectors import Ball
+from boresight.sim.ranges.vectors import Vectors
+
+__all__ = ["Lengths"]
+
+
+class Lengths:
+    """Largest lengths.
+
+    Parameters
+    ----------
+    terms : Terms
+        What conditions say.
+    vectors : Vectors
+        Of the step: which rows of coefficients are short.
+    cases : mapping of int to Ends
+        Of nodes in each case.
+    largest : dict of int to float
+        Of each variance, by the number of its state: the largest that it has; beyond its declared
+        range, if one update leads there and not beyond its format.
+    """
+
+    def __init__(
+        self, terms: Terms, vectors: Vectors, cases: Mapping[int, Ends], largest: dict[int, float]
+    ) -> None:
+        self.nodes, self.terms, self.vectors, self.cases = vectors.nodes, terms, vectors, cases
+        self._varied = {
+            n
+            for n, (low, high) in cases.items()
+            if low.max() > self.nodes[n].low or high.min() < self.nodes[n].high
+        }
+        self._rows: dict[tuple[int, ...], tuple[float, Ball]] = {}  # of coefficients
+        self.let(largest)
+
+    def let(self, largest: dict[int, float]) -> None:
+        """Set the largest variances, and forget what followed from others."""
+        self.largest = largest
+        self._known: dict[Vector, float] = {}
+        self._joined: dict[Vector, Ball] = {}  # whose length follows from a row's
+        self._by_case: dict[Vector, set[Node]] = {}  # what lengths of each case follow from
+        self._by_ends: set[Vector] = set()  # whose lengths follow from others' and intervals
+
+    def ends(self, pair: Pair, rest: Sequence[Coefficient] = ()) -> tuple[float, float]:
+        """Ends of an inner product and a rest, over the sides of the conditions."""
+        x, y = pair
+        most = self.longest(x) * self.longest(y)
+        low, high = (0.0 if x is y else -most), most
+        if rest:
+            conditions = {n for c in rest for n, _ in c.sides}
+            ends = [ends_of_sum(rest, sides) for sides in all_sides(conditions)]
+            low, high = low + min(a for a, _ in ends), high + max(b for _, b in ends)
+        return low, high
+
+    def longest(self, v: Vector) -> float:
+        """Largest length of a vector, over the sides of its conditions."""
+        if v not in self._known:
+            self._known[v] = max(
+                self._length(v, sides, self._caps(sides), {}) for sides in all_sides(v.conditions)
+            )
+        return self._known[v]
+
+    def _caps(self, sides: Sides) -> dict[int, float]:
+        """Largest lengths, by vector, by what conditions say."""
+        caps: dict[int, float] = {}
+        for squares, total in self.terms.limits_on(sides):
+            for number, factor in squares.items():
+                most = math.sqrt(max(0.0, total / factor))
+                caps[number] = min(caps.get(number, math.inf), most)
+        return caps
+
+    # -- what lengths follow from -----------------------------------------------------------------
+
+    def base_of(self, pair: Pair, *, by_case: bool = True) -> set[Node]:
+        """The nodes whose intervals the lengths of vectors follow from.
+
+        ``by_case``: where those of each case tell a length, from no others.
+        """
+        base: set[Node] = set()
+        for v in self._told_by(pair) if by_case else made_from(pair):
+            if v.variance is not None and self.largest[v.variance.number] <= v.variance.high:
+                base.add(v.variance)
+            if not (by_case and self._is_by_case(v)):
+                base |= nodes_behind(c for c, _ in v.parts)
+            base |= nodes_behind(v.noise) | self._by_case.get(v, set())
+        return base | {self.nodes[n] for ball in self.rows_of(pair) for n in ball.used}
+
+    def rows_of(self, pair: Pair) -> list[Ball]:
+        """The rows of coefficients whose lengths the lengths of vectors follow from."""
+        return [
+            self._joined[v]
+            for v in self._told_by(pair)
+            if v in self._joined and not self._is_by_case(v)
+        ]
+
+    def _is_by_case(self, v: Vector) -> bool:
+        """Whether the length of a vector follows from those of each case alone."""
+        return v in self._by_case and v not in self._by_ends
+
+    def _told_by(self, pair: Pair) -> Iterator[Vector]:
+        """Vectors from whose lengths those of two follow."""
+        return made_from(pair, lambda v: flat_parts(v.parts) if self._is_by_case(v) else v.parts)
+
+    # -- lengths ----------------------------------------------------------------------------------
+
+    def _length(
+        self, v: Vector, sides: Sides, caps: Mapping[int, float], known: dict[Vector, float]
+    ) -> float:
+        """Largest length of a vector on the given sides, where conditions cap some.
+
+        ``known``: of others on these.
+        """
+        if v not in known:
+            length = partial(self._length, sides=sides, caps=caps, known=known)
+            known[v] = min(self._made(v, sides, length), caps.get(v.number, math.inf))
+        return known[v]
+
+    def _made(self, v: Vector, sides: Sides, length: Callable[[Vector], float]) -> float:
+        """The same by what it is made of, of the largest ``length`` each."""
+        if v.variance is not None:
+            return math.sqrt(max(self.largest[v.variance.number], 0.0))
+        if v.measured is not None:
+            return 1.0
+        most = 0.0
+        for part, coefficients in by_vector(v.parts).items():
+            low, high = ends_of_sum(coefficients, sides)
+            size = max(-low, high)
+            most += size * length(part) if size else 0.0
+        most = min(most, self._of_row(v, most, length))
+        most = min(most, self._in_cases(v, most, sides, length))
+        if v.noise:
+            most = math.sqrt(most * most + v.most_noise(sides))
+        if v.unit is not None and (m := _measured(v.unit, sides)) is not None:
+            vector, noise = m
+            if any(part is vector for _, part in v.parts) and most > 0.0:
+                most = math.sqrt(most * most * noise / (most * most + noise))
+        return most
+
+    def _of_row(self, v: Vector, most: float, length: Callable[[Vector], float]) -> float:
+        """|sum of r_k p_k| <= |r| sqrt(sum of |p_k|^2), where that is less than ``most``."""
+        parts = [*flat_parts(v.parts)]
+        if len(parts) < 2 or any(len(c.nodes) != 1 or c.sides for c, _ in parts):
+            return math.inf
+        row = [c.nodes[0] for c, _ in parts]
+        key = tuple(n.number for n in row)
+        if len({*key}) < len(key):
+            return math.inf
+        if key not in self._rows:
+            self._rows[key] = self.vectors.square_of(row)
+        square, proof_of_row = self._rows[key]
+        whole = math.sqrt(square * sum((c.number * length(p)) ** 2 for c, p in parts))
+        if whole < most:
+            self._joined[v] = proof_of_row
+        return whole
+
+    def _in_cases(
+        self, v: Vector, most: float, sides: Sides, length: Callable[[Vector], float]
+    ) -> float:
+        """The largest of the lengths in each case, where that is less than ``most``."""
+        parts = [*flat_parts(v.parts)]
+        if len(parts) < 2 or not any(n.number in self._varied for c, _ in parts for n in c.nodes):
+            self._by_ends.add(v)
+            return math.inf
+        total = np.zeros(1)
+        for part, coefficients in by_vector(parts).items():
+            ends = [c.ends_in(self.cases, sides) for c in coefficients]
+            low, high = (sum(e) for e in zip(*ends, strict=True))
+            total = total + np.maximum(-low, high) * length(part)
+        largest = float(total.max())
+        if largest >= most:
+            self._by_ends.add(v)
+        elif v not in self._by_case:
+            below = live([n for c, _ in parts for n in c.nodes])
+            self._by_case[v] = {n for n in below if n.kind in LEAVES}
+        return largest
+
+
+def _measured(unit: Vector, sides: Sides) -> tuple[Vector, float] | None:
+    """What a unit vector measures, and the largest noise; None: nothing, on these sides."""
+    if len(unit.parts) == 1 and unit.measured is None:  # where it is chosen
+        c, unit = unit.parts[0]
+        if any(sides.get(n) != s for n, s in c.sides):
+            return None
+    total = unit.measured
+    if total is None or not total.noise:
+        return None
+    return total.parts[0][1], total.most_noise(sides)

@@ -1,0 +1,103 @@
+"""Vectors whose inner products the nodes of a step are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.coefficients import Coefficient
+from boresight.sim.ranges.inner_products import POINTS, FloatArray, Pair, Parts, Space, Vector
+from boresight.sim.ranges.points import Points
+
+__all__ = ["Pairs"]
+
+#: Pairs that are kept of one value.
+_PAIRS = 4
+
+
+class Pairs:
+    """The pairs of vectors, by node.
+
+    Parameters
+    ----------
+    space, points
+        The vectors, and the values of the nodes.
+
+    Attributes
+    ----------
+    found : dict of int to list of Pair
+        Whose inner product a node is.
+    sums : dict of int to (list of Pair, tuple of Coefficient)
+        Whose inner product and a rest it is the sum of.
+    units : dict of int to (list of Vector, Vector)
+        Of an inverse root 1 / |m|, by its node: m, with and without noise, and m / |m|.
+    """
+
+    def __init__(self, space: Space, points: Points) -> None:
+        self.space, self.points = space, points
+        self.found: dict[int, list[Pair]] = {}
+        self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
+        self.units: dict[int, tuple[list[Vector], Vector]] = {}
+        self._searched: dict[int, int] = {}  # how many vectors have been tried
+
+    def of(self, node: Node) -> list[Pair]:
+        """Vectors whose inner product a node is: of all there are the latest, with all noise."""
+        found = self.found.setdefault(node.number, [])
+        start = self._searched.get(node.number, 0)
+        if node.number in self.points.cone and start < len(self.space.vectors):
+            value, size = self.points.values[node.number], self.points.sizes[node.number]
+            found[:] = self.latest(value, size, start, found)
+            self._searched[node.number] = len(self.space.vectors)
+        return found
+
+    def roots_of(self, node: Node) -> list[Vector]:
+        """Vectors whose squared length a node is."""
+        return [x for x, y in self.of(node) if x is y]
+
+    def ways(self, node: Node) -> Iterator[tuple[Pair, Sequence[Coefficient]]]:
+        """Pairs whose inner product, with a rest, a node is."""
+        yield from ((pair, ()) for pair in self.of(node))
+        pairs, rest = self.sums.get(node.number, ([], ()))
+        yield from ((pair, rest) for pair in pairs)
+
+    def is_product(self, node: Node, pair: Pair) -> bool:
+        """Whether a node is the inner product of two vectors."""
+        points = self.points
+        return self.space.is_pair(pair, points.values[node.number], points.sizes[node.number])
+
+    def sum_of(self, parts: Parts) -> Vector:
+        """The sum of vectors times coefficients."""
+        each = (self.points.at(c)[:, None] * v.at for c, v in parts)
+        return self.space.add(sum(each, np.zeros((POINTS, 1))), parts=tuple(parts))
+
+    def latest(
+        self, value: FloatArray, size: FloatArray, start: int = 0, known: Sequence[Pair] = ()
+    ) -> list[Pair]:
+        """Pairs whose inner product is a value, the latest first."""
+        new = [
+            pair
+            for pair in self.space.pairs(value, size, start)
+            if not any(v.of_measurement for v in pair)
+        ]
+        new += (self._without(pair, value, size) for pair in known)
+        out = [*dict.fromkeys(self._whole(pair, value, size) for pair in new)]
+        out.sort(key=lambda pair: -pair[0].number - pair[1].number)
+        return out[:_PAIRS]
+
+    def _without(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+        """A pair without noise that has turned out to be that of a measurement."""
+        x, y = (self.space.without_noise(v) if v.of_measurement else v for v in pair)
+        return (x, y) if self.space.is_pair((x, y), value, size) else pair
+
+    def _whole(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+        """A pair with the noise of its vectors, and after measurements, where that is the same."""
+        x, y = (v.noisy if v.noisy and not v.noisy.of_measurement else v for v in pair)
+        x, y = (x, y) if self.space.is_pair((x, y), value, size) else pair
+        later: Pair | None = (x, y)
+        while later is not None:
+            x, y = later
+            ways = (*((left, y) for left in x.left), *((x, left) for left in y.left))
+            later = next((way for way in ways if self.space.is_pair(way, value, size)), None)
+        return (x, y) if x.number >= y.number else (y, x)
