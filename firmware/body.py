@@ -26,11 +26,11 @@ def _is_conditional(term: Term) -> bool:
 
 
 def _uses_flag(op: Op) -> bool:
-    return op.flag is not None and any(map(_is_conditional, op.terms))
+    return any(map(_is_conditional, op.terms))
 
 
 def _uses_norm(op: Op) -> bool:
-    return op.norm is not None and any(term.scale is not Scale.NONE for term in op.terms)
+    return any(term.scale is not Scale.NONE for term in op.terms)
 
 
 def _uses_table(op: Op) -> bool:

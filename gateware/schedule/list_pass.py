@@ -179,15 +179,15 @@ class _Pass(ListState):
 
     def dummies(self, arrangement: Arrangement) -> list[tuple[int, Key]]:
         """Captures of an arrangement in separate slots, which follow those of the terms."""
-        out = []
         op = arrangement.slots[0].op
-        for s in arrangement.slots[0 if op is None else self.p.terms[op] :]:
-            if s.term is None and s.op is not None:
-                for kind, name in enumerate(KINDS):
-                    key = self.p.keys[s.op][kind]
-                    if getattr(s, f"cap_{name}") and key is not None:
-                        out.append((kind, key))
-        return out
+        if op is None:
+            return []
+        return [
+            (kind, key)
+            for s in arrangement.slots[self.p.terms[op] :]
+            for kind, key in enumerate(self.p.keys[op])
+            if getattr(s, f"cap_{KINDS[kind]}") and key is not None
+        ]
 
     def giver(self, t: int, node: int, lane: int, kind: int, key: Key) -> tuple[int, Fit] | None:
         """A short group that can start now and capture what ``node`` would need a slot for."""

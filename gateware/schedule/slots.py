@@ -66,7 +66,7 @@ class Schedule:
     @cached_property
     def ends(self) -> dict[int, Slot]:
         """Last slot of every op."""
-        return {s.op: s for s in self.slots if s.last and s.op is not None}
+        return {s.op: s for s in self.slots if s.op is not None}  # later ones replace earlier ones
 
     @property
     def interval(self) -> int:

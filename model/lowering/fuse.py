@@ -115,14 +115,14 @@ class Fusion:
             ) from error
 
     def _word(self, node: Node, frac: int | None, odd: bool | None) -> int:
-        number = self._of_node.get(node.number)
-        if number is None and node.kind == "const":
+        if node.kind == "const":
             fmt = Format.for_range(self.groups.arith.word, node.value, node.value)
             if frac is not None:
                 fmt = Format(fmt.word, frac)
             if not fmt.min - fmt.lsb <= node.value <= fmt.max + fmt.lsb:
                 raise OverflowError
             return self.groups.constant(node.value, fmt.frac)
+        number = self._of_node.get(node.number)
         if number is None:
             number = self._create(node, frac, odd)
             self._of_node[node.number] = number

@@ -96,9 +96,7 @@ class Difference:
     @property
     def first_beyond(self) -> int | None:
         """First sample beyond the tolerance; None if all are within it."""
-        if self.tolerance is None or self.good:
-            return None
-        return self.beyond
+        return None if self.good else self.beyond
 
     @property
     def good(self) -> bool:
@@ -332,7 +330,7 @@ class Spread:
         if self.at_step is None or not math.isnan(self.largest):
             broken = np.isnan(seen)
             k = int(np.argmax(broken if broken.any() else seen))
-            if self.at_step is None or not seen[k] <= self.largest:
+            if not seen[k] <= self.largest:  # or that is none yet
                 self.largest = float(seen[k])
                 self.at_step = start + int(np.flatnonzero(there)[k])
         before, self.samples = self.samples, self.samples + len(seen)

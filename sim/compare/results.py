@@ -129,7 +129,8 @@ class Agreement:
             return None
         same = (run.words == wanted.words[:n]).all(axis=1)
         same &= run.saturated == wanted.saturated[:n]
-        if run.states is not None and wanted.states is not None:
+        if run.states is not None:
+            assert wanted.states is not None
             same &= (run.states == wanted.states[:n]).all(axis=1)
         if (plan := self.level.schedule) is not None:
             assert run.latency_cycles is not None and run.interval_cycles is not None

@@ -173,8 +173,8 @@ class Judge:
         if (states := run.states) is None:
             self._model = self._model or CModel(self._program)
             states = self._model.trajectory(words_of(self._program, records))[2]
-        if run.saturated is not None and run.saturated.any():
-            self._saturated += run.n_saturated
+        self._saturated += run.n_saturated
+        if run.saturated is not None:
             self._clamp = _first(self._clamp, start, run.saturated)
         for values in reference.outputs.values():
             self._endless = _first(self._endless, start, ~np.isfinite(values))

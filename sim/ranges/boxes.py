@@ -19,6 +19,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.claims import Claim, Proof, live
+from boresight.sim.ranges.intervals import Ends, ends_of
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     is_sum_of_squares,
@@ -28,19 +29,9 @@ from boresight.sim.ranges.polynomials import (
     times,
 )
 
-__all__ = [
-    "Ends",
-    "ends_of",
-    "interval_at",
-    "interval_needs",
-    "interval_of",
-    "proof_of",
-    "reached_cells",
-]
+__all__ = ["interval_at", "proof_of", "reached_cells"]
 
 FloatArray = npt.NDArray[np.float64]
-#: Ends (boxes,) of a value.
-Ends = tuple[FloatArray, FloatArray]
 #: Steps back that are tried, most values that may vary; terms and steps back of a polynomial; most
 #: boxes, and of one value.
 _DEPTHS, _VARIABLES, _TERMS, _BACK = (1, 2, 3, 4, 6, 8, 12), 8, 60, 6
@@ -185,42 +176,6 @@ def proof_of(
     return None
 
 
-def interval_needs(
-    node: Node, sure: Mapping[int, tuple[float, float]] | None = None
-) -> Sequence[Node]:
-    """Arguments from whose intervals that of a node follows: not a condition that only selects.
-
-    ``sure``: the interval that an argument, by its number, is in all the same; else any.
-    """
-    sure = sure or {}
-    if node.kind not in _ENDS:
-        return node.args
-    ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
-    needed: list[Node] = []
-    for k, arg in enumerate(node.args):
-        low_high = sure.get(arg.number, (-math.inf, math.inf))
-        known, ends[k] = ends[k], (np.array([low_high[0]]), np.array([low_high[1]]))
-        with np.errstate(all="ignore"):
-            low, high = _ENDS[node.kind](node, ends)
-        if not (node.low <= low and high <= node.high):
-            needed.append(arg)
-            ends[k] = known
-    return needed
-
-
-def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Ends of a node from those of its arguments, within its own."""
-    ends = [(np.array([low]), np.array([high])) for low, high in args]
-    with np.errstate(all="ignore"):
-        least, most = _ENDS[node.kind](node, ends)
-    return float(np.fmax(node.low, least[0])), float(np.fmin(node.high, most[0]))
-
-
-def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
-    """Ends (boxes,) of a node from those of its arguments."""
-    return _ENDS[node.kind](node, [*args])
-
-
 def interval_at(node: Node, cut: Sequence[Node], value: float) -> tuple[float, float]:
     """Ends of a node where all that it is computed from has one value."""
     with np.errstate(all="ignore"):
@@ -338,7 +293,7 @@ class _Function:
             args = [known[arg.number] for arg in at.args]
             if at.kind == "sin" and (turned := at.args[0]).kind == "wrap" and turned.value == 2.0:
                 args = [known.get(turned.args[0].number, args[0])]  # the same, without the jump
-            least, most = _ENDS[at.kind](at, args) if at.kind != "const" else (at.value, at.value)
+            least, most = ends_of(at, args) if at.kind != "const" else (at.value, at.value)
             if at.kind == "select" and at.args[0].number in sides:
                 least, most = args[sides[at.args[0].number]]
             least, most = np.maximum(least, at.low), np.minimum(most, at.high)
@@ -395,97 +350,3 @@ def _no_less(
         if is_sum_of_squares(rest):
             return True
     return False
-
-
-# -- each kind of node on intervals ---------------------------------------------------------------
-
-
-def _sum(node: Node, args: list[Ends]) -> Ends:
-    least = sum(a[0] if s > 0 else -a[1] for a, s in zip(args, node.signs, strict=True))
-    most = sum(a[1] if s > 0 else -a[0] for a, s in zip(args, node.signs, strict=True))
-    return np.asarray(least), np.asarray(most)
-
-
-def _mul(node: Node, args: list[Ends]) -> Ends:
-    (a, b), (c, d) = args
-    if node.args[0] is node.args[1]:
-        return _even_ends(a * a, b * b, (a <= 0.0) & (b >= 0.0))
-    corners = [np.where((x == 0.0) | (y == 0.0), 0.0, x * y) for x in (a, b) for y in (c, d)]
-    if node.args[1].kind == "rsqrt" and node.args[1].args[0] is node.args[0]:
-        return np.sqrt(np.maximum(a, 0.0)), np.sqrt(np.maximum(b, 0.0))
-    return np.minimum.reduce(corners), np.maximum.reduce(corners)
-
-
-def _even_ends(x: FloatArray, y: FloatArray, through: npt.NDArray[np.bool_]) -> Ends:
-    """Ends of an even function whose values at the ends are x and y, and 0 at 0."""
-    return np.where(through, 0.0, np.minimum(x, y)), np.maximum(x, y)
-
-
-def _select(node: Node, args: list[Ends]) -> Ends:
-    (c, d), yes, no = args
-    least = np.where(d < 0.0, yes[0], np.where(c >= 0.0, no[0], np.minimum(yes[0], no[0])))
-    return least, np.where(d < 0.0, yes[1], np.where(c >= 0.0, no[1], np.maximum(yes[1], no[1])))
-
-
-def _flip(node: Node, args: list[Ends]) -> Ends:
-    condition, (a, b) = args
-    return _select(node, [condition, (-b, -a), (a, b)])
-
-
-def _abs(node: Node, args: list[Ends]) -> Ends:
-    a, b = args[0]
-    return _even_ends(np.abs(a), np.abs(b), (a <= 0.0) & (b >= 0.0))
-
-
-def _wrap(node: Node, args: list[Ends]) -> Ends:
-    a, b = args[0]
-    turn = np.floor(a / node.value + 0.5)
-    whole = turn == np.floor(b / node.value + 0.5)
-    half = 0.5 * node.value
-    return (
-        np.where(whole, a - turn * node.value, -half),
-        np.where(whole, b - turn * node.value, half),
-    )
-
-
-def _sin(node: Node, args: list[Ends]) -> Ends:
-    a, b = (end + 0.5 * node.quarter for end in args[0])
-    x, y = np.sin(np.pi * a), np.sin(np.pi * b)
-    top = np.floor((b - 0.5) / 2.0) > np.floor((a - 0.5) / 2.0)
-    bottom = np.floor((b + 0.5) / 2.0) > np.floor((a + 0.5) / 2.0)
-    return np.where(bottom, -1.0, np.minimum(x, y)), np.where(top, 1.0, np.maximum(x, y))
-
-
-def _asin(node: Node, args: list[Ends]) -> Ends:
-    a, b = (np.arcsin(np.clip(end, 0.0, 1.0)) / np.pi for end in args[0])
-    return a, b
-
-
-def _rsqrt(node: Node, args: list[Ends]) -> Ends:
-    a, b = args[0]
-    return 1.0 / np.sqrt(np.maximum(b, 0.0)), 1.0 / np.sqrt(np.maximum(a, 0.0))
-
-
-def _reciprocal(node: Node, args: list[Ends]) -> Ends:
-    a, b = args[0]
-    return 1.0 / b, 1.0 / a
-
-
-_ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {
-    "sum": _sum,
-    "mul": _mul,
-    "select": _select,
-    "flip": _flip,
-    "complement": _flip,
-    "abs": _abs,
-    "wrap": _wrap,
-    "bounded": lambda node, args: args[0],
-    "saturated": lambda node, args: (
-        np.clip(args[0][0], -node.value, node.value),
-        np.clip(args[0][1], -node.value, node.value),
-    ),
-    "sin": _sin,
-    "asin": _asin,
-    "rsqrt": _rsqrt,
-    "reciprocal": _reciprocal,
-}

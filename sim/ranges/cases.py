@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import Ends, ends_of
+from boresight.sim.ranges.intervals import Ends, ends_of
 from boresight.sim.ranges.polynomials import polynomial_of
 from boresight.sim.ranges.steps import live_nodes, may_fuse
 

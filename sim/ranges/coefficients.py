@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.boxes import Ends
+from boresight.sim.ranges.intervals import Ends, product_of
 from boresight.sim.ranges.polynomials import ends_of_product
 from boresight.sim.ranges.steps import side_of
 
@@ -74,14 +74,9 @@ class Coefficient:
         if any(sides.get(c, s) != s for c, s in self.sides):
             return np.zeros(1), np.zeros(1)
         low = high = np.full(1, self.number)
-        for node in self.nodes:
-            with np.errstate(invalid="ignore"):  # 0 times infinity
-                corners = [
-                    np.where((x == 0.0) | (y == 0.0), 0.0, x * y)
-                    for x in (low, high)
-                    for y in cases[_chosen(node, sides).number]
-                ]
-            low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
+        with np.errstate(invalid="ignore"):  # 0 times infinity
+            for node in self.nodes:
+                low, high = product_of((low, high), cases[_chosen(node, sides).number])
         if any(c not in sides for c, _ in self.sides):
             low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
         return low, high

@@ -29,12 +29,10 @@ from boresight.sim.ranges.claims import TOLERANCE, Claim, Premises, Proof, live
 from boresight.sim.ranges.coefficients import Coefficient, nodes_behind
 from boresight.sim.ranges.inner_products import POINTS, FloatArray, Full, Pair, Space, Vector
 from boresight.sim.ranges.lengths import Lengths
-from boresight.sim.ranges.measurements import Measurements
-from boresight.sim.ranges.noise import Noise
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.points import Points
 from boresight.sim.ranges.steps import covariance_elements, live_nodes
-from boresight.sim.ranges.sums import Sums
+from boresight.sim.ranges.sums import find_vectors
 from boresight.sim.ranges.terms import Terms
 from boresight.sim.ranges.vectors import Vectors
 
@@ -64,8 +62,6 @@ class Gram:
         Whether the next matrix is.
     following : list of Vector
         Whose inner products its elements are.
-    premises : Premises
-        What all proofs rest on.
     """
 
     def __init__(
@@ -85,7 +81,6 @@ class Gram:
         self.following: list[Vector] = []
         self.size = max(j for _, j in elements) + 1
         self.needed = {n.number for n in live([*self.after.values()])}
-        self.premises = Premises()
         before = {ij: state for ij, (state, _) in elements.items()}
         variances = [before[i, i] for i in range(self.size)]
         rng = np.random.default_rng(1)
@@ -97,8 +92,7 @@ class Gram:
         for (i, j), node in before.items():
             self.points.let(node, (own[i].at * own[j].at).sum(axis=1))
             self.pairs.found[node.number] = [(own[i], own[j])]
-        self.terms = Terms(self.pairs, self.premises)
-        self.measurements = Measurements(self.pairs, self.terms, self.premises)
+        self.terms = Terms(self.pairs)
         self.lengths = Lengths(
             self.terms,
             vectors,
@@ -107,7 +101,7 @@ class Gram:
         )
         words = {nodes[s].number: program.format(s) for s, _ in program.states if s in nodes}
         try:
-            self._find(Noise(self.pairs, vectors.said, self.premises))
+            self._find()
             self.proven = self._is_covariance()
             if self.proven:
                 self._widen(variances, words)
@@ -136,25 +130,26 @@ class Gram:
         """What a proof of a node with a rest rests on, but for that of its vectors."""
         own = {n.number for n in live([node])}
         passed = self.points.passed & (own | self.needed)
-        return Premises(self.premises.base | nodes_behind(rest), self.premises.passed | passed)
+        return Premises(
+            self.points.premises.base | nodes_behind(rest), self.points.premises.passed | passed
+        )
 
-    def _find(self, noise: Noise) -> None:
+    def _find(self) -> None:
         """Values and vectors of all nodes, each after its arguments."""
-        sums = Sums(self.terms, self.measurements, noise)
         wanted = {a.number for n in self.nodes.values() if n.kind in _READERS for a in n.args}
         wanted |= {n.number for n in self.after.values()}
         for node in self.nodes.values():
             self.points.evaluate(node, unlimited=self._is_unlimited(node))
             if node.number in self.points.cone:
-                sums.find(node, wanted)
+                find_vectors(self.terms, node, wanted)
 
     def _is_unlimited(self, node: Node) -> bool:
         """Whether what a limit limits is an inner product within it."""
         for pair in self.pairs.of(node.args[0]) if node.kind == "saturated" else ():
             least, most = self.lengths.ends(pair)
             if -node.value <= least and most <= node.value:
-                self.premises.base |= self.lengths.base_of(pair)
-                self.premises.passed.update(*(b.passed for b in self.lengths.rows_of(pair)))
+                self.points.premises.base |= self.lengths.base_of(pair)
+                self.points.premises.passed.update(*(b.passed for b in self.lengths.rows_of(pair)))
                 return True
         return False
 

@@ -15,7 +15,6 @@ from functools import partial
 import numpy as np
 
 from boresight.model.lowering.graph import LEAVES, Node
-from boresight.sim.ranges.boxes import Ends
 from boresight.sim.ranges.claims import live
 from boresight.sim.ranges.coefficients import (
     CONDITIONS,
@@ -27,6 +26,7 @@ from boresight.sim.ranges.coefficients import (
     nodes_behind,
 )
 from boresight.sim.ranges.inner_products import Pair, Vector, by_vector, flat_parts, made_from
+from boresight.sim.ranges.intervals import Ends
 from boresight.sim.ranges.steps import implied, is_possible
 from boresight.sim.ranges.terms import Terms
 from boresight.sim.ranges.unit_vectors import Ball

@@ -18,19 +18,17 @@ the first one is, and by induction all are. Of a covariance:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence, Set
 
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import interval_of
 from boresight.sim.ranges.claims import Claim, Proof
+from boresight.sim.ranges.elements import TERMS, Family, Forms, Linear, Sides
+from boresight.sim.ranges.intervals import interval_of
 from boresight.sim.ranges.polynomials import (
     Polynomial,
     cleared,
-    combined,
     ends_of_product,
     is_zero,
     plus,
@@ -43,26 +41,8 @@ from boresight.sim.ranges.steps import covariance_elements, live_nodes
 
 __all__ = ["Matrices"]
 
-#: Terms of a polynomial; conditions of which both sides are tried; sums F (...) F^T.
-_TERMS, _CONDITIONS, _CONGRUENCES = 1000, 6, 3
-_TINY = 1e-9
-#: Which side of each condition holds, by the condition's number: 1 negative, 2 not.
-Sides = dict[int, int]
-#: Of a linear form of the elements (k, l), k <= l: the coefficients.
-Linear = dict[tuple[int, int], Polynomial]
-
-
-@dataclass(eq=False)
-class Family:
-    """A symmetric matrix of nodes that is a covariance."""
-
-    numbers: list[list[int]]
-    at: dict[int, tuple[int, int]] = field(init=False)
-    cone: set[int] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        size = range(len(self.numbers))
-        self.at = {self.numbers[k][j]: (j, k) for k in size for j in range(k + 1)}
+#: Sums F (...) F^T; coefficients that rounding explains.
+_CONGRUENCES, _TINY = 3, 1e-9
 
 
 class Matrices:
@@ -78,8 +58,7 @@ class Matrices:
         self.nodes = live_nodes(program, nodes)
         self.families: list[Family] = []
         self.used: set[int] = set()
-        self.limited: dict[Any, Polynomial | None] = {}
-        self.passed: set[int] = set()  # with those of the proof that it is a covariance
+        self.forms = Forms(self.nodes)
         elements = covariance_elements(estimator, program, nodes)
         if not elements:
             return
@@ -130,14 +109,14 @@ class Matrices:
             if all(
                 (low == -math.inf or low <= self._least(form, sides, family, low))
                 and self._most(form, sides, family, high) <= high
-                for (form,), sides in self._cases([claim.node], family, split=split)
+                for (form,), sides in self.forms.cases([claim.node], family, split=split)
             ):
                 variances = {family.numbers[k][k] for k in range(len(family.numbers))}
                 return self._proof((self.used - family.at.keys()) | variances)
         return None
 
     def _proof(self, base: Set[int]) -> Proof:
-        passed = (self.nodes[n] for n in sorted(self.passed))
+        passed = (self.nodes[n] for n in sorted(self.forms.passed))
         return Proof("covariance", tuple(self.nodes[n] for n in sorted(base)), tuple(passed))
 
     # -- which matrices are covariances -----------------------------------------------------------
@@ -172,7 +151,7 @@ class Matrices:
         """Whether a matrix is a covariance if a family is one."""
         size = range(len(matrix))
         where = [(i, j) for i in size for j in size if i <= j]
-        for forms, sides in self._cases([matrix[i][j] for i, j in where], family):
+        for forms, sides in self.forms.cases([matrix[i][j] for i, j in where], family):
             if any(f is None for f in forms):
                 return False
             known = {ij: f for ij, f in zip(where, forms, strict=True) if f is not None}
@@ -187,7 +166,7 @@ class Matrices:
         taken: dict[int, dict[tuple[int, int], Polynomial]] = {}
         noise: Linear = {}
         for ij, form in forms.items():
-            sorted_form = self._sorted(form, family)
+            sorted_form = self.forms.sorted_terms(form, family)
             if sorted_form is None:
                 return False
             linear[ij], parts, noise[ij] = sorted_form
@@ -233,7 +212,7 @@ class Matrices:
                 for k, a in known[i].items():
                     for m, b in known[j].items():
                         key = (min(k, m), max(k, m))
-                        product = times(a, b, _TERMS)
+                        product = times(a, b, TERMS)
                         if product is None:
                             return None
                         form[key] = plus(form.get(key, {}), scaled(product, -1.0))
@@ -269,7 +248,7 @@ class Matrices:
             for j, a in row.items():
                 for k, b in row.items():
                     if j <= k:
-                        product = times(times(a, b, _TERMS) or {}, {rest: -1.0 / own}, _TERMS) or {}
+                        product = times(times(a, b, TERMS) or {}, {rest: -1.0 / own}, TERMS) or {}
                         left[j, k] = cleared(plus(left.get((j, k), {}), product)) or {}
         return all(is_zero(form, _TINY) for form in left.values())
 
@@ -286,9 +265,9 @@ class Matrices:
         for rows in maps:
             for k, a in rows[i].items():
                 for m, b in rows[j].items():
-                    outer = times(a, b, _TERMS) or {}
+                    outer = times(a, b, TERMS) or {}
                     for (r, s), t in gauge.items():
-                        part = times(outer, t, _TERMS) or {}
+                        part = times(outer, t, TERMS) or {}
                         for x, y in {(r, s), (s, r)}:
                             pair = (family.numbers[k][x], family.numbers[y][m])
                             share = 1.0 if r == s else 0.5
@@ -300,7 +279,7 @@ class Matrices:
 
     def _gauge(self, node: Node, family: Family, sides: Sides) -> tuple[Linear, float] | None:
         """T and the least v of T : P + v, if T is of rank one and neither is negative."""
-        form, _ = self._form(node, family, sides, whole=True)
+        form, _ = self.forms.of(node, family, sides, whole=True)
         if form is None:
             return None
         found = self._outer(form, family)
@@ -308,7 +287,7 @@ class Matrices:
 
     def _outer(self, form: Polynomial, family: Family) -> tuple[Linear, float] | None:
         """T of rank one, not negative, and the least v of T : P + v; None: of another form."""
-        found = self._sorted(form, family)
+        found = self.forms.sorted_terms(form, family)
         if found is None or found[1] or not self._is_outer(found[0]):
             return None
         linear, _, rest = found
@@ -321,8 +300,8 @@ class Matrices:
                 if not all(self._positive(m, c) for m, c in form.items()):
                     return False
                 continue
-            square = times(form, form, _TERMS)
-            other = times(linear.get((k, k), {}), linear.get((j, j), {}), _TERMS)
+            square = times(form, form, TERMS)
+            other = times(linear.get((k, k), {}), linear.get((j, j), {}), TERMS)
             if (
                 square is None
                 or other is None
@@ -350,7 +329,7 @@ class Matrices:
         best = self._gain(form, family, sides, caps)
         if best <= wanted:
             return best
-        left = {m: c for m, c in form.items() if not self._parts(m, family)[1]}
+        left = {m: c for m, c in form.items() if not self.forms.parts_of(m, family)[1]}
         if len(left) < len(form) and not self._is_taken(form, family, sides):
             return best
         total = self._by_signs(left, caps)
@@ -362,13 +341,13 @@ class Matrices:
     def _by_parts(self, form: Polynomial, family: Family, caps: Mapping[int, float]) -> float:
         """Upper bound with variances at their largest, and without what is not positive at all."""
         for n in {n for m in form for n in m if self.nodes[n].kind == "sum"}:
-            by = polynomial_of(self.nodes[n], _TERMS, 1)
-            other = None if by is None else substituted(form, n, by, _TERMS)
+            by = polynomial_of(self.nodes[n], TERMS, 1)
+            other = None if by is None else substituted(form, n, by, TERMS)
             form = form if other is None else other
         for n in {row[k] for k, row in enumerate(family.numbers)}:
             slope = _over(form, n)
             if all(n not in m for m in slope) and self._by_signs(scaled(slope, -1.0), caps) <= 0.0:
-                other = substituted(form, n, {(): self._variance(n, caps)}, _TERMS)
+                other = substituted(form, n, {(): self._variance(n, caps)}, TERMS)
                 form = form if other is None else other
         for n in sorted({n for m in form for n in m}):
             if self.ends[n][0] >= 0.0 and self._by_signs(_over(form, n), caps) <= 0.0:
@@ -377,7 +356,7 @@ class Matrices:
 
     def _is_taken(self, form: Polynomial, family: Family, sides: Sides) -> bool:
         """Whether what weights multiply is what measurements take of a variance."""
-        found = self._sorted(form, family)
+        found = self.forms.sorted_terms(form, family)
         if found is None:
             return False
         linear, taken, _ = found
@@ -395,7 +374,7 @@ class Matrices:
         all_weights = set()
         columns = None
         for m, c in form.items():
-            elements, weights, rest = self._parts(m, family)
+            elements, weights, rest = self.forms.parts_of(m, family)
             if len(elements) != 1 or len(weights) != 1:
                 return math.inf
             all_weights.add(weights[0])
@@ -432,7 +411,7 @@ class Matrices:
             for m, b in row.items():
                 if k > m:
                     continue
-                product = times(a, b, _TERMS)
+                product = times(a, b, TERMS)
                 own = gauge.get((k, m), {})
                 if product is None or not own:
                     return None
@@ -443,7 +422,7 @@ class Matrices:
                     ratio = next((r for r in candidates if r is not None), None)
                 if ratio is None:
                     return None
-                whole = times(ratio, own, _TERMS)
+                whole = times(ratio, own, TERMS)
                 if whole is None or not is_zero(plus(product, scaled(whole, -1.0)), _TINY):
                     return None
         return ratio
@@ -452,7 +431,7 @@ class Matrices:
         """Limits of variances by what was compared; by number of the element."""
         caps: dict[int, float] = {}
         for number, side in sides.items():
-            form, _ = self._form(self.nodes[number], family, sides)
+            form, _ = self.forms.of(self.nodes[number], family, sides)
             if form is None:
                 continue
             form = scaled(form, -1.0) if side == 1 else form  # not negative
@@ -490,159 +469,6 @@ class Matrices:
                 a = 0.0 if k == m else -b
             ends = ends_of_product(ends, (a, b), monomial.count(number))
         return ends
-
-    # -- polynomials of the elements --------------------------------------------------------------
-
-    def _parts(
-        self, monomial: tuple[int, ...], family: Family
-    ) -> tuple[list[int], list[int], tuple[int, ...]]:
-        """Elements, inverses of what depends on them, and all else of a term."""
-        elements = [n for n in monomial if n in family.at]
-        weights = [
-            n
-            for n in monomial
-            if n in family.cone
-            and n not in family.at
-            and self.nodes[n].kind in ("rsqrt", "reciprocal")
-        ]
-        return elements, weights, tuple(n for n in monomial if n not in elements + weights)
-
-    def _sorted(
-        self, form: Polynomial, family: Family
-    ) -> tuple[Linear, dict[int, Polynomial], Polynomial] | None:
-        """Terms of one element, those of two by the inverse that they have, and those of none.
-
-        None: there are others.
-        """
-        linear: Linear = {}
-        taken: dict[int, Polynomial] = {}
-        rest: Polynomial = {}
-        for m, c in form.items():
-            elements, weights, others = self._parts(m, family)
-            if not elements and not weights:
-                part, key = rest, m
-            elif len(elements) == 1 and not weights:
-                part, key = linear.setdefault(family.at[elements[0]], {}), others
-            elif len(elements) == 2 and (weight := self._weight(weights)) is not None:
-                part, key = taken.setdefault(weight, {}), tuple(sorted((*elements, *others)))
-            else:
-                return None
-            part[key] = part.get(key, 0.0) + c
-        return linear, taken, rest
-
-    def _weight(self, weights: Sequence[int]) -> int | None:
-        """The node whose inverse the weights are."""
-        kinds = [self.nodes[n].kind for n in weights]
-        if kinds == ["reciprocal"] or (kinds == ["rsqrt"] * 2 and weights[0] == weights[1]):
-            return weights[0]
-        return None
-
-    def _cases(
-        self,
-        nodes: Sequence[Node],
-        family: Family,
-        sides: Sides | None = None,
-        *,
-        split: bool = False,
-    ) -> Iterator[tuple[list[Polynomial | None], Sides]]:
-        """Forms of some nodes for each side of the conditions that they depend on."""
-        sides = sides or {}
-        forms: list[Polynomial | None] = []
-        for node in nodes:
-            form, condition = self._form(node, family, sides, split=split)
-            if condition is not None:
-                if len(sides) >= _CONDITIONS:
-                    yield [None] * len(nodes), sides
-                    return
-                for side in (1, 2):
-                    more = {**sides, condition: side}
-                    if self._possible(more):
-                        yield from self._cases(nodes, family, more, split=split)
-                return
-            forms.append(form)
-        yield forms, sides
-
-    def _possible(self, sides: Sides) -> bool:
-        """Whether conditions about one value can hold together, as x < 1 and not x < 2 cannot."""
-        ends: dict[tuple[tuple[tuple[int, ...], float], ...], tuple[float, float]] = {}
-        for number, side in sides.items():
-            form = polynomial_of(self.nodes[number], _TERMS, 3)
-            if form is None:
-                continue
-            alone, first = form.pop((), 0.0), next(iter(form.values()), 0.0)
-            if first == 0.0:
-                continue
-            key = tuple(sorted((m, c / first) for m, c in form.items()))
-            low, high = ends.get(key, (-math.inf, math.inf))
-            if (side == 1) == (first > 0.0):
-                high = min(high, -alone / first)
-            else:
-                low = max(low, -alone / first)
-            ends[key] = low, high
-        return all(low <= high for low, high in ends.values())
-
-    def _form(
-        self, node: Node, family: Family, sides: Sides, *, whole: bool = False, split: bool = False
-    ) -> tuple[Polynomial | None, int | None]:
-        """A node as a polynomial of a family's elements and of what does not depend on them.
-
-        With the first condition, if any, of which a side has to be chosen before, ``split``: also
-        of those that choose from constants; ``whole``: selections stay as they are.
-        """
-        known: dict[int, Polynomial | None] = {}
-        open_at: list[int] = []
-
-        def of(at: Node) -> Polynomial | None:
-            if at.number not in known:
-                form = made(at)
-                if form is not None and at.kind in ("sum", "bounded"):
-                    elements, weights, rest = self._parts(tuple(set[int]().union(*form)), family)
-                    if not elements and not weights and not family.cone.isdisjoint(rest):
-                        form = _alone(at)  # of what a limit or a selection hides
-                known[at.number] = form
-            return known[at.number]
-
-        def made(at: Node) -> Polynomial | None:
-            if at.number in family.at:
-                return _alone(at)
-            if at.kind == "const":
-                return {(): at.value} if at.value else {}
-            inside = at.number in family.cone
-            chooses = (
-                split and at.kind == "select" and at.args[1].kind == at.args[2].kind == "const"
-            )
-            if at.kind == "select" and (inside or chooses or at.args[0].number in sides):
-                if at.args[0].number not in sides and whole:
-                    return _alone(at)
-                if at.args[0].number not in sides:
-                    open_at.append(at.args[0].number)
-                    return None
-                return of(at.args[sides[at.args[0].number]])
-            if at.kind == "saturated" and inside:
-                key = at.number, family.numbers[0][0], tuple(sorted(sides.items()))
-                if key not in self.limited:
-                    self.limited[key] = self._form(at.args[0], family, sides, whole=True)[0]
-                form = self.limited[key]
-                if form is not None and set(form) <= {()}:
-                    return {(): min(max(form.get((), 0.0), -at.value), at.value)}
-            if at.kind == "bounded" and (inside or split):
-                self.passed.add(at.number)
-                form = of(at.args[0])
-                return form if inside or form is None or set(form) <= {()} else _alone(at)
-            if at.kind == "mul" or (at.kind == "sum" and (inside or split)):
-                parts = [of(arg) for arg in at.args]
-                if open_at or any(part is None for part in parts):
-                    return None
-                some = [part for part in parts if part is not None]
-                return cleared(combined(at, some, _TERMS))
-            return _alone(at)
-
-        form = of(node)
-        return form, open_at[0] if open_at else None
-
-
-def _alone(node: Node) -> Polynomial:
-    return {(node.number,): 1.0}
 
 
 def _origin(node: Node) -> Node | None:

@@ -7,18 +7,18 @@ w a^2 and w b^2 share the direction, if their covariance has noise w a b.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.claims import Premises
 from boresight.sim.ranges.coefficients import ONE, Coefficient, all_sides, ends_of_sum
 from boresight.sim.ranges.inner_products import FloatArray, Vector
 from boresight.sim.ranges.pairs import Pairs
+from boresight.sim.ranges.points import Points
 from boresight.sim.ranges.polynomials import Polynomial, polynomial_of, times
 
-__all__ = ["Noise", "least_of"]
+__all__ = ["least_of", "with_noise"]
 
 #: Terms of a polynomial, and steps back.
 _TERMS, _BACK = 400, 8
@@ -26,95 +26,81 @@ _TERMS, _BACK = 400, 8
 _ALIKE = 1e-12
 
 
-class Noise:
-    """Vectors with noise.
+def with_noise(pairs: Pairs, v: Vector, noise: tuple[Coefficient, ...]) -> Vector | None:
+    """A vector and the root of what is not negative, in a direction of its own; None: it is."""
+    square = pairs.points.total(noise)
+    if (square < 0.0).any() or least_of(noise) < 0.0:
+        return None
+    if not square.any():
+        return v
+    for other in pairs.space.vectors:
+        if other.noise == noise and other.parts == ((ONE, v),):
+            return other
+    at = np.zeros_like(v.at)
+    at[:] = v.at
+    along = _along(pairs, v, noise)
+    for direction, root in along.items():
+        at[:, direction] = root
+        square = square - root * root
+    at[:, pairs.space.direction()] = np.sqrt(np.maximum(square, 0.0))
+    v.noisy = pairs.space.add(at, parts=((ONE, v),), noise=noise)
+    v.noisy.along = along
+    return v.noisy
 
-    Parameters
-    ----------
-    pairs : Pairs
-        Their inner products.
-    said : collection of int
-        "bounded" nodes.
-    premises : Premises
-        Gets what no noise is negative by.
+
+def _along(pairs: Pairs, v: Vector, noise: Sequence[Coefficient]) -> dict[int, FloatArray]:
+    """Roots of the terms w a^2 of a noise, by the direction that each has, or shares.
+
+    A direction is shared only with what has no part of it: squared lengths add up.
     """
+    out: dict[int, FloatArray] = {}
+    for root in _roots(pairs.points, noise):
+        shared = (
+            (direction, sign * root)
+            for other, added in _common(pairs, v)
+            for direction, its in other.along.items()
+            for sign in (1.0, -1.0)
+            if np.allclose(sign * root * its, added, rtol=_ALIKE, atol=0.0)
+            if direction not in out and not v.at[:, direction].any()
+        )
+        direction, root = next(shared, (-1, root))
+        out[pairs.space.direction() if direction < 0 else direction] = root
+    return out
 
-    def __init__(self, pairs: Pairs, said: Collection[int], premises: Premises) -> None:
-        self.pairs, self.points, self.space = pairs, pairs.points, pairs.space
-        self.said, self.premises = said, premises
 
-    def added(self, v: Vector, noise: tuple[Coefficient, ...]) -> Vector | None:
-        """A vector and the root of what is not negative, in a direction of its own; None: it is."""
-        square = self.points.total(noise)
-        if (square < 0.0).any() or least_of(noise) < 0.0:
-            return None
-        if not square.any():
-            return v
-        for other in self.space.vectors:
-            if other.noise == noise and other.parts == ((ONE, v),):
-                return other
-        at = np.zeros_like(v.at)
-        at[:] = v.at
-        along = self._along(v, noise)
-        for direction, root in along.items():
-            at[:, direction] = root
-            square = square - root * root
-        at[:, self.space.direction()] = np.sqrt(np.maximum(square, 0.0))
-        v.noisy = self.space.add(at, parts=((ONE, v),), noise=noise)
-        v.noisy.along = along
-        return v.noisy
+def _common(pairs: Pairs, v: Vector) -> Iterator[tuple[Vector, FloatArray]]:
+    """Vectors with noise, and what their inner products with v get besides."""
+    for products, rest in pairs.sums.values():
+        for x, y in products if rest else ():
+            other = y if x is v else x
+            if other is not v and v in (x, y):
+                yield other.noisy or other, pairs.points.total(rest)
 
-    def _along(self, v: Vector, noise: Sequence[Coefficient]) -> dict[int, FloatArray]:
-        """Roots of the terms w a^2 of a noise, by the direction that each has, or shares.
 
-        A direction is shared only with what has no part of it: squared lengths add up.
-        """
-        out: dict[int, FloatArray] = {}
-        for root in self._roots(noise):
-            shared = (
-                (direction, sign * root)
-                for other, added in self._common(v)
-                for direction, its in other.along.items()
-                for sign in (1.0, -1.0)
-                if np.allclose(sign * root * its, added, rtol=_ALIKE, atol=0.0)
-                if direction not in out and not v.at[:, direction].any()
-            )
-            direction, root = next(shared, (-1, root))
-            out[self.space.direction() if direction < 0 else direction] = root
-        return out
-
-    def _common(self, v: Vector) -> Iterator[tuple[Vector, FloatArray]]:
-        """Vectors with noise, and what their inner products with v get besides."""
-        for pairs, rest in self.pairs.sums.values():
-            for x, y in pairs if rest else ():
-                other = y if x is v else x
-                if other is not v and v in (x, y):
-                    yield other.noisy or other, self.points.total(rest)
-
-    def _roots(self, noise: Sequence[Coefficient]) -> list[FloatArray]:
-        """sqrt(w) a of the terms w a^2, if no term of a noise is negative; else none."""
-        nodes, values = self.points.nodes, self.points.values
-        roots: list[FloatArray] = []
-        base: set[Node] = set()
-        for c in noise:
-            form: Polynomial | None = {(): c.number}
-            for node in c.nodes:
-                by = polynomial_of(node, _TERMS, _BACK, self.said)
-                form = None if form is None or by is None else times(form, by, _TERMS)
-            if form is None:
+def _roots(points: Points, noise: Sequence[Coefficient]) -> list[FloatArray]:
+    """sqrt(w) a of the terms w a^2, if no term of a noise is negative; else none."""
+    nodes, values = points.nodes, points.values
+    roots: list[FloatArray] = []
+    base: set[Node] = set()
+    for c in noise:
+        form: Polynomial | None = {(): c.number}
+        for node in c.nodes:
+            by = polynomial_of(node, _TERMS, _BACK, points.said)
+            form = None if form is None or by is None else times(form, by, _TERMS)
+        if form is None:
+            return []
+        chosen = points.at(Coefficient(sides=c.sides))
+        for m, factor in form.items():
+            once = [nodes[n] for n in {*m} if m.count(n) % 2]
+            if factor <= 0.0 or any(n.low < 0.0 for n in once):
                 return []
-            chosen = self.points.at(Coefficient(sides=c.sides))
-            for m, factor in form.items():
-                once = [nodes[n] for n in {*m} if m.count(n) % 2]
-                if factor <= 0.0 or any(n.low < 0.0 for n in once):
-                    return []
-                base |= {*once}
-                twice = [values[n] for n in {*m} for _ in range(m.count(n) // 2)]
-                if twice:
-                    square = factor * math.prod((values[n.number] for n in once), start=chosen)
-                    roots.append(math.prod(twice, start=np.sqrt(square)))
-        self.premises.base |= base if roots else set()
-        return roots
+            base |= {*once}
+            twice = [values[n] for n in {*m} for _ in range(m.count(n) // 2)]
+            if twice:
+                square = factor * math.prod((values[n.number] for n in once), start=chosen)
+                roots.append(math.prod(twice, start=np.sqrt(square)))
+    points.premises.base |= base if roots else set()
+    return roots
 
 
 def least_of(noise: Sequence[Coefficient]) -> float:

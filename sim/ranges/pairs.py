@@ -31,12 +31,15 @@ class Pairs:
         Whose inner product a node is.
     sums : dict of int to (list of Pair, tuple of Coefficient)
         Whose inner product and a rest it is the sum of.
+    units : dict of int to (list of Vector, Vector)
+        Of an inverse root 1 / |m|, by its node: m, with and without noise, and m / |m|.
     """
 
     def __init__(self, space: Space, points: Points) -> None:
         self.space, self.points = space, points
         self.found: dict[int, list[Pair]] = {}
         self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
+        self.units: dict[int, tuple[list[Vector], Vector]] = {}
         self._searched: dict[int, int] = {}  # how many vectors have been tried
 
     def of(self, node: Node) -> list[Pair]:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.lowering.graph import Node
+from boresight.sim.ranges.claims import Premises
 from boresight.sim.ranges.coefficients import Coefficient
 from boresight.sim.ranges.inner_products import POINTS, FloatArray
 from boresight.sim.ranges.polynomials import polynomial_of
@@ -41,15 +42,19 @@ class Points:
     ----------
     values, sizes : dict of int to (points,) array
         Value of each node, and the size of the terms that it is the sum of.
-    passed : set of int
-        "bounded" nodes that count as their arguments.
+    said, passed : set of int
+        "bounded" nodes, and those that count as their arguments.
+    premises : Premises
+        What else it rests on that identities hold.
     """
 
     def __init__(self, nodes: Mapping[int, Node], cone: Set[int], rng: np.random.Generator) -> None:
         self.nodes, self.cone, self.rng = nodes, cone, rng
         self.values: dict[int, FloatArray] = {}
         self.sizes: dict[int, FloatArray] = {}
+        self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
         self.passed: set[int] = set()
+        self.premises = Premises()
         self._signs: dict[int, BoolArray] = {}
 
     def let(self, node: Node, value: FloatArray, size: FloatArray | None = None) -> None:

@@ -71,7 +71,8 @@ def radial(form: Polynomial) -> Radial | None:
 def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
     """Vectors (w, s h) of w and s that are polynomials of |h|^2: of all w that of least length.
 
-    Not of a w that s is made of, such as |h|^2. (s, s h) if it is no longer than one.
+    Not of a w that s is made of, such as |h|^2. (s, s h) if it is no longer than one, and s is one
+    where h is 0: a correction (1, h) over its length or more.
     """
     sources = _sources(nodes)
     bounded = [n for n in nodes.values() if n.kind == "bounded"]
@@ -91,9 +92,11 @@ def radial_balls(nodes: Mapping[int, Node]) -> Iterator[Ball]:
         ]
         if balls:
             yield min(balls, key=lambda ball: ball.square)
-        ball = _ball(nodes, [nodes[factor], *sine], h, most)
-        if ball is not None and ball.square <= 1.0:
-            yield ball
+        form = polynomial_of(nodes[factor], _TERMS, _DEPTH, h) or {}
+        if form.get(()) == 1.0:
+            ball = _ball(nodes, [nodes[factor], *sine], h, most)
+            if ball is not None and ball.square <= 1.0:
+                yield ball
 
 
 def _ball(

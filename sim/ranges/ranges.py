@@ -14,10 +14,11 @@ from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Overflow, Program
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
-from boresight.sim.ranges.boxes import interval_needs, proof_of, reached_cells
+from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import Assumptions, Claim, Proof, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import ROOM, Gram
+from boresight.sim.ranges.intervals import interval_needs
 from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.released import released

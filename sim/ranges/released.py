@@ -16,8 +16,8 @@ import numpy as np
 from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import Format
 from boresight.model.words.program import Program
-from boresight.sim.ranges.boxes import interval_of
 from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.intervals import interval_of
 from boresight.sim.ranges.steps import live_nodes, may_fuse
 
 __all__ = ["released"]

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.claims import Premises
 from boresight.sim.ranges.coefficients import ONE, Coefficient, Sides, known_from
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.steps import implied
@@ -32,12 +31,10 @@ class Terms:
     ----------
     pairs : Pairs
         Which nodes are inner products.
-    premises : Premises
-        Gets what limits of sums follow from.
     """
 
-    def __init__(self, pairs: Pairs, premises: Premises) -> None:
-        self.pairs, self.points, self.premises = pairs, pairs.points, premises
+    def __init__(self, pairs: Pairs) -> None:
+        self.pairs, self.points = pairs, pairs.points
         self._known: dict[int, list[Term] | None] = {}
         self._limits: dict[tuple[int, int], tuple[dict[int, float], float]] = {}
 
@@ -143,7 +140,7 @@ class Terms:
             if len(t.factors) > 1 or c.nodes or c.sides or not own or sign * c.number <= 0.0:
                 return {}, 0.0
             squares |= {x.number: sign * c.number for x in own}
-        self.premises.base |= base if squares else set()
+        self.points.premises.base |= base if squares else set()
         return squares, -rest
 
 

@@ -100,6 +100,7 @@ def test_memories_side_by_side_hold_a_microword() -> None:
     assert SMALL.rom_columns(2048) == (54,)
     assert FAST.rom_columns(4096) == (101,)
     assert ALL_CONFIGS["fast-1024"].rom_columns(4096) == (107,)
+    assert ALL_CONFIGS["fast-2048"].rom_columns(4096) == (113,)  # 5 beyond a multiple of 9
 
 
 def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:

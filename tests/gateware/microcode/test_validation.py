@@ -16,7 +16,7 @@ from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.front import FRONT
 from boresight.model.words.interpreter import Interpreter
-from boresight.model.words.program import Program
+from boresight.model.words.program import Kind, Program
 from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
 from tests.support.linked import linked_core
@@ -74,6 +74,51 @@ def test_programs_that_share_states() -> None:
 def test_random_programs(config: str, seed: int) -> None:
     programs = random_programs(seed, 1 + seed % 3, n_ops=25)
     assert prove(build_shared_core(programs, config, restarts=0)) > 0
+
+
+def test_first_words() -> None:
+    """Of parameters and of both copies of the states."""
+    core = build_core(random_program(2, n_ops=10, n_states=3), "small", restarts=0)
+    where, slots = core.allocation.addresses(), core.machine.state_slots
+    params = [where[n] for n in core.program.of_kind(Kind.PARAM)]
+    states = [where[n] + copy for n, _ in core.program.states for copy in (0, slots)]
+    assert params and states
+    for register in (*params, *states):
+        words = list(core.image.registers)
+        words[register] ^= 1
+        with pytest.raises(Refuted, match=rf" must begin with .* in register {register}$"):
+            prove(core, replace(core.image, registers=words))
+
+
+def test_a_constant_in_a_register_that_is_written() -> None:
+    """Its first update is right, and none that follows."""
+    found = 0
+    for seed in range(12):
+        core = build_core(random_program(seed, n_ops=20, n_states=1), "small", restarts=0)
+        plan, where, half = core.schedule, core.allocation.addresses(), core.machine.bank_depth // 2
+        program, slots = plan.program, plan.slots
+        written = {op.dest: plan.write_cycle(k) for k, op in enumerate(program.ops)}
+        written |= dict(zip(program.streamed, plan.gets, strict=True))
+        for n in program.of_kind(Kind.CONST):
+            reads = [s.cycle for s in slots if n in (s.a, s.b)]
+            firsts: dict[int, int] = {}
+            for value, cycle in written.items():
+                firsts[where[value]] = min(cycle, firsts.get(where[value], cycle))
+            free = [r for r, cycle in firsts.items() if reads and r < half and cycle > max(reads)]
+            for register in free[:1]:
+                ranges = [
+                    replace(t, address=register) if t.value == n else t
+                    for t in core.allocation.live_ranges
+                ]
+                image = assemble(plan, replace(core.allocation, live_ranges=tuple(ranges)))
+                words = list(image.registers)
+                words[register] = core.image.registers[where[n]]
+                image, records = replace(image, registers=words), random_inputs(program, seed, 3)
+                assert computes(core, image, records[:1])
+                if not computes(core, image, records):
+                    found += 1
+                    assert refuted(core, image)
+    assert found > 3
 
 
 def test_words_of_other_programs() -> None:

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from boresight.model import ops
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.lowering.expand import expand
-from boresight.model.lowering.graph import Graph, Node
+from boresight.model.lowering.graph import Graph, Node, declared_name
 from boresight.model.lowering.trace import Scalar, Tracer
 from tests.support.nodes import node_of, nodes_of
 
@@ -66,6 +67,8 @@ def test_constants_fold(g: Any) -> None:
     assert [(n.kind, n.value) for n in result] == [("const", v) for _, v in folded]
     graph, _ = expand(g)
     assert all(n.kind == "const" for n in graph.nodes)
+    (beyond,) = nodes(ops.bounded(g.const(7.0), -1.0, 1.0, "which it is not"))
+    assert (beyond.kind, beyond.low, beyond.high) == ("bounded", -1.0, 1.0)
     assert math.copysign(1.0, graph.const(-0.0).value) == 1.0
 
 
@@ -106,9 +109,29 @@ def test_certain_conditions_choose_at_once(g: Any) -> None:
     x, y = leaf(g, "x", 1.0, 2.0), leaf(g, "y")
     assert same(x, ops.where(x < 0.0, y, x), ops.where(x > 0.0, x, y), ops.where(x >= 1.0, x, y))
     assert same(x, ops.where(~(x < 0.0), x, y), ops.clip(x, 0.0, 5.0), ops.saturated(x, 4.0))
+    for z, yes, no in ((x, y, x), (leaf(g, "zero", 0.0, 2.0), y, x), (-x, x, y)):
+        plain = ops.where(y < 0.0, yes, no)
+        both = (z < 0.0) ^ (y < 0.0), (y < 0.0) ^ (z < 0.0)
+        assert same(plain, *(ops.where(c, y, x) for c in both))
     assert nodes(ops.flip(x > 0.0, y))[0].signs == (-1,)
-    assert same(ops.flip(x < 0.0, y), y)
+    assert same(ops.flip(x < 0.0, y), ops.flip(leaf(g, "zero", 0.0, 2.0) < 0.0, y), y)
+    (turned,) = nodes(ops.flip(y >= 0.0, x))
+    assert turned.signs == (-1,) and same(ops.flip(y < 0.0, x), -ops.flip(y >= 0.0, x))
+    assert nodes(ops.absolute(leaf(g, "negative", -2.0, 0.0)))[0].signs == (-1,)
     assert nodes(ops.saturated(x, 0.5))[0].value == 0.5
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "wanted"),
+    [(-4.0, 1.0, (-4.0, 4.0 * (1.0 - 2.0**-17))), (-1.0, 4.0, (-4.0, 4.0))],
+)
+def test_of_two_conditions_that_differ(g: Any, low: float, high: float, wanted: Any) -> None:
+    """One node, of as many integer bits as the word whose sign it takes or turns."""
+    x, y = leaf(g, "x"), leaf(g, "y", low, high)
+    ops.where((x < 0.0) ^ (y < 0.0), 1.0, 0.0)
+    found = [n for n in expand(g)[0].nodes if n.kind == "complement"]
+    assert [(n.low, n.high) for n in found] == [wanted]
+    assert [a.name for a in found[0].args] == ["x", "y"]
 
 
 def test_squares_are_not_negative(g: Any) -> None:
@@ -228,6 +251,24 @@ def test_nodes_have_labels(g: Any) -> None:
     assert [n.label for n in nodes(leaf(g, "speed"), leaf(g) * leaf(g, "y"))] == ["speed", "mul_3"]
 
 
+def test_a_state_that_bears_the_name_of_an_input() -> None:
+    """Its author's name is told; the program has another one for it."""
+
+    class Same(Estimator):
+        inputs = (Input("y", -1.0, 1.0),)
+        states = (State("y", -1.0, 1.0),)
+        outputs = (Output("z"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {"y": 0.5 * (x.y + u.y)}, {"z": ops.named("w", 0.25 * x.y)}
+
+    program, nodes = Same().compile_traced()
+    (state, after), (output,) = program.states[0], program.outputs
+    assert program.values[state].name != "y"
+    said = [declared_name(program, nodes, n) for n in (program.inputs[0], state, output)]
+    assert said == ["y", "y", "w"] and declared_name(program, {}, after) == "y_next"
+
+
 # -- conditions, through fixed point --------------------------------------------------------------
 
 
@@ -324,6 +365,23 @@ def test_a_condition_on_a_constant_combines(trace: Any) -> None:
     fixed, floats, _ = trace(function, [(-1.0, 1.0)]).run(np.array([-0.5, 0.5]))
     for y, want in zip(fixed, floats, strict=True):
         assert np.array_equal(y, want)
+
+
+def test_conditions_of_which_one_holds_alone(trace: Any) -> None:
+    """Of one that may hold, one that holds, one that does not, and those that just may not."""
+    ranges = [(-4.0, 4.0), (-2.0, -1.0), (1.0, 2.0), (0.0, 1.0), (-1.0, 0.0)]
+
+    def function(*x: Any) -> Any:
+        conditions = [v < 0.0 for v in x] + [~(v < 0.0) for v in x] + [x[4] < -0.5 * x[3]]
+        pairs = [(a, b) for a in conditions for b in conditions]
+        return tuple(ops.where(c, 1.0, 0.0) for a, b in pairs for c in (a ^ b, a & b, a | b))
+
+    rng = np.random.default_rng(5)
+    columns = [rng.choice([low, high, 0.5 * (low + high)], 60) for low, high in ranges]
+    fixed, floats, saturated = trace(function, ranges).run(*columns)
+    assert not saturated.any() and len(fixed) == 363
+    for k, (y, want) in enumerate(zip(fixed, floats, strict=True)):
+        assert np.array_equal(y, want), divmod(k // 3, 11)
 
 
 @pytest.mark.parametrize(("line", "where"), [("", "unit: "), ("f.py, line 3", "f.py, line 3: ")])

@@ -45,9 +45,11 @@ def test_a_word_that_is_just_too_coarse(function: object, share: float) -> None:
         check_resolution(judged(t, share * 2.0**-11 * 0.999), {})
 
 
-@pytest.mark.parametrize("small, exact", [(2.0**-9, True), (2.0**-30, False)])
+@pytest.mark.parametrize(
+    "small, exact", [(2.0**-10, True), (2.0**-11, False), (2.0**-30, False), (0.3, False)]
+)
 def test_a_constant_that_is_too_small_for_a_sum(small: float, exact: bool) -> None:
-    """A sum of chosen constants is exact, unless one of them is below its last bit, 2^-10."""
+    """A sum of chosen constants is exact, unless one of them has bits below its last, 2^-10."""
 
     def function(x: object) -> object:
         return ops.where(x < 0.0, 2.0**20, 0.0) + ops.where(x < 0.5, small, 0.0)

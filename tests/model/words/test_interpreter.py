@@ -1,5 +1,6 @@
 """The interpreter and single precision."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import FEW, Interpreter
-from boresight.model.words.program import Kind, Op, Overflow, Program, Scale, Term, Value
+from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Scale, Term, Value
 from boresight.model.words.single import single
 from tests.support.random_program import random_inputs, random_program
 
@@ -157,6 +158,9 @@ def test_refusals() -> None:
     m.params[1] = 1 << 17
     with pytest.raises(ValueError, match=r"^parameter gain must fit 18 bits, not 131072$"):
         m.update([[1, 2]])
+    for limit in ((1 << 17) - 1, -(1 << 17)):  # the limits themselves are words
+        m.params[1] = limit
+        m.update([[limit, limit]])
     with pytest.raises(ValueError, match=r"^runs must be at least 1, not 0$"):
         Interpreter(m.program, 0)
 
@@ -186,6 +190,19 @@ def test_equals_the_arrays(seed: int, word: int) -> None:
             assert np.array_equal(words, wanted[some])
         counts += machine.saturations
     assert np.array_equal(counts, arrays.saturations)
+
+
+@pytest.mark.parametrize("count", [255, 256, 257, 600])
+def test_a_sum_of_many_terms(count: int) -> None:
+    """Alternately plus a word and minus half of it, each counted in parts of the guard bits."""
+    (program, arith) = machine().program, machine().program.arithmetic
+    terms = [Term(2, 3, 16 - arith.guard), Term(0, 3, 17 - arith.guard, negate=Negate.YES)]
+    op = Op(4, tuple(terms[k % 2] for k in range(count)))
+    program = replace(program, ops=(op,))
+    wanted = 7 * ((count + 1) // 2) - (count // 2) * 5
+    for runs in (1, MANY):
+        out, _ = Interpreter(program, runs).update(np.full((1, runs), 10))
+        assert (out[1] == wanted).all()
 
 
 @pytest.mark.parametrize("word", range(18, 33))

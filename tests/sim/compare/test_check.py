@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.estimators import estimator
-from boresight.sim.compare.check import EXACT, USUAL, Check
+from boresight.model.tools.failure import ToolFailed
+from boresight.sim.compare.check import EXACT, USUAL, Check, _Attempt, _Case
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import CModel
+from boresight.sim.levels.integer import CModel, Emitted
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Record
@@ -289,6 +291,101 @@ def test_each_estimator_has_a_record():
     record = Record.of({"z": np.zeros(3), "k": np.zeros(3)})
     with pytest.raises(ValueError, match="longer"):
         Check(Build(Gain(), Count()), levels=()).run(record, record, record)
+
+
+def test_a_level_that_runs_on_leading_records(monkeypatch):
+    """All of them count, of logs of any lengths, in pieces that end with the longest."""
+    monkeypatch.setattr(Emitted, "most", 40)
+    build, rng = Build(Gain(), Count()), np.random.default_rng(4)
+    said = []
+    attempt = _Attempt(Emitted, "gcc", lambda: [Emitted(build, k) for k in (0, 1)])
+    records = [rng.uniform(-1, 1, (60, 2)), rng.uniform(-1, 1, (20, 1))]
+    attempt.begin(records, lambda *what: said.append(what))
+    assert said == [("c in gcc", 40)]
+    whole = Emitted.run_together([Emitted(build, k) for k in (0, 1)], records)
+    for start, counts in ((0, [30, 20]), (30, [10, 0])):
+        runs = attempt.advance([x[start : start + 30] for x in records])
+        assert [len(run.words) for run in runs] == counts
+        for run, other, n in zip(runs, whole, counts, strict=True):
+            assert np.array_equal(run.words, other.words[start : start + n])
+
+
+def sliced(rows, length, build=None):
+    """Slices of levels that go on from given states, or do not, and what is said of them."""
+    kinds = ((True, "verilator"), (True, "icarus"), (False, "gcc"))
+    attempts = [
+        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], said="")
+        for goes_on, tool in kinds
+    ]
+    Check(build or Build(Gain()), levels=())._slice(attempts, [range(length)], rows)
+    assert not any(x.slices or x.said for x in attempts[1:])
+    return attempts[0].slices, attempts[0].said
+
+
+def test_slices_are_spread_over_the_log():
+    slices, said = sliced(64, 1000)
+    assert [len(part) for part in slices] == [4] * 16
+    assert (slices[0].start, slices[-1].stop) == (0, 1000)
+    assert {b.start - a.start for a, b in zip(slices, slices[1:], strict=False)} == {66, 67}
+    assert said == (
+        "16 slices of 4 rows spread over 1000, each from the states of the integer model"
+    )
+    assert sliced(3, 9)[0] == [range(1), range(4, 5), range(8, 9)]
+    assert sliced(1, 9)[0] == [range(1)]
+    assert sliced(1000, 993)[0][-1] == range(931, 993)
+    assert sliced(1000, 992) == ([], "")  # all of them
+    with pytest.raises(InputError, match=r"^--rtl-rows: wanted one estimator, found 2, which take"):
+        sliced(3, 9, Build(Gain(), Count()))
+
+
+def test_what_is_known_of_an_update_that_differs():
+    """The states before it, and its record; of shared states those at its turn, and it alone."""
+    case = _Case(None, rows=100, before=np.array([7, 7]))
+    records, states = np.arange(6.0)[:, None], np.arange(12).reshape(6, 2)
+    wanted, shared = SimpleNamespace(states=states), -states
+    case.differs(0, 0, records, wanted)
+    case.differs(1, 3, records, wanted)
+    assert not case.origins
+    case.differs(2, 3, records, wanted, shared)
+    found = {k: (before.tolist(), record.tolist()) for k, (before, record) in case.wrong.items()}
+    assert found == {0: ([7, 7], [0.0]), 1: ([4, 5], [3.0]), 2: ([-6, -7], [3.0])}
+    ((k, (row, before, pieces)),) = case.origins.items()
+    assert (k, row, before.tolist()) == (2, 103, [-6, -7])
+    assert [piece.tolist() for piece in pieces] == [[[3.0]]]
+
+
+def test_rows_that_are_kept():
+    """Of a long log the leading ones alone; its warnings are told once."""
+    blocks = [SimpleNamespace(clamped={"u": k}, warnings=["first", f"{k}"]) for k in (1, 2)]
+    for whole, count in ((True, 2), (False, 1)):
+        case = _Case(None)
+        for block in blocks:
+            case.take(block, whole)
+        assert case.feeds == blocks[:count] and case.clamped == {"u": 2}
+        assert [*case.warnings] == ["first", "1", "2"]
+    for rows, complete in ((5, True), (6, False)):
+        kept = [(np.zeros((n, 1)), None, None) for n in (3, 2)]
+        assert _Case(None, rows=rows, kept=kept).complete == complete
+
+
+def test_a_tool_that_fails_says_why_in_a_line():
+    def fails():
+        raise ToolFailed("\n  it broke\nhere")
+
+    attempt = _Attempt(Emitted, "gcc", fails)
+    attempt.begin([np.zeros((3, 1))], lambda *_: None)
+    assert attempt.error == "it broke" and 0.0 < attempt.seconds < 60.0
+    assert attempt.advance([np.zeros((3, 1))]) is None
+
+
+def test_what_runs_is_told(monkeypatch):
+    monkeypatch.setattr("boresight.sim.compare.check.KEPT", 4)
+    for count, said in ((4, "4 updates"), (9, "4 updates and more")):
+        told = []
+        record = Record.of({"z": np.zeros(count), "k": np.zeros(count)})
+        (result,) = Check(Build(Gain()), levels=("c",), progress=told.append).run(record)
+        assert told == [f"{x}, {said}" for x in ("float64", "c in gcc", "integer interpreter")]
+        assert result.rows == len(result.fixed.words) == count and result.again is None
 
 
 def test_everything_is_made_once(monkeypatch):

@@ -11,7 +11,8 @@ import pytest
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.compare import twin as module
-from boresight.sim.compare.culprit import Culprit
+from boresight.sim.compare.culprit import Culprit, _first_leaving
+from boresight.sim.levels.build import Build
 from tests.support.faulty import (
     HERE,
     All,
@@ -51,17 +52,61 @@ def test_culprits(
     assert look(estimator(), inputs[:step], word) is None
 
 
-def test_an_angle_that_is_not_wrapped() -> None:
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "cure"),
+    [
+        (-1.0, 1.0, "ht", "an angle of a whole turn is wrapped: ops.wrap_ht"),
+        (-0.5, 0.5, "turn", "an angle of a whole turn is wrapped: ops.wrap_turns"),
+        (-0.25, 1.5, "ht", "widen the range (declared) or limit the value"),
+        (-1.0, 1.0, "deg", "widen the range (declared) or limit the value"),
+    ],
+)
+def test_an_angle_that_is_not_wrapped(low: float, high: float, unit: str, cure: str) -> None:
     class Turning(Estimator):
         inputs = (Input("u", -1.0, 1.0),)
-        states = (State("a", -1.0, 1.0, "ht"),)
-        outputs = (Output("a", "ht"),)
+        states = (State("a", low, high, unit),)
+        outputs = (Output("a", unit),)
 
         def step(self, x: Any, u: Any, p: Any) -> Any:
             a = x.a + u.u
             return {"a": a}, {"a": a}
 
-    assert str(look(Turning(), [0.5, 0.75])).endswith("a whole turn is wrapped: ops.wrap_ht")
+    assert str(look(Turning(), [0.5, 0.75, 0.75])).endswith(f"; {cure}")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind"),
+    [(lambda u: u.u * u.v, "a product"), (lambda u: u.u + 0.25 * u.v, "a sum"),
+     (lambda u: ops.where(u.u < u.v, u.u, 0.5 * u.v), "a selection"),
+     (lambda u: ops.absolute(u.u), "abs")],
+)  # fmt: skip
+def test_a_word_that_is_wrong_by_itself(wrong: Any, kind: str) -> None:
+    """No range explains it: both numbers are shown, in the first update in which they differ."""
+
+    class Plain(Estimator):
+        inputs = (Input("u", -1.0, 1.0), Input("v", -1.0, 1.0))
+        outputs = (Output("y"), Output("z"))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"y": wrong(u), "z": ops.named("z", 0.3 * u.v)}
+
+    build = Build(Plain())
+    (program,), (nodes,) = build.programs, build.nodes
+    words = np.array([[3, 5], [-7, 11], [2, -9]]) << 26
+    (twin,) = module.twins(program, nodes, words, np.zeros((3, 0), dtype=np.int64), first=40)
+    assert _first_leaving(twin) is None
+    y, z = program.outputs
+    twin.words[z][2] += 1 << 20
+    assert re.fullmatch(
+        r"step 42, value z \(.*\): float64 has \S+ where.*", str(_first_leaving(twin))
+    )
+    twin.words[y][1] += 1 << 20
+    exact, seen = twin.computed(nodes[y])[1], twin.real(y)[1]
+    assert re.fullmatch(
+        rf"step 41, value \w+, {kind} \(test_culprit\.py, line \d+\): float64 has {exact:.6g} "
+        rf"where the word has {seen:.6g}; see its operands in the report",
+        str(_first_leaving(twin)),
+    ), str(_first_leaving(twin))
 
 
 def test_below_the_floor_of_a_function() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -119,6 +120,18 @@ def test_a_share_of_decisions_may_differ_and_so_many_in_a_row() -> None:
     }  # fmt: skip
 
 
+def test_decisions_in_a_row_go_on_in_the_next_piece() -> None:
+    """Only those that differ up to its end do; a piece may have no rows."""
+    for pieces, longest in (([[1, 0], [1]], 1), ([[0, 1], [], [1]], 1), ([[0, 1], [1, 0]], 2)):
+        made = Differences([Output("s", "bits")], ["s"])
+        for rows in pieces:
+            made.add({"s": np.array(rows, dtype=float)}, {"s": np.zeros(len(rows))})
+        (decided,) = (d.decided for d in made.result())
+        assert decided is not None and decided.longest == longest
+    none = apart(Output("s", "bits"), [1.0, 2.0], [1.0, 2.0]).decided
+    assert none == Decided(0, 2, 0, 1e-5, 10)
+
+
 def test_values_are_judged_up_to_the_first_decision_that_differs_and_behind_it_by_rms() -> None:
     assert not decisions([])[1].good and not decisions([150_001])[1].good
     made = decisions([150_000, 160_000])[1]
@@ -145,8 +158,9 @@ def test_gaps_of_a_truth_are_left_out_and_those_of_a_run_are_faults() -> None:
     assert math.isnan(run.largest) and math.isnan(run.rms)
     assert run.to_json()["max"] is None and run.to_json()["rms"] is None
     assert json.loads(json.dumps(run.to_json(), allow_nan=False))["good"] is False
-    assert not apart(Output("s", "flags"), [1.0, NAN], [1.0, 1.0]).good
-    assert not apart(Output("s", "flags"), [1.0, 1.0], [1.0, NAN]).good
+    for values in ([1.0, NAN], [1.0, 1.0]), ([1.0, 1.0], [1.0, NAN]):
+        none = apart(Output("s", "flags"), *values)
+        assert math.isnan(none.largest) and not none.good
 
 
 def test_the_first_that_is_no_number_is_shown() -> None:
@@ -182,10 +196,44 @@ def test_no_reference_at_all() -> None:
         (Difference("y", "", 4, 2.0, 1.5, 1, 1.0), "y            max 2 in step 1, rms 1.5: BEYOND "
          "1"),
         (Difference("y", "", 0, NAN, NAN, None, None), "y            max nan, rms nan: not judged"),
+        (Difference("y", "m", 4, 2.0, 1.5, 1, 1.0,
+                    after=Difference("y", "m", 3, 9.0, 0.5, 6, None)),
+         "y            max 2 m in step 1, rms 1.5; in 3 updates after a decision that differs, max "
+         "9 in step 6, rms 0.5: BEYOND 1"),
+        (Difference("s", "words", 4, 0.0, 0.0, 0, 0.0, decided=Decided(0, 4, 0, 1e-5, 10)),
+         "s            max 0 words in step 0, rms 0: within 0"),
+        (Difference("s", "words", 4, INF, INF, 3, 0.0, decided=Decided(1, 4, 1, 1e-5, 10)),
+         "s            max inf words in step 3, rms inf: BEYOND 0"),
+        (Difference("yaw", "deg", 4, 180.0, 1.5, 1, 2.0), "yaw          max 180 deg in step 1, rms "
+         "1.5: BEYOND 2"),
+        (Difference(ATTITUDE, "deg", 4, 90.0, 1.5, 1, 2.0), "attitude     max 90 deg in step 1, "
+         "rms 1.5: BEYOND 2"),
+        (Difference(ATTITUDE, "deg", 4, 180.0, 1.5, 1, 2.0), "attitude     max 180 deg in step 1, "
+         "rms 1.5: BEYOND 2, as one has a norm beyond 0.5 to 2, or is half a turn off"),
     ],
 )  # fmt: skip
 def test_lines(made: Difference, text: str) -> None:
     assert made.line() == text
+
+
+def test_a_mean_square_as_large_as_the_tolerance_is_within() -> None:
+    for rms, good in ((1.0, True), (1.001, False)):
+        after = Difference("y", "m", 3, 9.0, rms, 6, None)
+        assert Difference("y", "m", 4, 1.0, 0.5, 1, 1.0, after=after).good == good
+
+
+def test_parts_that_follow_each_other() -> None:
+    """The largest of all, where it is in the whole; gaps of a truth count nowhere."""
+    none = Difference("y", "m", 0, NAN, NAN, None, None)
+    small, large = (Difference("y", "m", n, x, x, 1, None) for n, x in ((3, 1.0), (1, 5.0)))
+    rms = math.sqrt((3 * 1.0 + 25.0) / 4)
+    assert Difference.joined([none, small, large], [4, 3, 2]) == replace(
+        large, samples=4, rms=rms, at_step=8
+    )
+    assert Difference.joined([large, small], [2, 3]) == replace(large, samples=4, rms=rms)
+    assert Difference.joined([small], [3]) == small
+    both = [none, replace(none, unit="s")]
+    assert repr(Difference.joined(both, [4, 4])) == repr(none)
 
 
 ATTITUDES = tuple(Output(n, "", tolerance=1e-3) for n in QUATERNION)
@@ -233,6 +281,8 @@ def test_a_quaternion_that_is_no_attitude_is_half_a_turn_off(norm, angle, both) 
     r = np.stack([turned(10.0), norm * turned(10.0)])
     made = differences(ATTITUDES, columns(r), columns(r if both else q))[4]
     assert made.largest == pytest.approx(angle, abs=1e-5)
+    whole = np.array([[1.0, 0.0, 0.0, 0.0]])
+    assert differences(ATTITUDES, columns(whole), columns(2.0 * whole))[4].largest == 0.0
     assert not angle or (made.at_step == 1 and not made.good and "norm beyond" in made.line())
 
 

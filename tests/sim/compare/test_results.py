@@ -10,7 +10,9 @@ import pytest
 
 from boresight.gateware.core import Core
 from boresight.model.estimators.complementary import Complementary
+from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, verdict
+from boresight.sim.compare.textbook import textbook_line
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.levels.level import Level, Run, run_of_words
@@ -136,6 +138,47 @@ def test_lines() -> None:
         LevelResult("c", "gcc", 5, 2, 0.0).line()
         == "c        gcc          [2/5] mismatches   0.0 s"
     )
+    slices = LevelResult("c", "gcc", 5, 2, 0.0, slices="two slices")
+    assert slices.line() == "c        gcc          [2/5] mismatches; two slices   0.0 s"
+    assert slices.to_json()["slices"] == "two slices" and "slices" not in good.to_json()
+    assert good.to_json()["cycles_min"] == 9
+
+
+def test_rows_of_a_slice_are_counted_from_its_first(core: Core, wanted: Run) -> None:
+    made = Agreement(Emitted(Build(Complementary())))
+    words = wanted.words.copy()  # type: ignore[union-attr]
+    words[[2, 4]] += 1
+    assert made.add(wanted, wanted, 10) is None
+    assert made.add(dataclasses.replace(wanted, words=words), wanted, 40) == 2
+    assert made.add(dataclasses.replace(wanted, words=words), wanted, 60) is None
+    result = made.result(2.0, "why", "where")
+    assert (result.n_total, result.n_mismatch, result.first_wrong) == (21, 4, 42)
+    assert (result.seconds, result.divergence, result.slices) == (2.0, "why", "where")
+    assert made.add(wanted.rows(0, 0), wanted) is None
+    assert Agreement(made.level).result().failure == "no update was compared"
+
+
+def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> None:
+    """Both count, and neither makes a level less exact."""
+    far = Difference("roll", "", 4, 2.0, 1.5, 1, 1.0)
+    book = dataclasses.replace(checked, textbook=(far,))
+    fixed = dataclasses.replace(
+        checked, accuracy=dataclasses.replace(checked.accuracy, differences=(far,))
+    )
+    assert book.failures == [textbook_line([far])] and fixed.failures == [far.line()]
+    for wrong in (book, fixed):
+        assert wrong.exact and not wrong.good and not wrong.to_json()["good"]
+        assert verdict([wrong]) == f"FAILED: {' '.join(wrong.failures[0].split())}"
+    assert book.lines()[-1] == f"  {textbook_line([far])}"
+    warned = dataclasses.replace(
+        book, given=dataclasses.replace(checked.given, warnings=("first", "second"))
+    )
+    assert warned.lines() == [*book.lines(), "  warning: first", "  warning: second"]
+    assert warned.to_json()["warnings"] == ["first", "second"]
+    wrong = LevelResult("c", "gcc", 5, 2, 0.0)
+    both = dataclasses.replace(fixed, levels=(wrong,))
+    assert both.failures == ["c in gcc: 2 of 5 updates differ", far.line()]
+    assert verdict([both]) == "FAILED: c in gcc: 2 of 5 updates differ"
 
 
 def test_verdict(checked: CheckResult) -> None:

@@ -19,7 +19,7 @@ from boresight.sim.compare.check import Check
 from boresight.sim.levels import registry
 from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.integer import Interpreted
-from boresight.sim.levels.level import run_of_words
+from boresight.sim.levels.level import Run, run_of_words
 from boresight.sim.levels.registry import LEVELS, level_of, make_level
 from boresight.sim.levels.rtl import Simulated
 from boresight.sim.records.record import Record
@@ -69,6 +69,19 @@ def test_steps_are_a_run_and_reset_starts_anew(name: str) -> None:
     for output, values in whole.items():
         assert np.concatenate([h.outputs[output] for h in halves]).tolist() == values.tolist()
     level.close()
+
+
+def test_outputs_alone() -> None:
+    """Of a run, of words or of floating point, in which nothing saturates."""
+    values, saturated = np.arange(3.0), np.array([True, False, True])
+    run = Run({"a": values, "b": -values}, words=np.zeros((3, 2)), saturated=saturated, fault="it")
+    assert (run.n_saturated, Run({"a": values}).n_saturated) == (2, 0)
+    alone = run.outputs_alone(["b"])
+    assert list(alone.outputs) == ["b"] and (alone.outputs["b"] == -values).all()
+    assert alone.saturated is saturated and (alone.words, alone.fault) == (None, "it")
+    part = run.rows(1, 3)
+    assert part.outputs["a"].tolist() == [1.0, 2.0] and part.n_saturated == 1
+    assert part.fault == "it" and part.states is None
 
 
 def test_two_of_a_kind_share_nothing() -> None:

@@ -121,6 +121,22 @@ def test_every_word_of_an_update() -> None:
     assert [s.cycle for s in lost] == cycles[: len(lost)]
 
 
+@pytest.mark.parametrize(("tool", "pieces"), [("verilator", [3, 2, 2]), ("icarus", [7])])
+def test_pieces_before_an_update(tool: str, pieces: list[int]) -> None:
+    """One after the other in a simulation that goes on; at once in one that does not."""
+    level = Simulated(Build(Narrow(), word=18), tool=tool)
+    rows = []
+
+    def replayed(words: Any, **options: Any) -> Any:
+        rows.append(words)
+        return SimpleNamespace(writes=())
+
+    level._replayed = replayed  # type: ignore[method-assign]
+    level.words_of_update(RECORDS[5:7], [RECORDS[:3], RECORDS[3:5]])
+    assert [len(words) for words in rows] == pieces
+    assert np.array_equal(np.concatenate(rows), words_of(level.program, RECORDS[:7]))
+
+
 class Other(Leaky):
     """Beside the first one in a core."""
 

@@ -10,7 +10,7 @@ from boresight.model.algebra.quaternion import increment, matrix, multiply, righ
 from boresight.model.algebra.quaternion_filter import P0_MOST
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import estimator_of
-from boresight.sim.ranges import inner_products
+from boresight.sim.ranges import inner_products, measurements
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.coefficients import Coefficient
 from boresight.sim.ranges.gram import Gram
@@ -180,7 +180,7 @@ def test_noise_is_left_out_where_another_vector_has_none_of_it(monkeypatch):
 def test_a_gain_is_compared_with_what_it_stands_for():
     """Along what is measured it is the inner product, along the vector without noise it is not."""
     _, _, gram = traces_of(Turned())
-    root, (alike, unit) = next(iter(gram.measurements.weights.items()))
+    root, (alike, unit) = next(iter(gram.pairs.units.items()))
     gain = next(
         n for n in gram.nodes.values() if n.kind == "mul" and root in [a.number for a in n.args]
     )
@@ -188,9 +188,8 @@ def test_a_gain_is_compared_with_what_it_stands_for():
     plain = alike[1]
     false = gram.space.add(plain.at / plain.length[:, None], measured=plain)
     for along, found in ((false, False), (unit, True)):
-        gram.pairs.found.pop(gain.number, None)
-        gram.measurements.gain(gain, column, alike, along)
-        assert (gain.number in gram.pairs.found) == found
+        pair = measurements.gain(gram.pairs, gain, column, alike, along)
+        assert (pair is not None) == found
 
 
 def test_the_trace_of_blocks():

@@ -37,6 +37,14 @@ def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: 
     parts = [interpret(program, part, machine=going) for part in np.split(inputs[:steps], cuts)]
     for k, whole in enumerate((outputs, saturated, states)):
         assert np.concatenate([part[k] for part in parts]).tolist() == whole.tolist()
+    # In segments, too, where its states are known.
+    going = Interpreter(program)
+    for some in (slice(0, steps // 2), slice(steps // 2, steps)):
+        result = interpret(program, inputs[some], states=states[some], machine=going)
+        for found, whole in zip(result, (outputs, saturated, states), strict=False):
+            assert np.array_equal(found, whole[some])
+        assert result[3] is None
+        going.states = states[some][-1:].T
 
 
 @pytest.mark.parametrize("steps, at", [(100, 7), (100, 15), (100, 90)])

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -256,6 +257,44 @@ def test_random_programs_in_turns(config, word, count, simulator):
     run = bench(part).run(stream, bus_writes=[BusWrite(9, address, 12345)])
     assert np.array_equal(run.outputs, np.concatenate([first, second])[:, :, 0])
     assert (run.interval_cycles == part.schedule.interval).all()
+
+
+def test_turns_of_all_lengths():
+    turns = random_turns([400, 0, 300], seed=3, longest=4)
+    assert {turn.stop - turn.start for turn in turns} == {1, 2, 3, 4}
+    assert {turn.number for turn in turns} == {0, 2} and turns != random_turns([400, 0, 300])
+
+
+def test_each_program_has_its_turns_and_its_results():
+    """Numbers that no program has are written, too, before its own records begin."""
+    programs = random_programs(1, 2, n_ops=6)
+    parts = [SimpleNamespace(program=replace(p, outputs=p.outputs[:1])) for p in programs]
+    parts[1] = SimpleNamespace(program=replace(programs[1], outputs=(3, 4)))
+    streams = [np.arange(60)[:, None], np.arange(100, 180).reshape(40, 2)]
+    seen = {}
+
+    def replay(words, *, numbers, stall, bus_writes):
+        seen.update(words=words, numbers=numbers, stall=stall, writes=bus_writes)
+        outputs = np.stack([words[:, 0], -words[:, 0], words[:, 0]], axis=1)
+        return RtlRun(outputs, words[:, 0] % 2 > 0, outputs + 7, words[:, 0] + 9)
+
+    simulation = SimpleNamespace(core=SimpleNamespace(parts=parts))
+    turns = [Turn(1, 0, 30), Turn(0, 0, 60), Turn(1, 30, 40)]
+    runs = run_in_turns(simulation, streams, turns=turns, stall=5, replay=replay)
+    assert seen["numbers"].tolist() == [1] * 30 + [0] * 60 + [1] * 10 and seen["stall"] == 5
+    assert seen["words"][30].tolist() == [0, 0] and seen["words"][0].tolist() == [100, 101]
+    own = [w for w in seen["writes"] if w.word in (0, 1)]
+    assert own == [BusWrite(at, PROGRAM, k) for at, k in ((0, 1), (30, 0), (90, 1))]
+    for run, stream, n in zip(runs, streams, (1, 2), strict=True):
+        first = stream[:, 0]
+        assert run.outputs.tolist() == np.stack([first, -first], axis=1)[:, :n].tolist()
+        assert np.array_equal(run.latency_cycles, run.outputs + 7)
+        assert np.array_equal(run.interval_cycles, first + 9)
+        assert np.array_equal(run.saturated, first % 2 > 0)
+    run_in_turns(simulation, streams, longest=1, replay=replay)
+    wrong = [w for w in seen["writes"] if w.word not in (0, 1)]
+    assert {w.word for w in wrong} == {2, -1} and {w.address for w in wrong} == {PROGRAM}
+    assert 10 < len(wrong) < 50  # of 100 turns
 
 
 def test_rounds_of_records_stay_the_same_when_streams_are_cut():
