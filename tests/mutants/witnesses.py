@@ -35,6 +35,7 @@ PARTS: Mapping[str, Group] = {
 
 _PROOF = "test_shipped_programs or test_linked_programs or test_programs_that or test_random"
 _COMPILED = ["tests/gateware/microcode/test_validation.py", "tests/firmware/test_validation.py"]
+_MEMORIES = "tests/gateware/texts/test_memories.py"
 _FORMAL = "test_short_proof and (lane or operands or sequencer)"
 
 
@@ -42,7 +43,7 @@ def proof(root: Path, file: str) -> list[str]:
     """What runs the proofs of each core, or of the engine's parts, for pytest."""
     if file.startswith("gateware/engine/"):
         return ["tests/sim/formal/test_prove.py", "-k", _FORMAL]
-    return [*_COMPILED, "-k", _PROOF]
+    return [*_COMPILED, _MEMORIES, "-k", f"{_PROOF} or test_one_digit"]
 
 
 def search(root: Path, file: str) -> list[str]:
