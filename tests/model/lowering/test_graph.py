@@ -415,3 +415,26 @@ def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float)
     while inside.kind != "saturated":
         inside = next(a for a in inside.args if a.kind != "const")
     assert limit < 2.0 * inside.value <= 4.0 * limit
+
+
+@pytest.mark.parametrize(
+    ("ends", "held", "wanted"),
+    [
+        ((-1.0, 4.0), (0.5, 3.0), (0.5, 4.0)),
+        ((-1.0, 4.0), (-3.0, -0.5), (-1.0, -0.5)),
+        ((-1e6, 1e6), (0.125, 4.0), (0.125, 8.0)),  # more than the word of a divisor spans
+        ((-1e6, 1e6), (-4.0, -0.125), (-8.0, -0.125)),
+        ((-5.0, 1e6), (-4.0, -0.125), (-5.0, -0.125)),
+        ((-8192.0, 8192.0), (0.125, 4.0), (0.125, 8192.0)),  # just as much
+        ((-32.0, 32.0), (2.0**-13, 31.0), (2.0**-13, 32.0)),  # no further than the limit
+        ((-1e6, 1e6), (0.0, 4.0), (0.0, 1e6)),
+        ((-math.inf, math.inf), (0.5, 3.0), (0.5, 4.0)),
+        ((0.25, math.inf), (0.5, 3.0), (0.5, 4.0)),
+        ((-math.inf, math.inf), (-3.0, -0.5), (-4.0, -0.5)),
+    ],
+)
+def test_what_is_held_off_zero(ends: Any, held: Any, wanted: Any) -> None:
+    """A divisor between the limits that runs came to; the other end is its own, or a word's."""
+    graph = Graph("unit")
+    node = graph.limited(graph.leaf("input", "x", *ends, ""), *held)
+    assert (node.low, node.high) == wanted
