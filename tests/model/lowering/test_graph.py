@@ -406,6 +406,17 @@ def test_a_clip_of_a_range_that_is_far_wider(trace: Any, edges: Any, limits: Any
     assert np.array_equal(fixed[0], floats[0]) and not saturated.any()
 
 
+@pytest.mark.parametrize(
+    "edges", [(99.0, 101.0), (99.0, 100.0 + 2.0**-12), (100.0 + 2.0**-12, 101.0)]
+)
+def test_a_clip_of_a_narrow_range_far_from_zero(trace: Any, edges: Any) -> None:
+    limits = (100.0, 100.0 + 2.0**-11)
+    x = np.concatenate([np.linspace(*edges, 65), np.clip(np.linspace(*limits, 33), *edges)])
+    fixed, floats, saturated = trace(lambda v: ops.clip(v, *limits), [edges]).run(x)
+    assert np.abs(fixed[0] - floats[0]).max() <= 2.0**-23 and not saturated.any()
+    assert fixed[0].min() >= limits[0] and fixed[0].max() <= limits[1]
+
+
 @pytest.mark.parametrize("limit", [0.25, 100.0])
 def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float) -> None:
     x = leaf(g, "x", 0.0, 4.0)
