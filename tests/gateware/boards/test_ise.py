@@ -98,6 +98,9 @@ def test_verilog_elaborates(board: str, project) -> None:
         ("PLL_BASE", board == "sk-xc6slx9"),
     ):
         assert bool(re.search(rf"(?m)^  {primitive} ", text)) == wanted, primitive
+    if board == "sk-xc6slx9":  # the clock runs from when it is stable and the device configured
+        (enable,) = re.findall(r"BUFGCE [^;]*\.CE\(([^)]*)\)", text)
+        assert re.search(rf"assign {re.escape(enable)} = locked & started;", text)
 
 
 @BOARD

@@ -37,7 +37,7 @@ async def write(ctx, dut: Csr, offset: int, word: int) -> None:
 
 async def read(ctx, dut: Csr, offset: int) -> int:
     ctx.set(dut.offset, offset)
-    await ctx.tick()
+    await ctx.tick().repeat(dut.read_cycles)
     assert ctx.get(dut.known) == (0x40 + offset in {r.address for r in REGISTERS})
     return ctx.get(dut.r_data)
 
@@ -64,8 +64,9 @@ def test_after_power_up(simulate) -> None:
     simulate(dut, bench)
 
 
-def test_random_accesses_against_a_model(simulate) -> None:
-    dut, rng = Csr(REGISTERS), random.Random(1)
+@pytest.mark.parametrize("read_cycles", [1, 2])
+def test_random_accesses_against_a_model(read_cycles: int, simulate) -> None:
+    dut, rng = Csr(REGISTERS, read_cycles=read_cycles), random.Random(1)
     widths = {2: ("wide", 32), 4: ("small", 3), 5: ("choice", 2)}
     model = {"wide": 7, "small": 5, "choice": 1, "state": 0, "clock": 0}
 
@@ -92,6 +93,26 @@ def test_random_accesses_against_a_model(simulate) -> None:
                 assert await read(ctx, dut, offset) == wanted
             for name, _ in widths.values():
                 assert ctx.get(getattr(dut, name)) == model[name]
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("read_cycles", [1, 2])
+def test_words_follow_their_offsets(read_cycles: int, simulate) -> None:
+    """A word is there ``read_cycles`` after its offset, whatever is asked for in between."""
+    dut = Csr(REGISTERS, read_cycles=read_cycles)
+    wanted = {0: 0xDEAD_BEEF, 1: 0x155, 2: 7, 4: 5, 5: 1, 7: 0x8000_0001}
+
+    async def bench(ctx):
+        ctx.set(dut.state, 0x155)
+        ctx.set(dut.clock, 0x8000_0001)
+        offsets, seen = [*wanted, *reversed(wanted)], []
+        for offset in [*offsets, *[0] * read_cycles]:
+            seen.append(ctx.get(dut.r_data))
+            ctx.set(dut.offset, offset)
+            await ctx.tick()
+        seen.append(ctx.get(dut.r_data))
+        assert seen[read_cycles:][: len(offsets)] == [wanted[offset] for offset in offsets]
 
     simulate(dut, bench)
 

@@ -94,6 +94,14 @@ def test_a_quotient_has_its_divisors_sign(trace: Any, low: float) -> None:
     assert np.abs(fixed - wanted).max() < 1e-8 and not saturated.any()
 
 
+def test_a_quotient_of_a_magnitude(trace: Any) -> None:
+    """The product has one flag: that of the magnitude's sign or that of the divisor's."""
+    t = trace(lambda a, b: ops.absolute(a) * (1.0 / b), [(-1.0, 1.0), (-2.0, -0.5)])
+    a, b = np.meshgrid(np.linspace(-1.0, 0.99, 9), np.linspace(-2.0, -0.5, 9))
+    (fixed,), (wanted,), saturated = t.run(a.ravel(), b.ravel())
+    assert np.abs(fixed - wanted).max() < 1e-8 and not saturated.any()
+
+
 def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError, match=r"^test_fuse\.py, line \d+: wanted a finite range, found .* \[-inf, inf\]"

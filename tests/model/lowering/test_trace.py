@@ -145,6 +145,13 @@ def test_misuse_is_refused(x: Any) -> None:
         np.tanh(x)
 
 
+def test_a_value_that_was_kept_from_another_run_is_refused(x: Any) -> None:
+    kept = Tracer("unit").leaf("input", "kept", -2.0, 3.0)
+    for mixed in (lambda: x + kept, lambda: kept + x, lambda: (x < 1.0) & (kept < 1.0)):
+        with pytest.raises(InputError, match="wanted a step that computes the same whenever"):
+            mixed()
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_constants_are_finite(x: Any, value: float) -> None:
     with pytest.raises(
