@@ -218,6 +218,13 @@ def test_errors() -> None:
         schedule(p, FAST, restarts=-1)
 
 
+def test_a_program_that_is_too_long_is_refused_before_the_search() -> None:
+    """By its slots alone, with the last pipeline."""
+    p = random_program(1, n_ops=30)
+    with pytest.raises(ScheduleError, match=r"takes 72 microwords or more, the small machine"):
+        schedule(p, dataclasses.replace(SMALL, rom_words=71))
+
+
 def test_circle() -> None:
     p = program([Op(2, (Term(3, 1, 22),)), Op(3, (Term(2, 1, 22),))], [3])
     with pytest.raises(ScheduleError, match=r"^test: op v0 waits for itself"):
