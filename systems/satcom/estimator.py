@@ -41,15 +41,7 @@ from boresight.model.algebra.covariance import (
     element_names,
     partly_turned,
 )
-from boresight.model.algebra.quaternion import (
-    NO_ROTATION,
-    dot,
-    increment,
-    matrix,
-    multiply,
-    right_matrix,
-    turn,
-)
+from boresight.model.algebra.quaternion import dot, increment, matrix, multiply, right_matrix, turn
 from boresight.model.algebra.quaternion_filter import (
     FLOOR_NOISE,
     TRACE_LIMIT,
@@ -144,11 +136,11 @@ class Satcom(Estimator):
         )
 
         # Innovations over 2, times cos(theta) where the Jacobian is.
-        sine, cosine = c_nb[2][1], c_nb[2][2]  # of the roll, times cos_theta
+        roll_sine, roll_cosine = c_nb[2][1], c_nb[2][2]  # times cos(theta)
         if self.printed_roll:
-            off = u.az * sine + u.ay * cosine, u.ay * sine - u.az * cosine
+            off = u.az * roll_sine + u.ay * roll_cosine, u.ay * roll_sine - u.az * roll_cosine
         else:
-            off = u.az * sine - u.ay * cosine, -(u.ay * sine) - u.az * cosine
+            off = u.az * roll_sine - u.ay * roll_cosine, -(u.ay * roll_sine) - u.az * roll_cosine
         roll_off = ops.atan2_ht(*off)
         sine = ops.saturated(u.ax * (1.0 / GRAVITY), 1.0)
         cosine = ops.bounded(ops.sqrt(1.0 - sine * sine), 0.0, 1.0, "cosine")
@@ -162,7 +154,7 @@ class Satcom(Estimator):
         # Noises over 2, scaled.
         tilt_scale = ops.where(moving, ops.saturated(p.adapt * half_scale, 1024.0), half_scale)
         r_roll, r_pitch, r_heading = (
-            ops.bounded(root * root, 0.0, 16.0, "variance", unless=NO_ROTATION)
+            ops.bounded(root * root, 0.0, 16.0, "variance")
             for root in (
                 ops.saturated(p.roll_sd * tilt_scale, NOISE_LIMIT) * cos_theta,
                 ops.saturated(p.pitch_sd * tilt_scale, NOISE_LIMIT),
@@ -197,8 +189,8 @@ class Satcom(Estimator):
         ]
         # (1, v)/|(1, v)|^2, with 1/(1 + y) = 1 - y + y^2 within y^3.
         y = ops.saturated(dot(half, half), 0.5)
-        inverse = ops.bounded(1.0 - y + y * y, 0.75, 1.0, "of one and more")
-        correction = [inverse, *(ops.bounded(v * inverse, -0.5, 0.5, "sine") for v in half)]
+        inverse = ops.bounded(1.0 - y + y * y, 0.75, 1.0, "inverse of one and more")
+        correction = [inverse, *(ops.bounded(v * inverse, -0.5, 0.5, "part") for v in half)]
         after = self._turned(downdated(a, gains, restart | far), correction, restart, p, half_scale)
         start = [ops.saturated(v, 1.0) for v in ops.sincos_ht(0.5 * p.start_heading)]
         first = zip("wxyz", (start[1], 0.0, 0.0, start[0]), q_new, strict=True)

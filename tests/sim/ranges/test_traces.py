@@ -165,9 +165,8 @@ def test_noise_is_left_out_where_another_vector_has_none_of_it(monkeypatch):
     assert traces._without_noise(noisy, other) is plain
     assert traces._without_noise(noisy, noisy) is noisy
     along = gram.space.add(noisy.at / noisy.length[:, None], measured=noisy)
-    left = gram.space.less(
-        noisy, along
-    )  # what a measurement along it leaves has a part of its noise
+    # What a measurement along it leaves has a part of its noise.
+    left = gram.space.less(noisy, along)
     assert traces._without_noise(left, other) is left
     alone = gram.space.add(other.at / other.length[:, None], measured=other)
     left = gram.space.less(noisy, alone)
