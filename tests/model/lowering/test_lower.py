@@ -500,6 +500,8 @@ def test_outputs_and_next_states_carry_their_names() -> None:
         program.outputs, [after for _, after in program.states]
     )]  # fmt: skip
     assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next", "b_next"]]
+    held = [nodes[number].label for number in (*program.outputs, program.states[0][1])]
+    assert held == ["b_out", "sum", "u", "own"]  # a copy, too
     # A title keeps nothing from being part of another value, as a name would.
     product = a * b
     fused = lower(
