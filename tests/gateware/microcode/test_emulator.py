@@ -139,3 +139,12 @@ def test_a_record_in_two_parts(machine: Machine) -> None:
     assert [*first.writes, *second.writes] == expected.writes
     assert (second.outputs, second.emitted) == (expected.outputs, expected.emitted)
     assert first.cycles < second.cycles == expected.cycles
+
+
+def test_records_in_a_row() -> None:
+    p = random_program(6, n_inputs=5, n_states=4)
+    one, other = (build(p, CONFIGS["fast"])[1] for _ in range(2))
+    records = random_inputs(p, 1, 3)
+    outputs = [word for words in records for word in one.update(words).outputs]
+    stream = ((word, k == 4) for words in records for k, word in enumerate(words))
+    assert other.feed(stream).outputs == outputs
