@@ -80,7 +80,7 @@ def influences(
     """
     node_of = dict(nodes)
     results = {*program.outputs, *(value for pair in program.states for value in pair)}
-    if not results <= node_of.keys():
+    if results - node_of.keys():
         return {}
     adjoint = _Adjoint(program, node_of, inputs, states, before)
     errors = rounding_errors(
@@ -100,11 +100,7 @@ def _sorted(
     whole = math.fsum(x * x for x in rms.values())
     influential = [
         Influence(
-            program.values[n].name,
-            nodes[n].line,
-            x,
-            x * x / whole,
-            math.sqrt(max(whole - 0.75 * x * x, 0.0)),
+            program.values[n].name, nodes[n].line, x, x * x / whole, math.sqrt(whole - 0.75 * x * x)
         )
         for n, x in rms.items()
         if math.isfinite(x) and x > 0.0
@@ -125,7 +121,7 @@ class _Adjoint:
     ) -> None:
         self.program, self.nodes = program, nodes
         self.order = _ordered(nodes, program)
-        count = min(len(inputs), UPDATES, max(2, _MOST // max(len(self.order), 1)))
+        count = min(len(inputs), UPDATES, max(2, _MOST // len(self.order)))
         self.some = slice(len(inputs) - count, len(inputs))
         if before is None:
             initial = [program.values[s].initial for s, _ in program.states]
