@@ -88,9 +88,12 @@ def influences(
     )
     out: dict[str, list[Influence]] = {}
     for k, name in enumerate(program.output_names):
-        effects = adjoint.effects(k)
-        rms = {n: effects[n] * e.rms for n, e in errors.items() if effects.get(n)}
-        out[name] = _sorted(program, node_of, rms)
+        with np.errstate(all="ignore"):
+            effects = adjoint.effects(k)
+        rms = {n: effects.get(n, 0.0) * e.rms for n, e in errors.items()}
+        # What grows without end over the updates is no number.
+        some = {n: x for n, x in rms.items() if math.isfinite(x) and x > 0.0}
+        out[name] = _sorted(program, node_of, some)
     return out
 
 
@@ -103,7 +106,6 @@ def _sorted(
             program.values[n].name, nodes[n].line, x, x * x / whole, math.sqrt(whole - 0.75 * x * x)
         )
         for n, x in rms.items()
-        if math.isfinite(x) and x > 0.0
     ]
     return sorted(influential, key=lambda i: -i.rms)
 
@@ -172,7 +174,7 @@ class _Adjoint:
             sign = rng.choice([-1.0, 1.0], self.count)
             later = np.zeros((self.count + 1, len(self.leaf)))
             rows = [direct.get(leaf, np.zeros(self.count)) for leaf in self.leaf]
-            own = np.stack(rows, axis=1) if rows else np.zeros((self.count, 0))
+            own = np.reshape(rows, (len(rows), self.count)).T
             for t in range(self.count - 1, -1, -1):
                 later[t] = sign[t] * own[t] + later[t + 1] @ self.jacobian[t]
             seeds: dict[int, FloatArray] = {number: sign}

@@ -11,6 +11,7 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.sim.compare import influence as module
 from boresight.sim.compare.influence import Influence, influences
+from boresight.sim.compare.twin import rounding_errors
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, words_of
@@ -62,6 +63,19 @@ class Arc(Functions):
     def step(self, x: Any, u: Any, p: Any) -> Any:
         """Of a rounded product."""
         return {}, {"asin": ops.asin_ht(u.a * u.a)}
+
+
+class Late(Estimator):
+    """An output, and the same one update later by way of a wide state."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    states = (State("s", -63.0, 63.0),)
+    outputs = (Output("now"), Output("late"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """One update."""
+        now = 0.3 * u.u * u.u
+        return {"s": now}, {"now": now, "late": 0.5 * x.s}
 
 
 def found(
@@ -124,18 +138,6 @@ def test_what_a_state_keeps_counts_in_later_updates() -> None:
 
 
 def test_a_copy_for_a_state_counts_there_alone() -> None:
-    class Late(Estimator):
-        """An output, and the same one update later by way of a wide state."""
-
-        inputs = (Input("u", -1.0, 1.0),)
-        states = (State("s", -63.0, 63.0),)
-        outputs = (Output("now"), Output("late"))
-
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            """One update."""
-            now = 0.3 * u.u * u.u
-            return {"s": now}, {"now": now, "late": 0.5 * x.s}
-
     got, _ = found(Late(), exact(np.sin(T))[:, None], 18)
     now, late = ([i.value for i in got[name]] for name in ("now", "late"))
     assert "s_next" in now and "s_next_aligned" not in now
@@ -173,3 +175,34 @@ def test_what_is_exact_has_no_influence() -> None:
             return {"s": u.u}, {"now": u.u, "late": x.s}
 
     assert found(Exact(), exact(np.sin(T))[:, None], 18)[0] == {"now": [], "late": []}
+
+
+def test_two_updates() -> None:
+    """The first one's state makes an error in the second, whose own makes one in none."""
+    inputs = np.array([[0.37], [0.59]])
+    got, _ = found(Late(), inputs, 18)
+    build = Build(Late(), word=18)
+    (program,), (nodes,) = build.programs, build.nodes
+    words, states = words_of(program, inputs), Emitted(build).run_anew(inputs).states
+    assert states is not None
+    errors = rounding_errors(program, nodes, words, states)
+    (copy,) = (i for i in got["late"] if i.value == "s_next_aligned")
+    (number,) = (n for n, v in enumerate(program.values) if v.name == copy.value)
+    assert copy.rms == pytest.approx(0.5 / np.sqrt(2.0) * errors[number].rms)
+
+
+def test_what_grows_without_end_is_left_out() -> None:
+    class Tripling(Estimator):
+        """An angle whose errors are three times as large an update later."""
+
+        inputs = (Input("u", -1.0, 1.0),)
+        states = (State("a", -1.0, 1.0, "ht"),)
+        outputs = (Output("a", "ht"), Output("square"))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            a = ops.wrap_ht(3.0 * x.a + 0.3 * u.u)
+            return {"a": a}, {"a": a, "square": u.u * u.u}
+
+    got, _ = found(Tripling(), exact(np.sin(T), 2.0**16)[:, None], 18)
+    assert got["a"] == [] and [i.share for i in got["square"]] == [1.0]
