@@ -11,7 +11,7 @@ is split instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from boresight.model import places
@@ -160,7 +160,8 @@ class Groups:
         factors = [self.values[n] for n in (p.a, p.b) if n is not None]
         variable = [v for v in factors if v.range_source not in ("constant", "table")]
         names = [v.name.removesuffix("_aligned") for v in variable]
-        if p.scale is not Scale.NONE and form.norm is not None:
+        if p.scale is not Scale.NONE:
+            assert form.norm is not None
             variable.append(self.values[form.norm])
             names.append("its root")
         names += [f"2^{p.exponent}"] if p.exponent else []
@@ -189,10 +190,8 @@ class Groups:
         arith = self.arith
         total = 1 << (arith.guard - 1)
         placed: list[_Placed] = []
-        for number, p in enumerate(products):
+        for number, p in self._counted(form, products, frac):
             slack = self._slack(p.scale)
-            if math.ldexp(self._magnitude(form, p), frac + arith.guard) < 1.0:
-                continue  # below the accumulator's last bit
             # shift = (fraction bits of the product) - (those of the accumulator)
             shift = (
                 (arith.fraction_bits if p.fraction_a else self.frac(p.a))
@@ -216,16 +215,21 @@ class Groups:
             else:
                 total += _ceil_shift(self._bound(p.a, p.fraction_a) * bound_b, shift - slack)
             placed.append(_Placed(p, shift, unit))
-        if form.constant != 0.0 or not placed:
-            own = Format.for_range(arith.word, form.constant, form.constant).frac
-            number = self.constant(form.constant, min(own, frac + arith.guard))
-            unit = arith.word - 2
-            shift = self.frac(number) + unit - frac - arith.guard  # at most `one`
-            if shift < 0:
-                return None
-            total += _ceil_shift(self._bound(number, False) << unit, shift)
-            placed.append(_Placed(Product(number), shift, unit))
         return placed if total < 1 << (arith.acc_width - 1) else None
+
+    def _counted(
+        self, form: Form, products: Sequence[Product], frac: int
+    ) -> Iterator[tuple[int, Product]]:
+        """Products that reach the accumulator, by number; then the constant, or 0 if none does."""
+        last = frac + self.arith.guard
+        empty = True
+        for number, p in enumerate(products):
+            if math.ldexp(self._magnitude(form, p), last) >= 1.0:
+                empty = False
+                yield number, p
+        if form.constant != 0.0 or empty:
+            own = Format.for_range(self.arith.word, form.constant, form.constant).frac
+            yield len(products), Product(self.constant(form.constant, min(own, last)))
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
         terms = self._terms(placed)

@@ -120,3 +120,43 @@ def test_a_small_factor_of_a_large_one_counts(trace: Any) -> None:
         np.array([2.0**-22, -(2.0**-22)]), np.array([2.0**14, 2.0**13]), np.array([1000.0, -5.0])
     )
     assert np.abs(fixed - wanted).max() <= 0.5 * t.formats()[0].lsb == 2.0**-11
+
+
+def leaf(groups: Groups, name: str, frac: int) -> int:
+    return groups.value(Value(name, Kind.INPUT, frac, -1.0, 1.0, "test"))
+
+
+@WORDS
+def test_a_word_is_moved_down_by_as_many_bits_as_a_shift_has(word: int) -> None:
+    """Times 1, as finest, in one operation; a bit more takes another."""
+    arith = Arithmetic(word)
+    for more in (0, 1):
+        groups = Groups("test", arith)
+        a = leaf(groups, "a", arith.guard + arith.shift_max + more)
+        groups.group(Form([Product(a)]), Target("y", -1.0, 1.0, "test"), frac=0)
+        assert len(groups.ops) == 1 + more
+        assert groups.ops[0].terms[0].shift == arith.shift_max
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_the_accumulator_is_filled_to_its_last_word(more: int) -> None:
+    """Half a bit for rounding counts; one more than its largest, and the result is coarser."""
+    arith = Arithmetic(32)
+    groups = Groups("test", arith)
+    a, one = leaf(groups, "a", 4), groups.constant(2.0**-4, 4)
+    factor = (1 << arith.guard + arith.headroom) - 1  # of 2^31: that much is left
+    left = (1 << 31) - (1 << arith.guard - 1) - 1 + more
+    numbers = [groups.constant(word * 2.0**-4, 4) for word in (factor, left)]
+    form = Form([Product(a, numbers[0]), Product(numbers[1], one)])
+    result = groups.group(form, Target("y", -1.0, 1.0, "test"), frac=8 - arith.guard)
+    assert groups.frac(result) == 8 - arith.guard - more
+
+
+def test_only_what_is_normalised_stays_inside_a_word() -> None:
+    """A value that one term normalises comes as it is in another, with all its bits above."""
+    arith = Arithmetic(32)
+    groups = Groups("test", arith)
+    a, c = leaf(groups, "a", 0), groups.constant(2.0**-12, 20)
+    form = Form([Product(c, c, scale=Scale.HALF), Product(a)], norm=a)
+    result = groups.group(form, Target("y", -1.0, 1.0, "test"), frac=22)
+    assert groups.frac(result) == arith.headroom - 1

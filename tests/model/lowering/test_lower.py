@@ -444,6 +444,14 @@ def test_more_than_63_bits_is_refused_by_name(trace: Any) -> None:
         )
 
 
+def test_only_a_factor_of_a_root_is_said_to_be_one(trace: Any) -> None:
+    with pytest.raises(InputError, match=r", found x1 \* 2\^300 up to .* \(x1 \[-1, 1\]\)$"):
+        trace(
+            lambda a, b: ops.bounded(a * ops.rsqrt(a) + b * 2.0**300, -1.0, 1.0, "wrong"),
+            [(1.0, 2.0), (-1.0, 1.0)],
+        )
+
+
 def test_an_unbounded_factor_under_a_prescribed_format_is_refused_by_name(trace: Any) -> None:
     with pytest.raises(
         InputError,
@@ -466,6 +474,14 @@ def test_a_root_that_varies_much_is_coarser_where_its_result_is(trace: Any) -> N
     fixed, floats, saturated = x.run(a, 4.0 ** -rng.integers(0, 11, 1000), c)
     assert not saturated.any()
     assert np.abs(fixed[0] - floats[0]).max() <= x.formats()[0].lsb
+
+
+def test_a_root_that_varies_much_keeps_its_bits_beside_a_constant(trace: Any) -> None:
+    low = 2.0**-21
+    x = trace(lambda a, b: 1e9 + a * ops.rsqrt(b), [(-1.0, 1.0), (low, 1.0)])
+    rng = np.random.default_rng(5)
+    fixed, floats, _ = x.run(rng.uniform(-1.0, 1.0, 1000), low * (1 + rng.integers(0, 999, 1000)))
+    assert np.abs(fixed[0] - floats[0]).max() <= 0.51 * x.formats()[0].lsb
 
 
 def test_outputs_and_next_states_carry_their_names() -> None:
