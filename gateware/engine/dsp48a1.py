@@ -138,7 +138,7 @@ class DSP48A1(wiring.Component):
         registers = {f"p_{name.upper()}": int(used) for name, used in self.registers.items()}
         enables = {f"i_CE{name}": self.en for name in ("A", "B", "C", "M", "P")}
         unused = {
-            f"i_{name}": Const(0, 1)
+            f"i_{name}": Const(0)
             for name in (
                 "CED",
                 "CECARRYIN",

@@ -266,6 +266,25 @@ def test_unused_registers_read_zero() -> None:
     run(bench)
 
 
+@pytest.mark.parametrize("missing", ["cyc", "stb"])
+def test_without_a_strobe_nothing_happens(missing: str) -> None:
+    async def bench(ctx, dut):
+        ctx.set(dut.bus.adr, ADDRESS["fence"])
+        ctx.set(dut.bus.dat_w, 5)
+        ctx.set(dut.bus.we, 1)
+        ctx.set(dut.bus.stb if missing == "cyc" else dut.bus.cyc, 1)
+        for _ in range(3):
+            await ctx.tick()
+            assert not ctx.get(dut.bus.ack) and not ctx.get(dut.fence)
+
+    run(bench)
+
+
+@pytest.mark.parametrize("cycles, bits", [(1024, 10), (1025, 11), (2048, 11), (1 << 24, 24)])
+def test_watchdog_is_rounded_up_to_a_power_of_two(cycles: int, bits: int) -> None:
+    assert Control(divisor=8, watchdog_cycles=cycles, pages=24).watchdog_bits == bits
+
+
 def test_bounds() -> None:
     with pytest.raises(ValueError, match=r"^watchdog_cycles must be 1024 to 2\^32, not 1000$"):
         Control(divisor=8, watchdog_cycles=1000, pages=24)
