@@ -74,6 +74,21 @@ def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, wor
             trace(lambda a: 1.0 / a, [(low, high)], word)
 
 
+def test_a_reciprocal_is_refused_at_its_own_line(trace: Any) -> None:
+    def function(a: Any) -> Any:
+        quotient = 1.0 / a
+        return 0.5 * quotient + a
+
+    line = function.__code__.co_firstlineno + 1
+    with pytest.raises(InputError, match=rf"^test_fuse\.py, line {line}: wanted a divisor"):
+        trace(function, [(2.0**-30, 1.0)])
+
+
+def test_a_divisor_that_can_just_be_normalised_needs_no_limit(trace: Any) -> None:
+    counts = [len(trace(lambda a: 1.0 / a, [(low, 1.0)]).program.ops) for low in (2.0**-22, 0.5)]
+    assert counts[0] == counts[1]
+
+
 def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> None:
     """1/x of x in [2^-16, 1): an 18-bit word counts arguments below 2^-13 as that."""
     x = np.array([2.0**-16, 2.0**-14, 2.0**-10, 0.25, 0.75])
@@ -122,6 +137,15 @@ def test_prescribed_formats_are_met_from_afar(word: int, power: int) -> None:
     assert formats == [word - 1, word - 1, word - 2]
 
 
+def test_a_product_that_is_a_word_is_read_as_it_is(trace: Any) -> None:
+    def both(a: Any, b: Any) -> Any:
+        half = 0.5 * a
+        return half, half * b
+
+    t = trace(both, [(-1.0, 1.0)] * 2)
+    assert t.program.outputs[0] in t.program.ops[1].operands()
+
+
 def test_what_is_wrapped_and_read_besides_is_computed_once(trace: Any) -> None:
     def both(a: Any, b: Any) -> Any:
         inner = ops.wrap_ht(3.0 * a)
@@ -153,6 +177,55 @@ def test_a_root_has_no_sign(trace: Any) -> None:
     for function in (ops.rsqrt, lambda a: 3.0 * ops.rsqrt(a), ops.sqrt):
         t = trace(lambda a, f=function: ops.bounded(f(a), 0.0, 9.0, "test"), [(0.0, 4.0)])
         assert all(op.flag is None for op in t.program.ops)
+
+
+def _twice(a: Any, b: Any, c: Any) -> Any:
+    root = ops.rsqrt(c)
+    return a * root + b, 0.25 * root, ops.bounded(root, 0.5, 2.0, "range of c")
+
+
+def _halves(a: Any, b: Any, c: Any) -> Any:
+    size = ops.absolute(a)
+    return 0.5 * size + b, 0.25 * size - c
+
+
+@pytest.mark.parametrize(
+    ("function", "operations"),
+    [
+        # What a flag chooses or turns: another flag's or a count's value is one by itself.
+        (lambda a, b, c: ops.where(a < 0.0, 0.5 * b, b - c), 1),
+        (lambda a, b, c: ops.where(a < 0.0, b + 0.25, 0.75), 1),
+        (lambda a, b, c: ops.where(a < 0.0, ops.absolute(b), c), 2),
+        (lambda a, b, c: ops.where(a < 0.0, c, ops.flip(c < 0.75, b)), 3),
+        (lambda a, b, c: ops.where(a < 0.0, b * ops.rsqrt(c), b), 7),
+        (lambda a, b, c: ops.flip(a < 0.0, b - 0.5 * c), 1),
+        (lambda a, b, c: ops.flip(a < 0.0, b + 0.25), 1),
+        (lambda a, b, c: c - ops.flip(a < 0.0, ops.absolute(b)), 2),
+        (lambda a, b, c: ops.flip(a < 0.0, b * ops.rsqrt(c)), 7),
+        # Powers of two are taken out of products.
+        (lambda a, b, c: (0.25 * a) * (-0.5 * b) + c, 1),
+        (lambda a, b, c: 0.125 * (b + 0.25), 1),
+        (lambda a, b, c: 0.5 * ops.absolute(a - c), 2),
+        (lambda a, b, c: 0.5 * ops.named("half", 0.5 * a) * b, 2),
+        (lambda a, b, c: (3.0 * a) * b, 2),
+        # One count in a product; of a root that is read several times, too.
+        (lambda a, b, c: b * (ops.rsqrt(c) * ops.rsqrt(b + 2.0)), 14),
+        (lambda a, b, c: ops.rsqrt(c) * (1.0 / (b + 2.0)), 13),
+        (_twice, 9),
+        # One flag.
+        (_halves, 2),
+        (lambda a, b, c: ops.absolute(a) * ops.absolute(b), 2),
+        (lambda a, b, c: ops.absolute(a) * ops.absolute(a), 2),
+    ],
+)
+def test_what_a_group_holds(trace: Any, function: Any, operations: int) -> None:
+    low, high = (-1.0, -1.0, 0.5), (1.0, 1.0, 0.99)
+    t = trace(function, [*zip(low, high, strict=True)])
+    fixed, floats, saturated = t.run(*np.random.default_rng(7).uniform(low, high, (200, 3)).T)
+    assert not saturated.any()
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.abs(y - want).max() < 1e-8
+    assert len(t.program.ops) == operations
 
 
 def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:

@@ -9,6 +9,9 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.lowering import share
+from boresight.model.lowering.lower import lower
+from boresight.model.lowering.trace import Trace, Tracer
+from boresight.model.words.fixed import Arithmetic
 
 FINE = 2.0**-6
 COUNT = 6
@@ -82,3 +85,29 @@ def test_conditions_stay_with_what_is_taken_back(trace: Any) -> None:
     fixed, floats, _ = t.run(*[np.random.default_rng(5).uniform(*ends, 500) for ends in RANGES])
     for y, want, form in zip(fixed, floats, t.formats(), strict=True):
         assert np.abs(y - want).max() < 0.52 * form.lsb
+
+
+def test_a_single_bit_too_many_is_shared_as_well(trace: Any) -> None:
+    """Finer and finer: the products stand in their sums, then a copy brings them there."""
+    counts = []
+    for k in range(20):
+        ranges = [(0.0, 64.0), *RANGES[1 : COUNT + 1], *[(-(0.5**k), 0.5**k)] * COUNT]
+        counts.append(len(trace(sums, ranges).program.ops))
+    assert counts == sorted(counts) and set(counts) == {COUNT, COUNT + 1}
+
+
+def test_what_stands_apart_may_be_too_small_at_last(trace: Any) -> None:
+    """A range that is wrong: the sum is coarser than it says, so that nobody reads the product."""
+    fine = (-(2.0**-15), 2.0**-15)
+    t = trace(
+        lambda a, b, c: ops.bounded(a * b + c, -1.0, 1.0, "wrong"), [fine, fine, (-1e12, 1e12)]
+    )
+    assert [len(op.terms) for op in t.program.ops] == [1]
+
+
+def test_a_linked_input_that_is_finer_than_its_sum_stands_apart() -> None:
+    """It has no second factor to share."""
+    g = Tracer("linked")
+    u, c = g.leaf("input", "u", -1.0, 1.0), g.leaf("input", "c", -1e9, 1e9)
+    program = lower(Trace(g, [u, c], {"y": c + u}, fracs={"u": 45}), Arithmetic())[0]
+    assert [len(op.terms) for op in program.ops] == [1, 2]
