@@ -266,8 +266,9 @@ class Groups:
         """An operation with other products in its sum; None: no word of its format holds it."""
         form = replace(self.forms[op.dest], products=products)
         placed = self._place(form, products, self.frac(op.dest))
-        if placed is None or isinstance(placed, int):
+        if placed is None:
             return None
+        assert not isinstance(placed, int)  # the products are no finer than those in their place
         self.forms[op.dest] = form
         return replace(op, terms=self._terms(placed))
 

@@ -80,7 +80,7 @@ def influences(
     """
     node_of = dict(nodes)
     results = {*program.outputs, *(value for pair in program.states for value in pair)}
-    if not results <= node_of.keys():
+    if results - node_of.keys():
         return {}
     adjoint = _Adjoint(program, node_of, inputs, states, before)
     errors = rounding_errors(
@@ -88,9 +88,12 @@ def influences(
     )
     out: dict[str, list[Influence]] = {}
     for k, name in enumerate(program.output_names):
-        effects = adjoint.effects(k)
-        rms = {n: effects[n] * e.rms for n, e in errors.items() if effects.get(n)}
-        out[name] = _sorted(program, node_of, rms)
+        with np.errstate(all="ignore"):
+            effects = adjoint.effects(k)
+        rms = {n: effects.get(n, 0.0) * e.rms for n, e in errors.items()}
+        # What grows without end over the updates is no number.
+        some = {n: x for n, x in rms.items() if math.isfinite(x) and x > 0.0}
+        out[name] = _sorted(program, node_of, some)
     return out
 
 
@@ -100,14 +103,9 @@ def _sorted(
     whole = math.fsum(x * x for x in rms.values())
     influential = [
         Influence(
-            program.values[n].name,
-            nodes[n].line,
-            x,
-            x * x / whole,
-            math.sqrt(max(whole - 0.75 * x * x, 0.0)),
+            program.values[n].name, nodes[n].line, x, x * x / whole, math.sqrt(whole - 0.75 * x * x)
         )
         for n, x in rms.items()
-        if math.isfinite(x) and x > 0.0
     ]
     return sorted(influential, key=lambda i: -i.rms)
 
@@ -125,7 +123,7 @@ class _Adjoint:
     ) -> None:
         self.program, self.nodes = program, nodes
         self.order = _ordered(nodes, program)
-        count = min(len(inputs), UPDATES, max(2, _MOST // max(len(self.order), 1)))
+        count = min(len(inputs), UPDATES, max(2, _MOST // len(self.order)))
         self.some = slice(len(inputs) - count, len(inputs))
         if before is None:
             initial = [program.values[s].initial for s, _ in program.states]
@@ -176,7 +174,7 @@ class _Adjoint:
             sign = rng.choice([-1.0, 1.0], self.count)
             later = np.zeros((self.count + 1, len(self.leaf)))
             rows = [direct.get(leaf, np.zeros(self.count)) for leaf in self.leaf]
-            own = np.stack(rows, axis=1) if rows else np.zeros((self.count, 0))
+            own = np.reshape(rows, (len(rows), self.count)).T
             for t in range(self.count - 1, -1, -1):
                 later[t] = sign[t] * own[t] + later[t + 1] @ self.jacobian[t]
             seeds: dict[int, FloatArray] = {number: sign}
