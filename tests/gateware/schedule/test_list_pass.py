@@ -231,6 +231,11 @@ def test_results_push_inputs_back_only_where_they_may(hold: bool, terms: int) ->
     assert first == [1 if hold else last_get + 1 - CONFIGS["small"].stages.write - (terms - 1)]
 
 
+def test_the_other_lane_writes_whenever_it_will() -> None:
+    first, _ = carried([[by(X)]], {0: 1.0}, Style(hold=False), config="fast", inputs=12, outputs=1)
+    assert first == [1]
+
+
 # -- the graph that list scheduling works on, and how a pass's groups become slots ----------------
 
 #: Values: x, p, the state s, then one for each op.
