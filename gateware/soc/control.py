@@ -134,10 +134,10 @@ class Control(wiring.Component):
 
     def _timer(self, m: Module, written: Mapping[str, Value]) -> tuple[Signal, Signal, Signal]:
         """The cycle counter, the time of the alarm, and its enable."""
-        cycles = Signal(32)
-        alarm = Signal(32)
+        alarm = Signal.like(self.bus.dat_w)
+        cycles = Signal.like(alarm)
         on = Signal()
-        late = Signal(32)
+        late = Signal.like(alarm)
         m.d.comb += late.eq(cycles - alarm)
         m.d.sync += [cycles.eq(cycles + 1), self.timer.eq(on & ~late[-1])]
         with m.If(written["alarm"]):

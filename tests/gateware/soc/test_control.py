@@ -189,10 +189,10 @@ def test_sticky_flags(port: str, flag: str, level: str) -> None:
 
 def test_watchdog() -> None:
     async def bench(ctx, dut):
-        for _ in range(5):
+        for upper in range(5):  # half of the word, which does not matter
             await ctx.tick().repeat(900)
             assert not ctx.get(dut.restart)
-            await transfer(ctx, dut, "watchdog", KICK)
+            await transfer(ctx, dut, "watchdog", upper << 16 | KICK)
         await transfer(ctx, dut, "fence", 7)
         await ctx.tick().repeat(900)
         for wrong in (KICK + 1, KICK ^ 0x8000, KICK ^ 0x0100, 0):  # not the key
@@ -255,6 +255,12 @@ def test_fence_only_rises() -> None:
             assert ctx.get(dut.fence) == stands
 
     run(bench)
+
+
+@pytest.mark.parametrize("pages", [31, 32])
+def test_fence_reaches_behind_the_last_page(pages: int) -> None:
+    dut = Control(divisor=8, watchdog_cycles=1024, pages=pages)
+    assert len(dut.fence) == pages.bit_length()
 
 
 def test_unused_registers_read_zero() -> None:
