@@ -315,7 +315,7 @@ class Groups:
 
         Or with a coarser constant: what that leaves out is half of the accumulator's last bit.
         """
-        excess = self.excess(p, self._second(form, p)[0], frac)
+        excess = self.excess(p, 0 if p.times_one else self._second(form, p)[0], frac)
         if (constant := self._constant_of(p)) is not None:
             known = self.values[constant]
             coarse = self.constant(math.ldexp(known.initial, -known.frac), known.frac - excess)

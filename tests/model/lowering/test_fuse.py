@@ -74,6 +74,18 @@ def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, wor
             trace(lambda a: 1.0 / a, [(low, high)], word)
 
 
+@pytest.mark.parametrize(("function", "low"), [(lambda a: 1.0 / a, 1.0), (ops.rsqrt, 2.0**-20)])
+def test_a_root_or_a_quotient_in_a_range_that_is_far_too_wide(
+    trace: Any, function: Any, low: float
+) -> None:
+    """By itself: its only factor, the mantissa, loses the bits that no shift can."""
+    t = trace(
+        lambda a: ops.bounded(function(a), 0.0, 2.0**20 / low, "wide"), [(low, 2.0**20 * low)]
+    )
+    (fixed,), (wanted,), _ = t.run(low * 2.0 ** np.linspace(0.0, 20.0, 200))
+    assert np.abs(fixed - wanted).max() <= 0.51 * t.formats()[0].lsb
+
+
 def test_a_reciprocal_is_refused_at_its_own_line(trace: Any) -> None:
     def function(a: Any) -> Any:
         quotient = 1.0 / a

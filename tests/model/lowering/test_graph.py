@@ -417,6 +417,16 @@ def test_a_clip_of_a_narrow_range_far_from_zero(trace: Any, edges: Any) -> None:
     assert fixed[0].min() >= limits[0] and fixed[0].max() <= limits[1]
 
 
+@pytest.mark.parametrize(
+    ("ends", "clamps"), [((-1.0, 2.0), 1), ((-2.0, 1.0), 1), ((-2.0, 2.0), 2), ((-1.0, 1.0), 0)]
+)
+def test_a_clip_has_a_clamp_for_each_limit_that_is_passed(
+    g: Any, ends: tuple[float, float], clamps: int
+) -> None:
+    ops.clip(leaf(g, "x", *ends), -1.0, 1.0)
+    assert [n.kind for n in expand(g)[0].nodes].count("saturated") == clamps
+
+
 @pytest.mark.parametrize("limit", [0.25, 100.0])
 def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float) -> None:
     x = leaf(g, "x", 0.0, 4.0)
