@@ -38,8 +38,10 @@ class Coarse(Estimator):
 class Functions(Estimator):
     """Kinds of nodes, each in an output of its own."""
 
-    inputs = (Input("a", 0.25, 0.65), Input("b", -1.0, 1.0))
-    outputs = tuple(Output(n) for n in ("sin", "root", "ratio", "flip", "clip", "angle"))
+    inputs = (Input("a", 0.25, 0.65), Input("b", -1.0, 1.0), Input("d", 0.0, 1.0))
+    outputs = tuple(
+        Output(n) for n in ("sin", "root", "ratio", "abs", "clip", "angle", "choice", "flip")
+    )
 
     def step(self, x: Any, u: Any, p: Any) -> Any:
         """Each of a rounded product."""
@@ -49,9 +51,11 @@ class Functions(Estimator):
             "sin": ops.sincos_ht(c)[0],
             "root": ops.sqrt(c),
             "ratio": 1.0 / c,
-            "flip": ops.where(u.b < 0.0, abs(u.b) * c, c),
+            "abs": ops.where(u.b < 0.0, abs(u.b) * c, c),
             "clip": limited * c,
             "angle": ops.wrap_ht(c * 3.0),
+            "choice": ops.where(u.d < 0.5, c, u.a),
+            "flip": ops.flip(u.d < 0.5, c) + c,
         }
 
 
@@ -111,7 +115,8 @@ def test_the_coarse_value_makes_the_error() -> None:
 @pytest.mark.parametrize("estimator", [Functions(), Arc()])
 def test_derivatives_of_every_kind(estimator: Estimator) -> None:
     """The sum over values is the error that is there, within what chance does."""
-    inputs = exact(np.stack([0.45 + 0.2 * np.sin(T), np.cos(1.3 * T)], axis=1), 2.0**16)
+    columns = [0.45 + 0.2 * np.sin(T), np.cos(1.3 * T), np.where(T % 3, 0.5, 0.25)]
+    inputs = exact(np.stack(columns, axis=1), 2.0**16)
     got, deviation = found(estimator, inputs, 18)
     for name, error in deviation.items():
         whole = np.sqrt(sum(i.rms**2 for i in got[name]))
