@@ -341,7 +341,7 @@ class Groups:
 
     def _constant_of(self, p: Product) -> int | None:
         """The constant factor of a product of two words."""
-        both = [] if p.b is None or p.fraction_a or p.fraction_b else [p.b, p.a]
+        both = [] if p.b is None else [p.b, p.a]
         return next((n for n in both if self.values[n].kind is Kind.CONST), None)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
