@@ -193,6 +193,7 @@ def test_watchdog() -> None:
             await ctx.tick().repeat(900)
             assert not ctx.get(dut.restart)
             await transfer(ctx, dut, "watchdog", upper << 16 | KICK)
+        assert not await transfer(ctx, dut, "status") & BIT["watchdog_fired"]
         await transfer(ctx, dut, "fence", 7)
         await ctx.tick().repeat(900)
         for wrong in (KICK + 1, KICK ^ 0x8000, KICK ^ 0x0100, 0):  # not the key
