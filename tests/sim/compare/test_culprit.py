@@ -180,11 +180,11 @@ def test_of_two_roots_the_one_with_fewer_bits() -> None:
     class Roots(Base):
         def step(self, x: Any, u: Any, p: Any) -> Any:
             first = ops.named("first", u.u * u.u)
-            second = ops.named("second", (u.u - 0.02) * (u.u - 0.02))
+            second = ops.named("second", (u.u - 0.015) * (u.u - 0.015))
             root = ops.bounded(ops.rsqrt(first), 0.0, 4096.0, "")
             return {"y": x.y}, {"y": root + ops.bounded(ops.rsqrt(second), 0.0, 4096.0, "")}
 
-    for u, name in ((0.007, "first"), (0.013, "second")):
+    for u, name in ((0.005, "first"), (0.01, "second")):
         assert f"scale {name} up" in str(look(Roots(), [1.0, u]))
 
 
@@ -200,6 +200,15 @@ def test_the_line_of_the_function_and_of_its_argument() -> None:
         assert result is not None
         where, at = result.line.rsplit(" ", 1)
         assert f"scale the argument ({where} {int(at) - 1}) up, or declare" in result.cure
+
+
+def test_an_argument_is_called_what_its_author_calls_it() -> None:
+    class Named(Base):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            share = ops.named("share", ops.saturated(u.u, 4.0))
+            return {"y": x.y}, {"y": ops.asin_ht(share)}
+
+    assert str(look(Named(), [0.1, 0.8])).endswith("outside 0 to 0.7188; limit share")
 
 
 def test_of_several_in_one_update_the_first_of_the_program() -> None:
