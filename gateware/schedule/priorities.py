@@ -40,7 +40,7 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
     ]
     extra = False
     for captured, user in zip((op.index, op.flag, op.norm), users, strict=True):
-        if value == captured and user:
+        if value == captured:
             extra = extra or not (late - user if user is users[0] else late)
             late = late | user
     waits = index_delay + len(users[0]) if value == op.index and users[0] else 1
