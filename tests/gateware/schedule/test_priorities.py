@@ -74,11 +74,12 @@ def test_a_product_and_its_square(machine: Any) -> None:
     assert first.length_bound == both.length_bound
     none = paths(p, machine, 0)
     assert none.urgent == (None,) * 4 and none.length_bound == both.length_bound
+    assert none.latency_bound == read + 1
 
 
 def test_a_slot_for_each_term() -> None:
     """Of parameters alone, which are there from cycle 0 on; with the square after its flag."""
-    three = Op(2, (PLAIN, PLAIN, PLAIN))
+    three = Op(2, (Term(0, 0, 23), PLAIN, Term(1, 1, 23)))
     chosen = Op(3, (Term(0, 0, 23, when=When.IF), Term(1, 1, 23, when=When.IF)), flag=2)
     p = program((three, chosen), (), (3,), params=2)
     delay, read = SMALL.latency, SMALL.stages.read
@@ -103,12 +104,17 @@ def test_lanes_are_full(machine: Any, urgent: int, apart: bool) -> None:
 
 
 def test_the_inputs_take_a_cycle_each() -> None:
-    """Here longer than what is computed from the first of them."""
-    result = paths(program((), tuple(range(40)), (0,)), SMALL, 1)
+    """Here longer than what is computed from the second of them."""
+    result = paths(program((), tuple(range(40)), (1,)), SMALL, 1)
     assert (result.slots, result.length_bound) == ((1,), 40)
     read = SMALL.stages.read
-    assert paths(program((), (0,), (0,)), SMALL, 1).length_bound == 1 + read + 1
-    assert paths(program((), (0,), (0,)), SMALL, 1).latency_bound == 1 + read + 1
+    few = paths(program((), (0, 1), (1,)), SMALL, 1)
+    assert few.length_bound == few.latency_bound == 2 + read + 1
+
+
+def test_what_is_no_output_is_written_too() -> None:
+    result = paths(program((Op(2, (PLAIN, PLAIN)),), (), (), params=2), SMALL, 0)
+    assert result.length_bound == 1 + SMALL.latency
 
 
 def test_order_of_what_is_read() -> None:
