@@ -17,6 +17,7 @@ from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Record, index_place, joined
+from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted"]
@@ -154,9 +155,22 @@ def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
 
 
 class Feeder:
-    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all."""
+    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all.
+
+    Raises
+    ------
+    InputError
+        Gaps of the selected rows restart the estimator, which does not restart.
+    """
 
     def __init__(self, estimator: Estimator, *, linked: Collection[int] = ()) -> None:
+        if selection().gaps == "restart" and not estimator.restarts:
+            raise InputError.at(
+                "--gaps restart",
+                wanted="an estimator that a time step below 0 restarts (restarts = True)",
+                found=estimator.name,
+                fix="choose --gaps bridge or refuse",
+            )
         self.estimator, self.linked = estimator, linked
         self._start, self._place = 0, index_place("")
         self._reader = InputReader(

@@ -242,6 +242,13 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
         what = selection().map
         yield record_from(path, read, ready_map(ready) if what is None else read_map(what))
         return
+    if selection().map is not None:
+        raise InputError.at(
+            str(path),
+            wanted=f"a recording of topics, for --map: {', '.join(RECORDINGS)}",
+            found="a table, whose columns are inputs",
+            fix="leave --map out",
+        )
     made = _format(path)
     try:
         if whole or made.pieces is None:

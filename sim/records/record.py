@@ -135,7 +135,7 @@ class Record:
         late = np.diff(t) <= 0
         if late.any():
             row = int(np.argmax(late)) + 1
-            raise _late(self.place(row, "t"), t[row - 1], t[row])
+            raise _late(self, row, t[row - 1])
 
     def _refuse(self, row: int, column: str, wanted: str, found: str) -> None:
         raise InputError.at(
@@ -272,15 +272,18 @@ def rows_of(record: Record, start: int, end: int) -> Record:
 
 def refuse_late(record: Record, before: float) -> None:
     """Refuse a record that goes on where another one ended, at ``before``, unless it is later."""
-    if (t := record.columns["t"].values)[0] <= before:
-        raise _late(record.place(0, "t"), before, t[0])
+    if record.columns["t"].values[0] <= before:
+        raise _late(record, 0, before)
 
 
-def _late(where: str, before: float, found: float) -> InputError:
+def _late(record: Record, row: int, before: float) -> InputError:
+    """The error of a row whose time is not above that of the row before."""
+    t = record.columns["t"]
+    unit = t.unit or "s"
     return InputError.at(
-        where,
-        wanted=f"a time above {float(before)!r}, that of the row before",
-        found=repr(float(found)),
+        record.place(row, "t"),
+        wanted=f"a time above {float(before)!r} {unit}, that of the row before",
+        found=f"{float(t.values[row])!r} {unit}",
         fix="sort the rows and remove repeated ones",
     )
 

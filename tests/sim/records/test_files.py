@@ -344,8 +344,8 @@ def test_empty_fields_are_gaps() -> None:
          f"'{'y' * 37}...'; "),
         ("a\n" + "y" * 40, f"walk.csv, line 2, column a: wanted a finite number, or nothing, found "
          f"'{'y' * 40}'; "),
-        ("#\nt,a\n1,2\n1,3\n", "walk.csv, line 4, column t: wanted a time above 1.0, that of the "
-         "row before, found 1.0; "),
+        ("#\nt,a\n1,2\n1,3\n", "walk.csv, line 4, column t: wanted a time above 1.0 s, that of "
+         "the row before, found 1.0 s; "),
         ("t,a\n1,2\n,3\n", "walk.csv, line 3, column t: wanted a time in every row, found no valu"),
     ],
 )  # fmt: skip
@@ -454,8 +454,8 @@ def test_steps() -> None:
          "(4,), found float64, shape (4,); "),
         ({"restart": [True], "t": [1.0]}, "walk.npz: wanted two rows or more, for a time step, "
          "found one; "),
-        ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75, that of the row before, found "
-         "0.75; "),
+        ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75 s, that of the row before, fou"
+         "nd 0.75 s; "),
         ({"z": np.array([1.0, np.inf])}, "walk.npz, z[1]: wanted a finite number, found an infin"),
         ({"z": np.array([None])}, "walk.npz: wanted an .npz archive of plain arrays, found a file"),
     ],

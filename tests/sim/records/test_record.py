@@ -66,10 +66,10 @@ class Table:
          "an infinite one; correct or remove the row"),
         ({"a": [-float("inf")]}, "record, a[0]: wanted a finite number"),
         ({"t": [0.0, NAN, NAN]}, "record, t[1]: wanted a time in every row, found no value; "),
-        ({"t": [0.0, 2.0, 2.0, 1.0]}, "record, t[2]: wanted a time above 2.0, that of the row "
-         "before, found 2.0; sort the rows and remove repeated ones"),
-        ({"t": [0.0, 1.0, 0.5]}, "record, t[2]: wanted a time above 1.0, that of the row before, "
-         "found 0.5; "),
+        ({"t": [0.0, 2.0, 2.0, 1.0]}, "record, t[2]: wanted a time above 2.0 s, that of the row "
+         "before, found 2.0 s; sort the rows and remove repeated ones"),
+        ({"t": [0.0, 1.0, 0.5]}, "record, t[2]: wanted a time above 1.0 s, that of the row before,"
+         " found 0.5 s; "),
     ],
 )  # fmt: skip
 def test_refused(columns: Any, message: str) -> None:
