@@ -199,7 +199,7 @@ class Feeder:
             new,
             reader.clamped,
             _truth(estimator, record),
-            record.columns["mov"].values != 0.0
+            record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
             record.notes if start else (*record.notes, *warnings_of(estimator, inputs, new)),
@@ -283,6 +283,10 @@ def _values(record: Record, declared: Input) -> FloatArray:
     """Values of an input's column in its unit, NaN where there is no new sample."""
     if declared.name not in record.columns:
         return record.steps()
+    fault = record.faults.get(declared.name)
+    if fault is not None and declared.missing is not None:
+        parts = fault.parts
+        raise InputError.at(**{**parts, "wanted": f"{parts['wanted']}, or nothing"})
     return record.values(declared.name, declared.unit)
 
 

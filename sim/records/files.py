@@ -190,7 +190,7 @@ def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
 
 def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:
     """Write a log file in pieces of any length: the same bytes as of all of it."""
-    _format(Path(path)).write(file, resized(pieces))
+    _format(Path(path)).write(file, resized(map(Record.of_numbers, pieces)))
 
 
 def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Record]:
