@@ -18,7 +18,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.compare.twin import Twin, rounding_errors, twins
+from boresight.sim.compare.twin import Twin, function_arguments, rounding_errors, twins
 
 __all__ = ["UPDATES", "Influence", "influences"]
 
@@ -137,6 +137,17 @@ class _Adjoint:
             key: np.nan_to_num(np.concatenate([p[key] for p in parts]), posinf=0.0, neginf=0.0)
             for key in parts[0]
         }
+        operands = {*program.outputs, *(v for op in program.ops for v in op.operands())}
+        first = {node.number: value for value, node in reversed(nodes.items())}
+        #: What holds a node for whatever needs it, not for some states and functions alone.
+        self.common = operands & {*first.values()}
+        #: Functions that read each value.
+        self.functions: dict[int, list[int]] = {}
+        read = function_arguments(program, nodes)
+        for node in self.order:
+            for value in (read.get((a.number, node.kind)) for a in node.args):
+                if value is not None:
+                    self.functions.setdefault(value, []).append(node.number)
         self.leaf = [nodes[s].number for s, _ in program.states]
         #: Of each next state by each state: (updates, next, state).
         self.jacobian = np.zeros((count, len(self.leaf), len(self.leaf)))
@@ -182,14 +193,29 @@ class _Adjoint:
                 node = nodes[after].number
                 seeds[node] = seeds.get(node, np.zeros(self.count)) + later[1:, k]
             slopes = self.sweep(seeds)
-            copies = {after: k for k, (_, after) in enumerate(program.states)}
             for value, source in nodes.items():
-                # A copy in the state's format is read by the state alone.
-                copy = value in copies and value not in program.outputs
-                at = later[1:, copies[value]] if copy else slopes.get(source.number)
+                if value in self.common:
+                    at = slopes.get(source.number)
+                else:
+                    at = self._of_copy(value, slopes, later[1:])
                 if at is not None:
                     total[value] = total.get(value, 0.0) + float(np.mean(at * at))
         return {value: math.sqrt(square / _SIGNS) for value, square in total.items()}
+
+    def _of_copy(
+        self, copy: int, slopes: Mapping[int, FloatArray], later: FloatArray
+    ) -> FloatArray:
+        """Derivative by a copy, in another format, which some states and functions alone read.
+
+        Or by what is part of other operations, and a word only to replace a state.
+        """
+        at = np.zeros(self.count)
+        for k, (_, after) in enumerate(self.program.states):
+            if after == copy:
+                at += later[:, k]
+        for function in self.functions.get(copy, ()):
+            at += slopes.get(function, 0.0) * self.slopes[function, 0]
+        return at
 
 
 def _ordered(nodes: Mapping[int, Node], program: Program) -> list[Node]:

@@ -11,6 +11,7 @@ from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.declarations import QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
+from boresight.model.methods import called
 from boresight.model.words.program import Program
 from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
@@ -217,7 +218,8 @@ def fitted(estimator: Estimator, record: Record) -> Estimator:
         if i.name in record.columns
     }
     rates = {name: rate * share for name, share in shares.items() if share}
-    return estimator.for_rates(rates | {"dt": rate})
+    where, wanted = f"estimator {estimator.name}, for_rates", "the estimator for sample rates"
+    return called(estimator.for_rates, rates | {"dt": rate}, where=where, wanted=wanted)
 
 
 def _timed(record: Record) -> bool:
