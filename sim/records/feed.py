@@ -18,6 +18,7 @@ from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Record, index_place, joined
+from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted"]
@@ -155,9 +156,22 @@ def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
 
 
 class Feeder:
-    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all."""
+    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all.
+
+    Raises
+    ------
+    InputError
+        Gaps of the selected rows restart the estimator, which does not restart.
+    """
 
     def __init__(self, estimator: Estimator, *, linked: Collection[int] = ()) -> None:
+        if selection().gaps == "restart" and not estimator.restarts:
+            raise InputError.at(
+                "--gaps restart",
+                wanted="an estimator that a time step below 0 restarts (restarts = True)",
+                found=estimator.name,
+                fix="choose --gaps bridge or refuse",
+            )
         self.estimator, self.linked = estimator, linked
         self._start, self._place = 0, index_place("")
         self._reader = InputReader(
@@ -186,7 +200,7 @@ class Feeder:
             new,
             reader.clamped,
             _truth(estimator, record),
-            record.columns["mov"].values != 0.0
+            record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
             record.notes if start else (*record.notes, *warnings_of(estimator, inputs, new)),
@@ -271,6 +285,10 @@ def _values(record: Record, declared: Input) -> FloatArray:
     """Values of an input's column in its unit, NaN where there is no new sample."""
     if declared.name not in record.columns:
         return record.steps()
+    fault = record.faults.get(declared.name)
+    if fault is not None and declared.missing is not None:
+        parts = fault.parts
+        raise InputError.at(**{**parts, "wanted": f"{parts['wanted']}, or nothing"})
     return record.values(declared.name, declared.unit)
 
 
