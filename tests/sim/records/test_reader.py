@@ -107,8 +107,8 @@ def test_time_steps() -> None:
          "found columns Z, c, plain; rename Z to z"),
         ({"z": None, **{f"column {k}": [0.0] * 2 for k in range(20)}, "z (cm)": [1.0] * 2}, {},
          "log 'walk': wanted a column z [m], an input of probe, found columns z (cm), c, plain, "
-         "column 0, column 1, column 2, column 3, column 4, column 5, column 6, column 7, ...; "
-         "rename z (cm) to z[UNIT]"),
+         "column 0, column 1, column 2, column 3, column 4, column 5, column 6, column 7, "
+         "column 8, ...; rename z (cm) to z[UNIT]"),
         ({"z": None, "c": None}, {}, "log 'walk': wanted columns z [m], c, inputs of probe, found "
          "columns plain; add them, or rename what holds them"),
         ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
