@@ -51,6 +51,8 @@ _TITLES = {
     "checked": "checked on covariances",
     "excepted": "with exceptions",
 }
+#: Most claims that hold of which the text has each.
+_FEW = 8
 #: What proves a claim, or not.
 _Method = Callable[[Claim], Proof | None]
 #: Share of a range's size from which on a witness shows it to be tight.
@@ -209,6 +211,8 @@ class RangesResult(Answer):
                 farthest = max(group, key=lambda c: c.share)
                 more = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
                 lines.append(f"  {farthest}{more}")
+        held = [c for c in self.claims if c.status in ("proven", "checked", "tight")]
+        lines += [f"  {c}" for c in held] if len(held) <= _FEW else []
         if self.saturated:
             words = ", ".join(f"{name} {count:,}x" for name, count in self.saturated.items())
             lines.append(f"  saturated: {words}")
