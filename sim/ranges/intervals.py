@@ -126,7 +126,8 @@ def _rsqrt(node: Node, args: list[Ends]) -> Ends:
 
 def _reciprocal(node: Node, args: list[Ends]) -> Ends:
     a, b = args[0]
-    return 1.0 / b, 1.0 / a
+    through = (a < 0.0) & (b >= 0.0)
+    return np.where(through, -np.inf, 1.0 / b), np.where(through, np.inf, 1.0 / a)
 
 
 _ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {

@@ -19,7 +19,6 @@ from boresight.sim.ranges.claims import Assumptions, Claim, Proof, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import ROOM, Gram
 from boresight.sim.ranges.intervals import interval_needs
-from boresight.sim.ranges.matrices import Matrices
 from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.released import released
 from boresight.sim.ranges.search import RUNS, Reach, Search
@@ -338,7 +337,6 @@ class Prover:
             Variances(gram, vectors).proof_of,
             lambda claim: proof_of(claim, cells, relations),
             vectors.proof_of,
-            Matrices(estimator, program, nodes).proof_of,
         )
         self.methods: tuple[_Method, ...] = tuple(cache(partial(self._in_step, m)) for m in methods)
         self.fitting: dict[tuple[int, Format], Proof | None] = {}

@@ -1,15 +1,33 @@
 """Rows that are one of several kinds: what they leave unknown is the most of any kind."""
 
+import math
+
 import pytest
 
 from boresight.model import ops
 from boresight.model.estimator import Input, Param
 from boresight.model.kalman import Kalman, Measurement, State
+from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.cases import ends_in_cases
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.gram import Gram
+from boresight.sim.ranges.intervals import interval_of
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.steps import live_nodes
+
+
+@pytest.mark.parametrize(
+    ("ends", "inverse"),
+    [
+        ((0.5, 2.0), (0.5, 2.0)),
+        ((0.0, 2.0), (0.5, math.inf)),
+        ((-1.0, 2.0), (-math.inf, math.inf)),
+        ((-1.0, 0.0), (-math.inf, math.inf)),
+        ((-2.0, -0.5), (-2.0, -0.5)),
+    ],
+)
+def test_the_inverse_of_what_may_be_0(ends, inverse):
+    assert interval_of(Node(1, "reciprocal", (Node(0, "input"),)), [ends]) == inverse
 
 
 class Kinds(Kalman):
