@@ -95,6 +95,8 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
+    #: Whether an input ``dt`` below 0 makes it begin anew.
+    restarts: bool = False
     #: Name of the estimator whose states this one updates too, in a core with both; else its own.
     shares: str = ""
     #: Sample rates of inputs, Hz by name, for which the gains are designed; empty: any.

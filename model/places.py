@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Place", "author_line", "place_of", "placed", "place_of_function"]
+__all__ = ["Place", "author_line", "line_of_user", "place_of", "place_of_function", "placed"]
 
 #: Folders without estimators.
 _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "blocks", "kalman")]
+#: The whole package, whose files no user wrote.
+_PACKAGE = str(Path(__file__).parents[1]) + os.sep
 #: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.
 _WRITTEN = ("<string>", "<frozen ", "<__array_function__")
 #: And everything below these.
@@ -69,6 +71,13 @@ def place_of(error: BaseException) -> str:
     """The innermost line of an author that an error went through, else ""."""
     frames = traceback.extract_tb(error.__traceback__)
     theirs = [f for f in frames if _is_authors(f.filename)]
+    return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+
+
+def line_of_user(error: BaseException) -> str:
+    """The innermost line outside of this package, numpy and Python that an error went through."""
+    frames = traceback.extract_tb(error.__traceback__)
+    theirs = [f for f in frames if _is_authors(f.filename) and not f.filename.startswith(_PACKAGE)]
     return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
 
 

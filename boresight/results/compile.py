@@ -201,6 +201,22 @@ class CompileResult(Answer):
         """Share of the time that a program needs at the planned rate."""
         return (self.rate_hz or 0.0) * program.interval_cycles / self._clock_hz
 
+    def _percent(self, program: CompiledProgram) -> str:
+        """The busy share, without an exponent."""
+        percent = 100.0 * self._busy(program)
+        return f"{percent:.2g} %" if percent < 99.5 else f"{percent:,.0f} %"
+
+    def _failed(self) -> str:
+        """Last line of a core that does not do what was asked for."""
+        what = [
+            f"{p.name} is busy {self._percent(p)} at {_plain(self.rate_hz or 0.0)} Hz"
+            for p in self.programs
+            if self._busy(p) > 1.0
+        ]
+        if self._slow:
+            what.append(f"clock {self._routed_mhz} MHz, below {self.clock_mhz:g} MHz")
+        return f"FAILED: {'; '.join(what)}"
+
     def _interval(self, program: CompiledProgram) -> str:
         """The interval, and what it means."""
         most = self._clock_hz / program.interval_cycles
@@ -208,7 +224,7 @@ class CompileResult(Answer):
         text = f"interval {program.interval_cycles}, at {mhz} up to {most:,.0f} updates/s"
         if self.rate_hz is None:
             return text
-        busy = f"{100.0 * self._busy(program):.2g} % at {self.rate_hz:g} Hz"
+        busy = f"{self._percent(program)} at {_plain(self.rate_hz)} Hz"
         return f"{text}; busy {busy}{', TOO SLOW' * (self._busy(program) > 1.0)}"
 
     def to_json(self) -> JsonObject:
@@ -252,4 +268,9 @@ class CompileResult(Answer):
                     f"{design.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, -2, median "
                     f"nets; {clock['p75']} with 75th percentile nets)"
                 )
-        return "\n".join(lines)
+        return "\n".join(lines if self.good else [*lines, self._failed()])
+
+
+def _plain(rate: float) -> str:
+    """A rate without an exponent, whole ones in groups of three digits."""
+    return f"{rate:,.0f}" if rate >= 1000.0 and rate == round(rate) else f"{rate:g}"

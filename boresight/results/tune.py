@@ -142,7 +142,7 @@ class TuneResult(Answer):
         what, cross = self._what(), self.cross_validation
         wide = max(14, *(len(f"{n} {unit}") for n, unit in self.units.items()))
         lines = [
-            f"{self.estimator}, W = {self.word}, {len(self.trials)} trials, "
+            f"{self.estimator}, W = {self.word}, {_trials(len(self.trials))}, "
             f"{self.search.evaluations} evaluations: root mean square error",
             f"  {'':{wide}s}  {'given':>10s}{'tuned':>10s}"
             + ("" if cross is None else "  cross-validated"),
@@ -166,8 +166,10 @@ class TuneResult(Answer):
         for p, s in zip(self.tuned_parameters, self.sensitivity, strict=True):
             lines.append(
                 f"  {p.name:{width}s}  {p.given:10.4g} {p.tuned:10.4g}  "
-                f"{_number(s.at_low)} {_number(s.at_high)}  {p.unit:12s}{self._most(s)}".rstrip()
+                f"{_number(s.at_low)} {_number(s.at_high)}  {p.unit:12s}"
+                + "; ".join(filter(None, (self._most(s), self._limits(p, s))))
             )
+            lines[-1] = lines[-1].rstrip()
         if self.without_truth:
             lines.append("  left out, no truth: " + ", ".join(self.without_truth))
         return "\n".join(lines)
@@ -183,6 +185,16 @@ class TuneResult(Answer):
         weights_text = ", ".join(f"{n} {w:g}" for n, w in weights.items())
         return f"share of the given, weights {weights_text}"
 
+    def _limits(self, p: TunedParameter, s: Sensitivity) -> str:
+        """Where the parameter's range limits the tuned value, or those tried beside it."""
+        texts = []
+        if p.tuned in (p.low, p.high):
+            texts.append(f"tuned stands at its limit, {p.tuned:.6g}")
+        for factor, tried, limit in ((1.0 / self.vary, s.low, p.low), (self.vary, s.high, p.high)):
+            if tried == limit and abs(tried - factor * s.value) > 1e-6 * abs(tried):
+                texts.append(f"x {factor:g} is beyond the range, {limit:.6g} was tried")
+        return "; ".join(texts)
+
     def _most(self, s: Sensitivity) -> str:
         """Of several errors that count the one that changes most, in per cent."""
         change = {
@@ -194,6 +206,10 @@ class TuneResult(Answer):
             return ""
         name = max(change, key=lambda n: max(map(abs, change[n])))
         return f"{name} {change[name][0]:+.1f} %, {change[name][1]:+.1f} %"
+
+
+def _trials(count: int) -> str:
+    return f"{count} trial{'s' * (count != 1)}"
 
 
 def _number(value: float | None, width: int = 8) -> str:

@@ -11,13 +11,14 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from boresight.arguments import check_number
 from boresight.disk.output import output_folder
+from boresight.model.errors import InputError
 from boresight.options import Option, OutputFolder, Verb
 from boresight.sim.answer import Answer
-from boresight.sim.experiments.experiment import Experiment, Target, grouped
+from boresight.sim.experiments.experiment import Experiment, Target, grouped, result_of
 from boresight.sim.experiments.registry import experiment_of
 
 __all__ = ["ExperimentResult", "experiment"]
@@ -92,7 +93,8 @@ def experiment(
     Raises
     ------
     InputError
-        Unknown name, seed out of range, folder that cannot be written.
+        Unknown name, seed out of range, folder that cannot be written, an experiment that raises or
+        gives no `Result`.
     """
     instance = experiment_of(what)
     check_number("seed", seed, 0, 2**31)
@@ -100,19 +102,31 @@ def experiment(
     check_number("runs", runs, 2, 1000)
     files = (f"{instance.name}.json", *instance.pages)
     with output_folder(output, f"experiment {instance.name}", files=files) as folder:
-        result = instance.run(seed=seed, runs=runs, say=progress or (lambda text: None))
+        result = result_of(instance, seed=seed, runs=runs, say=progress or (lambda text: None))
         outcome = ExperimentResult(
             experiment=instance.name,
             figures=dict(result.figures),
             targets=result.targets,
             files=tuple(str(Path(output) / name) for name in files),
         )
-        more = {"figures": dict(result.figures), "details": result.details}  # all finite
-        text = json.dumps(outcome.to_json() | more, allow_nan=False)
+        more = {"figures": dict(result.figures), "details": result.details}
+        text = _written(instance, {**outcome.to_json(), **more})
         (folder / files[0]).write_text(text + "\n")
         for name in instance.pages:
             (folder / name).write_text(result.pages[name], encoding="utf-8")
     return outcome
+
+
+def _written(instance: Experiment, data: Mapping[str, Any]) -> str:
+    try:
+        return json.dumps(data, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise InputError.at(
+            f"experiment {instance.name}, figures or details of its result",
+            wanted="plain data: finite numbers, texts, lists, dictionaries",
+            found=str(error),
+            fix="convert it, for example by float()",
+        ) from None
 
 
 def _line(group: tuple[Target, ...]) -> str:

@@ -46,7 +46,7 @@ from boresight.results.explore import ExploreResult
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.cluster import others
 from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
-from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of
+from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
 from boresight.sim.explore.figures import Quantity, explored, quantities
 from boresight.sim.explore.measure import Case, Exploration, Task, measured
 from boresight.sim.explore.page import page_data, render_page
@@ -112,7 +112,8 @@ def explore(
         Also count how many nets change in an update, in the simulated netlist for Spartan-6.
     want : str
         Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
-        page: an output's name is its largest error from float64.
+        page: an output's name is its largest error from float64. Without a demand on an error,
+        errors are to be within the tolerances that the estimator declares.
     least : str
         Which of those that meet the demands is chosen: the one with least of this figure; by
         default of the first demand.
@@ -261,10 +262,11 @@ class _Table:
         seen = {name for row in rows for name in row.figures}
         known = tuple(q for q in self.quantities if q.name in seen)
         least = self.least or (self.demands[0].quantity if self.demands else None)
-        choice = chosen(rows, self.demands, least) if least is not None else None
+        demands = with_tolerance(self.demands, known)
+        choice = chosen(rows, demands, least) if least is not None else None
         lines = choice.lines(least) if choice is not None and least is not None else []
         left = sum(key not in done for key in self.tasks)
-        demands = [d for d in self.demands if d.quantity in known]
+        demands = [d for d in demands if d.quantity in known]
         data = page_data(self.title, rows, known, demands, least, lines, left=left)
         self.page.write(render_page(data))
         return ExploreResult(rows, choice, place, str(self.journal.path), known, least)

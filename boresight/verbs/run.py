@@ -335,7 +335,7 @@ def _record(
         columns[output] = Column(
             values * (180.0 if half_turns else 1.0), "deg" if half_turns else units[output] or None
         )
-    return Record(name, columns)
+    return Record(name, columns).of_numbers()
 
 
 def _attitude(columns: Feed, outputs: Mapping[str, FloatArray], whole: bool) -> RunAttitude | None:

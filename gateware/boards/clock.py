@@ -103,7 +103,7 @@ class PllClock(Clock):
             p_CLKOUT0_DIVIDE=self.pll.divide,
             i_CLKIN=pad.i,
             i_CLKFBIN=feedback,
-            i_RST=Const(0, 1),
+            i_RST=Const(0),
             o_CLKFBOUT=feedback,
             o_CLKOUT0=fast,
             o_LOCKED=locked,

@@ -50,7 +50,7 @@ class Framer(wiring.Component):
         m = Module()
         m.submodules.crc = crc = CRC.create()
         part = Signal(_Part)
-        byte = Signal(8)
+        byte = Signal.like(self.o.payload)
         literal, full, escaped = (Signal(name=name) for name in ("literal", "full", "escaped"))
         special = Signal()
         m.d.comb += [

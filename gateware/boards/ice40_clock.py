@@ -108,8 +108,8 @@ class Ice40PllClock(Clock):
             p_DIVQ=Const(pll.shift, 3),
             p_FILTER_RANGE=Const(pll.filter, 3),
             i_PACKAGEPIN=platform.request(platform.default_clk, dir="-").io,
-            i_RESETB=Const(1, 1),
-            i_BYPASS=Const(0, 1),
+            i_RESETB=Const(1),
+            i_BYPASS=Const(0),
             o_PLLOUTGLOBAL=fast,
             o_LOCK=locked,
         )

@@ -62,7 +62,7 @@ class Packer(wiring.Component):
         size, reply = word_bytes(self.word), self.i_reply
         place = Signal(range(size))
         word = Signal(8 * size)  # sign-extended
-        kind = Signal(2)
+        kind = Signal.like(reply.payload.kind)
         sent = Signal()  # a byte
         whole = Signal()  # the last byte of a word
         m.d.comb += [

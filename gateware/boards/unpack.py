@@ -99,7 +99,7 @@ class Unpacker(wiring.Component):
         m.submodules.crc = crc = CRC.create()
 
         bad, escaped, headed, half = (Signal(name=n) for n in ("bad", "escaped", "headed", "half"))
-        kind = Signal(8)
+        kind = Signal.like(self.data)
         place = Signal(range(size))  # of the next byte in its word
         count = Signal(range(depth + 1))  # of whole words
         gathered = Signal(8 * size)
@@ -150,7 +150,7 @@ class Unpacker(wiring.Component):
 
     def _bytes(self, m: Module, escaped: Signal) -> tuple[Signal, Signal, Signal]:
         """A byte without its escape, its valid bit, and the end of a frame."""
-        byte = Signal(8)
+        byte = Signal.like(self.data)
         take = Signal()
         end = Signal()
         m.d.comb += [

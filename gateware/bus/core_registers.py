@@ -136,13 +136,12 @@ class Registers(wiring.Component):
         }
         # A shift by 0 would be a separate cell.
         bits = (flags[f.name] << f.bit if f.bit else flags[f.name] for f in STATUS.fields)
-        mask = (1 << word) - 1
         with m.Switch(offset):
             for register, value in (
                 (STATUS, reduce(or_, bits)),
                 (UPDATES, updates),
-                (BUILD_LOW, self.digest & mask),
-                (BUILD_HIGH, self.digest >> word & mask),
+                (BUILD_LOW, self.digest),
+                (BUILD_HIGH, self.digest >> word),
             ):
                 with m.Case(register.address - FIRST):
                     m.d.sync += bus.r_data.eq(value)

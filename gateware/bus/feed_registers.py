@@ -82,7 +82,7 @@ class FeedRegisters(wiring.Component):
         r_port = words.read_port()
         wanted = Signal()
         going = Signal()
-        following = Signal(5)
+        following = Signal.like(self.index)
         last = self.index == self.count - 1
         m.d.comb += [
             w_port.addr.eq(self.w_index),

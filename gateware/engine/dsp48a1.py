@@ -138,7 +138,7 @@ class DSP48A1(wiring.Component):
         registers = {f"p_{name.upper()}": int(used) for name, used in self.registers.items()}
         enables = {f"i_CE{name}": self.en for name in ("A", "B", "C", "M", "P")}
         unused = {
-            f"i_{name}": Const(0, 1)
+            f"i_{name}": Const(0)
             for name in (
                 "CED",
                 "CECARRYIN",
@@ -193,11 +193,11 @@ class DSP48A1(wiring.Component):
         a = register(register(self.a, use["a0reg"], "a0"), use["a1reg"], "a1")
         b = register(register(self.b, use["b0reg"], "b0"), use["b1reg"], "b1")
         c = register(self.c, use["creg"], "c0")
-        product = Signal(signed(36))
+        product = Signal.like(self.m)
         m.d.comb += [product.eq(a * b), self.m.eq(register(product, use["mreg"], "m0"))]
         x = {X.ZERO: 0, X.M: self.m, X.P: self.p}[self.x]
         z = {Z.ZERO: 0, Z.PCIN: self.pcin, Z.P: self.p, Z.C: c}[self.z]
-        total = Signal(signed(48))
+        total = Signal.like(self.p)
         m.d.comb += [
             total.eq(z - x if self.subtract else z + x),
             self.p.eq(register(total, use["preg"], "p0")),

@@ -122,8 +122,7 @@ class Emulator:
         self.parities = [0 for _ in programs]
         self.registers = [self._signed(w) for w in image.registers]
         self.tables = [self._signed(w) for w in image.tables]
-        self.pc = 0
-        self.cycle = 0
+        self.pc = self.cycle = 0
         self.saturated = False
         self.framing = False
         self.swallowing = False
@@ -158,10 +157,8 @@ class Emulator:
 
     def _read(self, address: int) -> int:
         """The word that a lane reads; a state in the window by the parity of its owner."""
-        window, owner = self.image.window, None
-        offset, slots = address % self.machine.bank_depth, self.machine.state_slots
-        if window is not None and offset >= 2 * slots:
-            owner = window.owner(offset % slots, slots)
+        window, slots = self.image.window, self.machine.state_slots
+        owner = None if window is None else window.owner(address % slots, slots)
         parity = self.parity if owner is None else self.parities[owner]
         return self.registers[self.physical(address, parity)]
 
@@ -198,8 +195,6 @@ class Emulator:
             takes = self.rom[self.pc]["get"]
             if takes and pending is None:
                 return record
-            if self.pc == 0:
-                self.cycle = 0
             self._step(pending if takes else None, record)
             if takes:
                 pending = next(stream, None)
@@ -223,16 +218,15 @@ class Emulator:
         for address, value in writes:
             self.registers[address] = value
             record.writes.append(Write(self.cycle, address, value))
-        self.cycle += 1
+        self.pc, self.cycle = self.pc + 1, self.cycle + 1
         record.cycles = self.cycle
         if input_word is not None and input_word[1] != bool(word["get_last"]):
             self.framing = True
             self.swallowing = not input_word[1]
-            self.pc = 0
-            return
-        if word["home"]:
+            self.pc = self.cycle = 0
+        elif word["home"]:
             self.parities[self.image.family(self.number)] ^= 1
-        self.pc = 0 if word["home"] else self.pc + 1
+            self.pc = self.cycle = 0
 
     def _stages(self, lane: Lane, f: dict[str, int], input_word: int | None) -> int | None:
         """Run all stages of one lane; return the word written, if any."""

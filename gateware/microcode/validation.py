@@ -129,8 +129,6 @@ class _Core:
                         f"not with {self.image.registers[copy]} in register {copy}"
                     )
         for program in self.programs:
-            if all(op.table is None for op in program.ops):
-                continue
             for k, word in enumerate(program.table_memory):
                 if self.image.tables[k] != word & mask:
                     raise Refuted(

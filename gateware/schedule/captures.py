@@ -94,9 +94,10 @@ def give(
             continue
         if any(getattr(x, f"cap_{KINDS[kind]}") for x in out[at:]):
             continue
-        if s.swap != gift.swap and s.a != s.b:
-            if s.cap_index or s.cap_flag or s.cap_norm or s.b is None:
+        if s.swap != gift.swap:
+            if s.cap_index or s.cap_flag or s.cap_norm:
                 continue
+            assert s.b is not None  # of two different values: a square's are never exchanged
             s = replace(s, a=s.b, b=s.a, swap=not s.swap)
         if kind != 2 and (s.cap_index or s.cap_flag) and s.quarter != key[1]:
             continue

@@ -95,7 +95,6 @@ class _Pass(ListState):
         best: tuple[int, int, Fit] | None = None
         best_key = float("-inf")
         most = 2 * style.reuse
-        last_get = self.gets[-1] if self.gets else -1
         for minus, node in self.awake:
             if most - minus <= best_key:
                 break
@@ -118,10 +117,10 @@ class _Pass(ListState):
                 else:
                     continue
                 if not is_op:
-                    if lane or t < last_get and t + self.read in self.gets:
+                    if lane or t + self.read in self.gets:
                         continue
                 else:
-                    if problem.makes_state[node] and not self.state_quota[lane]:
+                    if not self.may_keep(node, lane):
                         continue
                     if lane == 0 and not self.may_write(t + f[1] - 1 + self.write):
                         continue

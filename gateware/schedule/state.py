@@ -101,7 +101,7 @@ class ListState:
             for x in self.p.arranged(node, need):
                 start, order = x.place(self.ready, self.p.index_delay)
                 n = len(order)
-                if all(start + n < f[0] + f[1] or n == f[1] and start < f[0] for f in fits):
+                if all(start + n < f[0] + f[1] for f in fits):
                     fits = [f for f in fits if f[1] < n]
                     fits.append((start, n, x, order))
             self.fits[node, need] = fits
@@ -113,13 +113,7 @@ class ListState:
 
     def may_write(self, cycle: int) -> bool:
         """Whether lane 0 may write its result in this cycle, if necessary by delaying a get."""
-        return (
-            not self.gets
-            or cycle > self.gets[-1]
-            or cycle not in self.gets
-            or self.hold
-            and cycle > self.horizon
-        )
+        return cycle not in self.gets or (self.hold and cycle > self.horizon)
 
     def may_look_up(self, t: int, lane: int, need: Need, fit: Fit) -> bool:
         """Whether the lane's index serves a group that starts now and relies on it."""
@@ -174,8 +168,7 @@ class ListState:
             if lane == 0:
                 slots = self.ride(t, slots)
                 self.writes0.add(end + self.write)
-                if self.gets and end + self.write <= self.gets[-1]:
-                    self.delay(end + self.write)
+                self.delay(end + self.write)
         self.groups.append((node, lane, t, slots))
         if node >= problem.n_ops:
             self.emit(t, node, t)

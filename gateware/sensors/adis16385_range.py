@@ -31,4 +31,4 @@ def at_full_scale(word: Value, select: Value, limits: tuple[int, int]) -> Value:
             if (limits[0] - 1 ^ limits[1] - 1) >> k & 1 == 0
             else Mux(select, with_bit[1], with_bit[0])
         )
-    return result & Const(1, 1)
+    return result & Const(1)

@@ -209,7 +209,7 @@ class Transmitter(wiring.Component):
         wait = (1 - self.divisor) % (1 << len(timer))
         with m.If(sample):
             m.d.sync += self.tx.eq(Mux(empty, ~self.i.valid, rest[0]))
-            m.d.sync += rest.eq(Mux(begin, Cat(self.i.payload, Const(1, 1)), rest[1:]))
+            m.d.sync += rest.eq(Mux(begin, Cat(self.i.payload, Const(1)), rest[1:]))
         rests = empty & ~self.i.valid
         m.d.sync += [
             timer.eq(Mux(sample, Mux(rests, 0, wait), timer + 1)),

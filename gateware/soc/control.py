@@ -47,7 +47,7 @@ class Control(wiring.Component):
     fence : Out
         See `gateware.soc.memory.Ram`.
     restart : Out(1)
-        Restarts the processor; 8 cycles.
+        Restarts the processor; 7 cycles.
     """
 
     def __init__(self, *, divisor: int, watchdog_cycles: int, pages: int) -> None:
@@ -86,7 +86,7 @@ class Control(wiring.Component):
         written = {name: write & (bus.adr == address) for name, address in _ADDRESS.items()}
 
         cycles, alarm, on = self._timer(m, written)
-        received = Signal(8)
+        received = Signal.like(receiver.data)
         lost, fired = (Signal(name=name) for name in ("lost", "fired"))
         m.d.comb += [
             transmitter.i.payload.eq(bus.dat_w[:8]),
@@ -134,10 +134,10 @@ class Control(wiring.Component):
 
     def _timer(self, m: Module, written: Mapping[str, Value]) -> tuple[Signal, Signal, Signal]:
         """The cycle counter, the time of the alarm, and its enable."""
-        cycles = Signal(32)
-        alarm = Signal(32)
+        alarm = Signal.like(self.bus.dat_w)
+        cycles = Signal.like(alarm)
         on = Signal()
-        late = Signal(32)
+        late = Signal.like(alarm)
         m.d.comb += late.eq(cycles - alarm)
         m.d.sync += [cycles.eq(cycles + 1), self.timer.eq(on & ~late[-1])]
         with m.If(written["alarm"]):

@@ -92,7 +92,7 @@ class Cpu(wiring.Component):
             ports |= {
                 f"i_{name}Wishbone_ACK": bus.ack,
                 f"i_{name}Wishbone_DAT_MISO": bus.dat_r,
-                f"i_{name}Wishbone_ERR": Const(0, 1),
+                f"i_{name}Wishbone_ERR": Const(0),
             }
         m.submodules.core = Instance(
             "VexRiscv",
@@ -100,7 +100,7 @@ class Cpu(wiring.Component):
             i_reset=ResetSignal(allow_reset_less=True) | self.restart | starting.any(),
             i_externalResetVector=Const(RESET_VECTOR, 32),
             i_timerInterrupt=self.timer,
-            i_softwareInterrupt=Const(0, 1),
+            i_softwareInterrupt=Const(0),
             i_externalInterruptArray=self.interrupts,
             **ports,
         )

@@ -141,7 +141,7 @@ class AttitudeOutput(wiring.Component):
         idle = Signal(init=1)
         start = Signal()
         flags = Signal(8)
-        is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0, 1)
+        is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0)
         m.d.comb += [
             due.eq(self.updated & ((self.mode == OutputMode.BINARY) | is_text) & ~later),
             start.eq(due & idle),
@@ -167,7 +167,7 @@ class AttitudeOutput(wiring.Component):
 
         Places of a frame are 0 to 7, then those of the outputs, so that high bits say which word.
         """
-        ends = s.place == Cat(Const(3, 2), s.last[: self.bits], Const(1, 1))
+        ends = s.place == Cat(Const(3, 2), s.last[: self.bits], Const(1))
         if self.text:
             columns = Cat(Cat(Const(e.op, 2), Const(e.code, len(s.entry_code))) for e in LINE)
             m.d.comb += Cat(s.entry_op, s.entry_code).eq(
@@ -175,7 +175,7 @@ class AttitudeOutput(wiring.Component):
             )
             ends = Mux(s.text, s.place == len(LINE) - 1, s.place == 63)
         with m.If(~s.text):
-            m.d.comb += [s.entry_op.eq(Op.HEX), s.entry_code.eq(Cat(Const(0, 1), s.place))]
+            m.d.comb += [s.entry_op.eq(Op.HEX), s.entry_code.eq(Cat(Const(0), s.place))]
         m.d.sync += [s.op.eq(s.entry_op), s.code.eq(s.entry_code), s.ends.eq(ends)]
         m.d.comb += s.next_place.eq(s.place + 1)
         with m.If(~s.text & (s.place == 7)):
@@ -222,7 +222,7 @@ class AttitudeOutput(wiring.Component):
                     self.o.payload.last.eq(0),
                 ]
                 with m.If(start):
-                    is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0, 1)
+                    is_text = (self.mode == OutputMode.TEXT) if self.text else Const(0)
                     m.d.sync += s.state.eq(Mux(is_text, _State.FETCH, _State.KIND))
             with m.Case(_State.KIND), m.If(self.o.ready):
                 m.d.sync += s.state.eq(_State.FETCH)
@@ -231,7 +231,7 @@ class AttitudeOutput(wiring.Component):
                 with m.If(self._is_fetched(m, s)):
                     m.d.sync += s.state.eq(_State.LOAD)
             with m.Case(_State.LOAD):
-                is_digit = (s.op == Op.DIGIT) if self.text else Const(0, 1)
+                is_digit = (s.op == Op.DIGIT) if self.text else Const(0)
                 m.d.sync += s.state.eq(Mux(is_digit, _State.SUBTRACT, _State.FORM))
             with m.Case(_State.SUBTRACT):
                 with m.If(s.possible):
@@ -248,7 +248,7 @@ class AttitudeOutput(wiring.Component):
                 m.d.sync += [s.place.eq(s.next_place), s.state.eq(_State.FETCH)]
                 with m.If(s.ends):
                     m.d.sync += s.state.eq(_State.IDLE)
-                with m.Elif((s.op == Op.SIGN) if self.text else Const(0, 1)):
+                with m.Elif((s.op == Op.SIGN) if self.text else Const(0)):
                     m.d.sync += [s.place.eq(s.place), s.state.eq(_State.MULTIPLY)]
             with m.Case(_State.MULTIPLY):
                 m.d.sync += s.bit.eq(s.bit + 1)
@@ -258,7 +258,7 @@ class AttitudeOutput(wiring.Component):
     def _is_fetched(self, m: Module, s: _Place) -> Value:
         """Whether the result comes in the next cycle."""
         if self.read_cycles == 1:
-            return Const(1, 1)
+            return Const(True)
         again = Signal()
         m.d.sync += again.eq((s.state == _State.FETCH) & ~again)
         return again

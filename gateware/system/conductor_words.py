@@ -160,7 +160,7 @@ class Words:
         r_port = words.read_port()
         m.d.comb += self.waits.eq(r_port.data)
         self._address(m, r_port.addr)
-        field_bank = s.job[1] & ~s.bank if feed.holds else Const(0, 1)
+        field_bank = s.job[1] & ~s.bank if feed.holds else Const(0)
         m.d.comb += [
             w_port.addr.eq(Cat(s.count[:3], s.job[1], field_bank)),
             w_port.data.eq(o.payload.data),
@@ -169,7 +169,7 @@ class Words:
         if feed.registers:
             with m.If(~self.calibrated):
                 m.d.comb += [
-                    w_port.addr.eq(Cat(self.set_index, Const(1, 1))),
+                    w_port.addr.eq(Cat(self.set_index, Const(1))),
                     w_port.data.eq(self.set_data),
                     w_port.en.eq(self.set_valid),
                 ]

@@ -150,6 +150,7 @@ class Complementary(Estimator):
         State("field_sq", FIELD_UNKNOWN, 2e5, "uT^2", FIELD_UNKNOWN),
     )
     outputs = OUTPUTS
+    restarts = True
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
 

@@ -182,6 +182,7 @@ class EkfBias(Estimator):
         *covariance_states(7, lambda i: ALIGN_P if i < 4 else BIAS_P0),
     )
     outputs = OUTPUTS
+    restarts = True
     status_bits = STATUS_BITS
     urgent = 7
 

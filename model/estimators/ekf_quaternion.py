@@ -107,6 +107,7 @@ class EkfQuaternion(Estimator):
         *covariance_states(4, lambda i: ALIGN_P),
     )
     outputs = OUTPUTS
+    restarts = True
     status_bits = STATUS_BITS
     urgent = 7
 

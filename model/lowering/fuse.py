@@ -148,9 +148,9 @@ class Fusion:
         form = self.form(node, top=True)
         word = self.groups.arith.word
         low, high = node.span
-        if node.line and not math.isfinite(low + high):
+        if not math.isfinite(low + high):
             raise InputError.at(
-                node.line,
+                node.line or self.groups.name,
                 wanted="a finite range",
                 found=f"{node.said} in {node.range}",
                 fix="declare it with ops.bounded, or limit it with ops.clip",
@@ -168,7 +168,7 @@ class Fusion:
             return self.groups.group(form, target, frac=said.frac if frac is None else frac)
         if node.kind == "complement":
             same = self.groups.frac(self.word(node.args[1]))
-            return self.groups.group(form, target, frac=same, exact=True)
+            return self.groups.group(form, target, frac=same)
         if node.kind == "saturated":
             return self.groups.group(
                 form,
@@ -176,7 +176,7 @@ class Fusion:
                 frac=word - 1 - binary_exponent(node.value),
                 exact=True,
             )
-        if frac is None and odd is not None and math.isfinite(low + high):
+        if odd is not None:
             frac = Format.for_range(word, low, high).frac
             if (frac % 2 == 1) != odd:
                 frac -= 1
@@ -191,7 +191,7 @@ class Fusion:
         build: Callable[[Node, float], Form] = getattr(self, f"_form_{node.kind}")
         return build(node, wrapped)
 
-    def _fuses(self, node: Node, wrapped: float) -> bool:
+    def _fuses(self, node: Node, wrapped: float = 0.0) -> bool:
         """Whether ``node`` becomes part of the group that uses it."""
         if node.name is not None or node.kind in (*LEAVES, "bounded", "saturated"):
             return False
@@ -212,7 +212,7 @@ class Fusion:
 
     def _form_mul(self, node: Node, wrapped: float) -> Form:
         args, power = self._peel(node)
-        if len(args) == 1 and self._fuses(args[0], False):
+        if len(args) == 1 and self._fuses(args[0]):
             form = self.form(args[0])
             form.constant *= power
             form.products = [p.times_power(power) for p in form.products]
@@ -231,7 +231,7 @@ class Fusion:
                 exponent += more
                 scale = Scale.HALF if arg.kind == "rsqrt" else Scale.FULL
                 factors.append(number)
-                if arg.kind == "reciprocal" and arg.args[0].low < 0.0:
+                if arg.args[0].low < 0.0:  # as no root's is
                     form.flag = (form.norm, False)
                     negate = CONDITIONAL[negate]
             elif fresh and arg.kind == "abs" and form.flag is None:
@@ -379,7 +379,7 @@ class Fusion:
         number, exponent, x = self._mantissa(node)
         scale = Scale.HALF if node.kind == "rsqrt" else Scale.FULL
         form = Form([Product(number, exponent=exponent, scale=scale)], norm=x)
-        if node.kind == "reciprocal" and node.args[0].low < 0.0:
+        if node.args[0].low < 0.0:  # as no root's is
             form.flag = (x, False)
             form.products = [replace(form.products[0], negate=Negate.IF)]
         return form

@@ -266,8 +266,9 @@ class Groups:
         """An operation with other products in its sum; None: no word of its format holds it."""
         form = replace(self.forms[op.dest], products=products)
         placed = self._place(form, products, self.frac(op.dest))
-        if placed is None or isinstance(placed, int):
+        if placed is None:
             return None
+        assert not isinstance(placed, int)  # the products are no finer than those in their place
         self.forms[op.dest] = form
         return replace(op, terms=self._terms(placed))
 
@@ -314,7 +315,7 @@ class Groups:
 
         Or with a coarser constant: what that leaves out is half of the accumulator's last bit.
         """
-        excess = self.excess(p, self._second(form, p)[0], frac)
+        excess = self.excess(p, 0 if p.times_one else self._second(form, p)[0], frac)
         if (constant := self._constant_of(p)) is not None:
             known = self.values[constant]
             coarse = self.constant(math.ldexp(known.initial, -known.frac), known.frac - excess)
@@ -340,7 +341,7 @@ class Groups:
 
     def _constant_of(self, p: Product) -> int | None:
         """The constant factor of a product of two words."""
-        both = [] if p.b is None or p.fraction_a or p.fraction_b else [p.b, p.a]
+        both = [] if p.b is None else [p.b, p.a]
         return next((n for n in both if self.values[n].kind is Kind.CONST), None)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:

@@ -43,7 +43,7 @@ def share(groups: Groups) -> None:
     """Take products back into their sums where `FEWEST` or more share a coarser factor."""
     those = [*_apart(groups)]
     while those:
-        (copy, count), *_ = Counter(c for a in those for c in sorted(a.copies)).most_common(1)
+        [(copy, count)] = Counter(c for a in those for c in sorted(a.copies)).most_common(1)
         if count < FEWEST:
             break
         _take_back(groups, *copy, [a for a in those if copy in a.copies])

@@ -131,8 +131,8 @@ class Terms:
 
     def _copied(self, total: int) -> int | None:
         """The word whose copy the sum is; None for any other sum."""
-        kind, *parts = self._terms[total]
-        if kind != "total" or len(parts) != 1 or self._terms[parts[0]][0] != "term":
+        _, *parts = self._terms[total]
+        if len(parts) != 1 or self._terms[parts[0]][0] != "term":  # a symbol has two parts
             return None
         _, shifted, negate, take = self._terms[parts[0]]
         kind, *of = self._terms[shifted]
@@ -195,20 +195,19 @@ class Meaning:
     @classmethod
     def of(cls, program: Program, terms: Terms, symbols: Mapping[int, int]) -> Meaning:
         """Meaning of a program; ``symbols`` are the terms of inputs, parameters and states."""
-        values = [
-            terms.word(v.initial) if v.kind is Kind.CONST else symbols.get(n, -1)
-            for n, v in enumerate(program.values)
-        ]
+        values = dict(symbols)
+        for number in program.of_kind(Kind.CONST):
+            values[number] = terms.word(program.values[number].initial)
         saturated = set()
         for op in program.ops:
             total = _sum(op, values, terms)
             values[op.dest] = terms.result(total, wrap=op.overflow is Overflow.WRAP)
             if op.overflow is Overflow.SAT and terms.is_clamp(values[op.dest]):
                 saturated.add(values[op.dest])  # not a copy, which is never clamped
-        return cls(tuple(values), frozenset(saturated))
+        return cls(tuple(values[n] for n in range(len(program.values))), frozenset(saturated))
 
 
-def _sum(op: Op, values: list[int], terms: Terms) -> int:
+def _sum(op: Op, values: Mapping[int, int], terms: Terms) -> int:
     """Sum of an operation: ``2^(G-1) + sum_k sign_k * floor(a_k * b_k / 2^s_k)``."""
     flag = None if op.flag is None else terms.sign(values[op.flag], quarter=op.flag_quarter)
     count = None if op.norm is None else terms.count(values[op.norm])
@@ -227,7 +226,7 @@ def _sum(op: Op, values: list[int], terms: Terms) -> int:
 
 
 def _factors(
-    op: Op, term: Term, values: list[int], index: int | None, terms: Terms
+    op: Op, term: Term, values: Mapping[int, int], index: int | None, terms: Terms
 ) -> tuple[int, int]:
     a = terms.fraction(values[term.a]) if term.fraction_a else values[term.a]
     if term.b is None:

@@ -95,18 +95,18 @@ def find_culprit(
 
 def _first_leaving(twin: Twin) -> Culprit | None:
     """The first operation of some updates that leaves its twin or its range."""
-    candidates: list[tuple[int, int, int, Callable[[Twin, int, int], Culprit]]] = []
-    for place, op in enumerate(twin.program.ops):
+    candidates: list[tuple[int, int, Callable[[Twin, int, int], Culprit]]] = []
+    for op in twin.program.ops:
         if op.dest in twin.nodes:
             for wrong, said in (
                 (twin.beyond(op.dest), _explain_range),
                 (twin.leaves(op.dest), _explain),
             ):
                 if wrong.any():
-                    candidates.append((int(np.argmax(wrong)), place, op.dest, said))
+                    candidates.append((int(np.argmax(wrong)), op.dest, said))
     if not candidates:
         return None
-    step, _, value, explain = min(candidates, key=lambda f: f[:2])
+    step, value, explain = min(candidates, key=lambda f: f[0])  # the first op of several
     return explain(twin, value, step)
 
 

@@ -18,7 +18,7 @@ from boresight.model.arrays import FloatArray
 from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.compare.twin import Twin, rounding_errors, twins
+from boresight.sim.compare.twin import Twin, function_arguments, rounding_errors, twins
 
 __all__ = ["UPDATES", "Influence", "influences"]
 
@@ -80,7 +80,7 @@ def influences(
     """
     node_of = dict(nodes)
     results = {*program.outputs, *(value for pair in program.states for value in pair)}
-    if not results <= node_of.keys():
+    if results - node_of.keys():
         return {}
     adjoint = _Adjoint(program, node_of, inputs, states, before)
     errors = rounding_errors(
@@ -88,9 +88,12 @@ def influences(
     )
     out: dict[str, list[Influence]] = {}
     for k, name in enumerate(program.output_names):
-        effects = adjoint.effects(k)
-        rms = {n: effects[n] * e.rms for n, e in errors.items() if effects.get(n)}
-        out[name] = _sorted(program, node_of, rms)
+        with np.errstate(all="ignore"):
+            effects = adjoint.effects(k)
+        rms = {n: effects.get(n, 0.0) * e.rms for n, e in errors.items()}
+        # What grows without end over the updates is no number.
+        some = {n: x for n, x in rms.items() if math.isfinite(x) and x > 0.0}
+        out[name] = _sorted(program, node_of, some)
     return out
 
 
@@ -100,14 +103,9 @@ def _sorted(
     whole = math.fsum(x * x for x in rms.values())
     influential = [
         Influence(
-            program.values[n].name,
-            nodes[n].line,
-            x,
-            x * x / whole,
-            math.sqrt(max(whole - 0.75 * x * x, 0.0)),
+            program.values[n].name, nodes[n].line, x, x * x / whole, math.sqrt(whole - 0.75 * x * x)
         )
         for n, x in rms.items()
-        if math.isfinite(x) and x > 0.0
     ]
     return sorted(influential, key=lambda i: -i.rms)
 
@@ -125,7 +123,7 @@ class _Adjoint:
     ) -> None:
         self.program, self.nodes = program, nodes
         self.order = _ordered(nodes, program)
-        count = min(len(inputs), UPDATES, max(2, _MOST // max(len(self.order), 1)))
+        count = min(len(inputs), UPDATES, max(2, _MOST // len(self.order)))
         self.some = slice(len(inputs) - count, len(inputs))
         if before is None:
             initial = [program.values[s].initial for s, _ in program.states]
@@ -139,6 +137,17 @@ class _Adjoint:
             key: np.nan_to_num(np.concatenate([p[key] for p in parts]), posinf=0.0, neginf=0.0)
             for key in parts[0]
         }
+        operands = {*program.outputs, *(v for op in program.ops for v in op.operands())}
+        first = {node.number: value for value, node in reversed(nodes.items())}
+        #: What holds a node for whatever needs it, not for some states and functions alone.
+        self.common = operands & {*first.values()}
+        #: Functions that read each value.
+        self.functions: dict[int, list[int]] = {}
+        read = function_arguments(program, nodes)
+        for node in self.order:
+            for value in (read.get((a.number, node.kind)) for a in node.args):
+                if value is not None:
+                    self.functions.setdefault(value, []).append(node.number)
         self.leaf = [nodes[s].number for s, _ in program.states]
         #: Of each next state by each state: (updates, next, state).
         self.jacobian = np.zeros((count, len(self.leaf), len(self.leaf)))
@@ -176,7 +185,7 @@ class _Adjoint:
             sign = rng.choice([-1.0, 1.0], self.count)
             later = np.zeros((self.count + 1, len(self.leaf)))
             rows = [direct.get(leaf, np.zeros(self.count)) for leaf in self.leaf]
-            own = np.stack(rows, axis=1) if rows else np.zeros((self.count, 0))
+            own = np.reshape(rows, (len(rows), self.count)).T
             for t in range(self.count - 1, -1, -1):
                 later[t] = sign[t] * own[t] + later[t + 1] @ self.jacobian[t]
             seeds: dict[int, FloatArray] = {number: sign}
@@ -184,14 +193,29 @@ class _Adjoint:
                 node = nodes[after].number
                 seeds[node] = seeds.get(node, np.zeros(self.count)) + later[1:, k]
             slopes = self.sweep(seeds)
-            copies = {after: k for k, (_, after) in enumerate(program.states)}
             for value, source in nodes.items():
-                # A copy in the state's format is read by the state alone.
-                copy = value in copies and value not in program.outputs
-                at = later[1:, copies[value]] if copy else slopes.get(source.number)
+                if value in self.common:
+                    at = slopes.get(source.number)
+                else:
+                    at = self._of_copy(value, slopes, later[1:])
                 if at is not None:
                     total[value] = total.get(value, 0.0) + float(np.mean(at * at))
         return {value: math.sqrt(square / _SIGNS) for value, square in total.items()}
+
+    def _of_copy(
+        self, copy: int, slopes: Mapping[int, FloatArray], later: FloatArray
+    ) -> FloatArray:
+        """Derivative by a copy, in another format, which some states and functions alone read.
+
+        Or by what is part of other operations, and a word only to replace a state.
+        """
+        at = np.zeros(self.count)
+        for k, (_, after) in enumerate(self.program.states):
+            if after == copy:
+                at += later[:, k]
+        for function in self.functions.get(copy, ()):
+            at += slopes.get(function, 0.0) * self.slopes[function, 0]
+        return at
 
 
 def _ordered(nodes: Mapping[int, Node], program: Program) -> list[Node]:

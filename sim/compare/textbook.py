@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from boresight.model.arrays import FloatArray
+from boresight.model.methods import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
@@ -20,7 +21,13 @@ def beside_textbook(
 ) -> tuple[tuple[Difference, ...], tuple[str, ...]]:
     """Differences of float64 from `Estimator.textbook`, and its remarks; none without it."""
     estimator, some = build.estimators[number], records[:_MOST]
-    book = estimator.textbook(some, build.params[number])
+    book = called(
+        estimator.textbook,
+        some,
+        build.params[number],
+        where=f"estimator {estimator.name}, textbook",
+        wanted="a second form or None",
+    )
     if book is None:
         return (), ()
     outputs = {name: values[: len(some)] for name, values in floating.outputs.items()}

@@ -7,7 +7,7 @@ made at once: the states before each are known.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,9 +18,19 @@ from boresight.model.lowering.graph import LEAVES, Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
+from boresight.model.words.tables import ASIN, SIN
 from boresight.sim.compare.difference import around
 
-__all__ = ["CHUNK", "Rounding", "Twin", "becomes", "outside", "rounding_errors", "twins"]
+__all__ = [
+    "CHUNK",
+    "Rounding",
+    "Twin",
+    "becomes",
+    "function_arguments",
+    "outside",
+    "rounding_errors",
+    "twins",
+]
 
 
 #: Updates whose words are held at a time.
@@ -31,6 +41,8 @@ ROUNDING_LSB = 64.0
 RELATIVE_BITS = 8
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
+#: Functions that look up their argument itself, by the block of their table.
+_TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 
 
 @dataclass(frozen=True)
@@ -80,6 +92,7 @@ class Twin:
     ) -> None:
         self.program, self.nodes, self.words, self.first = program, nodes, words, first
         self.value_of = {node.number: number for number, node in reversed(nodes.items())}
+        self.read_by = function_arguments(program, nodes)
 
     def real(self, value: int) -> FloatArray:
         """A value's words in its unit."""
@@ -97,8 +110,12 @@ class Twin:
             return np.full(len(self.words[0]), node.value)
         if node.kind in LEAVES:
             return self.real(self.value_of[node.number])
-        args = [self.argument(a) for a in node.args]
+        args = [self._read(a, node) for a in node.args]
         return np.asarray(_COMPUTE[node.kind](node, args), dtype=np.float64)
+
+    def _read(self, arg: Node, node: Node) -> FloatArray:
+        value = self.read_by.get((arg.number, node.kind))
+        return self.argument(arg) if value is None else self.real(value)
 
     def apart(self, value: int) -> tuple[FloatArray, FloatArray]:
         """How far a value is from its twin, and how large the twin or its terms are."""
@@ -200,6 +217,21 @@ def rounding_errors(
                 here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
                 out[op.dest] = out.get(op.dest, Rounding()).joined(here)
     return out
+
+
+def function_arguments(program: Program, nodes: Mapping[int, Node]) -> dict[tuple[int, str], int]:
+    """The value that a kind of function reads of a node, by the node's number and the kind.
+
+    Where the function wants a format of its own it is a copy.
+    """
+    reads = {(op.index, _TABLES.get(op.table)) for op in program.ops}
+    reads |= {(op.norm, "rsqrt") for op in program.ops}
+    return {
+        (node.number, kind): value
+        for value, node in nodes.items()
+        for kind in ("sin", "asin", "rsqrt")
+        if (value, kind) in reads
+    }
 
 
 def becomes(program: Program, nodes: dict[int, Node], value: int) -> int | None:

@@ -7,12 +7,15 @@ lie and who says so. A missed target stays missed: none is widened until it is m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any, ClassVar
 
-__all__ = ["Experiment", "Result", "Target", "grouped"]
+from boresight.model.errors import InputError
+from boresight.model.methods import called
+
+__all__ = ["Experiment", "Result", "Target", "grouped", "result_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,3 +155,36 @@ class Experiment:
             Told in a line what begins.
         """
         raise NotImplementedError
+
+
+def result_of(
+    experiment: Experiment, *, seed: int, runs: int, say: Callable[[str], None]
+) -> Result:
+    """Run an experiment (`Experiment.run`) and check what it gives.
+
+    Raises
+    ------
+    InputError
+        The method raises, or gives anything but a `Result` with targets and all pages.
+    """
+    where, wanted = f"experiment {experiment.name}", "a run that gives a Result"
+    if type(experiment).run is Experiment.run:
+        fix = "write it: it returns Result(figures={...}, targets=(...))"
+        raise InputError.at(where, wanted="a method run", found="none", fix=fix)
+    result = called(experiment.run, where=where, wanted=wanted, seed=seed, runs=runs, say=say)
+    fix = "return Result(figures={NAME: NUMBER}, targets=(Target(...), ...))"
+    if not isinstance(result, Result):
+        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=fix)
+    if not isinstance(result.figures, Mapping):
+        found = f"figures of type {type(result.figures).__name__}"
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
+    targets = result.targets
+    if not isinstance(targets, Sequence) or not all(isinstance(t, Target) for t in targets):
+        found = f"targets of type {type(targets).__name__}"
+        raise InputError.at(where, wanted=wanted, found=found, fix=fix)
+    for name in experiment.pages:
+        if not isinstance(result.pages.get(name), str):
+            raise InputError.at(
+                where, wanted=f"the page {name}", found="none", fix="return it in Result.pages"
+            )
+    return result

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 from boresight.model.errors import InputError, closest
 from boresight.model.units import conversion
-from boresight.sim.explore.figures import Explored, Quantity
+from boresight.sim.explore.figures import FIGURES, Explored, Quantity
 
-__all__ = ["Choice", "Demand", "Relaxed", "chosen", "demands_of"]
+__all__ = ["Choice", "Demand", "Relaxed", "chosen", "demands_of", "with_tolerance"]
 
 _DEMAND = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+.\deE]+)\s*(.*?)\s*")
 
@@ -167,6 +167,18 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
             limit = factor * limit + offset
         demands.append(Demand(quantity, match[2], limit))
     return demands
+
+
+def with_tolerance(demands: Sequence[Demand], known: Sequence[Quantity]) -> list[Demand]:
+    """Demands, and that errors are within the declared tolerances, unless they speak of an error.
+
+    ``known`` are the figures that some row has: outputs without tolerances are not judged.
+    """
+    costs = {quantity.name for quantity in FIGURES} - {"tolerance"}
+    ratio = next((quantity for quantity in known if quantity.name == "tolerance"), None)
+    if ratio is None or any(demand.quantity.name not in costs for demand in demands):
+        return [*demands]
+    return [Demand(ratio, "<=", 1.0), *demands]
 
 
 def chosen(rows: Iterable[Explored], demands: Sequence[Demand], least: Quantity) -> Choice:

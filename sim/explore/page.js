@@ -100,7 +100,9 @@ function start() {
   const withUnit = (q, value) => logic.text(value) + (q.unit && value !== undefined && value !== null ? ` ${q.unit}` : "");
   const have = (name) => data.rows.some((row) => Number.isFinite(row.figures[name]));
   const first = (...names) => names.find((name) => name in byName && have(name)) ?? data.quantities[0]?.name;
-  const limits = data.demands.map((d) => d.name);
+  const limits = data.demands.map((d) => d.name).filter((name) => name !== "tolerance");
+  // What a figure is called where there is no room for its title.
+  const label = (name) => (name === "tolerance" ? "error / tolerance" : name);
   const up = first(...limits.filter((name) => !["lut", "dsp", "us", "cycles"].includes(name)), "attitude", "tolerance");
   const across = first(...[data.least, "lut", "cycles", "word"].filter((name) => name && name !== up));
   let set = { x: across, y: up, logx: false, logy: true, demands: data.demands, at: null, by: null };
@@ -125,7 +127,7 @@ function start() {
     make("b", box, {}, "demands");
     set.demands.forEach((demand, k) => {
       const part = make("span", box, { class: "demand" });
-      make("span", part, { title: byName[demand.name].title }, demand.name);
+      make("span", part, { title: byName[demand.name].title }, label(demand.name));
       const sign = make("select", part, { "aria-label": `sign of ${demand.name}` });
       for (const s of ["<", "<=", ">", ">="]) make("option", sign, s === demand.sign ? { selected: "" } : {}, s);
       sign.addEventListener("change", () => { demand.sign = sign.value; draw(); });
@@ -203,7 +205,7 @@ function start() {
 
   function tipText(row) {
     const names = new Set([set.y, set.x, ...set.demands.map((d) => d.name), "cycles", "lut", "dsp", "clock"]);
-    return [row.name, ...[...names].filter((n) => n in byName).map((n) => `${n} ${withUnit(byName[n], row.figures[n])}`)];
+    return [row.name, ...[...names].filter((n) => n in byName).map((n) => `${label(n)} ${withUnit(byName[n], row.figures[n])}`)];
   }
 
   function tip(row, point) {
@@ -255,8 +257,8 @@ function start() {
     for (const n of ["combination", ...names]) {
       const q = byName[n], arrow = set.by === n ? " \u2193" : set.by === `-${n}` ? " \u2191" : "";
       const th = make("th", head, q ? { class: "r", title: q.title } : {});
-      const sort = make("button", th, {}, n + arrow);
-      if (q?.unit) make("div", th, { class: "soft" }, q.unit);
+      const sort = make("button", th, {}, label(n) + arrow);
+      if (q?.unit && q.unit !== n) make("div", th, { class: "soft" }, q.unit);
       sort.addEventListener("click", () => { set.by = set.by === n ? `-${n}` : n; draw(); });
     }
     const by = set.by?.replace(/^-/, ""), turn = set.by?.startsWith("-") ? -1 : 1;

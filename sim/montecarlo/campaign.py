@@ -17,6 +17,7 @@ from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import PERIODS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.methods import called
 from boresight.model.resolve import Named, estimator_of
 from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.identity import identity
@@ -24,7 +25,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
 from boresight.sim.worlds.loop import close_loop
-from boresight.sim.worlds.world import NamedWorld, World, world_of
+from boresight.sim.worlds.world import NamedWorld, World, drawn, world_of
 
 __all__ = ["Campaign", "draws"]
 
@@ -130,7 +131,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
     ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
     """
     world, estimator, level = campaign.world, campaign.estimator, campaign.level
-    world.draw(seed)
+    drawn(world, seed)
     loop = close_loop(world, level, steps=campaign.steps)
     if not loop.truth:
         raise InputError.at(
@@ -185,7 +186,11 @@ def _nees(
     if states is None:
         return [], 0
     at = {name: values[marks] for name, values in states.items()}
-    covariances = campaign.estimator.error_covariance(at, campaign.values)
+    estimator = campaign.estimator
+    where, wanted = f"estimator {estimator.name}, error_covariance", "names and covariances"
+    covariances = called(
+        estimator.error_covariance, at, campaign.values, where=where, wanted=wanted
+    )
     if covariances is None or not set(covariances[0]) <= set(errors):
         return [], 0
     names, p = covariances

@@ -117,8 +117,8 @@ def record_of_arrays(path: Path, named: Sequence[tuple[str, npt.NDArray[Any]]]) 
             found=f"{names.count(twice)} columns {twice}",
             fix="keep one of them",
         )
-    columns = columns_of(str(path), _flattened(str(path), arrays), copy=False)
-    return Record(name_of(path), columns, index_place(str(path)), str(path))
+    columns, faults = columns_of(str(path), _flattened(str(path), arrays), copy=False)
+    return Record(name_of(path), columns, index_place(str(path)), str(path), faults=faults)
 
 
 def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
@@ -156,7 +156,10 @@ def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt
             found=", ".join(flat),
             fix="give the times, or the steps themselves in dt",
         )
-    t = columns_of(where, {"t": flat["t"]})["t"].values
+    columns, faults = columns_of(where, {"t": flat["t"]})
+    if faults:
+        raise faults["t"]
+    t = columns["t"].values
     dt = steps_of(where, t) if rate is None else _steady(where, rate, len(t))
     if restart is not None:
         if restart.shape != dt.shape or restart.dtype.kind not in "biu":

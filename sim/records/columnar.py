@@ -273,8 +273,8 @@ def fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
     Returns
     -------
     float64 (rows, columns) or None
-        NaN for an empty field. None: pyarrow is not here, or the lines must be looked at one by
-        one, for whatever they hold that is no finite number.
+        NaN for an empty field, or "nan". None: pyarrow is not here, or the lines must be looked at
+        one by one, for whatever they hold that is no finite number.
     """
     try:
         csv, arrow = import_module("pyarrow.csv"), import_module("pyarrow")
@@ -287,7 +287,7 @@ def fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
             csv.ParseOptions(quote_char=False, ignore_empty_lines=False),
             csv.ConvertOptions(
                 column_types=dict.fromkeys(names, arrow.float64()),
-                null_values=[""],
+                null_values=["", "nan", "NaN"],
                 check_utf8=False,
             ),
         )
@@ -299,7 +299,9 @@ def fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
         none = np.count_nonzero(np.isnan(values[:, k]))
         if none != column.null_count or np.isinf(values[:, k]).any():
             return None
-    return values
+    # A row without any number may be an empty line, which arrow takes for one.
+    blank = np.isnan(values[:, 0])
+    return None if blank.any() and np.isnan(values[blank]).all(axis=1).any() else values
 
 
 def fast_rows(columns: list[FloatArray]) -> bytes | None:

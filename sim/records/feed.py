@@ -11,12 +11,14 @@ from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.declarations import QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
+from boresight.model.methods import called
 from boresight.model.words.program import Program
 from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import Record, index_place, joined
+from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted"]
@@ -154,9 +156,22 @@ def feed_of(estimator: Estimator, log: Log) -> Feed | LongFeed:
 
 
 class Feeder:
-    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all."""
+    """`feed` of a record in pieces; rate and warnings are those of the first, clamps of all.
+
+    Raises
+    ------
+    InputError
+        Gaps of the selected rows restart the estimator, which does not restart.
+    """
 
     def __init__(self, estimator: Estimator, *, linked: Collection[int] = ()) -> None:
+        if selection().gaps == "restart" and not estimator.restarts:
+            raise InputError.at(
+                "--gaps restart",
+                wanted="an estimator that a time step below 0 restarts (restarts = True)",
+                found=estimator.name,
+                fix="choose --gaps bridge or refuse",
+            )
         self.estimator, self.linked = estimator, linked
         self._start, self._place = 0, index_place("")
         self._reader = InputReader(
@@ -185,7 +200,7 @@ class Feeder:
             new,
             reader.clamped,
             _truth(estimator, record),
-            record.columns["mov"].values != 0.0
+            record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
             record.notes if start else (*record.notes, *warnings_of(estimator, inputs, new)),
@@ -203,7 +218,8 @@ def fitted(estimator: Estimator, record: Record) -> Estimator:
         if i.name in record.columns
     }
     rates = {name: rate * share for name, share in shares.items() if share}
-    return estimator.for_rates(rates | {"dt": rate})
+    where, wanted = f"estimator {estimator.name}, for_rates", "the estimator for sample rates"
+    return called(estimator.for_rates, rates | {"dt": rate}, where=where, wanted=wanted)
 
 
 def _timed(record: Record) -> bool:
@@ -269,6 +285,10 @@ def _values(record: Record, declared: Input) -> FloatArray:
     """Values of an input's column in its unit, NaN where there is no new sample."""
     if declared.name not in record.columns:
         return record.steps()
+    fault = record.faults.get(declared.name)
+    if fault is not None and declared.missing is not None:
+        parts = fault.parts
+        raise InputError.at(**{**parts, "wanted": f"{parts['wanted']}, or nothing"})
     return record.values(declared.name, declared.unit)
 
 

@@ -190,7 +190,7 @@ def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
 
 def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:
     """Write a log file in pieces of any length: the same bytes as of all of it."""
-    _format(Path(path)).write(file, resized(pieces))
+    _format(Path(path)).write(file, resized(map(Record.of_numbers, pieces)))
 
 
 def read_pieces(path: str | os.PathLike[str], rows: int = ROWS) -> Iterator[Record]:
@@ -242,6 +242,13 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
         what = selection().map
         yield record_from(path, read, ready_map(ready) if what is None else read_map(what))
         return
+    if selection().map is not None:
+        raise InputError.at(
+            str(path),
+            wanted=f"a recording of topics, for --map: {', '.join(RECORDINGS)}",
+            found="a table, whose columns are inputs",
+            fix="leave --map out",
+        )
     made = _format(path)
     try:
         if whole or made.pieces is None:

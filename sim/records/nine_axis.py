@@ -78,7 +78,7 @@ class NineAxis:
             check_norm(record, q)
             _refuse_parts(record, [names[n] for n in QUATERNION], q)
         _refuse_parts(record, TRIADS["mag"][0], triads["mag"])
-        mov = record.columns["mov"].values != 0.0 if "mov" in record.columns else None
+        mov = record.numbers("mov") != 0.0 if "mov" in record.columns else None
         t = _stack(record, ["t"], "s")[:, 0]
         return cls(record.name, t, **triads, q=q, steps=record.steps(), mov=mov)
 

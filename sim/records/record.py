@@ -97,12 +97,14 @@ class Record:
         What is odd about it.
     comparison : bool
         Its reference is another device's estimate, not truth.
+    faults : mapping of str to InputError
+        Of columns that are not numbers throughout; it is raised where such a column is used.
 
     Raises
     ------
     InputError
-        No column, columns of different lengths, an infinite value, or a time that is missing or
-        does not increase.
+        No column, columns of different lengths, or a time that is missing, infinite or no number,
+        or does not increase.
     """
 
     name: str
@@ -111,6 +113,7 @@ class Record:
     source: str = ""
     notes: tuple[str, ...] = ()
     comparison: bool = False
+    faults: Mapping[str, InputError] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lengths = {len(c.values) for c in self.columns.values()}
@@ -123,22 +126,24 @@ class Record:
             )
         for name, column in self.columns.items():
             infinite = np.isinf(column.values)
-            if infinite.any():
-                self._refuse(int(np.argmax(infinite)), name, "a finite number", "an infinite one")
+            if infinite.any() and name not in self.faults:
+                wanted = ("a finite number", "an infinite one")
+                fault = self._fault(int(np.argmax(infinite)), name, *wanted)
+                object.__setattr__(self, "faults", {**self.faults, name: fault})
         if "t" in self.columns:
             self._check_time()
 
     def _check_time(self) -> None:
-        t = self.columns["t"].values
+        t = self.numbers("t")
         if np.isnan(t).any():
-            self._refuse(int(np.argmax(np.isnan(t))), "t", "a time in every row", "no value")
+            raise self._fault(int(np.argmax(np.isnan(t))), "t", "a time in every row", "no value")
         late = np.diff(t) <= 0
         if late.any():
             row = int(np.argmax(late)) + 1
-            raise _late(self.place(row, "t"), t[row - 1], t[row])
+            raise _late(self, row, t[row - 1])
 
-    def _refuse(self, row: int, column: str, wanted: str, found: str) -> None:
-        raise InputError.at(
+    def _fault(self, row: int, column: str, wanted: str, found: str) -> InputError:
+        return InputError.at(
             self.place(row, column), wanted=wanted, found=found, fix="correct or remove the row"
         )
 
@@ -151,17 +156,29 @@ class Record:
         """Count the samples."""
         return len(next(iter(self.columns.values())).values)
 
+    def numbers(self, name: str) -> FloatArray:
+        """Return a column in its own unit; raises the InputError of one that is not numbers."""
+        if name in self.faults:
+            raise self.faults[name]
+        return self.columns[name].values
+
+    def of_numbers(self) -> Record:
+        """The record, all of whose columns are used; raises InputError unless they are numbers."""
+        for fault in self.faults.values():
+            raise InputError.at(**{**fault.parts, "fix": "correct it, or leave the column out"})
+        return self
+
     def values(self, name: str, unit: str) -> FloatArray:
         """Return a column in a unit; without conversion if the column has no unit.
 
         Raises
         ------
         InputError
-            The column's unit is unknown or of another dimension.
+            The column is not numbers; its unit is unknown or of another dimension.
         """
-        column = self.columns[name]
+        values, column = self.numbers(name), self.columns[name]
         if column.unit in (None, unit) or unit in EXACT_UNITS:
-            return column.values
+            return values
         assert column.unit is not None
         try:
             factor, offset = linear(column.unit, unit)
@@ -172,7 +189,7 @@ class Record:
                 found=f"{column.unit} ({error})",
                 fix="correct the unit in the header",
             ) from None
-        return column.values * factor + offset
+        return values * factor + offset
 
     def steps(self) -> FloatArray:
         """Time steps (n,) in seconds: the column ``dt``, or the differences of ``t``."""
@@ -210,7 +227,7 @@ class Record:
         Raises
         ------
         InputError
-            The data have another type, or a column is not numeric.
+            The data have another type.
         """
         if isinstance(data, Record):
             return data
@@ -227,7 +244,8 @@ class Record:
                 fix='give for example {"t": t, "z": z}',
             )
         arrays = {str(n): _array(name, str(n), data[n]) for n in names}
-        return cls(name, columns_of(name, arrays), index_place(name))
+        columns, faults = columns_of(name, arrays)
+        return cls(name, columns, index_place(name), faults=faults)
 
 
 def steps_of(where: str, t: npt.NDArray[Any]) -> FloatArray:
@@ -259,7 +277,8 @@ def joined(blocks: list[Record]) -> Record:
         for n, c in first.columns.items()
     }
     notes = dict.fromkeys(text for b in blocks for text in b.notes)
-    return replace(first, columns=columns, notes=tuple(notes))
+    faults = {n: e for b in reversed(blocks) for n, e in b.faults.items()}
+    return replace(first, columns=columns, notes=tuple(notes), faults=faults)
 
 
 def rows_of(record: Record, start: int, end: int) -> Record:
@@ -272,15 +291,18 @@ def rows_of(record: Record, start: int, end: int) -> Record:
 
 def refuse_late(record: Record, before: float) -> None:
     """Refuse a record that goes on where another one ended, at ``before``, unless it is later."""
-    if (t := record.columns["t"].values)[0] <= before:
-        raise _late(record.place(0, "t"), before, t[0])
+    if record.columns["t"].values[0] <= before:
+        raise _late(record, 0, before)
 
 
-def _late(where: str, before: float, found: float) -> InputError:
+def _late(record: Record, row: int, before: float) -> InputError:
+    """The error of a row whose time is not above that of the row before."""
+    t = record.columns["t"]
+    unit = t.unit or "s"
     return InputError.at(
-        where,
-        wanted=f"a time above {float(before)!r}, that of the row before",
-        found=repr(float(found)),
+        record.place(row, "t"),
+        wanted=f"a time above {float(before)!r} {unit}, that of the row before",
+        found=f"{float(t.values[row])!r} {unit}",
         fix="sort the rows and remove repeated ones",
     )
 
@@ -299,17 +321,24 @@ def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
 
 def columns_of(
     where: str, arrays: Mapping[str, npt.NDArray[Any]], *, copy: bool = True
-) -> dict[str, Column]:
+) -> tuple[dict[str, Column], dict[str, InputError]]:
     """Convert arrays by name to columns, with units from brackets in the names.
 
     Without ``copy`` the arrays are those of the columns, where they can be, and belong to them.
 
+    Returns
+    -------
+    columns : dict of str to Column
+    faults : dict of str to InputError
+        Of arrays that are not one-dimensional or not numeric, whose columns are NaN.
+
     Raises
     ------
     InputError
-        An array is not one-dimensional or not numeric, or a name occurs twice.
+        Something without rows, or a name occurs twice.
     """
     columns: dict[str, Column] = {}
+    faults: dict[str, InputError] = {}
     for head, array in arrays.items():
         name, unit = split_header(where, head)
         if name in columns:
@@ -317,14 +346,17 @@ def columns_of(
                 where, wanted="every column once", found=f"two named {name}", fix="keep one"
             )
         if array.ndim != 1 or array.dtype.kind not in "biuf":
-            raise InputError.at(
+            faults[name] = InputError.at(
                 f"{where}, column {name}",
                 wanted="real numbers, shape (n,)",
                 found=f"{array.dtype}, shape {array.shape}",
                 fix="convert it",
             )
+            if not array.ndim:
+                raise faults[name]
+            array = np.full(len(array), np.nan)
         columns[name] = Column(array.astype(np.float64, copy=copy), unit)
-    return columns
+    return columns, faults
 
 
 def split_header(where: str, head: str) -> tuple[str, str | None]:

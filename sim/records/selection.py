@@ -17,6 +17,7 @@ import numpy as np
 
 from boresight.model.errors import InputError
 from boresight.model.units import UnitError, linear
+from boresight.sim.records.maps import read_map
 from boresight.sim.records.record import MEDIAN_OF, RESTART_S, Column, Record, joined, rows_of
 from boresight.sim.records.topics import GAP_STEPS
 
@@ -58,7 +59,7 @@ class Selection:
         gaps: str | None = None,
         map: str | Path | None = None,
     ) -> Selection:
-        """The selection of texts such as "10s"; raises InputError."""
+        """The selection of texts such as "10s"; raises InputError, also for a bad map."""
         start_s, end_s = _seconds("--from", start, 0.0), _seconds("--to", end, math.inf)
         if not 0.0 <= start_s < end_s:
             raise InputError.at(
@@ -78,6 +79,8 @@ class Selection:
                 found=repr(gaps),
                 fix="choose one of these",
             )
+        if map is not None:
+            read_map(map)
         return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
 
     @property
@@ -85,29 +88,37 @@ class Selection:
         """All rows are read as they are."""
         return replace(self, map=None) == Selection()
 
+    @property
+    def _sliced(self) -> bool:
+        return self.start_s > 0.0 or math.isfinite(self.end_s)
+
     def pieces(self, blocks: Iterable[Record]) -> Iterator[Record]:
         """The selected rows of blocks that have their time steps and follow each other.
 
         Raises
         ------
         InputError
-            A gap that is refused; no row; a log without times.
+            A gap that is refused; no row; no times, of which a slice or gaps are wanted.
         """
         blocks = _marked(blocks, self.gaps) if self.gaps else blocks
         first: float | None = None
         rest = skipped = None
-        count = 0
+        count = seen = 0
         for block in blocks:
-            if "t" not in block.columns:
+            low, high = 0, len(block)
+            if "t" in block.columns:
+                t = block.values("t", "s")
+                first = float(t[0]) if first is None else first
+                ends = (first + self.start_s, first + self.end_s)
+                low, high = np.searchsorted(t, ends).tolist()
+            elif self._sliced:
                 raise InputError.at(
                     block.where,
                     wanted="a column t, of which a slice is taken",
                     found="none",
-                    fix="add the times, or read the whole log",
+                    fix="add the times, or leave --from and --to out",
                 )
-            t = block.values("t", "s")
-            first = float(t[0]) if first is None else first
-            low, high = np.searchsorted(t, (first + self.start_s, first + self.end_s)).tolist()
+            seen += high - low
             if low < high:
                 part = rows_of(block, low, high)
                 if self.every > 1:
@@ -120,14 +131,16 @@ class Selection:
                     count += len(part)
                     yield part
             skipped = block
-            if high < len(t):
+            if high < len(block):
                 break
         if not count and skipped is not None:
+            to = f" to {self.end_s:g} s" if math.isfinite(self.end_s) else ""
+            where = f" from {self.start_s:g} s{to} of the log" if self._sliced else ""
             raise InputError.at(
                 skipped.where,
-                wanted=f"rows from {self.start_s:g} s to {self.end_s:g} s of the log",
-                found=f"none{f' of every {self.every}' if self.every > 1 else ''}",
-                fix="choose another slice",
+                wanted=f"rows{where}" if not seen else f"{self.every} rows or more{where}",
+                found=str(seen) if seen else "none",
+                fix="choose another slice" if not seen else "choose a smaller --every",
             )
 
 
@@ -162,17 +175,29 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
     for block in blocks:
         if held is not None:
             yield held
-        t = block.values("t", "s") if "t" in block.columns else np.cumsum(block.steps())
+        if not {"t", "dt"} & {*block.columns}:
+            raise InputError.at(
+                block.where,
+                wanted="a column t or dt, in which gaps are seen",
+                found="neither",
+                fix="add the times, or leave --gaps out",
+            )
+        column = "t" if "t" in block.columns else "dt"
+        if column == "t":
+            t = block.values("t", "s")
+            steps = np.diff(t, prepend=t[0] if before is None else before)
+            before = float(t[-1])
+        else:
+            steps = block.steps()
         if limit is None:
-            limit = GAP_STEPS * float(np.median(np.diff(t)[:MEDIAN_OF])) if len(t) > 1 else math.inf
-        steps = np.diff(t, prepend=t[0] if before is None else before)
-        before = float(t[-1])
+            known = steps[1:] if column == "t" else steps
+            limit = GAP_STEPS * float(np.median(known[:MEDIAN_OF])) if len(known) else math.inf
         gaps = steps > limit
         if gaps.any():
             row = int(np.argmax(gaps))
             if rule == "refuse":
                 raise InputError.at(
-                    block.place(row, "t"),
+                    block.place(row, column),
                     wanted=f"steps of at most {limit:.6g} s, three medians",
                     found=f"a gap of {steps[row]:.6g} s",
                     fix="--gaps bridge makes it one step, --gaps restart restarts the filter",

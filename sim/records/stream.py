@@ -43,6 +43,7 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
     if not first:
         return
     before: float | None = None
+    last = 0.0  # before, in the unit of the column
     for block in chain([joined(first)], blocks):
         if "t" not in block.columns or "dt" in block.columns or len(block) == 1 and before is None:
             yield block
@@ -51,9 +52,9 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
         if before is None:
             steps = steps_of(block.where, t)
         else:
-            refuse_late(block, before)
+            refuse_late(block, last)
             steps = np.diff(t, prepend=before)
-        before = float(t[-1])
+        before, last = float(t[-1]), float(block.columns["t"].values[-1])
         yield block.derived({**block.columns, "dt": Column(steps)})
 
 

@@ -1,15 +1,18 @@
 """CSV logs: one header, one line per sample; errors name line and column.
 
 Comment lines (``#``) may precede the header. A header field is ``NAME`` or ``NAME[unit]``; an empty
-field means that there is no new sample.
+field, or ``nan``, means that there is no new sample. Quotes may be around fields, within a line. A
+column with other texts can be read, but not be used.
 """
 
 from __future__ import annotations
 
 import codecs
+import csv
 import io
 from collections.abc import Iterable, Iterator
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import BinaryIO
 
@@ -25,6 +28,8 @@ __all__ = ["ROWS", "format_csv", "parse_csv", "pieces_of_csv", "write_csv"]
 
 #: Values from which on pyarrow is worth its import, and rows that are written at once.
 _FAST_FROM, ROWS = 100_000, 1 << 16
+#: Texts of no sample, in any case.
+_NONE = ("", "nan")
 #: Bytes that are read at once.
 _BLOCK = 1 << 22
 
@@ -50,11 +55,12 @@ def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
 
 
 def _head(record: Record) -> bytes:
-    header = ",".join(
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow(
         name if column.unit is None else f"{name}[{column.unit}]"
         for name, column in record.columns.items()
     )
-    return f"{header}\n".encode()
+    return header.getvalue().encode()
 
 
 def _lines(values: list[FloatArray]) -> bytes:
@@ -104,14 +110,20 @@ def parse_csv(path: Path, content: bytes) -> Record:
             found="none",
             fix="write one line per sample",
         )
-    table = _table(path, top + 2, [name for name, _ in heads], rows)
-    return _record(path, top, heads, table)
+    table, faults = _table(path, top + 2, [name for name, _ in heads], rows)
+    return _record(path, top, heads, table, faults)
 
 
-def _record(path: Path, top: int, heads: list[tuple[str, str | None]], table: FloatArray) -> Record:
+def _record(
+    path: Path,
+    top: int,
+    heads: list[tuple[str, str | None]],
+    table: FloatArray,
+    faults: dict[str, InputError],
+) -> Record:
     columns = {name: Column(table[:, k], unit) for k, (name, unit) in enumerate(heads)}
     location = partial(_location, path, top + 2)
-    return Record(name_of(path), columns, location, str(path))
+    return Record(name_of(path), columns, location, str(path), faults=faults)
 
 
 def _plain(path: Path, content: bytes) -> Record | None:
@@ -133,7 +145,7 @@ def _plain(path: Path, content: bytes) -> Record | None:
         return None
     body = memoryview(content)[end + 1 : len(content.rstrip())]
     table = fast_table(body, [name for name, _ in heads]) if len(heads) > 1 else None
-    return None if table is None else _record(path, top, heads, table)
+    return None if table is None else _record(path, top, heads, table, {})
 
 
 def _location(path: Path, first_line: int, row: int, column: str) -> str:
@@ -174,12 +186,13 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         if not lines:
             continue
         table = fast_table(lines, [n for n, _ in heads]) if len(heads) > 1 else None
+        faults: dict[str, InputError] = {}
         if table is None:
             rows = _lines_of(path, lines)
             if not rows[-1]:
                 rows.pop()
-            table = _table(path, first, [n for n, _ in heads], rows)
-        yield _record(path, first - 2, heads, table)
+            table, faults = _table(path, first, [n for n, _ in heads], rows)
+        yield _record(path, first - 2, heads, table, faults)
         first += len(table)
 
 
@@ -216,7 +229,7 @@ def _header(where: str, line: str) -> list[tuple[str, str | None]]:
                 fix=f"export it so, or: tr '{separator if separator == ';' else chr(92) + 't'},' "
                 "',.' < LOG > log.csv",
             )
-    heads = [split_header(where, field) for field in line.split(",")]
+    heads = [split_header(where, field) for field in _fields(where, line)]
     names = [name for name, _ in heads]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
@@ -236,10 +249,41 @@ def _header(where: str, line: str) -> list[tuple[str, str | None]]:
     return heads
 
 
-def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> FloatArray:
-    """Values (rows, columns), NaN for an empty field; raises InputError for other texts."""
+def _fields(where: str, line: str) -> list[str]:
+    """Fields of a line; raises InputError for a quote that does not end in it."""
+    if '"' not in line:
+        return line.split(",")
+    try:
+        (fields,) = csv.reader([line], strict=True, skipinitialspace=True)
+    except csv.Error:
+        raise InputError.at(
+            where,
+            wanted="quotes around whole fields, each within the line",
+            found="another one",
+            fix="correct the line",
+        ) from None
+    return fields
+
+
+def _table(
+    path: Path, first_line: int, names: list[str], rows: list[str]
+) -> tuple[FloatArray, dict[str, InputError]]:
+    """Values (rows, columns), NaN for no number, and by column its first text that is none.
+
+    Raises
+    ------
+    InputError
+        A line of too few or too many fields.
+    """
     width = len(names)
+    quoted = {
+        k: _fields(f"{path}, line {k + first_line}", row)
+        for k, row in enumerate(rows)
+        if '"' in row
+    }
     counts = np.array([row.count(",") for row in rows]) + 1
+    for k, own in quoted.items():
+        counts[k] = len(own)
     if (counts != width).any():
         row = int(np.argmax(counts != width))
         raise InputError.at(
@@ -250,31 +294,37 @@ def _table(path: Path, first_line: int, names: list[str], rows: list[str]) -> Fl
         )
     body = ",".join(rows)
     fields = body.split(",")
+    if quoted:
+        split = (quoted.get(k) or row.split(",") for k, row in enumerate(rows))
+        fields = list(chain.from_iterable(split))
     table = _numbers(body, fields).reshape(-1, width)
     bad = np.isinf(table)
-    if bad.any():
-        row, column = divmod(int(np.argmax(bad)), width)
+    faults = {}
+    for column in np.flatnonzero(bad.any(axis=0)).tolist():
+        row = int(np.argmax(bad[:, column]))
         field = fields[row * width + column].strip()
-        raise InputError.at(
+        faults[names[column]] = InputError.at(
             _location(path, first_line, row, names[column]),
-            wanted="a finite number, or nothing",
+            wanted="a finite number",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix="correct or remove the line",
         )
-    return table
+    table[bad] = np.nan
+    return table, faults
 
 
 def _numbers(body: str, fields: list[str]) -> FloatArray:
-    """Value of each field: NaN if it is empty, infinity if it is not a finite number."""
-    # The fast path takes plain numbers only: float() also accepts "nan" (which would pass for an
-    # empty field), "1_000", and digits of other scripts.
+    """Value of each field: NaN if it is empty or "nan", infinity if it is no finite number."""
+    # The fast path takes plain numbers only: float() also accepts "inf", "1_000", and digits of
+    # other scripts.
     plain = not body.encode().translate(None, delete=b"0123456789+-.eE, \t")
     if plain:
         try:
             return np.array([float(field or "nan") for field in fields])
         except ValueError:
             pass  # examine each field, as the caller must name the faulty one
-    values = (_number(field.strip()) if field.strip() else np.nan for field in fields)
+    texts = (field.strip() for field in fields)
+    values = (np.nan if text.lower() in _NONE else _number(text) for text in texts)
     return np.array([np.inf if value is None else value for value in values])
 
 

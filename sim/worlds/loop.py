@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.methods import called
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.records.feed import Feed
 from boresight.sim.records.reader import InputReader
@@ -195,6 +195,13 @@ def _world(
     names = [o.name for o in estimator.outputs if keep is None or o.name in keep]
     _guarded(world, world.start)
     pieces = _guarded(world, world.pieces)
+    if pieces is None and type(world).record is World.record:
+        raise InputError.at(
+            f"world {world.name}",
+            wanted="a method record(self, outputs)",
+            found="none",
+            fix="write it: it gets the last outputs and returns the next record",
+        )
     level.reset()
     outputs: dict[str, Any] | None = None
     while steps is None or reader.rows < steps:
@@ -305,15 +312,5 @@ def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:
 
 def _guarded(world: World, call: Callable[..., Any], *args: object) -> Any:
     """Call a world's method; what it raises becomes one line."""
-    try:
-        return call(*args)
-    except InputError:
-        raise
-    except Exception as error:
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        raise InputError.at(
-            f"world {world.name}, {last.filename.rpartition('/')[2]}, line {last.lineno}",
-            wanted="a record",
-            found=f"{type(error).__name__}: {error}".splitlines()[0][:200],
-            fix="correct the world",
-        ) from error
+    where, fix = f"world {world.name}", "correct the world"
+    return called(call, *args, where=where, wanted="a record", fix=fix)

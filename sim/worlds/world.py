@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
+from boresight.model.methods import called
 from boresight.model.resolve import load
 
-__all__ = ["WORLD_GROUP", "NamedWorld", "World", "world_of"]
+__all__ = ["WORLD_GROUP", "NamedWorld", "World", "bound_of", "drawn", "world_of"]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
@@ -73,6 +76,9 @@ class World:
     def draw(self, seed: int) -> None:
         """Take another draw of what is random, noise and errors: each ``seed`` its own.
 
+        `start` follows, and begins the draw that was taken last: store the seed here, and make
+        generators of it there.
+
         Raises
         ------
         InputError
@@ -82,12 +88,45 @@ class World:
             f"world {self.name}",
             wanted="a world with draws",
             found=f"none for seed {seed}",
-            fix="write draw(self, seed), which makes its noise anew",
+            fix="write draw(self, seed), which stores the seed that start makes its noise of",
         )
 
     def bound(self) -> Mapping[str, FloatArray]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
+
+
+def drawn(world: World, seed: int) -> None:
+    """Let a world take a draw (`World.draw`); what it raises becomes one line."""
+    where = f"world {world.name}, draw"
+    called(world.draw, seed, where=where, wanted=f"a draw of seed {seed}", fix="correct the world")
+
+
+def bound_of(world: World, records: int) -> dict[str, FloatArray]:
+    """The least standard deviations of a world (`World.bound`), by output, checked.
+
+    Raises
+    ------
+    InputError
+        The method raises, or gives what is no mapping of names to (``records``,) numbers.
+    """
+    where = f"world {world.name}, bound"
+    wanted = f"standard deviations of {records} records by output name"
+    given: Any = called(world.bound, where=where, wanted=wanted, fix="correct the world")
+    fix = "return {NAME: an array with a number for each record}"
+    if not isinstance(given, Mapping):
+        raise InputError.at(where, wanted=wanted, found=type(given).__name__, fix=fix)
+    bound = {}
+    for name, values in given.items():
+        try:
+            bound[name] = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            found = f"a {type(values).__name__} of {name} that holds no numbers"
+            raise InputError.at(where, wanted=wanted, found=found, fix=fix) from None
+        if bound[name].ndim != 1 or len(bound[name]) < records:
+            found = f"the shape {bound[name].shape} of {name}"
+            raise InputError.at(where, wanted=wanted, found=found, fix=fix)
+    return bound
 
 
 #: What stands for a world: a text, a class or an object.

@@ -97,6 +97,7 @@ class MlsAttitude(Estimator):
         Param("field", 50.0, 10.0, FIELD_LIMIT, "uT", "strength of the field at the site"),
         Param("dip", 0.3, -0.5, 0.5, "ht", "of the field below the horizon"),
     )
+    restarts = True
     status_bits = STATUS_BITS
     urgent = 7
 

@@ -93,6 +93,7 @@ class Registration(Estimator):
     params = interface.PARAMS
     states = interface.STATES
     outputs = interface.OUTPUTS
+    restarts = True
     status_bits = interface.STATUS_BITS
     nis_freedom = 3
 

@@ -82,6 +82,7 @@ class Satcom(Estimator):
     params = interface.PARAMS
     states = interface.STATES
     outputs = interface.OUTPUTS
+    restarts = True
     status_bits = interface.STATUS_BITS
     urgent = 7
 

@@ -37,7 +37,7 @@ def refused(tmp_path, capsys, monkeypatch):
         "empty.bin": "",
         "other.json": '{"a": 1}',
         "short.csv": "t,z\n0,1\n1,2\n",
-        "text.csv": "t,z\n0,1\n1,x\n",
+        "text.csv": "t,z\n0,1\nx,1\n",
         "file": "",
     }.items():
         (tmp_path / name).write_text(content)
@@ -158,7 +158,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
         ("run kalman log.csv", "boresight list"),
         ("run none.py log.csv", "none.py: wanted a Python file with an estimator, found "),
         ("check complementary absent.csv", "absent.csv: wanted a log file that can be read, found"),
-        ("run mekf text.csv", "text.csv, line 3, column z: wanted a finite number, or nothing, fo"),
+        ("run mekf text.csv", "text.csv, line 3, column t: wanted a finite number, found 'x'; cor"),
         ("run mekf short.csv", "short.csv: wanted columns gx [rad/s], gy [rad/s], "),
         ("run mekf log.csv --on gpu", "on: wanted one of numpy, float, fixed, c, rtl, netlist"),
         ("run complementary log.csv --param kp_pitch_per_s=33", "kp_pitch_per_s: wanted 0 to 32"),
@@ -211,7 +211,7 @@ def test_mistakes(line: str, message: str, refused) -> None:
         ((HEADER + ROWS).replace("gz", "gq"), "a column gz [rad/s]"),
         ((HEADER + ROWS).replace(",mz\n", "\n").replace(",-40\n", "\n"), "a column mz [uT]"),
         (HEADER + ROWS.replace("0.05,", "zero,"), "zero"),
-        (HEADER + ROWS.replace("9.8", "nan"), "line 2, column az: wanted a finite number"),
+        (HEADER + ROWS.replace("9.8", "nan"), "line 2, column az: wanted a number, found no value"),
         (HEADER + "1" + ROWS, "a time above 1"),
         (HEADER, "row"),
         ("", "empty"),

@@ -276,7 +276,7 @@ def refused(tmp_path, capsys, monkeypatch):
         ("compile degrees.py", "degrees.py, line 8: wanted an angle in half turns, found deg"),
         ("run good.py other.csv", "other.csv: wanted a column x [m], an input of lag, found"),
         ("run good.py gap.csv", "gap.csv, line 3, column x: wanted a number, found no value"),
-        ("run good.py nan.csv", "nan.csv, line 3, column x: wanted a finite number, or nothing"),
+        ("run good.py nan.csv", "nan.csv, line 3, column x: wanted a number, found no value; c"),
         ("run good.py far.csv", "far.csv, line 4, column x: wanted -10 to 10 m, the declared ra"),
         ("check good.py far.csv", "far.csv, line 4, column x: wanted -10 to 10 m, the declared r"),
         ("run good.py bracket.csv", "wanted column names like gx or gx[deg/s], found 'x[m'"),

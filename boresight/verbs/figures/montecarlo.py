@@ -13,6 +13,7 @@ from typing import Annotated, Any, TypeAlias
 
 from boresight.arguments import JOBS_MOST, check_choice, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
+from boresight.model.errors import InputError
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -28,7 +29,7 @@ from boresight.sim.campaign import Journal, complete
 from boresight.sim.cluster import others
 from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.figures import figures, text
-from boresight.sim.worlds.world import NamedWorld
+from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
 __all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "montecarlo"]
 
@@ -195,7 +196,7 @@ def montecarlo(
     Raises
     ------
     InputError
-        A world without draws or truth; a journal of another campaign.
+        A world without draws or truth, or whose draws are all equal; a journal of another campaign.
     ToolMissing
         A scheduler is given, and dask.distributed is not installed.
     """
@@ -209,7 +210,7 @@ def montecarlo(
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world
     filter.param_values(params)
-    plant.draw(seed)
+    drawn(plant, seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
     result = OutputFile(folder / f"{name}.json", "montecarlo", of=name)
@@ -220,7 +221,15 @@ def montecarlo(
     wanted = "world and estimator"
     with others(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
         rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
-    judged = figures(rows, plant.bound(), filter.nis_freedom)
+    if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
+        journal.path.unlink(missing_ok=True)  # a world that is corrected begins anew
+        raise InputError.at(
+            f"world {plant.name}, draw",
+            wanted="another run for each seed",
+            found=f"{runs} equal runs",
+            fix="let draw(self, seed) store the seed, and start(self) make the noise of it",
+        )
+    judged = figures(rows, bound_of(plant, 1 + max(rows[0]["marks"])), filter.nis_freedom)
     outcome = MonteCarloResult(
         **campaign.identity,
         seed=seed,

@@ -138,6 +138,7 @@ class Mekf(Estimator):
     params = PARAMS
     states = STATES
     outputs = OUTPUTS
+    restarts = True
     status_bits = STATUS_BITS
     urgent = 7  # Euler angles and quaternion; the status word may follow
     magnetic = True

@@ -55,6 +55,7 @@ class Vqf(Estimator):
 
     name = "vqf"
     outputs = OUTPUTS
+    restarts = True
     status_bits = STATUS_BITS
     urgent = 7
     settings = Settings()

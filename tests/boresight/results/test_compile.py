@@ -37,11 +37,18 @@ def test_text() -> None:
     ]
 
 
-@pytest.mark.parametrize(("rate", "said"), [(1e5, "busy 3.1 % at 100000 Hz"), (4e6, "TOO SLOW")])
-def test_a_planned_rate(rate: float, said: str) -> None:
+@pytest.mark.parametrize(
+    ("rate", "said", "failed"),
+    [
+        (1e5, "busy 3.1 % at 100,000 Hz", ""),
+        (4e6, "busy 124 % at 4,000,000 Hz, TOO SLOW", "FAILED: a is busy 124 % at 4,000,000 Hz"),
+    ],
+)
+def test_a_planned_rate(rate: float, said: str, failed: str) -> None:
     result = dataclasses.replace(RESULT, rate_hz=rate)
-    assert str(result).splitlines()[0].endswith(said)
-    assert result.good is (said != "TOO SLOW") and RESULT.good
+    first, *_, last = str(result).splitlines()
+    assert first.endswith(said) and (last == failed or not failed and "FAILED" not in last)
+    assert result.good is not failed.startswith("FAILED") and RESULT.good
 
 
 def test_data_and_table() -> None:

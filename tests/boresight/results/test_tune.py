@@ -60,6 +60,13 @@ def test_text() -> None:
     )
     *_, title, k, _ = str(several).splitlines()
     assert title.endswith("with x 0.8, x 1.25") and k.endswith("vel -25.0 %, +0.0 %")
+    near = Sensitivity("k", 4.0, 2.0, 4.0, 1.0, 1.0)
+    end = replace(RESULT.tuned_parameters[0], tuned=4.0)
+    *_, k, _ = str(replace(RESULT, tuned_parameters=(end,), sensitivity=(near,))).splitlines()
+    assert k.endswith(
+        "1/s         tuned stands at its limit, 4; x 2 is beyond the range, 4 was tried"
+    )
+    assert str(replace(RESULT, trials=RESULT.trials[:1])).startswith("lag, W = 24, 1 trial, ")
     many = {f"case {k}": 0.5 for k in range(5)}
     alike = str(replace(RESULT, weights=many, error=TuneErrors(many, many), vary=1.25))
     assert "  share of the given, 5 figures alike with x 0.8, x 1.25" in alike

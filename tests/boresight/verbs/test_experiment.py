@@ -105,3 +105,29 @@ def test_an_experiment_in_a_file(tmp_path, capsys):
     assert data["experiment"] == "mine" and data["figures"] == {"seed": 1}
     assert data["targets"][0]["limit"] == [4, None] and data["targets"][0]["pass"]
     assert data["files"] == [str(tmp_path / "out" / "mine.json")]
+
+
+@pytest.mark.parametrize(
+    ("method", "message"),
+    [
+        ("run(self, *, seed, runs, say): 1 / 0", "mine.py, line 5: wanted a run that gives a "
+         "Result, found ZeroDivisionError: division by zero; correct it"),
+        ("run(self, *, seed, runs, say): pass", "experiment mine: wanted a run that gives a "
+         "Result, found NoneType; return Result("),
+        ("run(self, seed): pass", "'runs'; write run(self, *, seed, runs, say)"),
+        ("go(self): pass", "experiment mine: wanted a method run, found none; write it"),
+        ("run(self, **_): return Result(figures={'a': 1 / 3 * float('nan')}, targets=())",
+         "figures or details of its result: wanted plain data: finite numbers"),
+        ("run(self, **_): return Result(figures={}, targets=5)", "found targets of type int"),
+        ("run(self, **_): return Result(figures=5, targets=())", "found figures of type int"),
+        ("pages = ('a.html',)\n    def run(self, **_): return Result(figures={}, targets=())",
+         "wanted the page a.html, found none"),
+    ],
+)  # fmt: skip
+def test_experiments_that_give_no_result(method, message, tmp_path, capsys):
+    path = tmp_path / "mine.py"
+    method = method if method.startswith("pages") else f"def {method}"
+    head = "from boresight import Experiment, Result\n\n\nclass Mine(Experiment):\n"
+    path.write_text(f"{head}    {method}\n")
+    assert main(["experiment", str(path), "-o", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err

@@ -183,13 +183,15 @@ def dispatch_run(
                     await pulse(ctx, dut.answered)
 
     async def bus(ctx):
+        asked = [0] * dut.read_cycles
         while True:
             ack = rng.random() >= stalls
             ctx.set(dut.bus.w_ack, ctx.get(dut.bus.w_stb & dut.request) and ack)
             _, _, stb, ack, addr, data = await ctx.tick().sample(
                 dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
             )
-            ctx.set(dut.bus.r_data, addr ^ 0x155)
+            asked.append(addr)
+            ctx.set(dut.bus.r_data, asked[-dut.read_cycles] ^ 0x155)
             ctx.set(dut.grant, ctx.get(dut.request))  # as an arbiter: only who asks
             if stb and ack:
                 events.append(("write", addr, data))
@@ -209,9 +211,9 @@ def dispatch_run(
     return events
 
 
-@pytest.mark.parametrize("stalls", [0.0, 0.7])
-def test_in_order(stalls: float) -> None:
-    dut = Dispatcher(word=32, inputs=3, depth=4)
+@pytest.mark.parametrize("stalls, read_cycles", [(0.0, 1), (0.7, 1), (0.0, 2), (0.0, 3)])
+def test_in_order(stalls: float, read_cycles: int) -> None:
+    dut = Dispatcher(word=32, inputs=3, depth=4, read_cycles=read_cycles)
     events = dispatch_run(
         dut,
         [

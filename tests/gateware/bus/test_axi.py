@@ -141,6 +141,17 @@ def test_latency() -> None:
     assert took == {"write": 3, "read": 4}
 
 
+def test_an_only_initiator_needs_no_arbiter() -> None:
+    dut = AxiLiteSlave()
+
+    async def test(ctx: Any) -> None:
+        ctx.set(dut.axi.arvalid, 1)
+        await ctx.tick().repeat(4)
+        assert ctx.get(dut.axi.rvalid)
+
+    run_bench(dut, test)
+
+
 def test_a_response_that_is_not_taken_holds_up_its_own_side_only() -> None:
     bench = Bench()
     axi = bench.dut.axi

@@ -60,6 +60,20 @@ def test_saturated_update_tells_of_the_last_update(simulate) -> None:
     simulate(dut, bench)
 
 
+def test_updates_and_both_words_of_the_build(simulate) -> None:
+    dut = make(digest=0x5_FEDC_BA98_7654_3210)
+
+    async def bench(ctx):
+        for updates in range(3):
+            for address, word in ((513, updates), (514, 0x7654_3210), (515, 0xFEDC_BA98)):
+                ctx.set(dut.bus.addr, address)
+                await ctx.tick()
+                assert ctx.get(dut.bus.r_data) == word
+            await pulse(ctx, dut.commit)
+
+    simulate(dut, bench)
+
+
 PARAMETERS = [(0, True), (255, True), (256, False), (511, False), (512, False), (1023, False)]
 
 

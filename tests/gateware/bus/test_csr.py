@@ -3,13 +3,14 @@
 import random
 
 import pytest
+from amaranth.hdl import Const, Module, Signal
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.bus.counters import EventCounters
-from boresight.gateware.bus.csr import Csr
+from boresight.gateware.bus.csr import Csr, packed
 from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.signature import BusSignature
-from boresight.gateware.registers.model import Access, Register
+from boresight.gateware.registers.model import Access, BitField, Register
 from tests.support.bench import pulse, run_bench
 
 # -- registers: what is written is read, what is not there does nothing ---------------------------
@@ -134,6 +135,34 @@ def test_orders_last_one_cycle(simulate) -> None:
             assert (strobe, order) == (0, 0)
 
     simulate(dut, bench)
+
+
+def test_members_of_a_block() -> None:
+    block = Csr([*REGISTERS, Register("free", 0x48, RW, "", width=4)])
+    assert {name: (port.flow, port.shape, port.init) for name, port in block.ports.items()} == {
+        "state": (In, 9, None),
+        "wide": (Out, 32, 7),
+        "small": (Out, 3, 5),
+        "choice": (Out, 2, 1),
+        "order": (Out, 2, None),
+        "order_stb": (Out, 1, None),
+        "clock": (In, 32, None),
+        "free": (Out, 4, 0),
+    }
+
+
+def test_packed_word_has_its_fields_in_their_places(simulate) -> None:
+    """In any order, with gaps, values shorter than their fields, a word that begins at bit 1."""
+    fields = [BitField("high", 9, "", width=3), BitField("low", 3, "", width=4)]
+    word = packed(fields, {"high": Const(0b101, 3), "low": Const(0b110, 3)}, first=1)
+    top, shown = Module(), Signal(32)
+    top.d.comb += shown.eq(word)
+
+    async def bench(ctx):
+        assert ctx.get(shown) << 1 == 0b101 << 9 | 0b110 << 3
+
+    simulate(top, bench)
+    assert len(word) == 11
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def compare(program: Program, machine: Machine, steps: int = 5) -> None:
         record = core.update(words)
         assert record.outputs == out[:, 0].tolist()
         assert record.lasts == [False] * (len(program.outputs) - 1) + [True]
-        assert core.saturated == saturated[0]
+        assert core.saturated == saturated[0] and not core.framing
         assert record.cycles == s.length
         assert tuple(c + 1 for c in record.emitted) == s.latencies
         assert core.parity == (k + 1) % 2
@@ -113,3 +113,38 @@ def test_poke_waits() -> None:
     core.feed(iter([(1, False), (2, False)]))
     with pytest.raises(ValueError, match=r"^parameters must be written between updates$"):
         core.poke(0, 1)
+
+
+def test_the_host_writes_no_states() -> None:
+    core = build(random_program(6), CONFIGS["small"])[1]
+    last = core.machine.bank_depth // 2 - 1
+    before = list(core.registers)
+    core.poke(last, -5)
+    core.poke(last + 1, -5)
+    assert core.registers == [*before[:last], -5, *before[last + 1 :]]
+
+
+@MACHINES
+def test_a_record_in_two_parts(machine: Machine) -> None:
+    """Cycles go on where the machine waited; it takes no other program meanwhile."""
+    p = random_program(6, n_inputs=5)
+    (words,) = random_inputs(p, 1, 1)
+    stream = [(w, k == 4) for k, w in enumerate(words)]
+    whole, core = (build(p, machine)[1] for _ in range(2))
+    expected = whole.update(words)
+    first = core.feed(iter(stream[:2]))
+    with pytest.raises(ValueError, match=r"^the program must be selected between updates$"):
+        core.select(0)
+    second = core.feed(iter(stream[2:]))
+    assert [*first.writes, *second.writes] == expected.writes
+    assert (second.outputs, second.emitted) == (expected.outputs, expected.emitted)
+    assert first.cycles < second.cycles == expected.cycles
+
+
+def test_records_in_a_row() -> None:
+    p = random_program(6, n_inputs=5, n_states=4)
+    one, other = (build(p, CONFIGS["fast"])[1] for _ in range(2))
+    records = random_inputs(p, 1, 3)
+    outputs = [word for words in records for word in one.update(words).outputs]
+    stream = ((word, k == 4) for words in records for k, word in enumerate(words))
+    assert other.feed(stream).outputs == outputs

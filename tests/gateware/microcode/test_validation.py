@@ -153,6 +153,30 @@ def test_message() -> None:
         prove(core, replace(core.image, rom=rom))
 
 
+def test_words_that_no_operation_computes() -> None:
+    """A parameter, or what another update left: the message says what leaves instead."""
+    program = random_program(3, n_ops=12)
+    core = build_core(program, "small", restarts=0)
+    fields = [decode(core.machine, word) for word in core.image.rom]
+    emit = next(k for k, f in enumerate(fields) if f["emit"])
+    late = {f["dest0"] for f in fields[emit:] if f["we0"]} - {
+        f["dest0"] for f in fields[:emit] if f["we0"] or f["get"]
+    }
+    left = next(address for address in late if address < core.machine.bank_depth // 2)
+    parameter = program.of_kind(Kind.PARAM)[0]
+    for address, text in (
+        (left, f"left in register {left}"),
+        (
+            core.allocation.addresses()[parameter],
+            f"{program.name}.{program.values[parameter].name}",
+        ),
+    ):
+        fields[emit - 1]["a_addr0"] = address
+        rom = [encode(core.machine, f) for f in fields]
+        with pytest.raises(Refuted, match=f": output out0 must be .*, not {re.escape(text)}"):
+            prove(core, replace(core.image, rom=rom))
+
+
 # Seeded faults: one place of an image, of the registers, of the schedule, or of the skew.
 
 Fault = Callable[[Program, Core, random.Random], Image]

@@ -231,6 +231,11 @@ def test_results_push_inputs_back_only_where_they_may(hold: bool, terms: int) ->
     assert first == [1 if hold else last_get + 1 - CONFIGS["small"].stages.write - (terms - 1)]
 
 
+def test_the_other_lane_writes_whenever_it_will() -> None:
+    first, _ = carried([[by(X)]], {0: 1.0}, Style(hold=False), config="fast", inputs=12, outputs=1)
+    assert first == [1]
+
+
 # -- the graph that list scheduling works on, and how a pass's groups become slots ----------------
 
 #: Values: x, p, the state s, then one for each op.
@@ -430,6 +435,44 @@ def test_a_node_awakes_when_its_captures_could_begin() -> None:
     assert sorted(state.asleep, key=lambda entry: entry[1]) == [(2, 0), (1, 1), (1, 2)]
 
 
+LOOK_UP = Op(5, (Term(1, 3, 31), Term(2, None, 31, 0)), index=0, table=0)
+
+
+def test_a_captured_index_serves_later() -> None:
+    """From the cycle in which a slot may look up: its group begins so many cycles before."""
+    state = state_of(by_hand((Op(4, (Term(0, 3, 31),)), LOOK_UP), inputs=3))
+    state.index_from = [10]
+    own = (True, False, False)
+    fit = state.fit(1, NOTHING)[0]
+    assert [state.may_look_up(t, 0, NOTHING, fit) for t in (8, 9, 10)] == [False, True, True]
+    assert state.may_look_up(0, 0, own, state.fit(1, own)[0])
+    assert state.may_look_up(0, 0, NOTHING, state.fit(0, NOTHING)[0])  # looks nothing up
+
+
+def test_what_a_placed_group_leaves() -> None:
+    """The last input that it relies on, its captures, one state less that its lane may compute."""
+    program = by_hand((Op(4, (Term(0, 3, 31),)), LOOK_UP), inputs=3)
+    state = state_of(dataclasses.replace(program, states=((3, 5),)))
+    state.awake, state.asleep = [(0.0, 1)], []
+    room = state.state_quota[0]
+    own = (True, False, False)
+    fit = state.fit(1, own)[0]
+    capture = next(i for i, s in enumerate(fit[2].ordered(fit[3])) if s.cap_index)
+    state.place(20, 1, 0, fit, None)
+    assert state.horizon == 2 and state.state_quota == [room - 1]
+    assert state.index_from == [20 + capture + state.p.index_delay]
+    assert state.held == [[(0, False), None, None]]
+
+
+@pytest.mark.parametrize("get", [False, True])
+def test_an_output_leaves_in_no_cycle_of_an_input(get: bool) -> None:
+    program = by_hand((Op(6, (Term(0, 5, 31),)), Op(7, (Term(6, 5, 31),) * 2)), inputs=5)
+    state = state_of(program)
+    slots = [Slot(0, 0, 5, 5, op=1, term=0), Slot(0, 0, 6, 5, op=1, term=1)]
+    state.gets = [20 + 1 + state.read if get else 20 + 1 - state.read]
+    assert [s.emit for s in state.ride(20, slots)] == [None, None if get else 0]
+
+
 @pytest.mark.parametrize("machine", CONFIGS.values(), ids=CONFIGS)
 @pytest.mark.parametrize("urgent", [1, 2, 4])
 def test_the_score_is_what_the_slots_say(machine: Machine, urgent: int) -> None:
@@ -459,6 +502,15 @@ def test_the_program_lasts_until_its_last_word_is_taken() -> None:
     latency, length, slots, _ = attempt.score
     assert latency < 20 and slots == 3
     assert attempt.gets[-1] == 31 and length == attempt.length == 32
+
+
+def test_the_shortest_program_lasts_until_its_first_word_is_fetched_again() -> None:
+    """Its output, a parameter, has left before."""
+    program = dataclasses.replace(by_hand((), inputs=1), outputs=(1,), output_names=("p",))
+    attempt = list_pass(state_of(program).p, [0.0], Style())
+    assert attempt is not None
+    assert attempt.score[0] == CONFIGS["small"].prefetch
+    assert attempt.length == CONFIGS["small"].prefetch + 1
 
 
 # -- shares of the state registers ----------------------------------------------------------------

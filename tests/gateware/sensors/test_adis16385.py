@@ -85,6 +85,7 @@ def test_bits_of_diag_stat(bench: ReaderBench, bit: int) -> None:
         assert [s.number for s in happened.samples] == [0, 1, 4, 5, 6, 7]
         return
     assert lines == [2, 3, 4, 5, 6, 7] and not happened.times("link_error")
+    assert not happened.times("over_range")
     alarms = set(happened.times("alarm"))
     assert [s.line for s in happened.samples if s.time in alarms] == ([] if bit == 7 else [4, 5])
     assert [s.line for s in happened.samples if s.words[7]] == [4, 5]

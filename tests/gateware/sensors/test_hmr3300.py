@@ -119,6 +119,16 @@ def test_a_compass_that_goes_on_is_not_stopped() -> None:
     assert names == {"heading_line", "command_sent", "command_timed_out"}
 
 
+@pytest.mark.parametrize("begin", [0, 200, 400])
+def test_silence_is_the_quiet_time_and_up_to_a_tick_more(begin: int) -> None:
+    """However the ticks fall after ``*S``; the quiet time here is six whole ticks."""
+    data = [begin, b"\n", b"1.0, 2.0, 3.0\r\n"]
+    out, dut = happenings(data, after=6000, mode=2, quiet_s=0.02)
+    at = {what: cycle for cycle, what in reversed(out) if isinstance(what, str)}
+    assert dut.quiet_s * dut.clock_hz == 6 * dut.tick_cycles
+    assert 6 <= (at["command_acknowledged"] - at["command_sent"]) / dut.tick_cycles <= 7
+
+
 def test_line_with_a_pause_in_it_is_rejected() -> None:
     _, dut = happenings([])
     pause = 2 * dut.tick_cycles

@@ -189,10 +189,11 @@ def test_sticky_flags(port: str, flag: str, level: str) -> None:
 
 def test_watchdog() -> None:
     async def bench(ctx, dut):
-        for _ in range(5):
+        for upper in range(5):  # half of the word, which does not matter
             await ctx.tick().repeat(900)
             assert not ctx.get(dut.restart)
-            await transfer(ctx, dut, "watchdog", KICK)
+            await transfer(ctx, dut, "watchdog", upper << 16 | KICK)
+        assert not await transfer(ctx, dut, "status") & BIT["watchdog_fired"]
         await transfer(ctx, dut, "fence", 7)
         await ctx.tick().repeat(900)
         for wrong in (KICK + 1, KICK ^ 0x8000, KICK ^ 0x0100, 0):  # not the key
@@ -257,6 +258,12 @@ def test_fence_only_rises() -> None:
     run(bench)
 
 
+@pytest.mark.parametrize("pages", [31, 32])
+def test_fence_reaches_behind_the_last_page(pages: int) -> None:
+    dut = Control(divisor=8, watchdog_cycles=1024, pages=pages)
+    assert len(dut.fence) == pages.bit_length()
+
+
 def test_unused_registers_read_zero() -> None:
     async def bench(ctx, dut):
         for name in ("timer", "watchdog", "fence"):
@@ -264,6 +271,25 @@ def test_unused_registers_read_zero() -> None:
             assert await transfer(ctx, dut, name) == 0
 
     run(bench)
+
+
+@pytest.mark.parametrize("missing", ["cyc", "stb"])
+def test_without_a_strobe_nothing_happens(missing: str) -> None:
+    async def bench(ctx, dut):
+        ctx.set(dut.bus.adr, ADDRESS["fence"])
+        ctx.set(dut.bus.dat_w, 5)
+        ctx.set(dut.bus.we, 1)
+        ctx.set(dut.bus.stb if missing == "cyc" else dut.bus.cyc, 1)
+        for _ in range(3):
+            await ctx.tick()
+            assert not ctx.get(dut.bus.ack) and not ctx.get(dut.fence)
+
+    run(bench)
+
+
+@pytest.mark.parametrize("cycles, bits", [(1024, 10), (1025, 11), (2048, 11), (1 << 24, 24)])
+def test_watchdog_is_rounded_up_to_a_power_of_two(cycles: int, bits: int) -> None:
+    assert Control(divisor=8, watchdog_cycles=cycles, pages=24).watchdog_bits == bits
 
 
 def test_bounds() -> None:

@@ -160,8 +160,32 @@ def test_no_instructions_outside_of_the_memory(machine: Machine, address: int) -
     machine.run(bench)
 
 
-def test_a_device_that_never_answers(simulate, ram, processor) -> None:
+async def half_an_access(ctx: Any, here: Machine, strobe: str, address: int) -> bool:
+    """With one of the two strobes; whether it is acknowledged in 20 cycles."""
+    ctx.set(here.ports["o_dBusWishbone_ADR"], address >> 2)
+    ctx.set(here.ports[f"o_dBusWishbone_{strobe}"], 1)
+    seen = False
+    for _ in range(20):
+        await ctx.tick()
+        seen |= bool(ctx.get(here.ports["i_dBusWishbone_ACK"]))
+    ctx.set(here.ports[f"o_dBusWishbone_{strobe}"], 0)
+    return seen
+
+
+@pytest.mark.parametrize("strobe", ["CYC", "STB"])
+def test_without_a_strobe_nothing_happens(machine: Machine, strobe: str) -> None:
     async def bench(ctx, here):
+        for address in (0, CONTROL_BASE, SLOT_BASE, 0xC000_0000):
+            assert not await half_an_access(ctx, here, strobe, address), hex(address)
+        assert await here.status(ctx) == 0
+
+    machine.run(bench)
+
+
+@pytest.mark.parametrize("strobe", ["CYC", "STB"])
+def test_a_device_that_never_answers(simulate, ram, processor, strobe: str) -> None:
+    async def bench(ctx, here):
+        assert not await half_an_access(ctx, here, strobe, SLOT_BASE + 8)  # no time of it
         got, cycles = await here.access(ctx, SLOT_BASE + 8)
         assert got == 0 and cycles == here.soc.patience == 4096
         assert await here.status(ctx) == BUS_ERROR

@@ -131,7 +131,7 @@ def test_frames(stalls: float, reads: int) -> None:
     assert (bench.sent, bench.skipped) == (12, 0)
 
 
-@pytest.mark.parametrize("most", [8, 16])
+@pytest.mark.parametrize("most", [8, 9, 16])
 def test_frames_of_any_length(most: int) -> None:
     """As long as the update that is sent has outputs, whatever comes meanwhile."""
     bench, rng, wanted = Bench(AttitudeOutput(text=False, most=most)), random.Random(4), []

@@ -278,10 +278,25 @@ def test_an_idle_conductor_needs_no_watchdog() -> None:
     bench.run(test)
 
 
-def test_latency_and_patience_are_of_the_plan() -> None:
-    dut = Conductor(plan=PLAN)
-    assert dut.latency(1) - dut.latency(0) == 20
-    assert dut.patience >= 2 * (20 + 80)
+@pytest.mark.parametrize(
+    ("lengths", "half"),
+    [
+        # 20, the longest chain or program, and 32: half as much again, to the next power of two.
+        ((17, 33, 16, 20, 15, 18), 128),
+        ((17, 34, 16, 20, 15, 18), 256),
+        ((17, 33, 17, 20, 15, 18), 256),
+        ((17, 33, 16, 20, 15, 34), 256),
+    ],
+)
+def test_patience_is_of_the_longest_update(lengths: tuple[int, ...], half: int) -> None:
+    plan = replace(PLAN, lengths=lengths, chains=((0,), (1,), (0, 2)))
+    assert Conductor(plan=plan).patience == 2 * half
+
+
+def test_latency_is_that_of_the_chain() -> None:
+    dut = Conductor(plan=replace(PLAN, chains=((0,), (1,), (0, 2))))
+    assert dut.latency(1) == 1 + (20 + 80) + 4 + 3
+    assert dut.latency(2) == 1 + (20 + 60 + 70) + 2 * 4 + 3
 
 
 @pytest.mark.parametrize(

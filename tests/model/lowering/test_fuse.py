@@ -12,7 +12,7 @@ from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format
-from boresight.model.words.program import Negate
+from boresight.model.words.program import Negate, Overflow
 from tests.support.traced import Traced
 
 
@@ -74,6 +74,33 @@ def test_a_reciprocals_range_may_not_pass_what_can_be_normalised(trace: Any, wor
             trace(lambda a: 1.0 / a, [(low, high)], word)
 
 
+@pytest.mark.parametrize(("function", "low"), [(lambda a: 1.0 / a, 1.0), (ops.rsqrt, 2.0**-20)])
+def test_a_root_or_a_quotient_in_a_range_that_is_far_too_wide(
+    trace: Any, function: Any, low: float
+) -> None:
+    """By itself: its only factor, the mantissa, loses the bits that no shift can."""
+    t = trace(
+        lambda a: ops.bounded(function(a), 0.0, 2.0**20 / low, "wide"), [(low, 2.0**20 * low)]
+    )
+    (fixed,), (wanted,), _ = t.run(low * 2.0 ** np.linspace(0.0, 20.0, 200))
+    assert np.abs(fixed - wanted).max() <= 0.51 * t.formats()[0].lsb
+
+
+def test_a_reciprocal_is_refused_at_its_own_line(trace: Any) -> None:
+    def function(a: Any) -> Any:
+        quotient = 1.0 / a
+        return 0.5 * quotient + a
+
+    line = function.__code__.co_firstlineno + 1
+    with pytest.raises(InputError, match=rf"^test_fuse\.py, line {line}: wanted a divisor"):
+        trace(function, [(2.0**-30, 1.0)])
+
+
+def test_a_divisor_that_can_just_be_normalised_needs_no_limit(trace: Any) -> None:
+    counts = [len(trace(lambda a: 1.0 / a, [(low, 1.0)]).program.ops) for low in (2.0**-22, 0.5)]
+    assert counts[0] == counts[1]
+
+
 def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> None:
     """1/x of x in [2^-16, 1): an 18-bit word counts arguments below 2^-13 as that."""
     x = np.array([2.0**-16, 2.0**-14, 2.0**-10, 0.25, 0.75])
@@ -83,6 +110,61 @@ def test_a_narrow_word_limits_a_reciprocal_that_a_wide_one_holds(trace: Any) -> 
         want = 1.0 / np.maximum(x, floor)
         assert (np.abs(fixed[0] - want) < 3.0 * t.formats()[0].lsb + 2.0 ** (3 - word) * want).all()
         assert not saturated.any()
+
+
+@pytest.mark.parametrize(
+    ("function", "operations"),
+    [
+        (lambda a, b: ops.wrap_ht(ops.wrap_ht(3.0 * a) + b), 1),
+        (lambda a, b: ops.wrap_turns(ops.wrap_ht(3.0 * a) + b), 1),
+        (lambda a, b: ops.wrap_ht(ops.wrap_turns(3.0 * a) + b), 2),
+        (lambda a, b: 0.5 * ops.wrap_ht(3.0 * a) + b, 2),
+        (lambda a, b: 0.5 * ops.wrap_turns(3.0 * a), 2),
+    ],
+)
+def test_only_whole_periods_are_left_to_a_wrap_around_them(
+    trace: Any, function: Any, operations: int
+) -> None:
+    t = trace(function, [(-1.0, 1.0)] * 2)
+    a, b = np.meshgrid(np.linspace(-0.97, 0.96, 9), np.linspace(-0.94, 0.93, 9))
+    (fixed,), (wanted,), _ = t.run(a.ravel(), b.ravel())
+    assert np.abs(fixed - wanted).max() < 1e-8 and len(t.program.ops) == operations
+
+
+def test_wraps_say_what_their_unit_is(trace: Any) -> None:
+    t = trace(lambda a: (ops.wrap_ht(a), ops.wrap_turns(a)), [(-9.0, 9.0)])
+    sources = [t.program.values[n].range_source for n in t.program.outputs]
+    assert sources == ["half turns", "turns"]
+
+
+@pytest.mark.parametrize("word", [18, 32])
+@pytest.mark.parametrize("power", [16, 20, 24])
+def test_prescribed_formats_are_met_from_afar(word: int, power: int) -> None:
+    g = Tracer("far")
+    x = g.leaf("input", "x", -(2.0**power), 2.0**power)
+    s = g.leaf("state", "s", -1.0, 1.0)
+    outputs = {"wrap": ops.wrap_ht(x), "clamp": ops.saturated(x, 1.0)}
+    program = lower(Trace(g, [x], outputs, states=[(s, 0.0, x)]), Arithmetic(word))[0]
+    formats = [program.values[n].frac for n in (*program.outputs, program.states[0][1])]
+    assert formats == [word - 1, word - 1, word - 2]
+
+
+def test_a_product_that_is_a_word_is_read_as_it_is(trace: Any) -> None:
+    def both(a: Any, b: Any) -> Any:
+        half = 0.5 * a
+        return half, half * b
+
+    t = trace(both, [(-1.0, 1.0)] * 2)
+    assert t.program.outputs[0] in t.program.ops[1].operands()
+
+
+def test_what_is_wrapped_and_read_besides_is_computed_once(trace: Any) -> None:
+    def both(a: Any, b: Any) -> Any:
+        inner = ops.wrap_ht(3.0 * a)
+        return ops.wrap_ht(inner + b), inner
+
+    t = trace(both, [(-1.0, 1.0)] * 2)
+    assert t.program.outputs[1] in t.program.ops[1].operands()
 
 
 @pytest.mark.parametrize("low", [-2.0, 0.5])
@@ -100,6 +182,62 @@ def test_a_quotient_of_a_magnitude(trace: Any) -> None:
     a, b = np.meshgrid(np.linspace(-1.0, 0.99, 9), np.linspace(-2.0, -0.5, 9))
     (fixed,), (wanted,), saturated = t.run(a.ravel(), b.ravel())
     assert np.abs(fixed - wanted).max() < 1e-8 and not saturated.any()
+
+
+def test_a_root_has_no_sign(trace: Any) -> None:
+    """By itself and as a factor, of what may be 0: no flag is read for it."""
+    for function in (ops.rsqrt, lambda a: 3.0 * ops.rsqrt(a), ops.sqrt):
+        t = trace(lambda a, f=function: ops.bounded(f(a), 0.0, 9.0, "test"), [(0.0, 4.0)])
+        assert all(op.flag is None for op in t.program.ops)
+
+
+def _twice(a: Any, b: Any, c: Any) -> Any:
+    root = ops.rsqrt(c)
+    return a * root + b, 0.25 * root, ops.bounded(root, 0.5, 2.0, "range of c")
+
+
+def _halves(a: Any, b: Any, c: Any) -> Any:
+    size = ops.absolute(a)
+    return 0.5 * size + b, 0.25 * size - c
+
+
+@pytest.mark.parametrize(
+    ("function", "operations"),
+    [
+        # What a flag chooses or turns: another flag's or a count's value is one by itself.
+        (lambda a, b, c: ops.where(a < 0.0, 0.5 * b, b - c), 1),
+        (lambda a, b, c: ops.where(a < 0.0, b + 0.25, 0.75), 1),
+        (lambda a, b, c: ops.where(a < 0.0, ops.absolute(b), c), 2),
+        (lambda a, b, c: ops.where(a < 0.0, c, ops.flip(c < 0.75, b)), 3),
+        (lambda a, b, c: ops.where(a < 0.0, b * ops.rsqrt(c), b), 7),
+        (lambda a, b, c: ops.flip(a < 0.0, b - 0.5 * c), 1),
+        (lambda a, b, c: ops.flip(a < 0.0, b + 0.25), 1),
+        (lambda a, b, c: c - ops.flip(a < 0.0, ops.absolute(b)), 2),
+        (lambda a, b, c: ops.flip(a < 0.0, b * ops.rsqrt(c)), 7),
+        # Powers of two are taken out of products.
+        (lambda a, b, c: (0.25 * a) * (-0.5 * b) + c, 1),
+        (lambda a, b, c: 0.125 * (b + 0.25), 1),
+        (lambda a, b, c: 0.5 * ops.absolute(a - c), 2),
+        (lambda a, b, c: 0.5 * ops.named("half", 0.5 * a) * b, 2),
+        (lambda a, b, c: (3.0 * a) * b, 2),
+        # One count in a product; of a root that is read several times, too.
+        (lambda a, b, c: b * (ops.rsqrt(c) * ops.rsqrt(b + 2.0)), 14),
+        (lambda a, b, c: ops.rsqrt(c) * (1.0 / (b + 2.0)), 13),
+        (_twice, 9),
+        # One flag.
+        (_halves, 2),
+        (lambda a, b, c: ops.absolute(a) * ops.absolute(b), 2),
+        (lambda a, b, c: ops.absolute(a) * ops.absolute(a), 2),
+    ],
+)
+def test_what_a_group_holds(trace: Any, function: Any, operations: int) -> None:
+    low, high = (-1.0, -1.0, 0.5), (1.0, 1.0, 0.99)
+    t = trace(function, [*zip(low, high, strict=True)])
+    fixed, floats, saturated = t.run(*np.random.default_rng(7).uniform(low, high, (200, 3)).T)
+    assert not saturated.any()
+    for y, want in zip(fixed, floats, strict=True):
+        assert np.abs(y - want).max() < 1e-8
+    assert len(t.program.ops) == operations
 
 
 def test_the_inverse_root_of_zero_is_refused_by_name(trace: Any) -> None:
@@ -165,6 +303,57 @@ def test_a_next_value_beyond_its_state_has_the_states_format(sign: float) -> Non
     after, state = (program.values[program.find(name)] for name in ("s_next", "s"))
     assert after.frac == state.frac == 30
     assert (after.low, after.high) == ((-0.5, 1.0) if sign > 0.0 else (-1.0, 0.5))
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_next_value_of_two_states_has_the_format_of_the_wider(order: tuple[int, int]) -> None:
+    g = Tracer("two")
+    u = g.leaf("input", "u", -99.0, 99.0)
+    both = [g.leaf("state", "narrow", -1.0, 1.0), g.leaf("state", "wide", -4.0, 4.0)]
+    after = ops.named("after", both[0] + u)
+    states = [(both[k], 0.0, after) for k in order]
+    program = lower(Trace(g, [u], {"y": 0.5 * after}, states=states), Arithmetic())[0]
+    assert program.values[program.find("after")].frac == 28
+    assert {program.values[n].name: program.values[m].frac for n, m in program.states} == {
+        "narrow": 30,
+        "wide": 28,
+    }
+
+
+@pytest.mark.parametrize(
+    ("limit", "unit", "after"),
+    [
+        (0.75, "", lambda s, u: 0.5 * s + 0.5 * u),  # of a wider range
+        (1.0, "ht", lambda s, u: ops.wrap_ht(s + u)),
+    ],
+)
+def test_a_next_value_as_fine_as_its_state_needs_no_copy(
+    limit: float, unit: str, after: Callable[[Any, Any], Any]
+) -> None:
+    """It is an output besides."""
+    g = Tracer("same")
+    u, s = g.leaf("input", "u", -0.99, 0.99), g.leaf("state", "s", -limit, limit, unit)
+    y = after(s, u)
+    program = lower(Trace(g, [u], {"y": y}, states=[(s, 0.0, y)]), Arithmetic())[0]
+    assert len(program.ops) == 1 and program.outputs[0] == program.states[0][1]
+    assert program.values[program.outputs[0]].high > 0.75
+
+
+def test_a_next_value_that_is_clamped_keeps_its_own_limit() -> None:
+    """It is 4 for who reads it besides, though its state ends at 1."""
+    g = Tracer("clamped")
+    u, s = g.leaf("input", "u", -1.0, 1.0), g.leaf("state", "s", -1.0, 1.0)
+    after = ops.saturated(8.0 * u, 4.0)
+    program = lower(Trace(g, [u], {"y": 0.25 * after}, states=[(s, 0.0, after)]), Arithmetic())[0]
+    clamped, *_ = program.ops
+    assert clamped.overflow is Overflow.CLIP and program.values[clamped.dest].frac == 29
+
+
+def test_an_input_has_the_binary_point_that_it_comes_with() -> None:
+    g = Tracer("linked")
+    u = g.leaf("input", "u", -1.0, 1.0)
+    program = lower(Trace(g, [u], {"y": u + 0.5}, fracs={"u": 20}), Arithmetic())[0]
+    assert program.values[program.inputs[0]].frac == 20
 
 
 def test_numbers_that_no_word_is_are_refused() -> None:

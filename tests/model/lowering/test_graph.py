@@ -417,6 +417,40 @@ def test_a_clip_of_a_narrow_range_far_from_zero(trace: Any, edges: Any) -> None:
     assert fixed[0].min() >= limits[0] and fixed[0].max() <= limits[1]
 
 
+@pytest.mark.parametrize("limits", [(-1.0, 1.0), (100.0, 100.0 + 2.0**-11)])
+@pytest.mark.parametrize("far", [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0), (9.0, 9.0)])
+def test_a_clip_has_a_clamp_or_a_choice_for_each_limit_that_is_passed(
+    g: Any, limits: tuple[float, float], far: tuple[float, float]
+) -> None:
+    ops.clip(leaf(g, "x", limits[0] - far[0], limits[1] + far[1]), *limits)
+    kinds = [n.kind for n in expand(g)[0].nodes]
+    assert kinds.count("saturated") + kinds.count("select") == sum(map(bool, far))
+
+
+@pytest.mark.parametrize(
+    ("ends", "limits", "kinds"),
+    [
+        ((-(2.0**16), 2.0**16), (-1.0, 1.0), (2, 0)),
+        ((-(2.0**18), 2.0**18), (-1.0, 1.0), (3, 0)),  # first by a word, in reach of the limits
+        ((0.0, 40000.0), (32767.5, 32768.0), (2, 0)),
+        ((0.0, 40000.0), (32768.0, 32768.5), (0, 2)),  # too far from 0 to be moved there
+    ],
+)
+def test_a_clip_moves_as_far_as_an_accumulator_holds(
+    g: Any, ends: tuple[float, float], limits: tuple[float, float], kinds: tuple[int, int]
+) -> None:
+    ops.clip(leaf(g, "x", *ends), *limits)
+    made = [n.kind for n in expand(g)[0].nodes]
+    assert (made.count("saturated"), made.count("select")) == kinds
+
+
+@pytest.mark.parametrize("limits", [(1.0, 2.0), (-3.0, 1.0), (0.5, 0.5)])
+def test_a_clip_to_one_number_is_that_number(g: Any, limits: tuple[float, float]) -> None:
+    x = leaf(g, "x", *((-1.0, 1.0) if limits[0] > 0.0 else (1.0, 4.0)))
+    (node,) = nodes(ops.clip(x, *limits))
+    assert node.kind == "const" and node.value in limits
+
+
 @pytest.mark.parametrize("limit", [0.25, 100.0])
 def test_a_clip_of_no_finite_range_has_room_for_its_limits(g: Any, limit: float) -> None:
     x = leaf(g, "x", 0.0, 4.0)

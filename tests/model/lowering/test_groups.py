@@ -160,3 +160,23 @@ def test_only_what_is_normalised_stays_inside_a_word() -> None:
     form = Form([Product(c, c, scale=Scale.HALF), Product(a)], norm=a)
     result = groups.group(form, Target("y", -1.0, 1.0, "test"), frac=22)
     assert groups.frac(result) == arith.headroom - 1
+
+
+def test_what_reaches_the_accumulators_last_bit_is_added() -> None:
+    arith = Arithmetic()
+    groups = Groups("test", arith)
+    numbers = [
+        groups.value(Value(name, Kind.INPUT, 20, low, high, "test"))
+        for name, low, high in (("whole", -1.0, 0.0), ("less", -0.99, 0.99))
+    ]
+    form = Form([Product(number) for number in numbers])
+    groups.group(form, Target("y", -1.0, 1.0, "test"), frac=-arith.guard)
+    assert [term.a for term in groups.ops[-1].terms] == numbers[:1]
+
+
+def test_a_product_apart_has_the_range_of_its_factors(trace: Any) -> None:
+    """Its interval, not its largest magnitude on both sides."""
+    fine = 2.0**-13
+    t = trace(lambda a, b, c: a * b + c, [(-fine, 0.75 * fine), (0.0, 0.5), (-64.0, 64.0)])
+    (part,) = [v for v in t.program.values if v.name.endswith("_part")]
+    assert (part.low, part.high) == (-0.5 * fine, 0.375 * fine)

@@ -476,12 +476,31 @@ def test_a_root_that_varies_much_is_coarser_where_its_result_is(trace: Any) -> N
     assert np.abs(fixed[0] - floats[0]).max() <= x.formats()[0].lsb
 
 
-def test_a_root_that_varies_much_keeps_its_bits_beside_a_constant(trace: Any) -> None:
+def test_a_root_that_varies_much_keeps_its_bits(trace: Any) -> None:
+    """Beside a constant or another value, and in several sums, which share no coarser copy."""
     low = 2.0**-21
-    x = trace(lambda a, b: 1e9 + a * ops.rsqrt(b), [(-1.0, 1.0), (low, 1.0)])
+
+    def sums(b: Any, c: Any, *a: Any) -> tuple[Any, ...]:
+        return 1e9 + a[0] * ops.rsqrt(b), *(c + x * ops.rsqrt(b) for x in a[1:])
+
+    x = trace(sums, [(low, 1.0), (-1e9, 1e9), *[(-1.0, 1.0)] * 5])
     rng = np.random.default_rng(5)
-    fixed, floats, _ = x.run(rng.uniform(-1.0, 1.0, 1000), low * (1 + rng.integers(0, 999, 1000)))
-    assert np.abs(fixed[0] - floats[0]).max() <= 0.51 * x.formats()[0].lsb
+    b, c = low * (1 + rng.integers(0, 999, 1000)), rng.uniform(-1e9, 1e9, 1000)
+    fixed, floats, _ = x.run(b, c, *rng.uniform(-1.0, 1.0, (5, 1000)))
+    for y, want, fmt in zip(fixed, floats, x.formats(), strict=True):
+        assert np.abs(y - want).max() <= 0.51 * fmt.lsb
+
+
+@pytest.mark.parametrize("power", [249, 250])
+def test_a_binary_point_has_an_end(trace: Any, power: int) -> None:
+    def wrong(a: Any) -> Any:
+        return ops.bounded(a * 2.0**power, -1.0, 1.0, "wrong")
+
+    if power == 249:
+        assert trace(wrong, [(-1.0, 1.0)]).formats()[0].frac == -200
+    else:
+        with pytest.raises(InputError, match="bits too many"):
+            trace(wrong, [(-1.0, 1.0)])
 
 
 def test_outputs_and_next_states_carry_their_names() -> None:
@@ -500,6 +519,8 @@ def test_outputs_and_next_states_carry_their_names() -> None:
         program.outputs, [after for _, after in program.states]
     )]  # fmt: skip
     assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next", "b_next"]]
+    held = [nodes[number].label for number in (*program.outputs, program.states[0][1])]
+    assert held == ["b_out", "sum", "u", "own"]  # a copy, too
     # A title keeps nothing from being part of another value, as a name would.
     product = a * b
     fused = lower(

@@ -3,7 +3,7 @@
 import pytest
 
 from boresight.model.errors import InputError
-from boresight.sim.explore.demands import chosen, demands_of
+from boresight.sim.explore.demands import chosen, demands_of, with_tolerance
 from boresight.sim.explore.figures import FIGURES, ErrorFigures, Explored, Quantity
 
 KNOWN = [Quantity("angle", "angle", "ht"), *FIGURES]
@@ -56,6 +56,23 @@ def test_the_least_of_those_that_meet_all() -> None:
     assert chosen(ROWS, [], LUT).row is ROWS[5], "without a demand on the error"
     (line,) = chosen(ROWS, demands, LUT).lines(LUT)
     assert line == "choice, lut 370: 24 bits, small, xc6slx9"
+
+
+@pytest.mark.parametrize(
+    ("text", "limits"),
+    [
+        ("", {"tolerance": 1.0}),
+        ("dsp<=1", {"tolerance": 1.0, "dsp": 1.0}),
+        ("angle<1", {"angle": 1.0}),
+        ("tolerance<5", {"tolerance": 5.0}),
+    ],
+)
+def test_tolerances_count_unless_a_demand_speaks_of_an_error(text, limits) -> None:
+    demands = demands_of(text, KNOWN)
+    assert {d.quantity.name: d.limit for d in with_tolerance(demands, KNOWN)} == limits
+    judged = [q for q in KNOWN if q.name != "tolerance"]
+    if "tolerance" not in text:
+        assert with_tolerance(demands, judged) == demands
 
 
 def test_what_comes_nearest_and_what_to_relax() -> None:

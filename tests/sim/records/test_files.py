@@ -13,11 +13,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from boresight.model.errors import InputError, ToolMissing
+from boresight.model.estimator import Estimator, Input
 from boresight.sim.records import text
 from boresight.sim.records.archive import format_npz, parse_npz
+from boresight.sim.records.feed import feed
 from boresight.sim.records.files import FORMATS, content_of, log_files, read_record, record_of
 from boresight.sim.records.reading import kind_of, read_bytes, read_json
-from boresight.sim.records.record import Column, Record
+from boresight.sim.records.record import Column, Record, rows_of
 from boresight.sim.records.stream import joined
 from boresight.sim.records.text import format_csv, parse_csv
 
@@ -97,7 +99,7 @@ def test_what_others_write(tmp_path: Path) -> None:
         read_record(tmp_path / "a.parquet")
     parquet.write_table(pyarrow.table({"z": ["a"]}), tmp_path / "a.parquet")
     with pytest.raises(InputError, match="column z: wanted real numbers"):
-        read_record(tmp_path / "a.parquet")
+        read_record(tmp_path / "a.parquet").values("z", "")
     gyr = np.arange(6.0).reshape(2, 3)
     io_of.savemat(tmp_path / "b.mat", {"gyr": gyr, "t": [[0.0], [1.0]], "fs": 4.0})
     result = read_record(tmp_path / "b.mat").columns
@@ -110,7 +112,8 @@ def test_what_others_write(tmp_path: Path) -> None:
 FIELDS = st.one_of(
     st.floats(allow_nan=False, allow_infinity=False).map(repr),
     st.sampled_from(["", " 1", "1 ", "\t2", "+1", "1_0", "nan", "inf", "1e999", "-0", ".5", "5."]),
-    st.sampled_from(["0x1", "a", '"1"', "1e-400", "\u0661", " ", "-", "1e", "1,2", "1\n"]),
+    st.sampled_from(["0x1", "a", '"1"', '"1,5"', ' "a"', "NaN", "-nan", "nan(1)", "1e-400"]),
+    st.sampled_from(["\u0661", " ", "-", "1e", "1,2", "1\n"]),
 )
 
 
@@ -130,7 +133,8 @@ def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
             except InputError as error:
                 return str(error)
             values = {n: (c.unit, c.values.tobytes()) for n, c in result.columns.items()}
-            return values, result.place(1, "b"), format_csv(result)
+            faults = {n: str(error) for n, error in result.faults.items()}
+            return values, faults, result.place(1, "b"), format_csv(result)
 
     whole = read(0)
     assert whole == read(1 << 40)
@@ -142,15 +146,17 @@ def test_pyarrow_reads_and_writes_what_the_slow_way_does(rows, data) -> None:
             assert isinstance(whole, str)  # of several faults another may be the first
         else:
             values = {n: (c.unit, c.values.tobytes()) for n, c in found.columns.items()}
-            assert (values, found.place(1, "b")) == whole[:2]
+            faults = {n: str(error) for n, error in found.faults.items()}
+            assert (values, faults, found.place(1, "b")) == whole[:3]
 
 
 def test_a_wrong_cell_of_a_long_file_is_named() -> None:
     rows = [f"{k},{k / 8}" for k in range(100_000)]
     assert text._plain(PATH, "\n".join(["t,z", *rows]).encode()) is not None
     rows[70_000] = "70000,1.2.3"
-    with pytest.raises(InputError, match="line 70002, column z: wanted a finite number, or noth"):
-        parse_csv(PATH, "\n".join(["t,z", *rows]).encode())
+    result = parse_csv(PATH, "\n".join(["t,z", *rows]).encode())
+    with pytest.raises(InputError, match="line 70002, column z: wanted a finite number, found"):
+        result.numbers("z")
 
 
 def test_files_by_suffix(tmp_path: Path) -> None:
@@ -247,7 +253,7 @@ def parsed(text: str | bytes) -> dict[str, list[float]]:
     content = text.encode() if isinstance(text, str) else text
     result = parse_csv(PATH, content)
     assert result.name == "walk"
-    return {n: c.values.tolist() for n, c in result.columns.items()}
+    return {n: result.numbers(n).tolist() for n in result.columns}
 
 
 def bits(values: np.ndarray) -> bytes:
@@ -298,6 +304,7 @@ def test_text_as_written() -> None:
         ("# one\n\n#two\na , b\n 1 ,\t2\n", {"a": [1.0], "b": [2.0]}),
         ("a,2\n+1.5e2,.5\n", {"a": [150.0], "2": [0.5]}),
         ("a\n1e-999\n", {"a": [0.0]}),
+        ('"az[g_0]", "b, ""c"""\n"1", "2"\n', {"az": [1.0], 'b, "c"': [2.0]}),
     ],
 )
 def test_read(text: str, wanted: dict[str, list[float]]) -> None:
@@ -305,8 +312,9 @@ def test_read(text: str, wanted: dict[str, list[float]]) -> None:
 
 
 def test_empty_fields_are_gaps() -> None:
-    result = parsed("a,b\n, \n1,\n")
-    assert np.isnan(result["b"]).all() and np.isnan(result["a"][0]) and result["a"][1] == 1.0
+    for none in ("", " ", "nan", " NaN", "NAN"):
+        result = parsed(f"a,b\n{none}, \n1,{none}\n")
+        assert np.isnan(result["b"]).all() and np.isnan(result["a"][0]) and result["a"][1] == 1.0
     single = parsed("a\n\n1\n\n")["a"]  # of one column, an empty line is a sample without a value
     assert len(single) == 3 and single[1] == 1.0 and np.isnan(single[::2]).all()
 
@@ -331,27 +339,53 @@ def test_empty_fields_are_gaps() -> None:
         ("a,b\n1,2\n1\n", "walk.csv, line 3: wanted 2 fields, as in the header, found 1; complete"),
         ("#\na,b\n1,2\n1,2,3\n", "walk.csv, line 4: wanted 2 fields, as in the header, found 3; "),
         ("a,b\n1,2\n\n1,2\n", "walk.csv, line 3: wanted 2 fields, as in the header, found an empt"),
-        ("a,b\n1,2\n1,x\n", "walk.csv, line 3, column b: wanted a finite number, or nothing, found "
+        ("a,b\n1,2\n1,x\n", "walk.csv, line 3, column b: wanted a finite number, found "
          "'x'; correct or remove the line"),
-        ("a,b\n1,2\nnan,1\n", "walk.csv, line 3, column a: wanted a finite number, or nothing, "
-         "found 'nan'; "),
-        ("a,b\n1,inf\n", "walk.csv, line 2, column b: wanted a finite number, or nothing, found '"),
-        ("a,b\n1,1e999\n", "walk.csv, line 2, column b: wanted a finite number, or nothing, found"),
-        ("a,b\n1_0,1\n", "walk.csv, line 2, column a: wanted a finite number, or nothing, found '"),
-        ("a,b\n٣,1\n", "walk.csv, line 2, column a: wanted a finite number, or nothing, found '٣'"),
-        ("a,b\n1,.\n", "walk.csv, line 2, column b: wanted a finite number, or nothing, found '.'"),
-        ("a\n" + "y" * 41, f"walk.csv, line 2, column a: wanted a finite number, or nothing, found "
+        ("a,b\n1,2\n'3',1\n", "walk.csv, line 3, column a: wanted a finite number, found "),
+        ('a,b\n1,"2\n3",4\n', "walk.csv, line 2: wanted quotes around whole fields, each within "),
+        ('"a",b\n"1"2,3\n', "walk.csv, line 2: wanted quotes around whole fields, each within "),
+        ('a,"b,c"\n1,2\n"1,2"\n', "walk.csv, line 3: wanted 2 fields, as in the header, found 1"),
+        ("a,b\n1,inf\n", "walk.csv, line 2, column b: wanted a finite number, found '"),
+        ("a,b\n1,1e999\n", "walk.csv, line 2, column b: wanted a finite number, found"),
+        ("a,b\n1_0,1\n", "walk.csv, line 2, column a: wanted a finite number, found '"),
+        ("a,b\n٣,1\n", "walk.csv, line 2, column a: wanted a finite number, found '٣'"),
+        ("a,b\n1,.\n", "walk.csv, line 2, column b: wanted a finite number, found '.'"),
+        ("a\n" + "y" * 41, f"walk.csv, line 2, column a: wanted a finite number, found "
          f"'{'y' * 37}...'; "),
-        ("a\n" + "y" * 40, f"walk.csv, line 2, column a: wanted a finite number, or nothing, found "
+        ("a\n" + "y" * 40, f"walk.csv, line 2, column a: wanted a finite number, found "
          f"'{'y' * 40}'; "),
-        ("#\nt,a\n1,2\n1,3\n", "walk.csv, line 4, column t: wanted a time above 1.0, that of the "
-         "row before, found 1.0; "),
+        ("#\nt,a\n1,2\n1,3\n", "walk.csv, line 4, column t: wanted a time above 1.0 s, that of "
+         "the row before, found 1.0 s; "),
         ("t,a\n1,2\n,3\n", "walk.csv, line 3, column t: wanted a time in every row, found no valu"),
     ],
 )  # fmt: skip
 def test_refused(text: str | bytes, message: str) -> None:
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         parsed(text)
+
+
+def test_a_column_of_texts_is_refused_where_it_is_used(tmp_path: Path) -> None:
+    """Used by no estimator, it may hold anything; a file of numbers cannot hold it."""
+    content = b't,a[m],note,far\n0,1,"hello, there",1\n1,2,,inf\n2,3,x,1\n'
+    result = parse_csv(PATH, content)
+    assert result.values("a", "cm").tolist() == [100.0, 200.0, 300.0]
+    for name, found in (("note", "2, column note: wanted a finite number, found 'hello, there'"),
+                        ("far", "3, column far: wanted a finite number, found 'inf'")):  # fmt: skip
+        for part in (
+            result,
+            rows_of(result, 1, 3),
+            joined([rows_of(result, k, k + 1) for k in range(3)]),
+        ):
+            with pytest.raises(InputError, match=f"walk.csv, line {found}; correct or"):
+                part.values(name, "")
+    for missing, message in ((0.0, "wanted a finite number, or nothing, found"),
+                             (None, "wanted a finite number, found")):  # fmt: skip
+        reader = Estimator()
+        reader.inputs = (Input("note", 0.0, 1.0, missing=missing),)
+        with pytest.raises(InputError, match=message):
+            feed(reader, result)
+    with pytest.raises(InputError, match="'hello, there'; correct it, or leave the column out"):
+        content_of(tmp_path / "a.parquet", result)
 
 
 def test_places_count_lines_from_the_header() -> None:
@@ -368,6 +402,7 @@ ARCHIVE_PATH = Path("walk.npz")
 def archive_parsed(**arrays: Any) -> dict[str, Column]:
     result = parse_npz(ARCHIVE_PATH, packed(**arrays))
     assert result.name == "walk"
+    assert all(len(result.numbers(name)) for name in result.columns)
     return dict(result.columns)
 
 
@@ -454,8 +489,8 @@ def test_steps() -> None:
          "(4,), found float64, shape (4,); "),
         ({"restart": [True], "t": [1.0]}, "walk.npz: wanted two rows or more, for a time step, "
          "found one; "),
-        ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75, that of the row before, found "
-         "0.75; "),
+        ({"t": T[::-1]}, "walk.npz, t[1]: wanted a time above 1.75 s, that of the row before, fou"
+         "nd 0.75 s; "),
         ({"z": np.array([1.0, np.inf])}, "walk.npz, z[1]: wanted a finite number, found an infin"),
         ({"z": np.array([None])}, "walk.npz: wanted an .npz archive of plain arrays, found a file"),
     ],

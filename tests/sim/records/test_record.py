@@ -44,6 +44,11 @@ def record(**columns: list[float]) -> Record:
     return Record("r", {n: Column(np.array(v, dtype=np.float64)) for n, v in columns.items()})
 
 
+def used(made: Record) -> list[Any]:
+    """All columns, each of which must be numbers."""
+    return [made.numbers(name) for name in made.columns]
+
+
 class Table:
     """What pandas and polars have in common: ``columns`` and ``data[column]``."""
 
@@ -66,15 +71,15 @@ class Table:
          "an infinite one; correct or remove the row"),
         ({"a": [-float("inf")]}, "record, a[0]: wanted a finite number"),
         ({"t": [0.0, NAN, NAN]}, "record, t[1]: wanted a time in every row, found no value; "),
-        ({"t": [0.0, 2.0, 2.0, 1.0]}, "record, t[2]: wanted a time above 2.0, that of the row "
-         "before, found 2.0; sort the rows and remove repeated ones"),
-        ({"t": [0.0, 1.0, 0.5]}, "record, t[2]: wanted a time above 1.0, that of the row before, "
-         "found 0.5; "),
+        ({"t": [0.0, 2.0, 2.0, 1.0]}, "record, t[2]: wanted a time above 2.0 s, that of the row "
+         "before, found 2.0 s; sort the rows and remove repeated ones"),
+        ({"t": [0.0, 1.0, 0.5]}, "record, t[2]: wanted a time above 1.0 s, that of the row before,"
+         " found 0.5 s; "),
     ],
 )  # fmt: skip
 def test_refused(columns: Any, message: str) -> None:
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
-        record(**columns)
+        used(record(**columns))
 
 
 def test_gaps_and_other_columns_may_fall() -> None:
@@ -159,11 +164,11 @@ def test_of_records() -> None:
 )  # fmt: skip
 def test_data_that_is_no_record(data: Any, message: str) -> None:
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
-        Record.of(data, name="mine")
+        used(Record.of(data, name="mine"))
 
 
 def test_truth_values_and_integers_are_numbers() -> None:
-    made = columns_of("x", {"flag": np.array([True, False]), "n": np.array([3], dtype=np.uint8)})
+    made, _ = columns_of("x", {"flag": np.array([True, False]), "n": np.array([3], dtype=np.uint8)})
     assert made["flag"].values.tolist() == [1.0, 0.0]
     assert made["n"].values.tolist() == [3.0]
 

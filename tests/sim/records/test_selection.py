@@ -9,9 +9,14 @@ import pytest
 
 from boresight.cli import main
 from boresight.model.errors import InputError
+from boresight.model.estimators import estimator
+from boresight.sim.records import maps
+from boresight.sim.records.feed import Feeder, feed
 from boresight.sim.records.files import content_of, read_pieces, read_record
 from boresight.sim.records.record import Record, joined
 from boresight.sim.records.selection import Selection, selected
+from boresight.sim.records.stream import timed
+from tests.support.estimators import ALL
 
 
 @pytest.fixture
@@ -71,6 +76,10 @@ def test_pieces_are_the_rows_of_the_whole(log: Path, options) -> None:
         (["--from", "5", "--to", "4s"], "--to: wanted a time above --from, 5 s, found 4 s"),
         (["--from", "1h"], "log.csv: wanted rows from 3600 s"),
         (["--every", "0"], "--every: wanted 1 or more"),
+        (["--every", "5000"], "log.csv: wanted 5000 rows or more, found 3000; "),
+        (["--every", "9", "--from", "3550ms", "--to", "3.6s"], "rows or more from 3.55 s to 3.6 s"),
+        (["--map", "none.toml"], "none.toml: wanted a map that can be read"),
+        (["--map", str(Path(maps.__file__).with_name("px4.toml"))], "log.csv: wanted a recording"),
         (["--gaps", "fill"], "--gaps: wanted one of refuse, bridge, restart"),
         (["--gaps", "refuse"], "line 2003, column t: wanted steps of at most 0.03 s"),
     ],
@@ -93,6 +102,39 @@ def test_a_log_is_converted_there_and_back(log: Path, tmp_path: Path, capsys) ->
     assert main(["convert", str(log)]) == main(["convert", str(log), "-o", "out.bin"]) == 2
 
 
+def test_times_of_pieces_rise_in_any_unit(tmp_path: Path) -> None:
+    """As in one piece: the first row of a piece against the last of the piece before."""
+    blocks = [Record.of({"t[ms]": np.arange(k, k + 2000.0)}) for k in (0.0, 1000.0)]
+    with pytest.raises(InputError, match=r"wanted a time above 1999\.0 ms, .* found 1000\.0 ms"):
+        [*timed(blocks)]
+
+
 def test_without_times_there_is_no_slice() -> None:
-    with pytest.raises(InputError, match="wanted a column t"):
+    with pytest.raises(InputError, match="wanted a column t, of which a slice is taken"):
         [*Selection.of(end=1.0).pieces([Record.of({"x": [1.0]})])]
+    with pytest.raises(InputError, match="wanted a column t or dt, in which gaps are seen"):
+        [*Selection.of(gaps="bridge").pieces([Record.of({"x": [1.0]})])]
+
+
+def test_gaps_of_a_log_with_steps_alone() -> None:
+    blocks = [Record.of({"dt": dt}) for dt in ([0.01] * 5, [0.01, 0.04, 0.02])]
+    with pytest.raises(InputError, match=r"dt\[1\]: wanted steps of at most 0.03 s, .* of 0.04 s"):
+        [*Selection.of(gaps="refuse").pieces(blocks)]
+    *_, last = Selection.of(gaps="restart", every=2).pieces(blocks)
+    assert last.columns["dt"].values.tolist() == pytest.approx([0.02, -0.25])
+    assert last.notes == ("gaps in the times, where the filter restarts: 1, the longest of 0.04 s",)
+
+
+def test_gaps_restart_what_restarts() -> None:
+    record, mekf = Record.of({"dt": [-0.25]}), estimator("mekf")
+    with selected(Selection.of(gaps="restart")):
+        Feeder(mekf)
+        mekf.restarts = False
+        with pytest.raises(InputError, match="^--gaps restart: wanted an estimator .* found mekf;"):
+            feed(mekf, record)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_step_below_0_restarts_ours(name: str) -> None:
+    e = ALL[name]()
+    assert e.restarts == any(i.name == "dt" and i.low < 0.0 for i in e.inputs)

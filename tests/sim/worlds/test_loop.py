@@ -185,7 +185,7 @@ def test_worlds_without_records() -> None:
         r"only at the end$",
     ):
         closed(Plant(0))
-    with pytest.raises(InputError, match=r"^world world, world\.py, line \d+: .*NotImplemented"):
+    with pytest.raises(InputError, match=r"^world world: wanted a method record\(self, outputs\)"):
         closed(World())
 
 

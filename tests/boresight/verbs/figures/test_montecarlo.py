@@ -92,19 +92,80 @@ def test_objects_run_here(tmp_path) -> None:
     assert data.nees is None and "nees" not in data.to_json()  # float keeps no words of states
 
 
-def test_a_world_without_draws_or_truth(tmp_path, capsys) -> None:
+WORLDS = """\
+from boresight import World
+
+
+class Still(World):
+    def record(self, outputs):
+        return {'z': 0.0} if outputs is None else None
+
+
+class Silent(Still):
+    def draw(self, seed):
+        pass
+
+
+class Same(Silent):
+    def record(self, outputs):
+        return {'z': 0.0, 'mean_true': 0.0} if outputs is None else None
+
+
+class Drawless(Same):
+    def draw(self, seed):
+        missing
+
+
+class Unasked(Same):
+    def draw(self):
+        pass
+
+
+class Varied(Same):
+    def draw(self, seed):
+        self.seed = seed
+
+    def record(self, outputs):
+        return {'z': 0.0, 'mean_true': self.seed} if outputs is None else None
+
+
+class Unbounded(Varied):
+    def bound(self):
+        return {'mean': 1 / 0}
+
+
+class Unnamed(Varied):
+    def bound(self):
+        return None
+
+
+class Short(Varied):
+    def bound(self):
+        return {'mean': []}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("Still", "wanted a world with draws"),
+        ("Silent", "wanted the truth"),
+        ("Same", "world same, draw: wanted another run for each seed, found 2 equal runs; let"),
+        ("Drawless", "draw, w.py, line 21: wanted a draw of seed 1, found NameError"),
+        ("Unasked", "positional argument but 2 were given; write draw(self, seed)"),
+        ("Unbounded", "bound, w.py, line 39: wanted standard deviations of 1 records by output"),
+        ("Unnamed", "output name, found NoneType; return"),
+        ("Short", "found the shape (0,) of mean; return"),
+    ],
+)
+def test_worlds_that_cannot_be_drawn(name: str, message: str, tmp_path, capsys) -> None:
     path = tmp_path / "w.py"
-    path.write_text(
-        "from boresight import World\n\n\nclass Still(World):\n"
-        "    def record(self, outputs):\n"
-        "        return {'z': 0.0} if outputs is None else None\n\n\n"
-        "class Silent(Still):\n    def draw(self, seed):\n        pass\n"
-    )
-    for name, message in (("Still", "wanted a world with draws"), ("Silent", "wanted the truth")):
-        arguments = ["montecarlo", f"{path}:{name}", TEXTS[1], "--jobs", "1", "--runs", "2"]
-        assert main([*arguments, "-o", str(tmp_path / name)]) == 2
-        assert message in capsys.readouterr().err
-        assert not (tmp_path / name).exists()
+    path.write_text(WORLDS)
+    arguments = ["montecarlo", f"{path}:{name}", TEXTS[1], "--jobs", "1", "--runs", "2"]
+    assert main([*arguments, "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert message in error
+    assert not [*tmp_path.glob("out/*.json")]
 
 
 def test_text_of_people(tmp_path, capsys) -> None:

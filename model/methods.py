@@ -1,0 +1,79 @@
+"""Calls of methods that a user wrote: what they raise is the user's mistake, in one line."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from boresight.model.errors import InputError
+from boresight.model.places import line_of_user
+
+__all__ = ["called"]
+
+T = TypeVar("T")
+
+
+def called(
+    call: Callable[..., T],
+    *args: Any,
+    where: str,
+    wanted: str,
+    fix: str = "correct it",
+    **options: Any,
+) -> T:
+    """Call a method of a user's class.
+
+    Parameters
+    ----------
+    where, wanted, fix : str
+        For the message (`InputError.at`); the line of the error is added to ``where``.
+
+    Raises
+    ------
+    InputError
+        The method raises something, or does not take these arguments.
+    Exception
+        Unchanged: our own kinds, lack of memory, and errors without a line of a user.
+    """
+    try:
+        return call(*args, **options)
+    except (Exception, SystemExit) as error:
+        ours = type(error).__module__.startswith("boresight.")
+        if ours or isinstance(error, MemoryError | BrokenPipeError):
+            raise
+        line = line_of_user(error)
+        if not line:
+            if _takes(call, *args, **options):
+                raise
+            fix = f"write {_as_in_the_base(call)}"
+        text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
+        place = f"{where}, {line}" if line else where
+        raise InputError.at(place, wanted=wanted, found=text[:200], fix=fix) from error
+
+
+def _takes(call: Callable[..., Any], *args: Any, **options: Any) -> bool:
+    """Whether a function takes these arguments."""
+    try:
+        signature = inspect.signature(call)
+    except (TypeError, ValueError):  # of a function written in C
+        return True
+    try:
+        signature.bind(*args, **options)
+    except TypeError:
+        return False
+    return True
+
+
+def _as_in_the_base(call: Callable[..., Any]) -> str:
+    """Name and arguments of a method as our base class has it, without types."""
+    name = getattr(call, "__name__", "it")
+    kinds = type(getattr(call, "__self__", None)).__mro__
+    bases = [
+        vars(k)[name] for k in kinds if k.__module__.startswith("boresight.") and name in vars(k)
+    ]
+    if not bases:
+        return f"{name} with the arguments that it gets"
+    signature = inspect.signature(bases[-1])
+    plain = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
+    return f"{name}{signature.replace(parameters=plain, return_annotation=signature.empty)}"
