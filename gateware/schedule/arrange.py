@@ -45,10 +45,7 @@ class Arrangement:
         ``ready`` is the first cycle at which each value may be read. `IDLE` in the order is a slot
         without effect: a captured index serves slots ``index_delay`` cycles later.
         """
-        release = [ready[a] for a, _ in self.reads]
-        for k, (_, b) in enumerate(self.reads):
-            if b is not None and ready[b] > release[k]:
-                release[k] = ready[b]
+        release = [ready[a] if b is None else max(ready[a], ready[b]) for a, b in self.reads]
         for earlier, later in self.before:
             by_index = self.slots[earlier].cap_index and self.slots[later].reads_table
             least = release[earlier] + (index_delay if by_index else 1)

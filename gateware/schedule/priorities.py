@@ -40,7 +40,7 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
     ]
     extra = False
     for captured, user in zip((op.index, op.flag, op.norm), users, strict=True):
-        if value == captured and user:
+        if value == captured:
             extra = extra or not (late - user if user is users[0] else late)
             late = late | user
     waits = index_delay + len(users[0]) if value == op.index and users[0] else 1
@@ -72,12 +72,8 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     """Longest paths of a lowered program."""
     n_ops, n_out = len(program.ops), len(program.outputs)
     latency = machine.latency
-    tail: list[int | None] = [None for _ in range(n_ops + n_out)]
-    total = [latency] * n_ops + [0] * n_out
-    for j in range(n_out):
-        total[n_ops + j] = 1 + machine.stages.read + n_out - 1 - j
-        if j < urgent:
-            tail[n_ops + j] = urgent - 1 - j
+    tail = [None] * n_ops + [urgent - 1 - j if j < urgent else None for j in range(n_out)]
+    total = [latency] * n_ops + [machine.stages.read + n_out - j for j in range(n_out)]
     producer = {op.dest: k for k, op in enumerate(program.ops)}
     edges: dict[int, list[tuple[int, int]]] = {k: [] for k in range(n_ops)}
     for k, op in enumerate(program.ops):
@@ -105,20 +101,18 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     slots += [int(v not in shown) for v in program.outputs]
     # Earliest end of every op, from the inputs.
     ready = {v: k + 1 for k, v in enumerate(program.streamed)}
-    end = [0] * n_ops
+    end: dict[int, int] = {}
     for k in order:
         op = program.ops[k]
         waits = [ready.get(v, 0) + slots_after(op, v, machine.index_delay) - 1 for v in reads(op)]
         end[k] = max([slots[k] - 1, *waits])
         ready[op.dest] = end[k] + latency
     emits = [ready.get(v, 0) for v in program.outputs]
-    late = [end[k] + t for k, t in enumerate(tail[:n_ops]) if t is not None]
-    late += [e + urgent - 1 - j for j, e in enumerate(emits[:urgent])]
-    bound = max(late, default=0)
+    bound = max((e + urgent - 1 - j for j, e in enumerate(emits[:urgent])), default=0)
     last = max(
-        [end[k] + total[k] for k in range(n_ops)]
+        [len(program.streamed)]
+        + [e + latency for e in end.values()]
         + [e + total[n_ops + j] for j, e in enumerate(emits)]
-        + [len(program.streamed)]
     )
     # Lanes: every slot with a path to an urgent output comes before its last emit.
     hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]

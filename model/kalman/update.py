@@ -578,4 +578,4 @@ def _within(value: Any, s: Any) -> Any:
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)
     beyond = "model or measurement take it beyond"
-    return ops.bounded(value, s.low, s.high, "declared range of the state", unless=beyond)
+    return ops.bounded(value, s.low, s.high, "range of the state", unless=beyond)

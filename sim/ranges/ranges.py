@@ -198,7 +198,7 @@ class RangesResult(Answer):
         lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
         for title, counts in zip(("claims", "ranges of states"), self.counts.values(), strict=True):
             each = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
-            lines.append(f"  {sum(counts.values())} {title}: {each or 'none'}")
+            lines.append(f"  {sum(counts.values())} {title}: {each}" if each else f"  no {title}")
         for status in ("refuted", "excepted", "open", "conditional", "observed", "left"):
             alike: dict[tuple[str, str], list[ClaimResult]] = {}
             for c in (*self.claims, *self.states):
@@ -236,7 +236,7 @@ def examine(
     prover = Prover(estimator, program, nodes)
     proofs: list[Proof | None] = []
     for k, claim in enumerate(claims):
-        progress(f"claim {k + 1} of {len(claims)}")
+        progress(f"claim or range of a state {k + 1} of {len(claims)}")
         proofs.append(prover.proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
     search.run(steps, progress)

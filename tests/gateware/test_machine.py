@@ -90,6 +90,8 @@ def test_depth_is_part_of_the_name() -> None:
     for config, depth in (("small", 8), ("small-d9", 10), ("small-d9", 7), ("tiny", 9)):
         with pytest.raises(InputError, match="^(depth|config): "):
             at_depth(config, depth)
+    with pytest.raises(InputError, match="2048, behind it -d9, -d10 or -d12 for another depth"):
+        machine_named("small-d7")
 
 
 def test_memories_side_by_side_hold_a_microword() -> None:
@@ -109,6 +111,8 @@ def test_every_field_stands_once_and_works_in_a_stage_of_the_pipeline() -> None:
         assert len({f.name for f in fields}) == len(fields)
         assert {f.stage for f in fields} <= set(range(machine.stages.write + 1))
         assert all(f.width > 0 and f.meaning for f in fields)
+        first = {f.name.rstrip("0123") for f in fields if f.stage == 0}
+        assert first == {"a_addr", "b_addr", "table"}  # what the memories need
     # A result's place is an offset in the lane's own bank: a bit less than a register's address.
     width = {f.name: f.width for f in (*SMALL.fields, *FAST.fields)}
     assert SMALL.register_bits == width["a_addr1"] == width["b_addr0"] == 9

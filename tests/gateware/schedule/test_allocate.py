@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from boresight.gateware.machine import CONFIGS, Machine
+from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.schedule.allocate import allocate, allocate_together
 from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
@@ -144,6 +144,25 @@ def test_full() -> None:
         r"small machine has 128 for them; config small-1024 has more$",
     ):
         allocate_together([many, many])
+    values = tuple(Value(f"p{k}", Kind.PARAM, 31, -1, 1, "test") for k in range(300))
+    addressed = Program("many", Arithmetic(), values, (), (), (), (), (), ())
+    with pytest.raises(
+        ScheduleError,
+        match=r"^many: parameters need 513 registers of bank 0, the small-1024 machine has 512 for "
+        r"them; the bus has no more addresses$",
+    ):
+        allocate_together([schedule(addressed, ALL_CONFIGS["small-1024"], restarts=0)] * 2)
+
+
+@pytest.mark.parametrize(("results", "guests"), [(250, 0), (251, 61)])
+def test_the_last_register_of_the_lower_half(results: int, guests: int) -> None:
+    """With it, no result need live where next states are; with one result more, those do."""
+    s = schedule(crowded_program(results=results, constants=3), CONFIGS["small"], restarts=0)
+    a = allocate(s)
+    where = [*a.addresses().values()]
+    nexts = {a.addresses()[after] for _, after in s.program.states}
+    assert sum(n in nexts for n in where) - len(nexts) == guests
+    assert (a.used(s.machine)[0][0] == 256) is (guests == 0)
 
 
 @MACHINES

@@ -3,12 +3,13 @@
 import dataclasses
 import random
 import statistics
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.schedule.arrange import _topological, arrangements, needs, reads
+from boresight.gateware.schedule.arrange import IDLE, _topological, arrangements, needs, reads
 from boresight.gateware.schedule.copies import copy_shift, with_copies
 from boresight.gateware.schedule.deviates import Deviates
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
@@ -107,6 +108,68 @@ def test_only_what_uses_a_capture_waits_for_it() -> None:
     assert min(x.place(early) for x in arrangements(op, 0, needs(op)))[0] == 10
     # The flag in a slot of its own, then both.
     assert min(x.place(late) for x in arrangements(op, 0, needs(op)))[0] == 8
+
+
+def test_one_slot_waits_for_both_operands() -> None:
+    (x,) = arrangements(Op(9, (Term(0, 1, 22),)), 0, NOTHING)
+    assert x.place([5, 7]) == x.place([7, 5]) == (7, [0])
+    assert x.reads == ((0, 1),) and not x.slots[0].swap
+
+
+LOOKED_UP, FILL = Term(0, None, 22, 1), Term(0, 1, 22)
+CHOSEN = Term(0, None, 22, 1, when=When.IF)
+
+
+@pytest.mark.parametrize(
+    ("terms", "captures", "delay", "late", "wanted"),
+    [
+        # Terms that wait for nothing go between, what is missing stays idle.
+        ((LOOKED_UP,), {"index": 5}, 1, None, (0, [1, 0])),
+        ((LOOKED_UP,), {"index": 5}, 2, None, (0, [1, IDLE, 0])),
+        ((LOOKED_UP, FILL, FILL), {"index": 5}, 2, None, (0, [1, 3, 2, 0])),
+        ((LOOKED_UP, FILL, FILL), {"index": 5}, 4, None, (0, [3, 1, 2, IDLE, 0])),
+        ((LOOKED_UP, FILL), {"index": 0}, 2, None, (0, [1, IDLE, 0])),
+        # What waits is what uses the capture; of an index, longer by the delay.
+        ((LOOKED_UP, FILL), {"index": 5}, 1, 5, (9, [1, 2, 0])),
+        ((FILL, replace(FILL, scale=Scale.HALF)), {"norm": 5}, 1, 5, (9, [0, 2, 1])),
+        ((CHOSEN,), {"index": 5, "flag": 6}, 2, 6, (9, [1, 2, 0])),
+        ((CHOSEN,), {"index": 5, "flag": 6}, 3, 6, (9, [1, 2, IDLE, 0])),
+        ((CHOSEN,), {"index": 5, "flag": 0}, 2, None, (0, [1, IDLE, 0])),
+        (
+            (LOOKED_UP, replace(FILL, when=When.IF)),
+            {"index": 5, "flag": 5},
+            3,
+            5,
+            (10, [2, 1, IDLE, 0]),
+        ),
+    ],
+)
+def test_captures_come_before_what_uses_them(
+    terms: tuple[Term, ...],
+    captures: dict[str, int],
+    delay: int,
+    late: int | None,
+    wanted: tuple[int, list[int]],
+) -> None:
+    op = Op(9, terms, table=0, **captures)  # type: ignore[arg-type]
+    best = arrangements(op, 0, needs(op))[0]
+    assert best.place([10 * (v == late) for v in range(7)], delay) == wanted
+
+
+def test_an_index_that_is_held_delays_nothing() -> None:
+    (x,) = arrangements(Op(9, (LOOKED_UP, FILL), index=5, table=0), 0, NOTHING)
+    assert x.place([0] * 6, 3) == (0, [0, 1])
+
+
+def test_an_idle_slot_reads_what_the_one_before_it_does() -> None:
+    op = Op(9, (LOOKED_UP,), index=5, table=0)
+    (x,) = arrangements(op, 7, needs(op))
+    slots = x.ordered([1, IDLE, 0])
+    assert [(s.a, s.op, s.cap_index, s.term) for s in slots] == [
+        (5, 7, True, None),
+        (5, 7, False, None),
+        (0, 7, False, 0),
+    ]
 
 
 def test_edges_come_after_those_into_their_tails() -> None:

@@ -82,7 +82,7 @@ def test_figures(page):
         ">17<",
         "gone",
         "k = 2.0",
-        "by the method",
+        "By the method",
         ">155.00<",
         "2.75",
     ):

@@ -329,7 +329,7 @@ def test_what_is_proven_of_a_shipped_filter():
     """All but that the predicted currents stay in their ranges."""
     result = examine(estimator_of("pmsm"), updates=4000)
     unproven = [c.value.split(",")[0] for c in result.claims if c.status != "proven"]
-    assert unproven == 2 * ["declared range of the state"] and len(result.claims) == 27
+    assert unproven == 2 * ["range of the state"] and len(result.claims) == 27
 
 
 def farthest(estimator, program, nodes, claims):
