@@ -18,8 +18,7 @@ from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import Assumptions, Claim, Proof, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import ROOM, Gram
-from boresight.sim.ranges.intervals import interval_needs
-from boresight.sim.ranges.matrices import Matrices
+from boresight.sim.ranges.intervals import ends_in_order, interval_needs, proof_in_order
 from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.released import released
 from boresight.sim.ranges.search import RUNS, Reach, Search
@@ -342,7 +341,7 @@ class Prover:
             Variances(gram, vectors).proof_of,
             lambda claim: proof_of(claim, cells, relations),
             vectors.proof_of,
-            Matrices(estimator, program, nodes).proof_of,
+            partial(proof_in_order, ends=ends_in_order(self.live)),
         )
         self.methods: tuple[_Method, ...] = tuple(cache(partial(self._in_step, m)) for m in methods)
         self.fitting: dict[tuple[int, Format], Proof | None] = {}
@@ -437,7 +436,7 @@ class _Conditions:
     ) -> list[Proof | None]:
         """The proofs, and those of other methods in their place that assume fewer claims."""
         proofs, assumed = [*proofs], self.of(proofs)
-        for method in methods:
+        for method in 2 * [*methods]:  # what one replaces may be all that another assumes
             others = [
                 method(c) or p if p and a else p
                 for c, p, a in zip(self.claims, proofs, assumed, strict=True)
