@@ -12,6 +12,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
@@ -21,7 +22,7 @@ import shtab
 
 import boresight
 from boresight.failures import code_of, interruptible
-from boresight.model.errors import InputError, shortened
+from boresight.model.errors import InputError, closest, shortened
 from boresight.model.resolve import profiles
 from boresight.model.tolerances import tolerances
 from boresight.options import (
@@ -43,6 +44,11 @@ __all__ = ["arguments_of", "help_of", "main", "parse", "verb_of"]
 
 #: Longest complaint about the command line, in characters.
 _LONGEST = 300
+#: What argparse says, and the words for it.
+_WORDS = {
+    "^the following arguments are required: (.*)": r"wanted \1, found none",
+    "expected one argument$": "wanted a value, found none",
+}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -54,12 +60,14 @@ class _Parser(argparse.ArgumentParser):
             message = message.replace(f"invalid {kind} value:", f"wanted {wanted}, found")
         text = shortened(str(InputError(message.removeprefix("argument "))), _LONGEST)
         if text.startswith("the following arguments are required: VERB"):
-            text = f"wanted a verb: {', '.join(VERBS)}"
-        if pair := re.fullmatch(r"unrecognized arguments: (\w+=\S+)", text):
-            text += f"; write a parameter as --param {pair[1]}"
-            if self.prog.endswith(" explore"):
-                text += ", an argument of the constructor before the options"
-        tell(f"error: {text} (see {self.prog} --help)")
+            text = f"wanted a verb: {', '.join(VERBS)}, found none"
+        elif match := re.match(r"VERB: invalid choice: '(.*?)' \(", text):
+            text = (
+                f"wanted a verb such as {', '.join(closest(match[1], VERBS))}, found '{match[1]}'"
+            )
+        for words, said in _WORDS.items():
+            text = re.sub(words, said, text)
+        tell(f"error: {text}; see {self.prog} --help")
         self.exit(2)
 
     def print_help(self, file: Any = None) -> None:
@@ -149,8 +157,29 @@ def parse(argv: Sequence[str]) -> dict[str, Any]:
     """What a command line says, by name, and ``verb``; it may end with help or an error."""
     for word in argv:  # argparse would take such a value for the end of all options
         if re.fullmatch(r"(-\w|--[\w-]+=)--", word):
-            raise InputError(f"{word[:-2].rstrip('=')}: expected one argument")
-    return vars(_parser(*VERBS.keys() & {*argv}).parse_args(argv))
+            raise InputError.at(
+                word[:-2].rstrip("="), wanted="a value", found="none", fix="write one behind it"
+            )
+    parsed, unknown = _parser(*VERBS.keys() & {*argv}).parse_known_args(argv)
+    if unknown:
+        raise _unknown(parsed.verb, unknown)
+    return vars(parsed)
+
+
+def _unknown(verb: str, words: Sequence[str]) -> InputError:
+    """The error of words that a verb does not take."""
+    see = f"see boresight {verb} --help"
+    if re.fullmatch(r"\w+=\S+", words[0]):
+        fix = f"write a parameter as --param {words[0]}"
+        if verb == "explore":
+            fix += ", an argument of the constructor before the options"
+    else:
+        flags = [flag for argument in arguments_of(verb) for flag in argument.flags]
+        near = get_close_matches(words[0].partition("=")[0], [*flags, "--json", "--quiet"], 1)
+        fix = f"write {near[0]}" if near else "leave it out"
+    return InputError.at(
+        verb, wanted="what this verb takes", found=" ".join(words), fix=f"{fix}; {see}"
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> int:

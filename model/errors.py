@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 __all__ = ["InputError", "ToolMissing", "closest", "require", "shortened"]
 
 #: Maximum length of a message's parts, in characters.
-_WHERE, _WANTED, _FOUND = 120, 130, 60
+_WHERE, _WANTED, _FOUND = 120, 130, 130
 
 
 def shortened(text: str, most: int) -> str:

@@ -399,8 +399,9 @@ def _constructed(cls: type[T], what: str, args: tuple[Any, ...], options: dict[s
         raise
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
+        file = Path(last.filename).name
         raise InputError.at(
-            f"{what}, {Path(last.filename).name}, line {last.lineno}",
+            f"{what if what == file else f'{what}, {file}'}, line {last.lineno}",
             wanted="a constructor that returns",
             found=_said(error),
             fix="correct it, or the arguments",

@@ -196,11 +196,14 @@ def _check_returned(
     where: str, kind: str, declared: Sequence[str], returned: Mapping[str, Any], *, arrays: bool
 ) -> None:
     """Refuse names that are missing or not declared, and values that are not numbers."""
-    for name in sorted({*declared} ^ {*returned}, key=str):
+    missing = [name for name in declared if name not in returned]
+    others = sorted(str(name) for name in returned.keys() - {*declared})
+    if missing or others:
+        found = f"{', '.join(others)} instead" if others else "none"
         raise InputError.at(
-            f"{where} {name}",
+            f"{where} {', '.join(missing or others)}",
             wanted=f"each declared {kind} once: {', '.join(declared)}",
-            found="none" if name in declared else "one that is not declared",
+            found=found if missing else "one that is not declared",
             fix=f"return it with the {kind}s, or change the declaration",
         )
     for name, value in returned.items():

@@ -7,6 +7,7 @@ that fills it.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -83,7 +84,9 @@ def degrees(x: float | None) -> str:
 def unit(text: str) -> str:
     """Format a unit."""
     text = "half turns" if text == "ht" else text
-    return text.replace("^2", "\N{SUPERSCRIPT TWO}").replace("uT", "\N{MICRO SIGN}T")
+    text = re.sub(r"\((\w+)\)\^", r"\1^", text)
+    text = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), text)
+    return text.replace("uT", "\N{MICRO SIGN}T")
 
 
 def page(package: str, name: str, /, **values: Any) -> str:

@@ -26,11 +26,15 @@ __all__ = ["AccuracyLog", "AccuracyNear", "AccuracyResult", "AccuracyRow", "Accu
 #: Root mean square errors by output, of an attitude by angle in degrees; None: no number.
 Figures: TypeAlias = Mapping[str, float | None]
 
-SOURCE = (
-    "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
-    "benchmark (doi 10.3390/data6070072), over the samples that count; means over the trials with "
-    "truth; fixed point is the emitted C, whose words are the core's"
-)
+_METHOD = ", of attitudes in degrees by the method of the BROAD benchmark (doi 10.3390/data6070072)"
+
+
+def source_of(*, attitudes: bool) -> str:
+    """How errors are measured, of attitudes or without any."""
+    return (
+        f"root mean square error against truth{_METHOD * attitudes}, over the samples that count; "
+        "means over the trials with truth; fixed point is the emitted C, whose words are the core's"
+    )
 
 
 @dataclass(frozen=True)
@@ -231,7 +235,7 @@ class AccuracyResult(Answer):
         groups = groupby(results, key=lambda r: (r.estimator, r.level))
         rows = tuple(AccuracyRow.of([*of], summaries[name], folders) for (name, _), of in groups)
         return cls(
-            source=SOURCE,
+            source=source_of(attitudes=any(row.attitude for row in rows)),
             word=word,
             good=all(d.good for row in rows for d in row.vs_float),
             logs=tuple(map(AccuracyLog.of, trials)),

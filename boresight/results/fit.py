@@ -214,6 +214,8 @@ class FitResult(Answer):
                 f"  fixed against float64: {e.output:12s} max {before}{unit}, with it {after}{unit}"
                 + e.verdict
             )
+        if self.formats and self.errors and all(e.before == e.after for e in self.errors):
+            lines.append("  no error changes: the profile gains nothing in these records")
         if self.dropped:
             worse = [e.change() for e in self.dropped if e.worse] or ["variances, or saturations"]
             left = "those that gain most are kept" if self.formats else "none is kept"

@@ -138,7 +138,17 @@ def _line(group: tuple[Target, ...]) -> str:
     verdict = "pass" if judged else "    "
     if missed:
         verdict = "FAIL" if any(target.binding for target in missed) else "miss"
-    return f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
+    said = f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
+    limits = dict.fromkeys(_limit(target) for target in group if not target.good)
+    return said + (f", wanted {' / '.join(limits)}" if limits else "")
+
+
+def _limit(target: Target) -> str:
+    """The band of a target, for people."""
+    if target.low is None or target.high is None:
+        sign, limit = ("at most", target.high) if target.low is None else ("at least", target.low)
+        return "a finite number" if limit is None else f"{sign} {limit:.4g}"
+    return f"{target.low:.4g} to {target.high:.4g}"
 
 
 VERB = Verb(experiment)

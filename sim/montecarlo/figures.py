@@ -117,6 +117,10 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
             f"{name:22s}{entry['mean'][-1]:13.4g}{entry['mean_band'][-1]:11.3g}"
             f"{entry['sd'][-1]:12.4g}{bound:>12s}{ratio:>8s} {units.get(name, '')}".rstrip()
         )
+    over = {
+        "nees": f", in record {data['marks'][-1]} of each draw:",
+        "nis": ", over all updates that measure:",
+    }
     for key, mean in (
         ("nees", data.get("nees", {}).get("mean", [None])[-1]),
         ("nis", data.get("nis", {}).get("mean")),
@@ -124,8 +128,8 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
         if mean is not None:
             low, high = data[key]["band"]
             lines.append(
-                f"{key.upper()} per degree of freedom {mean:.3f}, 95 % of {low:.3f} to {high:.3f}: "
-                + _verdict(mean, low, high)
+                f"{key.upper()} per degree of freedom{over[key]} {mean:.3f}, "
+                f"95 % of {low:.3f} to {high:.3f}: {_verdict(mean, low, high)}"
             )
     lines.append(f"{data['runs']} draws, saturated updates: {data['saturated']}")
     return "\n".join(lines)

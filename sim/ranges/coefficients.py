@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
@@ -12,7 +13,8 @@ import numpy as np
 
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.intervals import Ends, product_of
-from boresight.sim.ranges.polynomials import ends_of_product
+from boresight.sim.ranges.polynomials import Polynomial, ends_of_product, polynomial_of
+from boresight.sim.ranges.polynomials import times as multiplied
 from boresight.sim.ranges.steps import side_of
 
 __all__ = [
@@ -48,6 +50,22 @@ class Coefficient:
     def is_choice(self) -> bool:
         """Whether it is 0 or 1."""
         return self.number == 1.0 and not self.nodes
+
+    @property
+    def root(self) -> Coefficient | None:
+        """The square root, if it is a number or a product of squares; None: it is another."""
+        squares = [n.args[0] for n in self.nodes if n.kind == "mul" and n.args[0] is n.args[1]]
+        if self.number < 0.0 or len(squares) < len(self.nodes):
+            return None
+        return Coefficient(math.sqrt(self.number), tuple(squares), self.sides)
+
+    def polynomial(self, terms: int, left: int, ends: Container[int] = ()) -> Polynomial | None:
+        """The coefficient as a polynomial (`polynomials.polynomial_of`), whatever its sides."""
+        form: Polynomial | None = {(): self.number}
+        for node in self.nodes:
+            by = polynomial_of(node, terms, left, ends)
+            form = None if form is None or by is None else multiplied(form, by, terms)
+        return form
 
     def times(self, other: Coefficient) -> Coefficient:
         """The product; 0 where one condition would need both sides."""

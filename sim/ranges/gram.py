@@ -31,6 +31,7 @@ from boresight.sim.ranges.inner_products import POINTS, FloatArray, Full, Pair, 
 from boresight.sim.ranges.lengths import Lengths
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.points import Points
+from boresight.sim.ranges.released import released
 from boresight.sim.ranges.steps import covariance_elements, live_nodes
 from boresight.sim.ranges.sums import find_vectors
 from boresight.sim.ranges.terms import Terms
@@ -77,6 +78,9 @@ class Gram:
         if not elements:
             return
         vectors = vectors or Vectors(program, nodes)
+        nodes = _with_variances(program, nodes, [elements[i, i][0] for i, j in elements if i == j])
+        self.nodes = live_nodes(program, nodes)
+        elements = covariance_elements(estimator, program, nodes)
         self.after = {ij: following for ij, (_, following) in elements.items()}
         self.following: list[Vector] = []
         self.size = max(j for _, j in elements) + 1
@@ -104,6 +108,7 @@ class Gram:
             self._find()
             self.proven = self._is_covariance()
             if self.proven:
+                self.lengths.let(self.lengths.largest)  # by all that is known now
                 self._widen(variances, words)
         except Full:
             return
@@ -185,6 +190,15 @@ class Gram:
                 return
             lengths.let(lengths.largest | larger)
         lengths.let({v.number: v.high for v in variances})
+
+
+def _with_variances(
+    program: Program, nodes: Mapping[int, Node], variances: Iterable[Node]
+) -> Mapping[int, Node]:
+    """The nodes, by value, with their intervals where no variance is negative."""
+    states = {v.number: (0.0, v.high) for v in variances if v.low < 0.0}
+    new = released(program, nodes, (), states)
+    return {value: new.get(node.number, node) for value, node in nodes.items()}
 
 
 def _drawn(variance: Node, size: int, rng: np.random.Generator) -> FloatArray:

@@ -61,6 +61,8 @@ class Vector:
         Of a unit vector: along which one it is.
     share : bool
         It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
+    copied : bool
+        It is another one, in directions that only such copies have.
     along : dict of int to (points,) array
         Of one with noise: the roots of it in directions that others may share.
     noisy : Vector or None
@@ -80,6 +82,7 @@ class Vector:
     variance: Node | None = None
     measured: Vector | None = None
     share: bool = False
+    copied: bool = False
     along: dict[int, FloatArray] = field(default_factory=dict, repr=False)
     noisy: Vector | None = field(default=None, repr=False)
     left: list[Vector] = field(default_factory=list, repr=False)
@@ -113,6 +116,7 @@ class Space:
         rng = np.random.default_rng(2)
         self.dimensions, self.used = dimensions, 0
         self.vectors: list[Vector] = []
+        self._copies: dict[int, int] = {}
         self.weights = rng.uniform(0.5, 1.5, _FIRST) * rng.choice([-1.0, 1.0], _FIRST)
         self.flat = np.zeros((16, _FIRST * dimensions))
         self.sums = np.zeros((16, dimensions))
@@ -125,17 +129,31 @@ class Space:
         self.used += 1
         return self.used - 1
 
+    def copy(self, v: Vector) -> Vector:
+        """A vector in directions of its own, with the inner products of the copied ones."""
+        at = np.zeros((POINTS, self.dimensions))
+        for direction in np.flatnonzero(v.at.any(axis=0)).tolist():
+            if direction not in self._copies:
+                self._copies[direction] = self.direction()
+            at[:, self._copies[direction]] = v.at[:, direction]
+        return self.add(at, parts=((ONE, v),), copied=True)
+
+    def find(self, at: FloatArray) -> Vector | None:
+        """The vector that is (points, dimensions), if there is one."""
+        key, size = self.weights @ at[:_FIRST], _lengths(at)
+        scale = 1e-9 * (abs(self.weights) @ size[:_FIRST])
+        for k in np.flatnonzero(abs(self.sums[: len(self.vectors)] - key).max(axis=1) <= scale):
+            if (abs(self.vectors[k].at - at).max(axis=1) <= 10.0 * _EXACT * size).all():
+                return self.vectors[k]
+        return None
+
     def add(self, at: FloatArray, **made: Any) -> Vector:
         """A vector (points, dimensions or fewer), or the one that is the same."""
         full = np.zeros((POINTS, self.dimensions))
         full[:, : at.shape[1]] = at
-        first = full[:_FIRST]
-        key, size = self.weights @ first, _lengths(full)
-        count = len(self.vectors)
-        scale = 1e-9 * (abs(self.weights) @ size[:_FIRST])
-        for k in np.flatnonzero(abs(self.sums[:count] - key).max(axis=1) <= scale):
-            if (abs(self.vectors[k].at - full).max(axis=1) <= 10.0 * _EXACT * size).all():
-                return self.vectors[k]
+        if (known := self.find(full)) is not None:
+            return known
+        count, first = len(self.vectors), full[:_FIRST]
         if count >= _VECTORS:
             raise Full
         if count == len(self.flat):
@@ -144,9 +162,9 @@ class Space:
             table = np.zeros((2 * count, 2 * count))
             table[:count, :count] = self.table
             self.table = table
-        vector = Vector(count, full, size, **made)
+        vector = Vector(count, full, _lengths(full), **made)
         self.vectors.append(vector)
-        self.flat[count], self.sums[count] = first.ravel(), key
+        self.flat[count], self.sums[count] = first.ravel(), self.weights @ first
         products = self.flat[: count + 1] @ (self.weights[:, None] * first).ravel()
         self.table[count, : count + 1] = self.table[: count + 1, count] = products
         return vector
@@ -224,7 +242,7 @@ def of_unit(v: Vector) -> bool:
 def flat_parts(parts: Parts) -> Iterator[tuple[Coefficient, Vector]]:
     """A sum of vectors, with what those are the sums of that are sums themselves."""
     for c, v in parts:
-        if v.parts and v.unit is None and not v.noise:
+        if v.parts and v.unit is None and not v.noise and not v.copied:
             yield from flat_parts([(c.times(own), part) for own, part in v.parts])
         else:
             yield c, v

@@ -8,9 +8,19 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.lowering.graph import Node
+from boresight.model.lowering.graph import LEAVES, Node
+from boresight.sim.ranges.claims import Claim, Proof, live
+from boresight.sim.ranges.polynomials import ends_of_product
 
-__all__ = ["Ends", "ends_of", "interval_needs", "interval_of", "product_of"]
+__all__ = [
+    "Ends",
+    "ends_in_order",
+    "ends_of",
+    "interval_needs",
+    "interval_of",
+    "product_of",
+    "proof_in_order",
+]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
@@ -48,6 +58,37 @@ def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float,
     return float(np.fmax(node.low, least[0])), float(np.fmin(node.high, most[0]))
 
 
+def ends_in_order(nodes: Mapping[int, Node]) -> dict[int, tuple[float, float]]:
+    """Ends of the nodes of a step, each after its arguments, also of x - f x = (1 - f) x."""
+    known: dict[int, tuple[float, float]] = {}
+    for number, node in nodes.items():
+        known[number] = node.low, node.high
+        if node.kind in _ENDS:
+            known[number] = interval_of(node, [known[a.number] for a in node.args])
+        part = _part_of(node)
+        if part is not None:
+            (low, high), (least, most) = (known[n.number] for n in part)
+            low, high = ends_of_product((low, high), (1.0 - most, 1.0 - least))
+            known[number] = max(low, known[number][0]), min(high, known[number][1])
+    return known
+
+
+def proof_in_order(claim: Claim, ends: Mapping[int, tuple[float, float]]) -> Proof | None:
+    """Prove a claim by `ends_in_order`: from those of inputs, parameters, states and claims."""
+    if claim.node.number not in ends or not claim.holds(*ends[claim.node.number]):
+        return None
+    ahead = live([claim.node], lambda n: () if n.kind == "bounded" else n.args)
+    return Proof("intervals in order", tuple(n for n in ahead if n.kind in (*LEAVES, "bounded")))
+
+
+def _part_of(node: Node) -> tuple[Node, Node] | None:
+    """x and f of x - f x; None: it is of another form."""
+    if node.kind != "sum" or node.signs != (1, -1) or node.args[1].kind != "mul":
+        return None
+    x, (a, b) = node.args[0], node.args[1].args
+    return (x, b) if a is x else (x, a) if b is x else None
+
+
 def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
     """Ends (boxes,) of a node from those of its arguments."""
     return _ENDS[node.kind](node, [*args])
@@ -81,6 +122,8 @@ def _even_ends(x: FloatArray, y: FloatArray, through: npt.NDArray[np.bool_]) -> 
 
 def _select(node: Node, args: list[Ends]) -> Ends:
     (c, d), yes, no = args
+    if node.args[0] is node.args[-1]:  # chosen where it is not negative
+        no = np.maximum(no[0], 0.0), np.maximum(no[1], 0.0)
     least = np.where(d < 0.0, yes[0], np.where(c >= 0.0, no[0], np.minimum(yes[0], no[0])))
     return least, np.where(d < 0.0, yes[1], np.where(c >= 0.0, no[1], np.maximum(yes[1], no[1])))
 
@@ -126,7 +169,8 @@ def _rsqrt(node: Node, args: list[Ends]) -> Ends:
 
 def _reciprocal(node: Node, args: list[Ends]) -> Ends:
     a, b = args[0]
-    return 1.0 / b, 1.0 / a
+    through = (a < 0.0) & (b >= 0.0)
+    return np.where(through, -np.inf, 1.0 / b), np.where(through, np.inf, 1.0 / a)
 
 
 _ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {

@@ -23,16 +23,29 @@ from boresight.sim.ranges.coefficients import (
     all_sides,
     conditions_in,
     ends_of_sum,
+    known_from,
     nodes_behind,
 )
-from boresight.sim.ranges.inner_products import Pair, Vector, by_vector, flat_parts, made_from
+from boresight.sim.ranges.inner_products import (
+    Pair,
+    Vector,
+    by_vector,
+    flat_parts,
+    is_scaled,
+    made_from,
+)
 from boresight.sim.ranges.intervals import Ends
+from boresight.sim.ranges.noise import least_of
+from boresight.sim.ranges.polynomials import Polynomial, over, plus, scaled
 from boresight.sim.ranges.steps import implied, is_possible
 from boresight.sim.ranges.terms import Terms
 from boresight.sim.ranges.unit_vectors import Ball
 from boresight.sim.ranges.vectors import Vectors
 
 __all__ = ["Lengths"]
+
+#: Terms and steps back of a polynomial.
+_TERMS, _BACK = 40, 8
 
 
 class Lengths:
@@ -70,13 +83,14 @@ class Lengths:
         self._known: dict[Vector, float] = {}
         self._joined: dict[Vector, Ball] = {}  # whose length follows from a row's
         self._by_case: dict[Vector, set[Node]] = {}  # what lengths of each case follow from
+        self._balances: dict[Vector, set[Node]] = {}  # what lengths with noise follow from
         self._by_ends: set[Vector] = set()  # whose lengths follow from others' and intervals
 
     def ends(self, pair: Pair, rest: Sequence[Coefficient] = ()) -> tuple[float, float]:
         """Ends of an inner product and a rest, over the sides of the conditions."""
         x, y = pair
         most = self.longest(x) * self.longest(y)
-        low, high = (0.0 if x is y else -most), most
+        low, high = (0.0 if x is y or _is_multiple(x, y) else -most), most
         if rest:
             conditions = {n for c in rest for n, _ in c.sides}
             ends = [ends_of_sum(rest, sides) for sides in all_sides(conditions)]
@@ -101,7 +115,7 @@ class Lengths:
         """
         if v not in self._decide:
             cone, count = self.terms.points.cone, Counter[int]()
-            for c, _ in flat_parts(v.parts):
+            for c in (*(c for c, _ in flat_parts(v.parts)), *v.noise):
                 count.update({n for node in c.nodes for n in conditions_in(node)} - v.conditions)
             more = [n for n in count if n in cone or count[n] > 1]
             more.sort(key=lambda n: (-count[n], n))
@@ -132,6 +146,8 @@ class Lengths:
             if not (by_case and self._is_by_case(v)):
                 base |= nodes_behind(c for c, _ in v.parts)
             base |= nodes_behind(v.noise) | self._by_case.get(v, set())
+            for node in self._balances.get(v, ()):
+                base |= {node, *known_from(node)}
         return base | {self.nodes[n] for ball in self.rows_of(pair) for n in ball.used}
 
     def rows_of(self, pair: Pair) -> list[Ball]:
@@ -177,10 +193,11 @@ class Lengths:
             low, high = ends_of_sum(coefficients, sides)
             size = max(-low, high)
             most += size * length(part) if size else 0.0
-        most = min(most, self._of_row(v, most, length))
+        most = min(most, self._of_row(v, most, length), self._of_weight(v, sides))
         most = min(most, self._in_cases(v, most, sides, length))
         if v.noise:
-            most = math.sqrt(most * most + v.most_noise(sides))
+            square = most * most + v.most_noise(sides)
+            most = math.sqrt(self._balanced(v, square, sides, length))
         if v.unit is not None and (m := _measured(v.unit, sides)) is not None:
             vector, noise = m
             if any(part is vector for _, part in v.parts) and most > 0.0:
@@ -203,6 +220,51 @@ class Lengths:
         if whole < most:
             self._joined[v] = proof_of_row
         return whole
+
+    def _of_weight(self, v: Vector, sides: Sides) -> float:
+        """|k m| <= sqrt(w / 4 v) of k = w / (w |m|^2 + v)."""
+        weight = self.terms.pairs.weights.get(v.parts[0]) if is_scaled(v) else None
+        if weight is None:
+            return math.inf
+        least = least_of(weight.noise)
+        return math.sqrt(weight.factor.ends(sides)[1] / (4.0 * least)) if least > 0.0 else math.inf
+
+    def _balanced(
+        self, v: Vector, square: float, sides: Sides, length: Callable[[Vector], float]
+    ) -> float:
+        """|c p|^2 and noise; ``square``: of the largest of each.
+
+        Where there is more noise, c may be less. Of the sum as a polynomial, terms of a node that
+        are not positive are left out: it is at most what it is where that node is 0.
+        """
+        inner = v.parts[0][1]
+        while inner.unit is not None:
+            inner = inner.parts[0][1]
+        if not is_scaled(inner) or not inner.parts[0][0].nodes or inner.conditions:
+            return square
+        if any(c.sides for c in v.noise):
+            return square
+        ((c, p),) = inner.parts
+        said = self.terms.points.said
+        forms = [k.polynomial(_TERMS, _BACK, said) for k in (c.times(c), *v.noise)]
+        whole: Polynomial = {}
+        for form, factor in zip(forms, (length(p) ** 2, *(1.0 for _ in v.noise)), strict=True):
+            if form is None:
+                return square
+            whole = plus(whole, scaled(form, factor))
+        for n in sorted({n for m in whole for n in m}):
+            if self.nodes[n].low >= 0.0 and self._most_of(over(whole, n), sides) <= 0.0:
+                whole = {m: value for m, value in whole.items() if n not in m}
+        most = self._most_of(whole, sides)
+        if most < square:
+            numbers = {n for form in forms for m in form or () for n in m}
+            self._balances[v] = {self.nodes[n] for n in numbers}
+        return min(most, square)
+
+    def _most_of(self, form: Polynomial, sides: Sides) -> float:
+        """Largest value of a polynomial."""
+        terms = (Coefficient(c, tuple(self.nodes[n] for n in m)) for m, c in form.items())
+        return ends_of_sum(terms, sides)[1]
 
     def _in_cases(
         self, v: Vector, most: float, sides: Sides, length: Callable[[Vector], float]
@@ -228,6 +290,14 @@ class Lengths:
             below = live([*conditions, *(n for c, _ in parts for n in c.nodes)])
             self._by_case[v] = {n for n in below if n.kind in LEAVES}
         return largest
+
+
+def _is_multiple(x: Vector, y: Vector) -> bool:
+    """Whether one vector is another one times what is not negative."""
+    return any(
+        is_scaled(a) and a.parts[0][1] is b and a.parts[0][0].ends({})[0] >= 0.0
+        for a, b in ((x, y), (y, x))
+    )
 
 
 def _measured(unit: Vector, sides: Sides) -> tuple[Vector, float] | None:

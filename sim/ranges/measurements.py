@@ -12,29 +12,39 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.coefficients import ONE, Coefficient
+from boresight.sim.ranges.coefficients import ONE, Coefficient, nodes_behind
 from boresight.sim.ranges.inner_products import Pair, Vector, is_scaled, of_unit
 from boresight.sim.ranges.noise import least_of
-from boresight.sim.ranges.pairs import Pairs
+from boresight.sim.ranges.pairs import Pairs, Weight
 from boresight.sim.ranges.terms import Term, Terms
 
-__all__ = ["find_gain", "find_unit", "gain", "taken"]
+__all__ = ["find_gain", "find_measured", "find_unit", "gain", "taken"]
 
 
-def find_unit(pairs: Pairs, node: Node) -> None:
-    """Find the unit vector along m, of the inverse root of |m|^2."""
+def find_measured(pairs: Pairs, node: Node) -> list[Vector]:
+    """m, with and without noise, of |m|^2, whose inverse, or that of the root, a node is; or none.
+
+    No element has that noise.
+    """
     total = next(iter(pairs.roots_of(node.args[0])), None)
     if total is None:
-        return
-    at = total.at / np.where(total.length > 0.0, total.length, 1.0)[:, None]
-    unit = pairs.space.add(at, measured=total)
+        return []
     alike = [total, pairs.space.without_noise(total)]
-    pairs.units[node.number] = alike, unit
     while total is not alike[1]:
         total.of_measurement = True
         if total.noise:
             break
         total = total.parts[0][1]
+    return alike
+
+
+def find_unit(pairs: Pairs, node: Node) -> None:
+    """Find the unit vector along m, of the inverse root of |m|^2."""
+    alike = find_measured(pairs, node)
+    if alike:
+        total = alike[0]
+        at = total.at / np.where(total.length > 0.0, total.length, 1.0)[:, None]
+        pairs.units[node.number] = alike, pairs.space.add(at, measured=total)
 
 
 def find_gain(pairs: Pairs, node: Node) -> bool:
@@ -82,47 +92,42 @@ def taken(terms: Terms, products: Sequence[Term]) -> list[tuple[Coefficient, Vec
 
 def _share_of(terms: Terms, term: Term) -> Vector | None:
     """The root of k, times m, of a product k (x . m)(m . y); None: of another form."""
+    plain = terms.pairs.space.without_noise
     first, second = ([v for p in terms.pairs.of(f) for v in p] for f in term.factors)
     own = Coefficient(nodes=term.coefficient.nodes)
-    ways = [(own, m) for m in first if m in second and own.nodes]
+    ways = [(own, plain(m)) for m in first if m in second and own.nodes]
     for some, others in ((first, second), (second, first)):
-        ways += [v.parts[0] for v in some if is_scaled(v) and v.parts[0][1] in others]
+        scaled = ((c, plain(m)) for v in some if is_scaled(v) for c, m in v.parts)
+        ways += [(c, m) for c, m in scaled if m in map(plain, others)]
+    ways += [(c, m.parts[0][1]) for c, m in ways if is_scaled(m)]
     for c, m in ways:
-        if _is_share(terms, c, m):
+        weight = _weight_of(terms, c, m)
+        if weight is not None:
             root = np.sqrt(np.maximum(terms.points.at(c), 0.0))
-            return terms.pairs.space.add(root[:, None] * m.at, measured=m, share=True)
+            share = terms.pairs.space.add(root[:, None] * m.at, measured=m, share=True)
+            terms.pairs.weights[c, m] = weight
+            return share
     return None
 
 
-def _is_share(terms: Terms, c: Coefficient, m: Vector) -> bool:
-    """Whether a coefficient is w / (w |m|^2 + v), neither w nor v negative."""
+def _weight_of(terms: Terms, c: Coefficient, m: Vector) -> Weight | None:
+    """w and v of a coefficient w / (w |m|^2 + v), neither negative; None: it is another one."""
     if c.number != 1.0 or c.sides or len(c.nodes) != 1:
-        return False
+        return None
     *limits, node = _claims_of(c.nodes[0])
     factors = node.args if node.kind == "mul" else (node,)
     inverse = [f for f in factors if f.kind == "reciprocal"]
-    weights = tuple(f for f in factors if f.kind != "reciprocal")
-    if len(inverse) != 1 or any(w.low < 0.0 for w in weights):
-        return False
+    by = Coefficient(nodes=tuple(f for f in factors if f.kind != "reciprocal"))
+    if len(inverse) != 1 or by.ends({})[0] < 0.0:
+        return None
     *more, total = _claims_of(inverse[0].args[0])
-    parts = terms.of_arguments(total) or []
-    squares = [t for t in parts if t.factors]
-    rest = [t.coefficient for t in parts if not t.factors]
-    if len(squares) != 1 or least_of(rest) < 0.0:
-        return False
-    (square,), by = squares, Coefficient(nodes=weights)
-    scaled = next((v for v in terms.pairs.space.vectors if v.parts == ((by, m),)), None)
-    if square.coefficient == by:
-        pair = m, m
-    elif square.coefficient == ONE and scaled is not None:
-        pair = scaled, m
-    else:
-        return False
-    if len(square.factors) != 1 or not terms.pairs.is_product(square.factors[0], pair):
-        return False
+    squares, noise = terms.pairs.sums.get(total.number, ((), ()))
+    scaled = [m] if by == ONE else [v for v in terms.pairs.space.vectors if v.parts == ((by, m),)]
+    if not any({x, y} == {v, m} for v in scaled for x, y in squares) or least_of(noise) < 0.0:
+        return None
     terms.points.passed |= {n.number for n in (*limits, *more)}
-    terms.points.premises.base |= {n for k in (*rest, by) for n in k.nodes}
-    return True
+    terms.points.premises.base |= nodes_behind((*noise, by))
+    return Weight(by, noise)
 
 
 def _claims_of(node: Node) -> Iterator[Node]:

@@ -16,7 +16,6 @@ from boresight.sim.ranges.coefficients import ONE, Coefficient, all_sides, ends_
 from boresight.sim.ranges.inner_products import FloatArray, Vector
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.points import Points
-from boresight.sim.ranges.polynomials import Polynomial, polynomial_of, times
 
 __all__ = ["least_of", "with_noise"]
 
@@ -83,10 +82,7 @@ def _roots(points: Points, noise: Sequence[Coefficient]) -> list[FloatArray]:
     roots: list[FloatArray] = []
     base: set[Node] = set()
     for c in noise:
-        form: Polynomial | None = {(): c.number}
-        for node in c.nodes:
-            by = polynomial_of(node, _TERMS, _BACK, points.said)
-            form = None if form is None or by is None else times(form, by, _TERMS)
+        form = c.polynomial(_TERMS, _BACK, points.said)
         if form is None:
             return []
         chosen = points.at(Coefficient(sides=c.sides))

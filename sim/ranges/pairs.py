@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +16,14 @@ __all__ = ["Pairs"]
 
 #: Pairs that are kept of one value.
 _PAIRS = 4
+
+
+@dataclass(frozen=True)
+class Weight:
+    """w and v of w / (w |m|^2 + v): of a measurement of variance v / w."""
+
+    factor: Coefficient
+    noise: tuple[Coefficient, ...]
 
 
 class Pairs:
@@ -33,6 +42,8 @@ class Pairs:
         Whose inner product and a rest it is the sum of.
     units : dict of int to (list of Vector, Vector)
         Of an inverse root 1 / |m|, by its node: m, with and without noise, and m / |m|.
+    weights : dict of (Coefficient, Vector) to Weight
+        Of k, and of m.
     """
 
     def __init__(self, space: Space, points: Points) -> None:
@@ -40,6 +51,7 @@ class Pairs:
         self.found: dict[int, list[Pair]] = {}
         self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
         self.units: dict[int, tuple[list[Vector], Vector]] = {}
+        self.weights: dict[tuple[Coefficient, Vector], Weight] = {}
         self._searched: dict[int, int] = {}  # how many vectors have been tried
 
     def of(self, node: Node) -> list[Pair]:

@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.claims import Premises
+from boresight.sim.ranges.claims import Premises, live
 from boresight.sim.ranges.coefficients import Coefficient
 from boresight.sim.ranges.inner_products import POINTS, FloatArray
 from boresight.sim.ranges.polynomials import polynomial_of
+from boresight.sim.ranges.steps import compared
 
 __all__ = ["Points"]
 
@@ -56,6 +57,7 @@ class Points:
         self.passed: set[int] = set()
         self.premises = Premises()
         self._signs: dict[int, BoolArray] = {}
+        self._levels = _levels_of(nodes.values(), rng)
 
     def let(self, node: Node, value: FloatArray, size: FloatArray | None = None) -> None:
         """Set the value of a node."""
@@ -93,7 +95,8 @@ class Points:
         elif node.kind == "saturated" and self._is_nothing(node.args[0]):
             value = np.zeros(POINTS)
         elif node.kind == "saturated":
-            limited = self.rng.uniform(-node.value, node.value, POINTS)
+            low, high = max(-node.value, node.low), min(node.value, node.high)
+            limited = self.rng.uniform(low, high, POINTS)
             free = (self.rng.random(POINTS) < 0.5) & (abs(args[0]) <= node.value)
             value = np.where(free, args[0], limited)
         elif node.kind == "sum":
@@ -141,9 +144,34 @@ class Points:
                 self._signs[number] = signs[0] ^ signs[1]
             elif condition.kind == "const":
                 self._signs[number] = np.full(POINTS, condition.value < 0.0)
+            elif (said := compared(condition)) is not None and said.value in self._levels:
+                levels, drawn = self._levels[said.value]
+                self._signs[number] = (drawn <= levels.index(said.level)) == said.below
             elif condition.kind == "input" and condition.low < 0.0 < condition.high:
                 self._signs[number] = self.values[number] < 0.0
             else:
                 share = self.rng.choice([0.2, 0.5, 0.8], POINTS)
                 self._signs[number] = self.rng.random(POINTS) < share
         return self._signs[number]
+
+
+def _levels_of(
+    nodes: Iterable[Node], rng: np.random.Generator
+) -> dict[object, tuple[list[float], npt.NDArray[np.int64]]]:
+    """What values are compared with, where that is more than one level: they exclude sides.
+
+    And between which of the levels each value (points,) is: below the one of this number.
+    """
+    conditions = live(
+        [node.args[0] for node in nodes if node.kind in ("select", "flip")],
+        lambda node: node.args if node.kind in _CHOICES else (),
+    )
+    levels: dict[object, set[float]] = {}
+    for condition in conditions:
+        if (said := compared(condition)) is not None:
+            levels.setdefault(said.value, set()).add(said.level)
+    return {
+        value: (sorted(each), rng.integers(0, len(each) + 1, POINTS))
+        for value, each in sorted(levels.items(), key=repr)
+        if len(each) > 1
+    }

@@ -14,6 +14,7 @@ __all__ = [
     "ends_of_product",
     "is_sum_of_squares",
     "is_zero",
+    "over",
     "plus",
     "polynomial_of",
     "scaled",
@@ -128,6 +129,16 @@ def ends_of_product(
         others.append(0.0)
     corners = [x * y if x and y else 0.0 for x in ends for y in others]
     return min(corners), max(corners)
+
+
+def over(form: Polynomial, number: int) -> Polynomial:
+    """The terms that have a node, each over it."""
+    out: Polynomial = {}
+    for m, c in form.items():
+        if number in m:
+            at = m.index(number)
+            out[m[:at] + m[at + 1 :]] = c
+    return out
 
 
 def is_zero(form: Polynomial, tiny: float = 1e-12) -> bool:

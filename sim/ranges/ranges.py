@@ -18,8 +18,7 @@ from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import Assumptions, Claim, Proof, claims_of
 from boresight.sim.ranges.covariances import check_on_covariances
 from boresight.sim.ranges.gram import ROOM, Gram
-from boresight.sim.ranges.intervals import interval_needs
-from boresight.sim.ranges.matrices import Matrices
+from boresight.sim.ranges.intervals import ends_in_order, interval_needs, proof_in_order
 from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.released import released
 from boresight.sim.ranges.search import RUNS, Reach, Search
@@ -51,6 +50,8 @@ _TITLES = {
     "checked": "checked on covariances",
     "excepted": "with exceptions",
 }
+#: Most claims that hold of which the text has each.
+_FEW = 8
 #: What proves a claim, or not.
 _Method = Callable[[Claim], Proof | None]
 #: Share of a range's size from which on a witness shows it to be tight.
@@ -199,7 +200,7 @@ class RangesResult(Answer):
         lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
         for title, counts in zip(("claims", "ranges of states"), self.counts.values(), strict=True):
             each = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
-            lines.append(f"  {sum(counts.values())} {title}: {each or 'none'}")
+            lines.append(f"  {sum(counts.values())} {title}: {each}" if each else f"  no {title}")
         for status in ("refuted", "excepted", "open", "conditional", "observed", "left"):
             alike: dict[tuple[str, str], list[ClaimResult]] = {}
             for c in (*self.claims, *self.states):
@@ -209,6 +210,8 @@ class RangesResult(Answer):
                 farthest = max(group, key=lambda c: c.share)
                 more = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
                 lines.append(f"  {farthest}{more}")
+        held = [c for c in self.claims if c.status in ("proven", "checked", "tight")]
+        lines += [f"  {c}" for c in held] if len(held) <= _FEW else []
         if self.saturated:
             words = ", ".join(f"{name} {count:,}x" for name, count in self.saturated.items())
             lines.append(f"  saturated: {words}")
@@ -237,7 +240,7 @@ def examine(
     prover = Prover(estimator, program, nodes)
     proofs: list[Proof | None] = []
     for k, claim in enumerate(claims):
-        progress(f"claim {k + 1} of {len(claims)}")
+        progress(f"claim or range of a state {k + 1} of {len(claims)}")
         proofs.append(prover.proof_of(claim))
     search = Search(estimator, program, nodes, claims, seed)
     search.run(steps, progress)
@@ -338,7 +341,7 @@ class Prover:
             Variances(gram, vectors).proof_of,
             lambda claim: proof_of(claim, cells, relations),
             vectors.proof_of,
-            Matrices(estimator, program, nodes).proof_of,
+            partial(proof_in_order, ends=ends_in_order(self.live)),
         )
         self.methods: tuple[_Method, ...] = tuple(cache(partial(self._in_step, m)) for m in methods)
         self.fitting: dict[tuple[int, Format], Proof | None] = {}
@@ -433,7 +436,7 @@ class _Conditions:
     ) -> list[Proof | None]:
         """The proofs, and those of other methods in their place that assume fewer claims."""
         proofs, assumed = [*proofs], self.of(proofs)
-        for method in methods:
+        for method in 2 * [*methods]:  # what one replaces may be all that another assumes
             others = [
                 method(c) or p if p and a else p
                 for c, p, a in zip(self.claims, proofs, assumed, strict=True)

@@ -38,7 +38,8 @@ def released(
     claims
         Those without which; of next states, none.
     states
-        Intervals of those states, by number, that leave their declared ranges.
+        Intervals of states, by number: of those that leave their declared ranges, which count as
+        inputs, or within these.
     """
     free = {(c.node.number, c.low, c.high) for c in claims}
     forms: dict[int, list[Format]] = {}
@@ -48,7 +49,8 @@ def released(
     for number, node in live_nodes(program, nodes).items():
         if number in states:
             low, high = states[number]
-            new[number] = replace(node, kind="input", low=low, high=high)
+            kind = node.kind if node.low <= low and high <= node.high else "input"
+            new[number] = replace(node, kind=kind, low=low, high=high)
             continue
         args = tuple(new[a.number] for a in node.args)
         is_free = node.kind == "bounded" and (args[0].number, node.low, node.high) in free

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,11 +13,21 @@ from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.claims import live
+from boresight.sim.ranges.polynomials import polynomial_of
 
-__all__ = ["covariance_elements", "implied", "is_possible", "live_nodes", "may_fuse", "side_of"]
+__all__ = [
+    "Comparison",
+    "compared",
+    "covariance_elements",
+    "implied",
+    "is_possible",
+    "live_nodes",
+    "may_fuse",
+    "side_of",
+]
 
-#: Share of an eigenvalue that rounding explains.
-_ROUNDING = 1e-9
+#: Share of an eigenvalue that rounding explains; terms and steps back of what is compared.
+_ROUNDING, _TERMS, _BACK = 1e-9, 8, 3
 
 
 def live_nodes(program: Program, nodes: Mapping[int, Node]) -> dict[int, Node]:
@@ -71,6 +82,36 @@ def implied(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> Iterator[tup
             at = node.args[k]
             if at.kind == "const" and (at.value < 0.0) != (side == 1):
                 stack += [(node.args[0].number, other), (node.args[other].number, side)]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """That a value is below a level, or that it is not.
+
+    Attributes
+    ----------
+    value : tuple of (monomial, float)
+        A polynomial without its constant, up to a factor.
+    level : float
+    below : bool
+        Whether the condition is negative below the level; else above it.
+    """
+
+    value: tuple[tuple[tuple[int, ...], float], ...]
+    level: float
+    below: bool
+
+
+def compared(condition: Node) -> Comparison | None:
+    """What a condition compares with a constant; None: it is of another form."""
+    form = polynomial_of(condition, _TERMS, _BACK) if condition.kind == "sum" else None
+    constant, factor = 0.0, 0.0
+    if form is not None:
+        constant, factor = form.pop((), 0.0), next(iter(form.values()), 0.0)
+    if form is None or factor == 0.0:
+        return None
+    value = tuple(sorted((m, c / factor) for m, c in form.items()))
+    return Comparison(value, -constant / factor, factor > 0.0)
 
 
 def is_possible(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> bool:

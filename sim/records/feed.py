@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -244,6 +245,8 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
         )
 
 
+#: Characters of a list of columns.
+_LISTED = 110
 #: Names that others give to the column of times.
 _TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
 
@@ -259,12 +262,15 @@ def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int
     missing = [i for i in missing if i.name != "dt" or "t" not in columns]
     if not missing:
         return
-    hints = []
+    hints, meant = [], []
     for i in missing:
-        near = next((c for c in columns if c.lower() == i.name.lower()), None)
+        near = next((c for c in columns if re.split(r"\W", c.lower())[0] == i.name.lower()), None)
+        meant += [near] if near else []
         time = next((c for c in columns if c.lower() in _TIMES), None) if i.name == "dt" else None
         if near or time:
-            hints.append(f"{near or time} to {i.name if near else 't (dt is its difference)'}")
+            unit = "[UNIT]" if near and near.lower() != i.name.lower() else ""
+            name = f"{i.name}{unit}" if near else "t (dt is its difference)"
+            hints.append(f"{near or time} to {name}")
     names = [
         f"{'t [s] or ' if i.name == 'dt' else ''}{i.name}" + (f" [{i.unit}]" if i.unit else "")
         for i in missing
@@ -274,11 +280,18 @@ def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int
         record.where,
         wanted=f"{'columns' if many else 'a column'} {', '.join(names)}, "
         f"{'inputs' if many else 'an input'} of {estimator.name}",
-        found=f"columns {', '.join(columns[:12])}" + (", ..." if len(columns) > 12 else ""),
+        found=f"columns {_listed([*meant, *(c for c in columns if c not in meant)])}",
         fix=f"rename {', '.join(hints)}"
         if len(hints) == len(missing)
         else f"add {'them' if many else 'it'}, or rename what holds {'them' if many else 'it'}",
     )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The first names, whole, in a line that is not too long."""
+    ends = np.cumsum([len(name) + 2 for name in names])
+    count = max(1, int((ends <= _LISTED).sum()))
+    return ", ".join(names[:count]) + (", ..." if count < len(names) else "")
 
 
 def _values(record: Record, declared: Input) -> FloatArray:

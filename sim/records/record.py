@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -187,7 +189,7 @@ class Record:
                 f"{self.where}, column {name}",
                 wanted=f"a unit that converts to {unit or 'a plain number'}",
                 found=f"{column.unit} ({error})",
-                fix="correct the unit in the header",
+                fix=_gravity(column.unit, unit) or "correct the unit in the header",
             ) from None
         return values * factor + offset
 
@@ -305,6 +307,16 @@ def _late(record: Record, row: int, before: float) -> InputError:
         found=f"{float(t.values[row])!r} {unit}",
         fix="sort the rows and remove repeated ones",
     )
+
+
+def _gravity(unit: str, wanted: str) -> str:
+    """The remedy where grams, or gauss, are probably multiples of standard gravity; else empty."""
+    meant = f"{unit.lower()}0"
+    if re.fullmatch("[mu]?g0", meant):
+        with suppress(UnitError):
+            linear(meant, wanted)
+            return f"write {meant} for standard gravity, as g is the gram and G the gauss"
+    return ""
 
 
 def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:

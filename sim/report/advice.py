@@ -9,7 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from boresight.model.kalman.declared import State
+from boresight.model.kalman.kalman import Kalman
 from boresight.model.lowering.graph import Node, declared_name
+from boresight.model.places import Place
 from boresight.model.words.program import Kind
 from boresight.sim.report.observed import Observed
 
@@ -67,6 +70,8 @@ def advice_of(observed: Observed, value: int) -> Advice | None:
     if said.kind is Kind.OP and not _own_slack(observed, value):
         return None
     full = math.ldexp(-form.min, -gains)
+    if isinstance(observed.estimator, Kalman) and not _declared(observed, value):
+        return _of_deviation(observed, value, observed.estimator, full, gains)
     limit = float(f"{_BELOW * full:.4g}")
     new_low, new_high = max(said.low, -limit), min(said.high, limit)
     how = _how(observed, value, f"{new_low:.4g}, {new_high:.4g}", full)
@@ -82,6 +87,37 @@ def _how(observed: Observed, value: int, limits: str, full: float) -> str:
     if observed.nodes[value].kind == "saturated":
         return f"ops.saturated(..., {full:g})"
     return f'ops.bounded(..., {limits}, "why")'
+
+
+def _declared(observed: Observed, value: int) -> bool:
+    """Whether the author of a Kalman filter wrote this range, or may write one at this line."""
+    said, kalman = observed.program.values[value], observed.estimator
+    if said.kind is Kind.STATE and isinstance(kalman, Kalman):
+        declared = [s.name for s in (*kalman.estimated, *kalman.memory) if hasattr(s, "low")]
+        return declared_name(observed.program, observed.nodes, value) in declared
+    if said.kind is not Kind.OP:
+        return True
+    node = observed.nodes[value]
+    text = node.line.source() if isinstance(node.line, Place) else ""
+    if node.kind in ("bounded", "saturated"):
+        return node.kind in text
+    return not any(f"{name}(" in text for name in ("State", "Attitude", "Measurement"))
+
+
+def _of_deviation(
+    observed: Observed, value: int, kalman: Kalman, full: float, gains: int
+) -> Advice | None:
+    """What a variance of a Kalman filter needs: its words follow from ``sd_max``."""
+    name = observed.program.values[value].name
+    i, j = kalman.covariance_states.get(name, (0, -1))
+    named = {s.name: s for s in kalman.estimated if isinstance(s, State)}
+    state = named.get(kalman.errors[i]) if i == j else None
+    most = float(f"{math.sqrt(_BELOW * full):.4g}")
+    if state is None or most < state.sd:
+        return None
+    line = observed.lines.get(value, "")
+    how = f'State("{state.name}", ..., sd_max={most:g})'
+    return Advice(name, line, 0.0, most * most, gains, how)
 
 
 def _own_slack(observed: Observed, value: int) -> bool:

@@ -66,8 +66,11 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
     overflow = {op.dest: op.overflow for op in program.ops}
     following = dict(program.states)
     outputs: dict[int, list[str]] = {}
+    units: dict[int, str] = {}
     for name, number in zip(program.output_names, program.outputs, strict=True):
         outputs.setdefault(number, []).append(name)
+    for port, number in zip(program.ports, program.outputs, strict=False):
+        units.setdefault(number, port.unit)
     rows = []
     for n, value in enumerate(program.values):
         if value.kind is not Kind.CONST:
@@ -79,7 +82,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
                     else declared_name(program, observed.nodes, n),
                     "kind": value.kind.value,
                     "output": ", ".join(outputs[n]) if n in outputs else None,
-                    "unit": value.unit,
+                    "unit": value.unit or units.get(n, ""),
                     "format": str(program.format(n)),
                     "overflow": mode.value if mode is not None else None,
                     "min": _digits(value.low),

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from boresight.firmware.build import WordRanges
+from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
@@ -51,6 +52,8 @@ class Observed:
         Where its author wrote a value: "file.py, line 41".
     influences : mapping of str to list of Influence
         Of each output on the first log, the largest first.
+    estimator : Estimator, optional
+        Of which the program is.
     """
 
     program: Program
@@ -62,6 +65,7 @@ class Observed:
     nodes: Mapping[int, Node]
     lines: Mapping[int, str]
     influences: Mapping[str, Sequence[Influence]] = field(default_factory=dict)
+    estimator: Estimator | None = None
 
     @classmethod
     def of(cls, program: Program, checks: Sequence[CheckResult]) -> Observed:
@@ -95,6 +99,7 @@ class Observed:
             nodes,
             {n: line for n, line in lines.items() if line},
             influences(program, nodes, seen[0].inputs, seen[0].states, seen[0].before),
+            estimator,
         )
 
     def extremes(self, value: int) -> tuple[Extreme, Extreme]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import EXACT_UNITS
+from boresight.sim.pages import unit as shown_unit
 from boresight.sim.plotting import COLOUR, INK, RED, figure_and_axes, legend, settings, svg
 
 __all__ = ["error_plot", "log_difference_plot", "output_plot", "width_plot"]
@@ -74,7 +75,7 @@ def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt:
             if any(shown[name]["truth"] is not None for name in names):
                 axes.plot([], [], color=INK, label=other, **_DOTTED)
             _mark_parting(axes, [shown[name] for name in names])
-            axes.set_ylabel(unit or "1")
+            axes.set_ylabel(shown_unit(unit) or "dimensionless")
             legend(axes, 6)
         return svg(figure, salt)
 
@@ -110,7 +111,7 @@ def _draw_tolerances(axes: Any, limits: Iterable[float]) -> None:
 
 
 def _error_of(unit: str) -> str:
-    return "|fixed - float64|" + (f", {unit}" if unit else "")
+    return "|fixed - float64|" + (f", {shown_unit(unit)}" if unit else "")
 
 
 def _mark_parting(axes: Any, outputs: Sequence[Mapping[str, Any]]) -> None:
@@ -123,8 +124,12 @@ def _mark_parting(axes: Any, outputs: Sequence[Mapping[str, Any]]) -> None:
 
 def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -> None:
     """A curve on a logarithmic axis: what is equal, as far as a curve can show, is a gap."""
+    t, y = _known(t, y)
     y = np.where(y < 1e-15, np.nan, y)
-    axes.plot(*_known(t, y), color=colour, label=name, linewidth=0.9)
+    axes.plot(t, y, color=colour, label=name, linewidth=0.9)
+    beside = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
+    alone = beside[1:-1] & ~beside[:-2] & ~beside[2:]
+    axes.plot(t[alone], y[alone], color=colour, marker=".", markersize=2.5, linestyle="")
 
 
 def log_difference_plot(

@@ -108,6 +108,26 @@ def test_ctrl_c(argv: list[str], after: str, by: Callable[[int], None], tmp_path
     assert said.splitlines()[-1] == "interrupted" and said.count("interrupted") == 1
 
 
+#: Ends with Ctrl-C where a module is imported that takes long.
+IMPORTING = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "numpy":
+            os.kill(os.getpid(), signal.SIGINT)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.meta_path.insert(0, Finder())
+from boresight.__main__ import main
+sys.exit(main(["list"]))
+"""
+
+
+@pytest.mark.pythons
+def test_ctrl_c_while_modules_are_imported() -> None:
+    result = subprocess.run([sys.executable, "-c", IMPORTING], capture_output=True, text=True)
+    assert (result.returncode, result.stdout, result.stderr) == (130, "", "interrupted\n")
+
+
 @pytest.mark.pythons
 def test_a_worker_is_killed(tmp_path) -> None:
     code, said = stopped(STOPPED[0][0], tmp_path, after="[1/", by=kill_worker)

@@ -96,7 +96,7 @@ def test_in_python(folder):
         ("check mine.py mine.csv --allow area=1", "--allow: wanted --baseline with it"),
         ("check mine.py mine.csv --baseline check.json --allow x=1", "allow x: wanted a share"),
         ("check mine.py mine.csv --junit mine.csv", "an output that is not an input"),
-        ("run mine.py mine.csv --baseline check.json", "unrecognized arguments"),
+        ("run mine.py mine.csv --baseline check.json", "found --baseline check.json; "),
     ],
 )
 def test_mistakes(line, said, folder, capsys):

@@ -367,6 +367,8 @@ def test_plain_numbers_are_correctly_rounded() -> None:
     assert ops.sincos_ht(1) == (0.0, -1.0)
     assert ops.asin_ht(0.3) == rounded.asin_ht(0.3) and ops.asin_ht(7.0) == 0.5
     assert ops.rsqrt(0.3) == rounded.rsqrt(0.3) and ops.rsqrt(0.0) == ops.rsqrt(1e-300)
+    assert ops.exp(0.3) == rounded.exp(0.3) and ops.log(0.3) == rounded.log(0.3)
+    assert type(ops.exp(0.3)) is type(ops.log(0.3)) is type(ops.rsqrt(0.3)) is float
     assert ops.atan2_ht(1, 1) == 0.25 and ops.atan2_ht(-0.0, -1.0) == -1.0
     g = Tracer("test")
     folded = [ops.sincos_ht(g.const(0.1))[0], ops.asin_ht(g.const(0.3)), ops.rsqrt(g.const(0.3))]

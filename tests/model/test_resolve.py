@@ -157,6 +157,7 @@ def test_a_file_is_imported_once_for_each_content(write: Write) -> None:
         (ONE, ":Mine(k=1)", "f.py:Mine(k=1): wanted arguments that Mine takes, found TypeError: "),
         (ONE, ":Mine(-1)", "f.py:Mine(-1), f.py, line 9: wanted a constructor that returns, found "
          "ValueError: n is negative; correct it, or the arguments"),
+        (ONE.replace("n=1", "n=-1"), "", "f.py, line 9: wanted a constructor that returns, found "),
         (ONE, ":Mine(name='a b')", "f.py, line 4, estimator a b: wanted estimator names of "),
         ("x = (\n", "", "f.py, line 1: wanted a file that imports, found SyntaxError: "),
         ("import os\n\n1 / 0\n", "", "f.py, line 3: wanted a file that imports, found "

@@ -43,7 +43,11 @@ def test_step_must_return_what_is_declared() -> None:
             return {"y": x.y}
 
     for wrong, message in (
-        (Wrong, "step of wrong, output sum: wanted each declared output once: y, sum, found none"),
+        (
+            Wrong,
+            "step of wrong, output y, sum: wanted each declared output once: y, sum, found z "
+            "instead",
+        ),
         (Stateless, "step of stateless, state y: wanted each declared state once: y, found none"),
         (Single, "step of single: wanted two dictionaries: next states, outputs, found dict"),
     ):

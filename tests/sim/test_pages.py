@@ -35,6 +35,8 @@ def test_number(value: float | None, text: str) -> None:
 
 def test_units() -> None:
     assert unit("(m/s^2)^2") == "(m/s\u00b2)\u00b2" and unit("ht") == "half turns"
+    assert unit("m^2/s^3") == "m\u00b2/s\u00b3" and unit("(m)^2") == "m\u00b2"
+    assert unit("s^-1") == "s\u207b\u00b9"
     assert unit("uT") == "\u00b5T" and unit("") == ""
 
 

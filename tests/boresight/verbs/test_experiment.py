@@ -56,7 +56,7 @@ def test_writes_page_and_json_and_reports_targets(stand_in, tmp_path, capsys):
     text = capsys.readouterr()
     assert "half way" in text.err and "half way" not in text.out
     assert "pass  one (Table 3): 0.5 / 0.25 deg\n" in text.out
-    assert "miss  two (Figure 7): 1\n" in text.out
+    assert "miss  two (Figure 7): 1, wanted at most 0.6\n" in text.out
     assert "      beside (ours): 3\n" in text.out
     assert (
         "targets met: 2 of 3; 1 missed that are reported, not binding" in text.out
@@ -87,7 +87,7 @@ def test_quiet(stand_in, tmp_path, capsys):
 def test_a_missed_target_that_binds_is_exit_code_1(stand_in, tmp_path, capsys):
     stand_in[0].append(replace(RESULT, targets=(target("C equals", 1.0, "bit for bit"),)))
     assert main(["experiment", "ma2014", "-o", str(tmp_path)]) == 1
-    assert "FAIL  C equals (bit for bit): 1\n" in capsys.readouterr().out
+    assert "FAIL  C equals (bit for bit): 1, wanted at most 0.6\n" in capsys.readouterr().out
 
 
 def test_an_experiment_in_a_file(tmp_path, capsys):

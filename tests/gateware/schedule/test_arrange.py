@@ -72,6 +72,12 @@ def test_flag_and_index_of_one_angle_share_a_dummy(quarter: bool) -> None:
     assert (dummy.cap_index, dummy.cap_flag) == (True, True)
 
 
+def test_the_shortest_come_first() -> None:
+    for k, op in enumerate(random_program(1).ops):
+        lengths = [len(x.slots) for x in arrangements(op, k, needs(op))]
+        assert lengths == sorted(lengths)
+
+
 def test_quarters_part_captures() -> None:
     op = Op(
         9, (Term(0, None, 22, 1, negate=Negate.IF),), flag=2, index=2, index_quarter=True, table=0

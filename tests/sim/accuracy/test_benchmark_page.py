@@ -82,7 +82,7 @@ def test_figures(page):
         ">17<",
         "gone",
         "k = 2.0",
-        "by the method",
+        "By the method",
         ">155.00<",
         "2.75",
     ):
@@ -106,19 +106,32 @@ def test_folders_when_there_are_several():
     assert "mean by folder" not in render_page(DATA)
 
 
+#: Of an output with a truth, and of one without.
+NEAR = [near("pos", "m", 2e-3, 1e-3), near("bias", "m/s^2", 3e-5, 1e-3)]
+
+
 def test_other_outputs_have_a_table_of_their_own():
     data = copy.deepcopy(DATA)
     general = {"attitude": False, "units": {"pos": "m"}, "mean": {"pos": 0.1234567}}
-    other = row("cart", "fixed", {"a": 1.0}, vs_float=[near("pos", "m", 2e-3, 1e-3)], **general)
+    other = row("cart", "fixed", {"a": 1.0}, vs_float=NEAR, **general)
     floating = row("cart", "float", {"a": 1.0}, **general | {"mean": {"pos": 0.5678}})
     data["estimators"] += [other, floating]
     page = render_page(data)
-    for text in ("<h2>cart</h2>", "pos m", "0.1235", "0.5678", "0.002", " beyond"):
+    for text in (
+        "<h2>cart</h2>",
+        "pos m",
+        "0.1235",
+        "0.5678",
+        "0.002",
+        " beyond",
+        "bias m/s\u00b2",
+    ):
         assert text in page, text
     assert page.count("<svg") == 5
-    data["estimators"] = [other]
+    data["estimators"], data["logs"] = [other], data["logs"][:1]
     alone = render_page(data)
     assert "0.1235" in alone and "<svg" not in alone and "Mean over" not in alone
+    assert ">1 log, with truth. By the method" in alone
 
 
 def test_without_truth_and_float():

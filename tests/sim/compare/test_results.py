@@ -170,6 +170,8 @@ def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> No
         assert wrong.exact and not wrong.good and not wrong.to_json()["good"]
         assert verdict([wrong]) == f"FAILED: {' '.join(wrong.failures[0].split())}"
     assert book.lines()[-1] == f"  {textbook_line([far])}"
+    line = textbook_line([far, dataclasses.replace(far, output="yaw", unit="°")])
+    assert ": roll 2.0e+00, yaw 2.0e+00 °: BEYOND the tolerance of roll, yaw" in line
     warned = dataclasses.replace(
         book, given=dataclasses.replace(checked.given, warnings=("first", "second"))
     )

@@ -12,7 +12,7 @@ from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.compare import twin as module
-from boresight.sim.compare.twin import Twin, outside, rounding_errors, twins
+from boresight.sim.compare.twin import RANGE_SLACK, Twin, outside, rounding_errors, twins
 from boresight.sim.levels.build import Build
 from tests.support.faulty import All, Bounded, NegativeRoot, words_and_states
 
@@ -127,6 +127,8 @@ def test_two_thousandths_of_a_range_are_rounding(x: float, wrong: bool) -> None:
     said = program.values[program.states[0][0]]
     assert (said.low, said.high) == (-1.0, 1.0)
     assert outside(np.array([x]), said).tolist() == [wrong]
+    ends = np.array([said.low, said.high]) + RANGE_SLACK * 2.0 * np.array([-1.0, 1.0])
+    assert not outside(ends, said).any()
 
 
 def test_chunks_are_the_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,8 +14,10 @@ from boresight.model import ops
 from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Difference
-from boresight.sim.compare.verdict import Accuracy
+from boresight.sim.compare.influence import UPDATES
+from boresight.sim.compare.verdict import Accuracy, Traversed
 from boresight.sim.fit.fitting import fitted
+from boresight.sim.levels.build import Build
 from tests.support.faulty import (
     HERE,
     Bounded,
@@ -39,6 +41,21 @@ def test_good() -> None:
         f"fixed against float64: {made.differences[0].line()}",
         "inputs clamped, as declared: u (2)",
     ]
+
+
+@pytest.mark.parametrize("sizes", [(UPDATES,), (UPDATES + 1,), (UPDATES - 2, 3), (UPDATES, 2)])
+def test_the_last_updates_are_kept_with_the_states_before_them(sizes: tuple[int, ...]) -> None:
+    program = Build(Sums()).programs[0]
+    inputs = np.zeros((sum(sizes), len(program.inputs)), dtype=np.int64)
+    states = np.arange(1, len(inputs) + 1)[:, None] * np.ones((1, len(program.states)), np.int64)
+    cuts = np.cumsum(sizes)[:-1]
+    pieces = zip(np.split(inputs, cuts), np.split(states, cuts), strict=True)
+    seen = Traversed(program, pieces)
+    assert (seen.count, len(seen.inputs), len(seen.states)) == (len(inputs), UPDATES, UPDATES)
+    spare = len(inputs) - UPDATES
+    assert (seen.before is None) == (spare == 0) and seen.states[0, 0] == spare + 1
+    assert seen.before is None or seen.before[0] == spare
+    assert seen.changes.tolist() == [1] * len(program.states)
 
 
 def test_saturation_is_no_success_though_it_be_near() -> None:

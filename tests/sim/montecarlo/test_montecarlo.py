@@ -89,7 +89,8 @@ def test_table() -> None:
     data = figures(made(50, 1), {"a": np.full(10, 2.0)}, 3)
     lines = text(data, {"a": "m"}).splitlines()
     assert lines[1].startswith("a ") and lines[1].endswith(" m") and lines[1].split()[4] == "2"
-    assert lines[2].startswith("NEES per degree") and lines[3].startswith("NIS per degree")
+    assert lines[2].startswith("NEES per degree of freedom, in record 9 of each draw: ")
+    assert lines[3].startswith("NIS per degree of freedom, over all updates that measure: ")
     assert lines[-1] == "50 draws, saturated updates: 50"
 
 

@@ -1,15 +1,62 @@
 """Rows that are one of several kinds: what they leave unknown is the most of any kind."""
 
+import math
+
 import pytest
 
 from boresight.model import ops
-from boresight.model.estimator import Input, Param
-from boresight.model.kalman import Kalman, Measurement, State
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.kalman import Kalman, Measurement
+from boresight.model.kalman import State as Estimated
+from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.cases import ends_in_cases
 from boresight.sim.ranges.claims import claims_of
 from boresight.sim.ranges.gram import Gram
+from boresight.sim.ranges.intervals import interval_of
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.steps import live_nodes
+
+
+@pytest.mark.parametrize(
+    ("ends", "inverse"),
+    [
+        ((0.5, 2.0), (0.5, 2.0)),
+        ((0.0, 2.0), (0.5, math.inf)),
+        ((-1.0, 2.0), (-math.inf, math.inf)),
+        ((-1.0, 0.0), (-math.inf, math.inf)),
+        ((-2.0, -0.5), (-2.0, -0.5)),
+    ],
+)
+def test_the_inverse_of_what_may_be_0(ends, inverse):
+    assert interval_of(Node(1, "reciprocal", (Node(0, "input"),)), [ends]) == inverse
+
+
+class Fading(Estimator):
+    """The larger of a sample and of what is left of the last one, in a time that is not negative.
+
+    ``sign`` -1: the time may be.
+    """
+
+    name = "fading"
+    inputs = (Input("dt", -0.5, 0.5), Input("new", 0.0, 2.0))
+    params = (Param("rate", 1.0, 0.0, 4.0),)
+    states = (State("most", 0.0, 2.0),)
+    outputs = (Output("y"),)
+    sign = 1.0
+
+    def step(self, x, u, p):
+        dt = ops.where(u.dt < 0.0, self.sign * 0.5, u.dt)
+        forget = ops.saturated(p.rate * dt, 1.0)
+        most = ops.maximum(u.new, x.most - x.most * forget)
+        return {"most": ops.bounded(most, 0.0, 2.0, "a part of it")}, {"y": most}
+
+
+@pytest.mark.parametrize(("sign", "status"), [(1.0, "invariant"), (-1.0, "refuted")])
+def test_a_part_of_what_was(sign, status):
+    estimator = Fading()
+    estimator.sign = sign
+    (most,) = examine(estimator, updates=2000).states
+    assert most.status == status
 
 
 class Kinds(Kalman):
@@ -18,7 +65,7 @@ class Kinds(Kalman):
     name = "kinds"
     inputs = (Input("kind", 0.0, 4.0), Input("z", -8.0, 8.0), Input("by", -1.0, 1.0))
     params = (Param("r", 0.1, 0.05, 1.0),)
-    states = tuple(State(a, -1.0, 1.0, sd=0.5, sd_max=1.0) for a in "abc")
+    states = tuple(Estimated(a, -1.0, 1.0, sd=0.5, sd_max=1.0) for a in "abc")
     sd_max = 4.0
     together = False
 

@@ -104,7 +104,11 @@ def test_time_steps() -> None:
         ({"z": None}, {}, "log 'walk': wanted a column z [m], an input of probe, found columns c, "
          "plain; add it, or rename what holds it"),
         ({"z": None, "Z": [1.0, 1.0]}, {}, "log 'walk': wanted a column z [m], an input of probe, "
-         "found columns c, plain, Z; rename Z to z"),
+         "found columns Z, c, plain; rename Z to z"),
+        ({"z": None, **{f"column {k}": [0.0] * 2 for k in range(20)}, "z (cm)": [1.0] * 2}, {},
+         "log 'walk': wanted a column z [m], an input of probe, found columns z (cm), c, plain, "
+         "column 0, column 1, column 2, column 3, column 4, column 5, column 6, column 7, "
+         "column 8, ...; rename z (cm) to z[UNIT]"),
         ({"z": None, "c": None}, {}, "log 'walk': wanted columns z [m], c, inputs of probe, found "
          "columns plain; add them, or rename what holds them"),
         ({"z": [NAN, 1.0]}, {}, "record, z[0]: wanted a number in the first row, found no value; "
@@ -136,7 +140,7 @@ def test_refused(changes: Any, units: dict[str, str], message: str) -> None:
 
 def test_many_columns_are_not_all_named() -> None:
     with pytest.raises(InputError, match=r"wanted a column t \[s\] or dt \[s\].*, \.\.\.; add it"):
-        fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(13)})
+        fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(40)})
     with pytest.raises(InputError, match=r"found columns k00, k01, .*, k07; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
 

@@ -121,6 +121,10 @@ def test_values_in_a_unit() -> None:
     )
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
         made.values("a", "s")
+    for unit, remedy in (("g", "write g0 for"), ("mg", "write mg0 for"), ("kg", "correct the un")):
+        forces = Record("r", {"a": Column(np.array([1.0]), unit)})
+        with pytest.raises(InputError, match=rf"\({unit} is not m/s\^2\); {remedy}"):
+            forces.values("a", "m/s^2")
 
 
 def test_of_mappings_tables_and_structured_arrays() -> None:

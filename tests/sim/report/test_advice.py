@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import boresight.kalman as filters
+from boresight.kalman import Kalman
 from boresight.model import ops
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.sim.compare.check import Check
@@ -117,6 +119,52 @@ def test_an_input_and_a_state_of_one_name() -> None:
     }
     assert advice_of(seen, seen.program.states[0][0]).how.startswith('State("y", ')  # type: ignore[union-attr]
     assert "from state y (test_advice.py" in check.accuracy.culprit
+
+
+class Cart(Kalman):
+    """A filter with wide ranges and large deviations; ``most`` replaces the position's."""
+
+    inputs = (Input("z", -1000.0, 1000.0, "m"),)
+    outputs = (Output("pos", "m"),)
+
+    def __init__(self, most: float = 64.0) -> None:
+        self.states = (
+            filters.State("pos", -1024.0, 1024.0, "m", sd=2.0, sd_max=most),
+            filters.State("vel", -64.0, 64.0, "m/s", sd=1.0, sd_max=8.0),
+        )
+        super().__init__()
+
+    def f(self, x: Any, u: Any, p: Any) -> Any:
+        """A step of time."""
+        return {"pos": x.pos + 0.01 * x.vel}
+
+    def noise(self, x: Any, u: Any, p: Any) -> Any:
+        """Of the velocity."""
+        return {"vel": 0.001}
+
+    def measure(self, x: Any, u: Any, p: Any) -> Any:
+        """The position."""
+        return [filters.Measurement(u.z, x.pos, 1.0)]
+
+
+def test_a_kalman_filters_handles_are_ranges_and_largest_deviations() -> None:
+    def rows(cart: Cart) -> tuple[dict[str, Any], Observed]:
+        given = Record.of({"z": np.sin(np.arange(N))})
+        (check,) = Check(Build(cart), levels=("fixed",)).run(given)
+        seen = Observed.of(check.build.programs[0], [check])
+        return {r["signal"]: r for r in numerics_section(seen.program, seen)}, seen
+
+    found, seen = rows(Cart())
+    how = {name: row["advice"]["how"] for name, row in found.items() if row["advice"]}
+    assert set(how) == {"z", "pos", "vel", "p_pos_pos", "p_vel_vel"}
+    assert how["pos"].startswith('State("pos", -')
+    assert how["p_pos_pos"].startswith('State("pos", ..., sd_max=')
+    most = float(how["p_pos_pos"].partition("sd_max=")[2].rstrip(")"))
+    after, finer = rows(Cart(most))
+    gained = [s.program.values[s.program.find("p_pos_pos")].frac for s in (seen, finer)]
+    assert gained[1] - gained[0] == found["p_pos_pos"]["advice"]["gains"]
+    assert not after["p_pos_pos"]["saturations"]
+    assert found["pos_next"]["unit"] == "m", "an output has the unit of its port"
 
 
 def test_a_power_of_two_where_the_word_clamps(wide: Observed) -> None:

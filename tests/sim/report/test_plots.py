@@ -54,7 +54,17 @@ def texts(svg: str) -> list[str]:
 
 def test_a_panel_for_each_unit() -> None:
     shown = texts(output_plot(T, TIME, OUTPUTS, "truth", salt="a"))
-    assert {TIME, "deg", "m/s", "1", "bits", "heading", "speed", "gain", "status"} <= set(shown)
+    assert {
+        TIME,
+        "deg",
+        "m/s",
+        "dimensionless",
+        "bits",
+        "heading",
+        "speed",
+        "gain",
+        "status",
+    } <= set(shown)
     assert "attitude" not in shown and shown.count("truth") == 1
     assert "sample" in texts(output_plot(T, "sample", OUTPUTS, "truth", salt="a"))
 
@@ -64,6 +74,15 @@ def test_errors_with_tolerances() -> None:
     assert {"attitude", "tolerance 0.125", "tolerance 0.25", "tolerance 0.5"} <= set(shown)
     assert {f"|fixed - float64|{u}" for u in (", deg", ", m/s", "")} <= set(shown)
     assert "status" not in shown
+
+
+def test_a_gap_where_nothing_differs() -> None:
+    def strokes(error: Any) -> int:
+        times = [0.1 * k for k in range(6)]
+        svg = error_plot(times, TIME, {"a": output("m", error=error)}, salt="b")
+        return svg.count("M ")
+
+    assert strokes([1e-6, 2e-6, 0.0, 0.0, 1e-6, 2e-6]) == 1 + strokes([1e-6, 2e-6] * 3)
 
 
 def test_a_red_line_where_the_first_output_parts() -> None:
