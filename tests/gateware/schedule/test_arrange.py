@@ -94,9 +94,12 @@ def test_index_comes_strictly_before() -> None:
 
 
 def test_flag_rides_on_port_b_by_swapping() -> None:
-    op = Op(9, (Term(0, 1, 22, negate=Negate.UNLESS),), flag=1)
+    op = Op(9, (Term(0, 1, 22, negate=Negate.UNLESS), Term(2, 3, 22)), flag=1)
     shortest = arrangements(op, 0, needs(op))[0]
-    assert [(s.a, s.b, s.swap, s.cap_flag) for s in shortest.slots] == [(1, 0, True, True)]
+    assert [(s.a, s.b, s.swap, s.cap_flag) for s in shortest.slots] == [
+        (1, 0, True, True),
+        (2, 3, False, False),
+    ]
 
 
 def test_only_what_uses_a_capture_waits_for_it() -> None:
@@ -162,8 +165,9 @@ def test_captures_come_before_what_uses_them(
     assert best.place([10 * (v == late) for v in range(7)], delay) == wanted
 
 
-def test_an_index_that_is_held_delays_nothing() -> None:
-    (x,) = arrangements(Op(9, (LOOKED_UP, FILL), index=5, table=0), 0, NOTHING)
+def test_captures_that_are_held_delay_nothing() -> None:
+    terms = (replace(CHOSEN, scale=Scale.HALF), FILL)
+    (x,) = arrangements(Op(9, terms, index=5, flag=5, norm=5, table=0), 0, NOTHING)
     assert x.place([0] * 6, 3) == (0, [0, 1])
 
 

@@ -110,6 +110,8 @@ def test_the_inputs_take_a_cycle_each() -> None:
     read = SMALL.stages.read
     few = paths(program((), (0, 1), (1,)), SMALL, 1)
     assert few.length_bound == few.latency_bound == 2 + read + 1
+    none = paths(program((), (), (0,), params=1), SMALL, 1)
+    assert none.length_bound == none.latency_bound == read + 1
 
 
 def test_what_is_no_output_is_written_too() -> None:

@@ -294,7 +294,8 @@ def test_attitudes_are_judged_where_every_component_is() -> None:
     assert differences(wider, columns(q), columns(q))[4].tolerance == pytest.approx(
         math.degrees(0.4)
     )
-    assert differences(ATTITUDES, columns(q), columns(q), judged=False)[4].tolerance is None
+    free = differences(ATTITUDES, columns(q), columns(q), judged=False)[4]
+    assert (free.tolerance, free.samples) == (None, len(q))
 
 
 def test_attitudes_need_all_four() -> None:
@@ -324,7 +325,7 @@ def test_first_beyond(reason: dict[str, list[float]], wanted: int | None) -> Non
     made = differences(outputs, values, reference)
     steps = [d.first_beyond for d in made if d.first_beyond is not None]
     assert min(steps, default=None) == wanted
-    assert made[2].first_beyond is None
+    assert made[2].first_beyond is None and made[2].beyond == 0
 
 
 def test_distances_of_every_sample() -> None:

@@ -24,7 +24,9 @@ def inputs(program: Program) -> np.ndarray:
     return np.array(random_inputs(program, 5, 300))
 
 
-@pytest.mark.parametrize("steps, segments", [(2, 256), (7, 256), (8, 1), (100, 7), (300, 256)])
+@pytest.mark.parametrize(
+    "steps, segments", [(2, 256), (7, 256), (8, 1), (17, 2), (100, 7), (300, 256)]
+)
 def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: int) -> None:
     outputs, saturated, states, broken = interpret(program, inputs[:steps], segments=segments)
     machine, going = Interpreter(program), Interpreter(program)
@@ -51,14 +53,18 @@ def test_as_one_run(program: Program, inputs: np.ndarray, steps: int, segments: 
 def test_a_wrong_state_is_placed(
     program: Program, inputs: np.ndarray, steps: int, at: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The other level is wrong in a state at the end of a segment: the next starts from it."""
+    """The other level is wrong in states at the end of a segment: the next starts from them."""
 
     bounds = np.linspace(0, steps, steps // 8 + 1).astype(int)
     end = int(bounds[bounds > at][0]) - 1
     _, _, states, _ = interpret(program, inputs[:steps])
     wrong = states.copy()
-    wrong[end, -1] ^= 1
-    assert interpret(program, inputs[:steps], states=wrong)[3] == end
+    wrong[end] ^= 1 << 24
+    _, _, after, placed = interpret(program, inputs[:steps], states=wrong)
+    machine = Interpreter(program)
+    machine.states = wrong[end][:, None]
+    machine.update(inputs[end + 1][:, None])
+    assert placed == end and after[end + 1].tolist() == machine.states[:, 0].tolist()
     assert interpret(program, inputs[:steps], states=states)[3] is None
     broken = CModel.trajectory
     monkeypatch.setattr(CModel, "trajectory", lambda *a: (*broken(*a)[:2], wrong))
