@@ -25,6 +25,7 @@ _BEYOND = {
     "gateware/soc/attitude_soc": ["tests/sim/soc/test_board.py"],
     "gateware/soc/": ["tests/sim/soc/test_system.py"],
     "gateware/engine/": ["tests/sim/compare/test_check.py"],
+    "sim/compare/": ["tests/sim/levels/test_level.py"],
     "model/lowering/": ["tests/bits/test_digests.py"],
     "model/words/": ["tests/bits/test_digests.py"],
     "gateware/schedule/": ["tests/bits/test_digests.py"],

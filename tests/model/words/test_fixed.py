@@ -100,6 +100,13 @@ def test_group_is_what_apytypes_says(case: Any) -> None:
     assert saturated == clamped
 
 
+def test_words_of_far_finer_bits_than_one() -> None:
+    """2^1030 is no float64, 2^-1005 times it is a word."""
+    fmt = Format(32, 1030)
+    assert fmt.quantise(np.array([2.0**-1005, -(2.0**-1006)])).tolist() == [2**25, -(2**24)]
+    assert fmt.real(np.array([2**25])).tolist() == [2.0**-1005]
+
+
 @given(st.integers(18, 32), st.floats(-1e9, 1e9), st.integers(-3, 40))
 def test_quantise_is_rnd_sat(word: int, value: Any, frac: int) -> None:
     fmt = Format(word, frac)
