@@ -198,9 +198,13 @@ class RangesResult(Answer):
 
     def __str__(self) -> str:
         lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
-        for title, counts in zip(("claims", "ranges of states"), self.counts.values(), strict=True):
+        titles = (("claim", "claims"), ("range of a state", "ranges of states"))
+        for (one, many), counts in zip(titles, self.counts.values(), strict=True):
             each = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
-            lines.append(f"  {sum(counts.values())} {title}: {each}" if each else f"  no {title}")
+            count = sum(counts.values())
+            lines.append(
+                f"  {count} {one if count == 1 else many}: {each}" if each else f"  no {many}"
+            )
         for status in ("refuted", "excepted", "open", "conditional", "observed", "left"):
             alike: dict[tuple[str, str], list[ClaimResult]] = {}
             for c in (*self.claims, *self.states):

@@ -55,8 +55,11 @@ class Fading(Estimator):
 def test_a_part_of_what_was(sign, status):
     estimator = Fading()
     estimator.sign = sign
-    (most,) = examine(estimator, updates=2000).states
+    result = examine(estimator, updates=2000)
+    (most,) = result.states
     assert most.status == status
+    lines = str(result).splitlines()
+    assert lines[1] == "  no claims" and lines[2].startswith("  1 range of a state: 1 ")
 
 
 class Kinds(Kalman):
@@ -134,7 +137,7 @@ class Driven(Kinds):
 def statuses(**members):
     result = examine(type("Driven", (Driven,), members)(), updates=4000)
     assert result.good
-    (driven,) = [c for c in result.claims if c.value.startswith("declared range")]
+    (driven,) = [c for c in result.claims if c.value.startswith("range of the state")]
     assert driven.status == "excepted"
     return {c.status for c in result.claims if c.value.split(",")[0] in OF_P}
 

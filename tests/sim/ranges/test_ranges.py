@@ -215,7 +215,7 @@ class Half(Shorter):
 def test_a_check_is_no_proof():
     result = examine(Shorter(), updates=4000)
     assert result.states[0].status == "checked" and result.claims[-1].status == "checked"
-    assert "1 claims: 1 checked on covariances" in str(result)
+    assert "1 claim: 1 checked on covariances" in str(result)
     assert result.proven == 0.0 and result.to_json()["counts"]["claims"]["checked"] == 1
     state = examine(Half(), updates=4000).states[0]  # half of [0, 2], if that is right
     assert state.status == "conditional" and state.conditions[0].startswith("a variance (")
