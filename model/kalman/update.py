@@ -577,5 +577,5 @@ def _within(value: Any, s: Any) -> Any:
     """A next value of a state in its range."""
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)
-    beyond = "model or measurement take it beyond: it is held at the limit, as a saturation"
+    beyond = "model or measurement take it beyond; then its word saturates"
     return ops.bounded(value, s.low, s.high, "range of the state", unless=beyond)
