@@ -189,7 +189,7 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         # A word without ``valid`` is no word.
         (
             "transmitter",
-            "rest.eq(Mux(begin, Cat(self.i.payload, Const(1, 1)), rest[1:]))",
+            "rest.eq(Mux(begin, Cat(self.i.payload, Const(1)), rest[1:]))",
             "rest.eq(Mux(empty, Cat(self.i.payload, self.i.valid), rest[1:]))",
         ),
         (
