@@ -50,7 +50,7 @@ _TITLES = {
     "checked": "checked on covariances",
     "excepted": "with exceptions",
 }
-#: Most claims that hold of which the text has each.
+#: Largest number of claims that hold which the text lists one by one.
 _FEW = 8
 #: What proves a claim, or not.
 _Method = Callable[[Claim], Proof | None]

@@ -37,7 +37,8 @@ def test_ranges(limit, code, tmp_path, capsys):
         assert abs(0.5 * a[-1]) > 0.3 and len(a) == len(claim["witness"]["inputs"]["a"])
         assert "  refuted     [-0.3, 0.3] half of it" in out and "BAD: 1 refuted" in out
     else:
-        assert "1 claim: 1 proven" in out and out.rstrip().endswith("good")
+        assert "1 claim: 1 proven" in out and "  proven      [-" in out and "half of it" in out
+        assert out.rstrip().endswith("good")
 
 
 def test_wrong_numbers(capsys):
