@@ -118,18 +118,22 @@ def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[R
     a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
     """
     for root, (least, most) in zip(after, states, strict=True):
-        top = math.ldexp(1.0, binary_exponent(max(abs(least), abs(most))))
+        top = math.ldexp(1.0, binary_exponent(_size((least, most))))
         reached = {root}
         for node in reversed(nodes):  # after all that use it
             if node in reached and node.kind in ("select", "bounded", "sum"):
                 for arg in node.args[1:] if node.kind == "select" else node.args:
-                    size = max(abs(end) for end in arg.span)
+                    size = _size(arg.span)
                     if size >= math.ldexp(top, -_TIES):
                         reached.add(arg)
                         if arg.fit is not None and size < top:
                             low, high = arg.fit
                             low, high = min(low, least), max(high, most)
                             arg.fit = max(arg.low, low), min(arg.high, high)
+
+
+def _size(range_: Range) -> float:
+    return max(abs(end) for end in range_)
 
 
 def _give(node: Node, range_: Range, profile: Profile) -> None:

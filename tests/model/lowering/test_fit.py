@@ -134,15 +134,19 @@ def test_what_is_added_to_replace_a_state_is_rounded_once() -> None:
 
 
 def test_what_is_rounded_once_keeps_the_format_of_its_interval() -> None:
-    """A quarter of the state at most, on either side of zero."""
+    """A quarter of the state at most, on either side of zero; a factor keeps its own format."""
 
     def step(x: Any, s: Any) -> tuple[Any, Any]:
         above = ops.named("above", 0.25 * ops.absolute(s))
         below = ops.named("below", -0.25 * ops.absolute(s))
-        return ops.where(x < 0.0, above, below), above * below
+        factor = ops.named("factor", 0.25 * x)
+        wide = ops.named("wide", factor * s + x)
+        return ops.where(x < 0.0, above, ops.where(x < 1.0, below, wide)), factor + x
 
-    program = compiled(step, lambda kind: (-0.1, 0.1) if kind == "mul" else None)
-    assert [value(program, name).frac for name in ("above", "below")] == [32, 33]
+    seen = {"mul": (-0.02, 0.02), "add": (-1.0, 0.5)}
+    program = compiled(step, seen.get)
+    assert [value(program, name).frac for name in ("above", "below", "factor")] == [32, 33, 36]
+    assert value(program, "wide").high == 0.5  # as coarse as the state: nothing is widened
 
 
 def test_inner_nodes_follow_from_their_arguments() -> None:
