@@ -146,14 +146,14 @@ def _following(node: Node) -> Range | None:
     """What a node reaches while its arguments stay in their spans; None: not known."""
     spans = [arg.span for arg in node.args]
     if node.kind == "sum":
-        ends = [s if k > 0 else (-s[1], -s[0]) for s, k in zip(spans, node.signs, strict=True)]
+        ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]
         return sum(low for low, _ in ends), sum(high for _, high in ends)
     if node.kind == "mul":
-        corners = [x * y if x and y else 0.0 for x in spans[0] for y in spans[1]]
+        corners = [x * y for x in spans[0] for y in spans[1]]  # not a number: nothing is given
         return min(corners), max(corners)
     if node.kind == "select":
         return min(low for low, _ in spans[1:]), max(high for _, high in spans[1:])
-    return spans[0] if node.kind == "bounded" else None
+    return None
 
 
 def lower(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from boresight.model import ops
@@ -150,13 +152,13 @@ def test_what_is_rounded_once_keeps_the_format_of_its_interval() -> None:
 
 
 def test_inner_nodes_follow_from_their_arguments() -> None:
-    """The comparison in ops.maximum, of an argument that has a narrow range."""
-    program = compiled(
-        lambda x, s: (s, 1.0 / ops.maximum(x * x * x * x, 1e-3)),
-        lambda kind: (0.0, 2.5) if kind == "mul" else None,
-    )
-    said = [v.frac for v in program.values if v.name.startswith("sum_")]
-    assert said == [29]  # of [-0.001, 2.5]; 256 would leave 22
+    """In ops.atan2_ht: x^2 - y^2 and what that chooses, x^2 + y^2; x is in (2, 3)."""
+    seen = {"mul": (-0.1, 0.2), "sub": (2.0, 3.0)}
+    program = compiled(lambda x, s: (s, ops.atan2_ht(x * s, x - s)), seen.get)
+    inner = [v for v in program.values if re.match("(sum|select)_", v.name)]
+    found = [(v.low, v.high) for v in inner if v.range_source.startswith("observed")]
+    wanted = [(2.0, 3.0), (3.96, 9.0), (-0.1, 3.0), (4.0, 9.04)]
+    assert np.allclose(found, wanted)
 
 
 def test_a_divisor_is_held_off_zero() -> None:
