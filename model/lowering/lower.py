@@ -181,7 +181,7 @@ def lower(
     if profile is not None:
         _fit(graph, made, profile, after, [e.data[2:4] for e, _, _ in trace.states])
     for (state, _, _), node in zip(trace.states, after, strict=True):
-        if profile is not None and not math.isfinite(node.low + node.high):
+        if profile is not None and math.isinf(_size((node.low, node.high))):
             node.fit = state.data[2:4]
         node.title = node.title or f"{state.data[1]}_next"
     leaves = {node.name for node in graph.nodes if node.kind in LEAVES}
