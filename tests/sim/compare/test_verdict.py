@@ -15,7 +15,7 @@ from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.influence import UPDATES
-from boresight.sim.compare.verdict import Accuracy, Traversed
+from boresight.sim.compare.verdict import Accuracy, Judge, Traversed
 from boresight.sim.fit.fitting import fitted
 from boresight.sim.levels.build import Build
 from tests.support.faulty import (
@@ -41,6 +41,8 @@ def test_good() -> None:
         f"fixed against float64: {made.differences[0].line()}",
         "inputs clamped, as declared: u (2)",
     ]
+    nothing = Judge(Build(Slow()), 0).result({"u": 0}, list)
+    assert not nothing.good and nothing.clamped == {"u": 0}
 
 
 @pytest.mark.parametrize("sizes", [(UPDATES,), (UPDATES + 1,), (UPDATES - 2, 3), (UPDATES, 2)])
