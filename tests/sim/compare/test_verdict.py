@@ -18,6 +18,7 @@ from boresight.sim.compare.influence import UPDATES
 from boresight.sim.compare.verdict import Accuracy, Judge, Traversed
 from boresight.sim.fit.fitting import fitted
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from tests.support.faulty import (
     HERE,
     Bounded,
@@ -41,8 +42,11 @@ def test_good() -> None:
         f"fixed against float64: {made.differences[0].line()}",
         "inputs clamped, as declared: u (2)",
     ]
-    nothing = Judge(Build(Slow()), 0).result({"u": 0}, list)
+    judging, records = Judge(build := Build(Slow()), 0), np.zeros((3, 1))
+    nothing = judging.result({"u": 0}, list)
     assert not nothing.good and nothing.clamped == {"u": 0}
+    real = CompiledFloat(build).run(records)
+    assert judging.add(records, real, real).shape == (3, 0) and judging.result({}, list).good
 
 
 @pytest.mark.parametrize("sizes", [(UPDATES,), (UPDATES + 1,), (UPDATES - 2, 3), (UPDATES, 2)])
