@@ -363,31 +363,28 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     """How a value gets more bits."""
     unused = _unused(program, seen, value)
     state = becomes(program, nodes, value)
-    if state is None and unused > 1:
-        if any(node.fit is not None for node in nodes.values()):
-            if (node := nodes[value]).kind == "bounded":
-                return (
-                    f"it leaves {unused} bits unused with the profile, too: narrow the range "
-                    f"[{node.low:g}, {node.high:g}] that ops.bounded states there, or use a wider "
-                    "word"
-                )
-            return (
-                f"it leaves {unused} bits unused with the profile, too: limit what it is computed "
-                "from with ops.bounded (elements of a covariance after each measurement, by "
-                "standard deviations), narrow inputs and states (boresight fit --propose), or use "
-                "a wider word"
-            )
+    if state is not None:
+        said = program.values[state]
+        spare = f"[{said.low:g}, {said.high:g}], which leaves {unused} bits unused"
+        narrow = f"narrow its range {spare}, " if unused > 1 else ""
+        return f"{narrow}use a wider word, or carry the remainder in a second state"
+    if unused <= 1:
+        return "use a wider word"
+    if not any(node.fit is not None for node in nodes.values()):
         return (
             f"it leaves {unused} bits unused: get formats by boresight fit; where these do not "
             "help, narrow inputs and states (boresight fit --propose), use ops.bounded, or a wider "
             "word"
         )
-    said = program.values[value if state is None else state]
-    narrow = f"narrow its range [{said.low:g}, {said.high:g}], which leaves {unused} bits unused, "
+    if (node := nodes[value]).kind == "bounded":
+        return (
+            f"it leaves {unused} bits unused with the profile, too: narrow the range "
+            f"[{node.low:g}, {node.high:g}] that ops.bounded states there, or use a wider word"
+        )
     return (
-        (narrow if unused > 1 else "")
-        + "use a wider word"
-        + ("" if state is None else ", or carry the remainder in a second state")
+        f"it leaves {unused} bits unused with the profile, too: limit what it is computed from "
+        "with ops.bounded (elements of a covariance after each measurement, by standard "
+        "deviations), narrow inputs and states (boresight fit --propose), or use a wider word"
     )
 
 

@@ -15,9 +15,10 @@ from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.influence import UPDATES
-from boresight.sim.compare.verdict import Accuracy, Traversed
+from boresight.sim.compare.verdict import Accuracy, Judge, Traversed
 from boresight.sim.fit.fitting import fitted
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from tests.support.faulty import (
     HERE,
     Bounded,
@@ -41,6 +42,11 @@ def test_good() -> None:
         f"fixed against float64: {made.differences[0].line()}",
         "inputs clamped, as declared: u (2)",
     ]
+    judging, records = Judge(build := Build(Slow()), 0), np.zeros((3, 1))
+    nothing = judging.result({"u": 0}, list)
+    assert not nothing.good and nothing.clamped == {"u": 0}
+    real = CompiledFloat(build).run(records)
+    assert judging.add(records, real, real).shape == (3, 0) and judging.result({}, list).good
 
 
 @pytest.mark.parametrize("sizes", [(UPDATES,), (UPDATES + 1,), (UPDATES - 2, 3), (UPDATES, 2)])
@@ -86,7 +92,8 @@ def test_those_that_saturate_most_are_named_first() -> None:
         assert made.lines()[1] == "inputs clamped, as declared: u (2), v (1)"
     assert not Accuracy((near,), 0, {}, ("it left",), {}, "").good
     far = Difference("y", "", 1, 2.0, 2.0, 0, 1.0)
-    assert Accuracy((near, far), 0, {}, (), {}, "").faults() == [far.line()]
+    made = Accuracy((near, far), 0, {}, (), {}, "")
+    assert made.faults() == [far.line()] and not made.good
 
 
 def test_saturated_values_have_lines() -> None:
