@@ -89,6 +89,10 @@ def held(x: Any) -> Any:
     return ops.bounded(x, -1.0, 1.0, "test")
 
 
+def _clipped(x: Any, s: Any) -> tuple[Any, Any]:
+    return ops.clip(s + x, -1.0, 1.0), s
+
+
 def _same(x: Any, s: Any) -> tuple[Any, Any]:
     after = s + 0.25 * x
     return after, after
@@ -107,15 +111,7 @@ LIMIT = "limit it, or its factors, with ops.bounded or ops.clip, or use boresigh
         (lambda x, s: (held(x), 0.5 * s), 2.0**24, 0.0079, "", "", "", ""),
         (lambda x, s: (held(x), 0.5 * s), 2.0**24, 0.0078, "x", f"0.0156, {OF_Y}", 2**-6, NARROW),
         (lambda x, s: (s, x * s), 9.0, 2e-9, "y", f"2e-09, {OF_Y}", 2**-27, LIMIT),
-        (
-            lambda x, s: (s, ops.clip(x * x, -1.0, 1.0)),
-            2.0**9,
-            1e-8,
-            r"\w+_part",
-            "",
-            2**-12,
-            LIMIT,
-        ),
+        (_clipped, 2.0**25, 1.0, r"\w+_part", f"0.0156, {OF_STATE}", 2**-5, LIMIT),
         (_same, 1.0, 4e-10, "s_next", "", 2**-30, "narrow the range [-1, 1] of state s, or"),
     ],
 )
