@@ -118,18 +118,22 @@ def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[R
     a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
     """
     for root, (least, most) in zip(after, states, strict=True):
-        top = math.ldexp(1.0, binary_exponent(max(abs(least), abs(most))))
+        top = math.ldexp(1.0, binary_exponent(_size((least, most))))
         reached = {root}
         for node in reversed(nodes):  # after all that use it
             if node in reached and node.kind in ("select", "bounded", "sum"):
                 for arg in node.args[1:] if node.kind == "select" else node.args:
-                    size = max(abs(end) for end in arg.span)
+                    size = _size(arg.span)
                     if size >= math.ldexp(top, -_TIES):
                         reached.add(arg)
                         if arg.fit is not None and size < top:
                             low, high = arg.fit
                             low, high = min(low, least), max(high, most)
                             arg.fit = max(arg.low, low), min(arg.high, high)
+
+
+def _size(range_: Range) -> float:
+    return max(abs(end) for end in range_)
 
 
 def _give(node: Node, range_: Range, profile: Profile) -> None:
@@ -142,14 +146,14 @@ def _following(node: Node) -> Range | None:
     """What a node reaches while its arguments stay in their spans; None: not known."""
     spans = [arg.span for arg in node.args]
     if node.kind == "sum":
-        ends = [s if k > 0 else (-s[1], -s[0]) for s, k in zip(spans, node.signs, strict=True)]
+        ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]
         return sum(low for low, _ in ends), sum(high for _, high in ends)
     if node.kind == "mul":
-        corners = [x * y if x and y else 0.0 for x in spans[0] for y in spans[1]]
+        corners = [x * y for x in spans[0] for y in spans[1]]  # not a number: nothing is given
         return min(corners), max(corners)
     if node.kind == "select":
         return min(low for low, _ in spans[1:]), max(high for _, high in spans[1:])
-    return spans[0] if node.kind == "bounded" else None
+    return None
 
 
 def lower(
@@ -177,7 +181,7 @@ def lower(
     if profile is not None:
         _fit(graph, made, profile, after, [e.data[2:4] for e, _, _ in trace.states])
     for (state, _, _), node in zip(trace.states, after, strict=True):
-        if profile is not None and not math.isfinite(node.low + node.high):
+        if profile is not None and math.isinf(_size((node.low, node.high))):
             node.fit = state.data[2:4]
         node.title = node.title or f"{state.data[1]}_next"
     leaves = {node.name for node in graph.nodes if node.kind in LEAVES}

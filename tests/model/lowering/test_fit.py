@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from boresight.model import ops
@@ -89,7 +91,7 @@ def test_what_replaces_a_state_has_its_format() -> None:
     program = compiled(step, lambda kind: (-1e-3, 1e-3))
     (state, after) = program.states[0]
     assert program.values[after].frac == program.values[state].frac == 30
-    assert program.values[program.outputs[0]].high > 0.5
+    assert program.values[program.outputs[0]].high == pytest.approx(0.7)
 
 
 def test_what_replaces_a_state_and_has_no_interval_is_in_its_range() -> None:
@@ -134,25 +136,29 @@ def test_what_is_added_to_replace_a_state_is_rounded_once() -> None:
 
 
 def test_what_is_rounded_once_keeps_the_format_of_its_interval() -> None:
-    """A quarter of the state at most, on either side of zero."""
+    """A quarter of the state at most, on either side of zero; a factor keeps its own format."""
 
     def step(x: Any, s: Any) -> tuple[Any, Any]:
         above = ops.named("above", 0.25 * ops.absolute(s))
         below = ops.named("below", -0.25 * ops.absolute(s))
-        return ops.where(x < 0.0, above, below), above * below
+        factor = ops.named("factor", 0.25 * x)
+        wide = ops.named("wide", factor * s + x)
+        return ops.where(x < 0.0, above, ops.where(x < 1.0, below, wide)), factor + x
 
-    program = compiled(step, lambda kind: (-0.1, 0.1) if kind == "mul" else None)
-    assert [value(program, name).frac for name in ("above", "below")] == [32, 33]
+    seen = {"mul": (-0.02, 0.02), "add": (-1.0, 0.5)}
+    program = compiled(step, seen.get)
+    assert [value(program, name).frac for name in ("above", "below", "factor")] == [32, 33, 36]
+    assert value(program, "wide").high == 0.5  # as coarse as the state: nothing is widened
 
 
 def test_inner_nodes_follow_from_their_arguments() -> None:
-    """The comparison in ops.maximum, of an argument that has a narrow range."""
-    program = compiled(
-        lambda x, s: (s, 1.0 / ops.maximum(x * x * x * x, 1e-3)),
-        lambda kind: (0.0, 2.5) if kind == "mul" else None,
-    )
-    said = [v.frac for v in program.values if v.name.startswith("sum_")]
-    assert said == [29]  # of [-0.001, 2.5]; 256 would leave 22
+    """In ops.atan2_ht: x^2 - y^2 and what that chooses, x^2 + y^2; x is in (2, 3)."""
+    seen = {"mul": (-0.1, 0.2), "sub": (2.0, 3.0)}
+    program = compiled(lambda x, s: (s, ops.atan2_ht(x * s, x - s)), seen.get)
+    inner = [v for v in program.values if re.match("(sum|select)_", v.name)]
+    found = [(v.low, v.high) for v in inner if v.range_source.startswith("observed")]
+    wanted = [(2.0, 3.0), (3.96, 9.0), (-0.1, 3.0), (4.0, 9.04)]
+    assert np.allclose(found, wanted)
 
 
 def test_a_divisor_is_held_off_zero() -> None:
