@@ -77,7 +77,8 @@ def tied(programs: Sequence[Program]) -> list[Program]:
                     )
                 linked[owner.name] = owner
             links.append(replace(link, state=state))
-        linked[program.name] = replace(linked[program.name], links=tuple(links))
+        if links:
+            linked[program.name] = replace(linked[program.name], links=tuple(links))
     return [linked[p.name] for p in programs]
 
 

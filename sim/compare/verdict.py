@@ -280,11 +280,10 @@ class Traversed:
         for inputs, states in pieces:
             seen = model.observe(inputs)
             ranges, count = ranges.followed(count, seen) if ranges else seen, count + len(inputs)
-            last = states[:1] if not len(self.states) else self.states[-1:]
-            changes = np.abs(np.diff(states, axis=0, prepend=last)).max(axis=0)
-            self.changes = np.maximum(self.changes, changes)
             self.inputs = np.concatenate([self.inputs, inputs])
             self.states = np.concatenate([self.states, states])
+            changes = np.abs(np.diff(self.states, axis=0)).max(axis=0, initial=0)
+            self.changes = np.maximum(self.changes, changes)
             if (spare := len(self.inputs) - UPDATES) > 0:
                 self.before = self.states[spare - 1]
                 self.inputs, self.states = self.inputs[spare:], self.states[spare:]
@@ -321,7 +320,7 @@ def _rounding(
     for d in errors:
         own = effects.get(d.output, [])
         explained = math.sqrt(math.fsum(i.rms**2 for i in own))
-        if not d.good and own and explained >= _EXPLAINED * d.rms:
+        if not d.good and explained > _EXPLAINED * d.rms:
             shares = ", ".join(
                 f"{i.share:.0%} from {_said(program, nodes, program.find(i.value))}"
                 for i in own[:_NAMED]
@@ -334,10 +333,10 @@ def _rounding(
                 f"leaves {left:.0%}: {cure}"
             )
     for d in errors:
-        first = None if d.good else next(iter(effects.get(d.output, [])), None)
-        value = program.find(first.value) if first else -1
-        intermediate = first is not None and becomes(program, nodes, value) is None
-        if intermediate and _unused(program, seen.ranges, value) > 1:
+        if d.good or not (own := effects.get(d.output, [])):
+            continue
+        value = program.find(own[0].value)
+        if becomes(program, nodes, value) is None and _unused(program, seen.ranges, value) > 1:
             return (
                 f"{rounding}, to one side; {d.output} depends most on the rounding of "
                 f"{_said(program, nodes, value)}: {_cure(program, nodes, seen.ranges, value)}"
@@ -347,7 +346,7 @@ def _rounding(
 
 def _unused(program: Program, seen: WordRanges, value: int) -> int:
     """Bits of a word that no update used."""
-    used = max(int(seen.high[value]), -int(seen.low[value]), 1)
+    used = max(int(seen.high[value]), -int(seen.low[value]))
     return program.arithmetic.word - 1 - used.bit_length()
 
 

@@ -64,9 +64,10 @@ def test_a_link_changes_the_identity() -> None:
 
 
 def test_programs_apart_keep_their_records() -> None:
-    outer, middle, _ = programs()
+    outer, middle, inner = programs()
     [alone] = tied([middle])
     assert alone.streamed == alone.inputs and not alone.linked
+    assert tied([inner])[0] is inner
     first, second = tied([outer, middle])
     assert [outer.values[n].name for n in first.streamed] == ["e", "product", "f"]
     assert second.streamed == second.inputs
