@@ -64,12 +64,12 @@ class _Walk:
         values = program.values
         #: What is not rounded, and how often two divides its words: constants, and what is chosen
         #: or summed of them.
-        self.exact = {n: _twos(v.initial) for n, v in enumerate(values) if v.kind is Kind.CONST}
+        self.exact: dict[int | None, int] = {
+            n: _twos(v.initial) for n, v in enumerate(values) if v.kind is Kind.CONST
+        }
         for op in program.ops:
-            if self.exact.keys() >= {n for t in op.terms for n in (t.a, t.b)}:
-                twos = [
-                    self.exact[t.a] + self.exact[t.b or 0] + self._power(op, t) for t in op.terms
-                ]
+            if all(n in self.exact for t in op.terms for n in (t.a, t.b)):
+                twos = [self.exact[t.a] + self.exact[t.b] + self._power(op, t) for t in op.terms]
                 least = min(twos) + values[op.dest].frac
                 if least >= 0 and self._is_whole(op):
                     self.exact[op.dest] = least
