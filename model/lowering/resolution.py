@@ -91,14 +91,10 @@ class _Walk:
 
     def _line(self, value: int) -> str:
         """Where its author wrote it, or what a part of a sum is added to."""
-        at: int | None = value
-        while at is not None and at not in self.nodes:
-            part = at
-            at = next(
-                (op.dest for op in self.program.ops if any(part in (t.a, t.b) for t in op.terms)),
-                None,
-            )
-        return "" if at is None else self.nodes[at].line
+        for op in self.program.ops:
+            if value not in self.nodes and any(value in (t.a, t.b) for t in op.terms):
+                value = op.dest
+        return self.nodes[value].line if value in self.nodes else ""
 
     def _cure(self, value: int) -> str:
         """What gives a value a finer last bit."""
