@@ -107,7 +107,7 @@ class _Walk:
             return "narrow its range, or widen the tolerance"
         for number, after in states:
             state = self.program.values[number]
-            same = self.nodes.get(after) is self.nodes.get(value) is not None or after == value
+            same = self.nodes.get(after) is self.nodes.get(value) is not None
             if same and said.frac == state.frac:
                 name = declared_name(self.program, self.nodes, number)
                 ends = f"[{state.low:g}, {state.high:g}]"

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -11,6 +14,8 @@ from boresight.model import ops
 from boresight.model.errors import InputError
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.resolution import check_resolution, limits
+from boresight.model.lowering.trace import Trace, Tracer
+from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Port, Program
 from tests.support.traced import Traced
 
@@ -61,3 +66,64 @@ def test_a_constant_that_is_too_small_for_a_sum(small: float, exact: bool) -> No
     else:
         with pytest.raises(InputError, match="a last bit of at most"):
             check_resolution(judged(t, 2.0**-12), nodes)
+
+
+def said(
+    step: Callable[[Any, Any], tuple[Any, Any]], size: float, tolerance: float, fitted: bool
+) -> str:
+    """What is said of a step of x within ``size`` and state s in [-1, 1] to the next and output."""
+    g = Tracer("test")
+    x, s = g.leaf("input", "x", -size, size), g.leaf("state", "s", -1.0, 1.0)
+    after, out = step(x, s)
+    program, nodes = lower(Trace(g, [x], {"y": out}, states=[(s, 0.0, after)]), Arithmetic())
+    if fitted:
+        nodes[program.outputs[0]].fit = (-1.0, 1.0)
+    try:
+        check_resolution(replace(program, ports=(Port("y", "", tolerance),)), nodes)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def held(x: Any) -> Any:
+    return ops.bounded(x, -1.0, 1.0, "test")
+
+
+def _clipped(x: Any, s: Any) -> tuple[Any, Any]:
+    return ops.clip(s + x, -1.0, 1.0), s
+
+
+def _same(x: Any, s: Any) -> tuple[Any, Any]:
+    after = s + 0.25 * x
+    return after, after
+
+
+OF_STATE, OF_Y = "for a quarter of the bits of state s", "for the tolerance of output y"
+NARROW = "narrow its range, or widen the tolerance"
+LIMIT = "limit it, or its factors, with ops.bounded or ops.clip, or use boresight fit"
+
+
+@pytest.mark.parametrize(
+    "step, size, tolerance, value, wanted, found, fix",
+    [
+        (lambda x, s: (held(s + x), s), 2.0**24, 1.0, "", "", "", ""),
+        (lambda x, s: (held(s + x), s), 2.0**25, 1.0, "x", f"0.0156, {OF_STATE}", 2**-5, NARROW),
+        (lambda x, s: (held(x), 0.5 * s), 2.0**24, 0.0079, "", "", "", ""),
+        (lambda x, s: (held(x), 0.5 * s), 2.0**24, 0.0078, "x", f"0.0156, {OF_Y}", 2**-6, NARROW),
+        (lambda x, s: (s, x * s), 9.0, 2e-9, "y", f"2e-09, {OF_Y}", 2**-27, LIMIT),
+        (_clipped, 2.0**25, 1.0, r"\w+_part", f"0.0156, {OF_STATE}", 2**-5, LIMIT),
+        (_same, 1.0, 4e-10, "s_next", "", 2**-30, "narrow the range [-1, 1] of state s, or"),
+    ],
+)
+def test_what_is_too_coarse_for_a_state_or_a_tolerance(
+    step: Any, size: float, tolerance: float, value: str, wanted: str, found: Any, fix: str
+) -> None:
+    message = said(step, size, tolerance, False)
+    place = "" if value == "x" else r"test_resolution\.py, line \d+, "
+    if not value:
+        assert not message
+        return
+    assert re.match(rf"{place}test, value {value}: ", message)
+    assert f"wanted a last bit of at most {wanted}" in message
+    assert f"found {found:.3g}, for an interval [" in message and f"; {fix}" in message
+    assert "boresight fit" not in said(step, size, tolerance, True)
