@@ -16,9 +16,7 @@ def rom_pieces(words: int) -> tuple[int, ...]:
     Each is a power of two, like block RAM, and at most half of the one before, so that one address
     bit each selects the memory of a word.
     """
-    if words <= 512:
-        return (512,)
-    blocks = -(-words // 256)
+    blocks = max(2, -(-words // 256))
     return tuple(256 << k for k in reversed(range(blocks.bit_length())) if blocks >> k & 1)
 
 
