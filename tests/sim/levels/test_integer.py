@@ -35,8 +35,10 @@ def test_a_long_run_is_one_update_after_the_other() -> None:
     assert lent.states is not None and np.array_equal(lent.states[:40], long.states)
     wrong = lent.states.copy()
     wrong[7, 0] ^= 1  # the last step of the first of six segments
-    level.shown = wrong
-    assert level.run(RECORDS).fault == "states differ from C after step 7"
+    for before in (0, 50):
+        level.shown = wrong
+        assert level.run(RECORDS).fault == f"states differ from C after step {before + 7}"
+        assert level.run(RECORDS[:0]).fault == ""
 
 
 def test_every_word_of_an_update() -> None:
@@ -68,6 +70,19 @@ def test_a_run_of_a_log() -> None:
     level = Emitted(build)
     for k, record in enumerate(records[:40]):
         assert level.step(record).outputs == {n: v[k] for n, v in quick.outputs.items()}
+
+
+def test_runs_side_by_side() -> None:
+    """Each as alone, from piece to piece and again from a reset."""
+    build, inputs = Build(Leaky()), 2.0 * RECORDS[:48].reshape(16, 3, 2)
+    batch = Emitted.batch(build, 3)
+    wanted = [Emitted(build).run(inputs[:, k]) for k in range(3)]
+    for _ in range(2):
+        got = [batch.run(inputs[:9]), batch.run(inputs[9:])]
+        for name in ("words", "saturated"):
+            made = np.concatenate([getattr(run, name) for run in got])
+            assert np.array_equal(made, np.stack([getattr(x, name) for x in wanted], axis=1))
+        batch.reset()
 
 
 class Narrow(Leaky):
