@@ -133,7 +133,7 @@ class Expansion(Graph):
         """c0 + c1 x + x^2 (c2 + c3 x + x^2 (...)), of an even number of coefficients."""
         square = self.mul(x, x)
         total = self.const(0.0)
-        for k in range(len(c) - 2, -1, -2):
+        for k in reversed(range(0, len(c), 2)):
             pair = self.add(self.const(c[k]), self._scaled(x, c[k + 1]))
             total = self.add(pair, self.mul(square, total))
         return total

@@ -120,10 +120,14 @@ def test_a_largest_result_that_just_fits_its_word_does_not_saturate(trace: Any) 
 
 def test_ranges_follow_from_the_argument() -> None:
     x = Tracer("unit").leaf("input", "x", -1.0, 2.0)
+    half = ops.saturated(x + 1.5, 1.0)
     for made, low, high in (
         (ops.exp(x), math.exp(-1.0), math.exp(2.0)),
         (ops.log(x + 2.0), 0.0, math.log(4.0)),
         (ops.tanh(x), -math.tanh(2.0), math.tanh(2.0)),
+        (ops.log(half), math.log(0.5), 0.0),
+        (ops.sqrt(half), math.sqrt(0.5), 1.0),
+        (ops.rsqrt(half), 1.0, 1.0 / math.sqrt(0.5)),
     ):
         node = node_of(made)
         assert low - 1e-7 < node.low <= low and high <= node.high < high + 2e-7
@@ -141,6 +145,7 @@ def test_ranges_follow_from_the_argument() -> None:
         (ops.log, (-1.0, 1.0), "the argument of a logarithm above 0"),
         (ops.log, (1e-10, 1.0), "the argument of a logarithm above 0"),
         (lambda x: ops.log(x - x - 1.0), (0.0, 1.0), "the argument of a logarithm above 0"),
+        (lambda x: ops.log(x - x), (0.0, 1.0), "the argument of a logarithm above 0"),
     ],
 )
 def test_what_has_no_word(trace: Any, function: Any, span: Range, wanted: str) -> None:
