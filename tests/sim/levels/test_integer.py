@@ -9,6 +9,7 @@ from boresight.model.estimator import State
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -72,6 +73,19 @@ def test_a_run_of_a_log() -> None:
     level = Emitted(build)
     for k, record in enumerate(records[:40]):
         assert level.step(record).outputs == {n: v[k] for n, v in quick.outputs.items()}
+
+
+@pytest.mark.parametrize("kind", [Emitted, CompiledFloat])
+def test_parameters_are_set_for_good(kind: Any) -> None:
+    """As if they had been built in, also after a reset; what is not named has its default again."""
+    records = feed(estimator("complementary"), read_record(bundled("ximu_walk")).head(30)).inputs
+    level = kind(Build(estimator("complementary")))
+    for params in ({"kp_roll_per_s": 4.0}, {"declination_ht": 0.1}, None):
+        level.set_params(params)
+        level.reset()
+        wanted = kind(Build(estimator("complementary"), params=[params])).run(records).outputs
+        made = level.run(records).outputs
+        assert all(np.array_equal(made[name], values) for name, values in wanted.items())
 
 
 def test_runs_side_by_side() -> None:
