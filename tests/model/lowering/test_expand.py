@@ -155,3 +155,20 @@ def test_constants_are_correctly_rounded() -> None:
     assert [node_of(n).value for n in made] == plain
     assert plain == [rounded.exp(0.3), rounded.log(0.3), rounded.tanh(0.3)]
     assert np.allclose(plain, [math.exp(0.3), math.log(0.3), math.tanh(0.3)], rtol=3e-16)
+
+
+@pytest.mark.parametrize(
+    "low, high, unit, wrapped",
+    [
+        (-1.0, 0.99, "", False),
+        (-1.0, 1.0, "ht", False),
+        (-1.0, 1.0, "", True),
+        (-1.5, 0.0, "ht", True),
+        (0.0, 1.5, "ht", True),
+    ],
+)
+def test_only_what_is_no_binary_angle_is_wrapped(
+    low: float, high: float, unit: str, wrapped: bool
+) -> None:
+    x = Tracer("unit").leaf("input", "x", low, high, unit)
+    assert (node_of(ops.sincos_ht(x)[0]).args[0].kind == "wrap") == wrapped

@@ -61,6 +61,8 @@ def test_a_constant_that_is_too_small_for_a_sum(small: float, exact: bool) -> No
 
     t = Traced(function, [(-1.0, 1.0)])
     nodes = lower(t.trace, t.program.arithmetic)[1]
+    with pytest.raises(InputError, match="a last bit of at most"):
+        check_resolution(judged(t, 2.0**-12), {})  # what they can sum up to is not known
     if exact:
         check_resolution(judged(t, 2.0**-12), nodes)
     else:
@@ -89,17 +91,17 @@ def held(x: Any) -> Any:
     return ops.bounded(x, -1.0, 1.0, "test")
 
 
-def _clipped(x: Any, s: Any) -> tuple[Any, Any]:
-    return ops.clip(s + x, -1.0, 1.0), s
+def _root(x: Any) -> Any:
+    return ops.rsqrt(ops.maximum(x, 0.5))
 
 
-def _same(x: Any, s: Any) -> tuple[Any, Any]:
-    after = s + 0.25 * x
-    return after, after
+def _quarter(x: Any, s: Any) -> tuple[Any, Any]:
+    return held(x), 0.5 * ops.named("half", 0.5 * s)
 
 
 OF_STATE, OF_Y = "for a quarter of the bits of state s", "for the tolerance of output y"
 NARROW = "narrow its range, or widen the tolerance"
+NARROW_STATE = "narrow the range [-1, 1] of state s, or widen the tolerance"
 LIMIT = "limit it, or its factors, with ops.bounded or ops.clip, or use boresight fit"
 
 
@@ -108,11 +110,21 @@ LIMIT = "limit it, or its factors, with ops.bounded or ops.clip, or use boresigh
     [
         (lambda x, s: (held(s + x), s), 2.0**24, 1.0, "", "", "", ""),
         (lambda x, s: (held(s + x), s), 2.0**25, 1.0, "x", f"0.0156, {OF_STATE}", 2**-5, NARROW),
-        (lambda x, s: (held(x), 0.5 * s), 2.0**24, 0.0079, "", "", "", ""),
-        (lambda x, s: (held(x), 0.5 * s), 2.0**24, 0.0078, "x", f"0.0156, {OF_Y}", 2**-6, NARROW),
-        (lambda x, s: (s, x * s), 9.0, 2e-9, "y", f"2e-09, {OF_Y}", 2**-27, LIMIT),
-        (_clipped, 2.0**25, 1.0, r"\w+_part", f"0.0156, {OF_STATE}", 2**-5, LIMIT),
-        (_same, 1.0, 4e-10, "s_next", "", 2**-30, "narrow the range [-1, 1] of state s, or"),
+        (_quarter, 2.0**24, 0.0040, "", "", "", ""),
+        (_quarter, 2.0**24, 0.0039, "x", f"0.0156, {OF_Y}", 2**-6, NARROW),
+        (lambda x, s: (s, x * s), 1.0, 4e-10, "y", f"4e-10, {OF_Y}", 2**-30, LIMIT),
+        (lambda x, s: (s, ops.sincos_ht(x)[0]), 1.0, 1e-9, "", "", "", ""),
+        (
+            lambda x, s: (s, ops.bounded(0.3 * _root(x), 0.0, 0.1, "test")),
+            1.0,
+            1e-10,
+            "",
+            "",
+            "",
+            "",
+        ),
+        (lambda x, s: (0.5 * s + 0.25 * x,) * 2, 1.0, 4e-10, "s_next", "", 2**-31, LIMIT),
+        (lambda x, s: (s + 0.25 * x,) * 2, 1.0, 4e-10, "s_next", "", 2**-30, NARROW_STATE),
     ],
 )
 def test_what_is_too_coarse_for_a_state_or_a_tolerance(
@@ -127,3 +139,14 @@ def test_what_is_too_coarse_for_a_state_or_a_tolerance(
     assert f"wanted a last bit of at most {wanted}" in message
     assert f"found {found:.3g}, for an interval [" in message and f"; {fix}" in message
     assert "boresight fit" not in said(step, size, tolerance, True)
+
+
+def test_a_part_of_a_sum_has_the_line_of_the_sum() -> None:
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        out = 0.3 * s
+        return ops.clip(s + x, -1.0, 1.0), out
+
+    line = step.__code__.co_firstlineno + 2
+    assert re.match(
+        rf"test_.*, line {line}, test, value \w+_part: ", said(step, 2.0**25, 1.0, False)
+    )
