@@ -9,6 +9,7 @@ from boresight.model.estimator import State
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -23,8 +24,8 @@ def test_a_long_run_is_one_update_after_the_other() -> None:
     build, slow = Build(Leaky()), Interpreted(Build(Leaky()))
     rows = [slow.run(record[None, :]) for record in RECORDS]
     level = Interpreted(build)
-    for _ in range(2):
-        long, rest = level.run(RECORDS[:40]), level.run(RECORDS[40:])
+    for cut in (20, 1, 40):
+        long, rest = level.run(RECORDS[:cut]), level.run(RECORDS[cut:])
         for name in ("words", "saturated", "states"):
             wanted = np.concatenate([getattr(r, name) for r in rows])
             assert np.array_equal(np.concatenate([getattr(r, name) for r in (long, rest)]), wanted)
@@ -35,10 +36,12 @@ def test_a_long_run_is_one_update_after_the_other() -> None:
     assert lent.states is not None and np.array_equal(lent.states[:40], long.states)
     wrong = lent.states.copy()
     wrong[7, 0] ^= 1  # the last step of the first of six segments
-    for before in (0, 50):
+    for runs in (0, 1):
+        level.reset()
+        for _ in range(runs):
+            level.run(RECORDS)
         level.shown = wrong
-        assert level.run(RECORDS).fault == f"states differ from C after step {before + 7}"
-        assert level.run(RECORDS[:0]).fault == ""
+        assert level.run(RECORDS).fault == f"states differ from C after step {50 * runs + 7}"
 
 
 def test_every_word_of_an_update() -> None:
@@ -70,6 +73,19 @@ def test_a_run_of_a_log() -> None:
     level = Emitted(build)
     for k, record in enumerate(records[:40]):
         assert level.step(record).outputs == {n: v[k] for n, v in quick.outputs.items()}
+
+
+@pytest.mark.parametrize("kind", [Emitted, CompiledFloat])
+def test_parameters_are_set_for_good(kind: Any) -> None:
+    """As if they had been built in, also after a reset; what is not named has its default again."""
+    records = feed(estimator("complementary"), read_record(bundled("ximu_walk")).head(30)).inputs
+    level = kind(Build(estimator("complementary")))
+    for params in ({"kp_roll_per_s": 4.0}, {"declination_ht": 0.1}, None):
+        level.set_params(params)
+        level.reset()
+        wanted = kind(Build(estimator("complementary"), params=[params])).run(records).outputs
+        made = level.run(records).outputs
+        assert all(np.array_equal(made[name], values) for name, values in wanted.items())
 
 
 def test_runs_side_by_side() -> None:
