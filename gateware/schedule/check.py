@@ -398,10 +398,12 @@ class _Replay:
         name, address = _name(schedule, value), self.where.get(value)
         if address is None:
             raise _fail(schedule, s.cycle, s.op, f"{name} has no register")
-        landed = self.lands.get(value, -1)
-        if landed >= s.cycle:
+        if value in self.lands and self.lands[value] >= s.cycle:
             raise _fail(
-                schedule, s.cycle, s.op, f"reads {name}, which is written in cycle {landed}"
+                schedule,
+                s.cycle,
+                s.op,
+                f"reads {name}, which is written in cycle {self.lands[value]}",
             )
         if value not in self.contents[address]:
             contents = ", ".join(_name(schedule, n) for n in sorted(self.contents[address]))

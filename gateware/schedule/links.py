@@ -67,17 +67,15 @@ def tied(programs: Sequence[Program]) -> list[Program]:
     for program in programs:
         links = []
         for link in program.links:
-            owner = linked.get(link.program)
-            if owner is None:
-                links.append(replace(link, state=None))
-                continue
-            owner, state = _keeping(owner, link.output)
-            if program.values[link.value].frac != owner.values[state].frac:
-                raise ValueError(
-                    f"{program.name} must take {link.program}.{link.output} as "
-                    f"{owner.format(state)}, not as {program.format(link.value)}"
-                )
-            linked[owner.name] = owner
+            owner, state = linked.get(link.program), None
+            if owner is not None:
+                owner, state = _keeping(owner, link.output)
+                if program.values[link.value].frac != owner.values[state].frac:
+                    raise ValueError(
+                        f"{program.name} must take {link.program}.{link.output} as "
+                        f"{owner.format(state)}, not as {program.format(link.value)}"
+                    )
+                linked[owner.name] = owner
             links.append(replace(link, state=state))
         if links:
             linked[program.name] = replace(linked[program.name], links=tuple(links))
@@ -105,15 +103,12 @@ def _keeping(program: Program, output: str) -> tuple[Program, int]:
 
 def open_states(programs: Sequence[Program]) -> list[set[int]]:
     """For each program, its states that other programs read."""
-    return [
-        {
-            link.state
-            for reader in programs
-            for link in reader.links
-            if link.program == program.name and link.state is not None
-        }
-        for program in programs
-    ]
+    opened: dict[str, set[int]] = {program.name: set() for program in programs}
+    for reader in programs:
+        for link in reader.links:
+            if link.state is not None:
+                opened[link.program].add(link.state)
+    return list(opened.values())
 
 
 def window_of(schedules: Sequence[Schedule]) -> Window | None:
@@ -130,7 +125,7 @@ def window_of(schedules: Sequence[Schedule]) -> Window | None:
     owners = tuple(k for k, states in enumerate(opened) if states)
     if not owners:
         return None
-    machine = schedules[0].machine
+    (machine,) = {schedule.machine for schedule in schedules}
     counts: list[Counter[int]] = []
     others: Counter[int] = Counter()
     for schedule, states in zip(schedules, opened, strict=True):
@@ -144,7 +139,7 @@ def window_of(schedules: Sequence[Schedule]) -> Window | None:
         window = Window(size, owners)
         if most > window.block:
             break
-        if max(others.values(), default=0) <= machine.state_slots - size:
+        if all(n <= machine.state_slots - size for n in others.values()):
             return window
         size //= 2
     raise ScheduleError(

@@ -172,13 +172,11 @@ def _disturb(
 
 def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
     """``node`` and all nodes that ``edges`` reach from it."""
-    seen = [False] * len(edges)
-    seen[node] = True
-    out = [node]
+    out, seen = [node], {node}
     for k in out:
         for other in edges[k]:
-            if not seen[other]:
-                seen[other] = True
+            if other not in seen:
+                seen.add(other)
                 out.append(other)
     return out
 

@@ -125,12 +125,15 @@ class Expansion(Graph):
 
     # -- exponential and logarithm --------------------------------------------------------------
 
+    def _scaled(self, a: Node, factor: float) -> Node:
+        return self.mul(a, self.const(factor))
+
     def _polynomial(self, x: Node, c: tuple[float, ...]) -> Node:
         """c0 + c1 x + x^2 (c2 + c3 x + x^2 (...)), of an even number of coefficients."""
         square = self.mul(x, x)
         total = self.const(0.0)
         for k in range(len(c) - 2, -1, -2):
-            pair = self.add(self.const(c[k]), self.mul(x, self.const(c[k + 1])))
+            pair = self.add(self.const(c[k]), self._scaled(x, c[k + 1]))
             total = self.add(pair, self.mul(square, total))
         return total
 
@@ -152,15 +155,15 @@ class Expansion(Graph):
         least = (k - _BINADES) * rounded.LN_2
         span = min(k - a.low * rounded.LOG2_E, _BINADES)
         x = self.larger(a, self.const(least)) if a.low < least else a
-        turns = self.mul(x, self.const(rounded.LOG2_E))
+        turns = self._scaled(x, rounded.LOG2_E)
         g = self._wrap(self.add(turns, self.const(0.5)), 1.0, "turn")
         above = self.add(self.sub(g, turns), self.const(float(k)))  # m + 1/2
         y = self.saturated(self._polynomial(g, polynomials.exp2()), 1.0)
         for j in range(math.floor(span).bit_length()):
-            odd = self._wrap(self.mul(above, self.const(2.0**-j)), 2.0, "ht")
-            shifted = self.mul(y, self.const(2.0 ** -(2**j)))
+            odd = self._wrap(self._scaled(above, 2.0**-j), 2.0, "ht")
+            shifted = self._scaled(y, 2.0 ** -(2**j))
             y = self.select(self.less(odd, self.const(0.0)), shifted, y)
-        whole = self.mul(y, self.const(math.ldexp(1.0, k)))
+        whole = self._scaled(y, math.ldexp(1.0, k))
         return self.bounded(whole, rounded.exp(a.low), rounded.exp(a.high), "exp")
 
     def log(self, a: Node) -> Node:
@@ -179,14 +182,14 @@ class Expansion(Graph):
                 "take it of ops.maximum(x, SMALLEST) or ops.clip(x, SMALLEST, LARGEST)",
             )
         k = rounded.binary_exponent(a.high) + 1
-        y = self.saturated(self.mul(a, self.const(math.ldexp(1.0, -k))), 1.0)
+        y = self.saturated(self._scaled(a, math.ldexp(1.0, -k)), 1.0)
         rest = self.const(k * rounded.LN_2)
         for j in reversed(range(_BINADES.bit_length())):  # those that the range decides vanish
             small = self.less(y, self.const(2.0 ** -(2**j)))
-            y = self.saturated(self.select(small, self.mul(y, self.const(2.0**2**j)), y), 1.0)
+            y = self.saturated(self.select(small, self._scaled(y, 2.0**2**j), y), 1.0)
             less = self.select(small, self.const(2**j * rounded.LN_2), self.const(0.0))
             rest = self.sub(rest, less)
-        centred = self.saturated(self.sub(self.mul(y, self.const(4.0)), self.const(3.0)), 1.0)
+        centred = self.saturated(self.sub(self._scaled(y, 4.0), self.const(3.0)), 1.0)
         total = self.add(self._polynomial(centred, polynomials.log()), rest)
         low, high = rounded.log(a.low), rounded.log(a.high)
         slack = _SLACK * max(1.0, abs(low), abs(high))
@@ -197,7 +200,7 @@ class Expansion(Graph):
         if a.kind == "const":
             return self.const(rounded.tanh(a.value))
         size = max(abs(a.low), abs(a.high))
-        t = self.exp(self.mul(self.absolute(a), self.const(-2.0)))
+        t = self.exp(self._scaled(self.absolute(a), -2.0))
         unit = self.const(1.0)
         y = self.div(self.sub(unit, t), self.add(unit, t))
         y = self.bounded(y, 0.0, rounded.tanh(size) * (1.0 + _SLACK), "tanh")

@@ -74,15 +74,12 @@ def _count_uses(roots: Sequence[Node]) -> None:
     """Set `Node.uses`: by how many live nodes and roots each node is used."""
     seen: set[int] = set()
     stack = list(roots)
-    for root in roots:
-        root.uses += 1
     while stack:
         node = stack.pop()
+        node.uses += 1
         if node.number not in seen:
             seen.add(node.number)
             stack += node.args
-            for arg in node.args:
-                arg.uses += 1
 
 
 #: Kinds of nodes whose formats are prescribed.
@@ -111,36 +108,32 @@ def _fit(
     for node in graph.nodes:
         if node not in of_expressions and (following := _following(node)) is not None:
             _give(node, following, profile)
-    _round_once(after, states)
+    _round_once(graph.nodes, after, states)
 
 
-def _round_once(after: Sequence[Node], states: Sequence[Range]) -> None:
+def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[Range]) -> None:
     """What is copied or added to replace a state gets no format that is a few bits finer.
 
     Rounded to the state's format a second time, a share 2^-k of the words with k bits more lies on
     a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
     """
     for root, (least, most) in zip(after, states, strict=True):
-        seen, stack = {root.number}, [root]
-        while stack:
-            node = stack.pop()
-            copied = node.args[1:] if node.kind == "select" else node.args
-            for arg in copied if node.kind in ("select", "bounded", "sum") else ():
-                if arg.number in seen:
-                    continue
-                seen.add(arg.number)
-                finer = _exponent(least, most) - _exponent(*arg.span)
-                if finer <= _TIES:
-                    stack.append(arg)
-                if arg.fit is not None and 0 < finer <= _TIES:
-                    low, high = arg.fit
-                    arg.fit = max(arg.low, min(low, least)), min(arg.high, max(high, most))
+        top = math.ldexp(1.0, binary_exponent(_size((least, most))))
+        reached = {root}
+        for node in reversed(nodes):  # after all that use it
+            if node in reached and node.kind in ("select", "bounded", "sum"):
+                for arg in node.args[1:] if node.kind == "select" else node.args:
+                    size = _size(arg.span)
+                    if size >= math.ldexp(top, -_TIES):
+                        reached.add(arg)
+                        if arg.fit is not None and size < top:
+                            low, high = arg.fit
+                            low, high = min(low, least), max(high, most)
+                            arg.fit = max(arg.low, low), min(arg.high, high)
 
 
-def _exponent(low: float, high: float) -> float:
-    """Of the largest magnitude of a range."""
-    size = max(abs(low), abs(high))
-    return binary_exponent(size) if 0.0 < size < math.inf else size or -math.inf
+def _size(range_: Range) -> float:
+    return max(abs(end) for end in range_)
 
 
 def _give(node: Node, range_: Range, profile: Profile) -> None:
@@ -153,14 +146,14 @@ def _following(node: Node) -> Range | None:
     """What a node reaches while its arguments stay in their spans; None: not known."""
     spans = [arg.span for arg in node.args]
     if node.kind == "sum":
-        ends = [s if k > 0 else (-s[1], -s[0]) for s, k in zip(spans, node.signs, strict=True)]
+        ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]
         return sum(low for low, _ in ends), sum(high for _, high in ends)
     if node.kind == "mul":
-        corners = [x * y if x and y else 0.0 for x in spans[0] for y in spans[1]]
+        corners = [x * y for x in spans[0] for y in spans[1]]  # not a number: nothing is given
         return min(corners), max(corners)
     if node.kind == "select":
         return min(low for low, _ in spans[1:]), max(high for _, high in spans[1:])
-    return spans[0] if node.kind == "bounded" else None
+    return None
 
 
 def lower(
@@ -188,7 +181,7 @@ def lower(
     if profile is not None:
         _fit(graph, made, profile, after, [e.data[2:4] for e, _, _ in trace.states])
     for (state, _, _), node in zip(trace.states, after, strict=True):
-        if profile is not None and not math.isfinite(node.low + node.high):
+        if profile is not None and math.isinf(_size((node.low, node.high))):
             node.fit = state.data[2:4]
         node.title = node.title or f"{state.data[1]}_next"
     leaves = {node.name for node in graph.nodes if node.kind in LEAVES}

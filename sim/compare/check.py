@@ -66,7 +66,7 @@ class _Attempt:
         self.slices: list[range] = []
         self.said = ""
         #: First row, states before it, and records of the slice at hand.
-        self.origin: tuple[int, IntArray | None, list[FloatArray]] = (0, None, [])
+        self.origin: tuple[int, IntArray | None, list[FloatArray]]
 
     def begin(self, records: Sequence[FloatArray], say: Callable[[str, int | None], None]) -> None:
         """Make the levels, and run those that run on leading records alone."""
@@ -81,12 +81,12 @@ class _Attempt:
                 return []
             return self.kind.run_together(self.levels, [x[: self.most] for x in records])
 
-        self._leading = self._guarded(start) or []
+        self._leading = self._guarded(start)
 
-    def advance(self, records: Sequence[FloatArray]) -> list[Run] | None:
-        """The next records of each estimator: their runs; None if there are none."""
+    def advance(self, records: Sequence[FloatArray]) -> list[Run]:
+        """The next records of each estimator: their runs, if there are any."""
         if self.error or self.slices:
-            return None
+            return []
         if self.most is not None:
             start, self._done = self._done, self._done + max(map(len, records))
             return [run.rows(start, self._done) for run in self._leading]
@@ -110,19 +110,19 @@ class _Attempt:
                     level.resume(states)
             rows = records[first - start : end - start]
             self.origin[2].append(rows)
-            for run in self._guarded(partial(self._of_rows, rows)) or []:
+            for run in self._guarded(partial(self._of_rows, rows)):
                 yield first - start, run
 
     def _of_rows(self, records: FloatArray) -> list[Run]:
         return [self.levels[0].run(records)]
 
-    def _guarded(self, call: Callable[[], list[Run]]) -> list[Run] | None:
+    def _guarded(self, call: Callable[[], list[Run]]) -> list[Run]:
         start = time.perf_counter()
         try:
             return call()
         except (ToolMissing, ToolFailed, SimulationFailed) as failed:
             self.error = str(failed).strip().splitlines()[0]
-            return None
+            return []
         finally:
             self.seconds += time.perf_counter() - start
 
@@ -218,8 +218,8 @@ class Check:
                 )
         self.build, self.levels, self.simulator = build, levels, simulator
         self.progress = progress or (lambda text: None)
-        self._sound = False  # until the first records have been looked at
-        self._shortage = ""
+        #: `Build.shortage`; None until the first records have been looked at.
+        self._shortage: str | None = None
         self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
 
     def run(
@@ -359,10 +359,9 @@ class Check:
             longer = " and more" if more and most is None else ""
             self.progress(f"{what}, {count} updates{longer}{turns}")
 
-        if not self._sound:
+        if self._shortage is None:
             check_sound(self.build, records)
             self._shortage = self.build.shortage
-            self._sound = True
         if self._shortage:
             text = f"no core, as compile would make it: {self._shortage}"
             for case in cases:
@@ -399,7 +398,7 @@ class Check:
         for k, level in enumerate(interpreter.levels):
             level.shown = None if shown is None else shown[k].states
         fixed = interpreter.advance(piece)
-        assert fixed is not None and interpreter.exchange is not None
+        assert interpreter.exchange is not None
         for k, (case, wanted) in enumerate(zip(cases, fixed, strict=True)):
             if not len(piece[k]):
                 continue
@@ -407,11 +406,11 @@ class Check:
             shared = interpreter.exchange.before.get(k)
             interpreter.agreements[k].add(wanted, wanted)
             for n, (attempt, runs) in enumerate(zip(attempts, tried, strict=True)):
-                row = None if runs is None else attempt.agreements[k].add(runs[k], wanted)
+                row = attempt.agreements[k].add(runs[k], wanted) if runs else None
                 if row is not None:
                     case.differs(n, row, records, wanted, shared)
                 for place, run in attempt.sliced(records, case.rows, wanted, case.before):
-                    part = wanted.rows(place, place + len(run.outputs[min(run.outputs)]))
+                    part = wanted.rows(place, len(records))
                     row = attempt.agreements[k].add(run, part, case.rows + place)
                     if row is not None:
                         first, states, parts = attempt.origin

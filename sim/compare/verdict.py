@@ -280,11 +280,10 @@ class Traversed:
         for inputs, states in pieces:
             seen = model.observe(inputs)
             ranges, count = ranges.followed(count, seen) if ranges else seen, count + len(inputs)
-            last = states[:1] if not len(self.states) else self.states[-1:]
-            changes = np.abs(np.diff(states, axis=0, prepend=last)).max(axis=0)
-            self.changes = np.maximum(self.changes, changes)
             self.inputs = np.concatenate([self.inputs, inputs])
             self.states = np.concatenate([self.states, states])
+            changes = np.abs(np.diff(self.states, axis=0)).max(axis=0, initial=0)
+            self.changes = np.maximum(self.changes, changes)
             if (spare := len(self.inputs) - UPDATES) > 0:
                 self.before = self.states[spare - 1]
                 self.inputs, self.states = self.inputs[spare:], self.states[spare:]
@@ -321,7 +320,7 @@ def _rounding(
     for d in errors:
         own = effects.get(d.output, [])
         explained = math.sqrt(math.fsum(i.rms**2 for i in own))
-        if not d.good and own and explained >= _EXPLAINED * d.rms:
+        if not d.good and explained > _EXPLAINED * d.rms:
             shares = ", ".join(
                 f"{i.share:.0%} from {_said(program, nodes, program.find(i.value))}"
                 for i in own[:_NAMED]
@@ -334,10 +333,10 @@ def _rounding(
                 f"leaves {left:.0%}: {cure}"
             )
     for d in errors:
-        first = None if d.good else next(iter(effects.get(d.output, [])), None)
-        value = program.find(first.value) if first else -1
-        intermediate = first is not None and becomes(program, nodes, value) is None
-        if intermediate and _unused(program, seen.ranges, value) > 1:
+        if d.good or not (own := effects.get(d.output, [])):
+            continue
+        value = program.find(own[0].value)
+        if becomes(program, nodes, value) is None and _unused(program, seen.ranges, value) > 1:
             return (
                 f"{rounding}, to one side; {d.output} depends most on the rounding of "
                 f"{_said(program, nodes, value)}: {_cure(program, nodes, seen.ranges, value)}"
@@ -347,7 +346,7 @@ def _rounding(
 
 def _unused(program: Program, seen: WordRanges, value: int) -> int:
     """Bits of a word that no update used."""
-    used = max(int(seen.high[value]), -int(seen.low[value]), 1)
+    used = max(int(seen.high[value]), -int(seen.low[value]))
     return program.arithmetic.word - 1 - used.bit_length()
 
 
@@ -363,31 +362,28 @@ def _cure(program: Program, nodes: dict[int, Node], seen: WordRanges, value: int
     """How a value gets more bits."""
     unused = _unused(program, seen, value)
     state = becomes(program, nodes, value)
-    if state is None and unused > 1:
-        if any(node.fit is not None for node in nodes.values()):
-            if (node := nodes[value]).kind == "bounded":
-                return (
-                    f"it leaves {unused} bits unused with the profile, too: narrow the range "
-                    f"[{node.low:g}, {node.high:g}] that ops.bounded states there, or use a wider "
-                    "word"
-                )
-            return (
-                f"it leaves {unused} bits unused with the profile, too: limit what it is computed "
-                "from with ops.bounded (elements of a covariance after each measurement, by "
-                "standard deviations), narrow inputs and states (boresight fit --propose), or use "
-                "a wider word"
-            )
+    if state is not None:
+        said = program.values[state]
+        spare = f"[{said.low:g}, {said.high:g}], which leaves {unused} bits unused"
+        narrow = f"narrow its range {spare}, " if unused > 1 else ""
+        return f"{narrow}use a wider word, or carry the remainder in a second state"
+    if unused <= 1:
+        return "use a wider word"
+    if not any(node.fit is not None for node in nodes.values()):
         return (
             f"it leaves {unused} bits unused: get formats by boresight fit; where these do not "
             "help, narrow inputs and states (boresight fit --propose), use ops.bounded, or a wider "
             "word"
         )
-    said = program.values[value if state is None else state]
-    narrow = f"narrow its range [{said.low:g}, {said.high:g}], which leaves {unused} bits unused, "
+    if (node := nodes[value]).kind == "bounded":
+        return (
+            f"it leaves {unused} bits unused with the profile, too: narrow the range "
+            f"[{node.low:g}, {node.high:g}] that ops.bounded states there, or use a wider word"
+        )
     return (
-        (narrow if unused > 1 else "")
-        + "use a wider word"
-        + ("" if state is None else ", or carry the remainder in a second state")
+        f"it leaves {unused} bits unused with the profile, too: limit what it is computed from "
+        "with ops.bounded (elements of a covariance after each measurement, by standard "
+        "deviations), narrow inputs and states (boresight fit --propose), or use a wider word"
     )
 
 

@@ -148,8 +148,14 @@ def judge(
     columns = dataclasses.replace(columns, clamped=clamped or {})
     run, reference = (level(build).run(columns.inputs) for level in (Interpreted, CompiledFloat))
     made = judge_run(build, 0, columns.inputs, run, reference, columns.clamped)
-    judging, rows = Judge(build, 0), range(0, len(columns), 7)
-    some = [(columns.inputs[k : k + 7], run.rows(k, k + 7), reference.rows(k, k + 7)) for k in rows]
-    pieces = [(part[0], judging.add(*part)) for part in some]
+    for d in made.differences:
+        apart = np.abs(run.outputs[d.output] - reference.outputs[d.output])
+        assert np.array_equal(d.apart, apart, equal_nan=True)
+    judging = Judge(build, 0)
+    hidden, pieces = dataclasses.replace(run, states=None), []
+    for k in range(0, len(columns), 7):
+        some = columns.inputs[k : k + 7]
+        states = judging.add(some, hidden.rows(k, k + 7), reference.rows(k, k + 7))
+        pieces.append((some, states))
     assert repr(judging.result(columns.clamped, lambda: pieces)) == repr(made)
     return made

@@ -14,7 +14,7 @@ from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.allocate import Allocation, LiveRange, allocate
-from boresight.gateware.schedule.check import check_schedule
+from boresight.gateware.schedule.check import _parameter_register, check_schedule
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError, Slot
 from boresight.model.words.interpreter import Interpreter
@@ -440,3 +440,12 @@ def test_schedule_of_another_program(other: Callable[[Program], Program]) -> Non
     message = r": the schedule is not that of this program$"
     rejected(q, dataclasses.replace(s, source=q.digest), a, message)
     rejected(p, dataclasses.replace(s, source=q.digest), a, message)
+
+
+@pytest.mark.parametrize(
+    ("depth", "lanes", "number", "register"),
+    [(256, 1, 200, 200), (256, 2, 47, 47), (256, 2, 48, 256), (512, 2, 95, 95), (512, 2, 99, 515)],
+)
+def test_the_registers_of_parameters(depth: int, lanes: int, number: int, register: int) -> None:
+    """Those of a host's writes: so many of each bank but the last."""
+    assert _parameter_register(depth, lanes, number) == register

@@ -64,9 +64,10 @@ def test_a_link_changes_the_identity() -> None:
 
 
 def test_programs_apart_keep_their_records() -> None:
-    outer, middle, _ = programs()
+    outer, middle, inner = programs()
     [alone] = tied([middle])
     assert alone.streamed == alone.inputs and not alone.linked
+    assert tied([inner])[0] is inner
     first, second = tied([outer, middle])
     assert [outer.values[n].name for n in first.streamed] == ["e", "product", "f"]
     assert second.streamed == second.inputs
@@ -202,6 +203,14 @@ def test_the_window_shrinks_where_other_states_need_the_room() -> None:
         [e.compile() for e in linked_estimators([Reader(), Large()])], "small", restarts=0
     )
     assert core.image.window == Window(32, (1,))
+    reader, plan = (part.schedule for part in core.parts)
+    after = {plan.program.values[n].name: number for n, number in plan.program.states}
+    ops = [op.dest for op in plan.program.ops]
+    for moved, size in ((5, 32), (6, 64)):  # of 70 to another bank
+        others = {ops.index(after[name]) for name in Large.more[:moved]}
+        slots = [dataclasses.replace(t, lane=int(t.op in others)) for t in plan.slots]
+        spread = dataclasses.replace(plan, slots=tuple(slots))
+        assert window_of([reader, spread]) == Window(size, (1,))
 
 
 def test_no_room_for_the_window() -> None:

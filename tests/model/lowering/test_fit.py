@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from boresight.model import ops
@@ -50,8 +52,10 @@ def test_a_product_gets_the_finest_format_of_the_range() -> None:
     assert value(compiled(lambda x, s: (s, x * x)), "out").frac == 31 - 5
 
 
-def test_a_wider_range_than_the_interval_changes_nothing() -> None:
-    assert value(compiled(lambda x, s: (s, x * x), lambda kind: (-99.0, 99.0)), "out").frac == 26
+@pytest.mark.parametrize("seen", [(-99.0, 99.0), (-2.0, -1.0), (0.25, 0.25)])
+def test_a_range_beyond_the_interval_or_a_point_changes_nothing(seen: Range) -> None:
+    out = value(compiled(lambda x, s: (s, x * x), lambda kind: seen), "out")
+    assert (out.frac, out.range_source) == (26, "interval")
 
 
 def test_it_decides_no_selection() -> None:
@@ -87,7 +91,7 @@ def test_what_replaces_a_state_has_its_format() -> None:
     program = compiled(step, lambda kind: (-1e-3, 1e-3))
     (state, after) = program.states[0]
     assert program.values[after].frac == program.values[state].frac == 30
-    assert program.values[program.outputs[0]].high > 0.5
+    assert program.values[program.outputs[0]].high == pytest.approx(0.7)
 
 
 def test_what_replaces_a_state_and_has_no_interval_is_in_its_range() -> None:
@@ -104,7 +108,7 @@ def test_what_is_selected_for_a_state_is_rounded_once() -> None:
 
     def step(x: Any, s: Any) -> tuple[Any, Any]:
         follow = s + 0.01 * (0.25 * x - s)
-        return ops.where(x < -3.0, s, ops.where(x > 3.0, -s, follow)), s * x
+        return ops.where(x < 3.0, ops.where(x < -3.0, s, follow), -s), s * x
 
     kinds = ("select", "add", "sub", "mul")
     program = compiled(step, lambda kind: (-0.25, 0.25) if kind in kinds else None)
@@ -127,18 +131,34 @@ def test_what_is_added_to_replace_a_state_is_rounded_once() -> None:
         )
         return {v.frac for v in program.values if v.range_source.startswith("observed")}
 
-    assert fracs(0.25) == fracs(2.0**-6) == {30}  # 32 and 36 bits lie on a tie in 1 of 4 and 64
+    assert fracs(0.5) == fracs(2.0**-6) == {30}  # 31 and 36 bits lie on a tie in 1 of 2 and 64
     assert fracs(2.0**-7) == {37}
 
 
+def test_what_is_rounded_once_keeps_the_format_of_its_interval() -> None:
+    """A quarter of the state at most, on either side of zero; a factor keeps its own format."""
+
+    def step(x: Any, s: Any) -> tuple[Any, Any]:
+        above = ops.named("above", 0.25 * ops.absolute(s))
+        below = ops.named("below", -0.25 * ops.absolute(s))
+        factor = ops.named("factor", 0.25 * x)
+        wide = ops.named("wide", factor * s + x)
+        return ops.where(x < 0.0, above, ops.where(x < 1.0, below, wide)), factor + x
+
+    seen = {"mul": (-0.02, 0.02), "add": (-1.0, 0.5)}
+    program = compiled(step, seen.get)
+    assert [value(program, name).frac for name in ("above", "below", "factor")] == [32, 33, 36]
+    assert value(program, "wide").high == 0.5  # as coarse as the state: nothing is widened
+
+
 def test_inner_nodes_follow_from_their_arguments() -> None:
-    """The comparison in ops.maximum, of an argument that has a narrow range."""
-    program = compiled(
-        lambda x, s: (s, 1.0 / ops.maximum(x * x * x * x, 1e-3)),
-        lambda kind: (0.0, 2.5) if kind == "mul" else None,
-    )
-    said = [v.frac for v in program.values if v.name.startswith("sum_")]
-    assert said and min(said) >= 28  # 256 would leave 22
+    """In ops.atan2_ht: x^2 - y^2 and what that chooses, x^2 + y^2; x is in (2, 3)."""
+    seen = {"mul": (-0.1, 0.2), "sub": (2.0, 3.0)}
+    program = compiled(lambda x, s: (s, ops.atan2_ht(x * s, x - s)), seen.get)
+    inner = [v for v in program.values if re.match("(sum|select)_", v.name)]
+    found = [(v.low, v.high) for v in inner if v.range_source.startswith("observed")]
+    wanted = [(2.0, 3.0), (3.96, 9.0), (-0.1, 3.0), (4.0, 9.04)]
+    assert np.allclose(found, wanted)
 
 
 def test_a_divisor_is_held_off_zero() -> None:

@@ -224,6 +224,8 @@ def _halves(a: Any, b: Any, c: Any) -> Any:
         (lambda a, b, c: b * (ops.rsqrt(c) * ops.rsqrt(b + 2.0)), 14),
         (lambda a, b, c: ops.rsqrt(c) * (1.0 / (b + 2.0)), 13),
         (_twice, 9),
+        # Of two products that a prescribed format does not hold, the coarser one stands apart.
+        (lambda a, b, c: ops.saturated(b * ops.rsqrt(c) + 0.3 * a, 2.0**-7), 7),
         # One flag.
         (_halves, 2),
         (lambda a, b, c: ops.absolute(a) * ops.absolute(b), 2),

@@ -511,16 +511,16 @@ def test_outputs_and_next_states_carry_their_names() -> None:
     trace = Trace(
         g,
         [u],
-        {"b": 0.25 * b, "sum": own + b, "same": u},
+        {"b": 0.25 * b, "sum": own + b, "same": u, "again": own + b},
         states=[(a, 0.0, own), (b, 0.0, after), (c, 0.0, after)],
     )
     program, nodes = lower(trace, Arithmetic())
     names = [[program.values[n].name for n in numbers] for numbers in (
         program.outputs, [after for _, after in program.states]
     )]  # fmt: skip
-    assert names == [["b_out", "sum", "u"], ["own_aligned", "b_next", "b_next"]]
+    assert names == [["b_out", "sum", "u", "sum"], ["own_aligned", "b_next", "b_next"]]
     held = [nodes[number].label for number in (*program.outputs, program.states[0][1])]
-    assert held == ["b_out", "sum", "u", "own"]  # a copy, too
+    assert held == ["b_out", "sum", "u", "sum", "own"]  # a copy, too
     # A title keeps nothing from being part of another value, as a name would.
     product = a * b
     fused = lower(

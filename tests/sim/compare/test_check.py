@@ -273,11 +273,13 @@ class Count(Estimator):
         return {"n": n}, {"n": n, "square": u.z * u.z, "z": 0.25 * u.z}
 
 
-def test_records_of_any_lengths_take_turns():
-    """Words in and out, and how many records: what runs out stops. One build, many logs."""
+def test_records_of_any_lengths_take_turns(monkeypatch):
+    """Words in and out, and how many records: what runs out stops. One build, many logs, of more
+    than one block."""
     checking = Check(Build(Gain(), Count()), simulator="verilator")
     rng = np.random.default_rng(3)
-    for n, m in ((150, 90), (1, 120)):
+    for n, m, kept in ((150, 90, 1000), (1, 120, 64), (130, 60, 64)):
+        monkeypatch.setattr("boresight.sim.compare.check.KEPT", kept)
         first = Record.of({"z": rng.uniform(-1, 1, n), "k": rng.uniform(-1, 1, n)})
         second = Record.of({"z": rng.uniform(-1, 1, m)})
         results = checking.run(first, second)
@@ -331,6 +333,7 @@ def test_slices_are_spread_over_the_log():
         "16 slices of 4 rows spread over 1000, each from the states of the integer model"
     )
     assert sliced(3, 9)[0] == [range(1), range(4, 5), range(8, 9)]
+    assert sliced(2, 9)[0] == [range(1), range(8, 9)]
     assert sliced(1, 9)[0] == [range(1)]
     assert sliced(1000, 993)[0][-1] == range(931, 993)
     assert sliced(1000, 992) == ([], "")  # all of them
@@ -375,16 +378,52 @@ def test_a_tool_that_fails_says_why_in_a_line():
     attempt = _Attempt(Emitted, "gcc", fails)
     attempt.begin([np.zeros((3, 1))], lambda *_: None)
     assert attempt.error == "it broke" and 0.0 < attempt.seconds < 60.0
-    assert attempt.advance([np.zeros((3, 1))]) is None
+    assert attempt.advance([np.zeros((3, 1))]) == []
+    ran = []
+    attempt = _Attempt(Emitted, "gcc", None)
+    level = SimpleNamespace(reset=lambda: None, run=lambda rows: ran.append(len(rows)) or fails())
+    attempt.levels, attempt.slices = [level], [range(2), range(2, 4)]
+    wanted = SimpleNamespace(states=np.zeros((4, 1)))
+    assert [*attempt.sliced(np.zeros((4, 1)), 0, wanted, None)] == [] and ran == [2]
+
+
+def test_slices_begin_with_the_states_before_them():
+    """Wherever the pieces end; what has been run of a slice is kept until the next."""
+    did = []
+    attempt = _Attempt(Emitted, "gcc", None)
+    level = SimpleNamespace(
+        reset=lambda: did.append("reset"),
+        resume=lambda states: did.append(int(states[0])),
+        run=lambda rows: did.append(rows[:, 0].tolist()),
+    )
+    attempt.levels, attempt.slices = [level], [range(2), range(3, 6), range(6, 9)]
+    rows, found = np.arange(10.0)[:, None], []
+    for start, stop in ((0, 4), (4, 6), (6, 7), (7, 10)):
+        wanted = SimpleNamespace(states=10 + rows[start:stop])
+        before = 9 + rows[start] if start else None
+        places = [place for place, _ in attempt.sliced(rows[start:stop], start, wanted, before)]
+        found.append((places, attempt.origin[0], np.concatenate(attempt.origin[2]).ravel()[-1]))
+    assert did == [
+        *("reset", [0.0, 1.0], "reset", 12, [3.0]),
+        [4.0, 5.0],
+        *("reset", 15, [6.0]),
+        [7.0, 8.0],
+    ]
+    assert found == [([0, 3], 3, 3.0), ([0], 3, 5.0), ([0], 6, 6.0), ([0], 6, 8.0)]
 
 
 def test_what_runs_is_told(monkeypatch):
     monkeypatch.setattr("boresight.sim.compare.check.KEPT", 4)
-    for count, said in ((4, "4 updates"), (9, "4 updates and more")):
+    for count, said, most, c in (
+        (4, "4 updates", None, "4 updates"),
+        (9, "4 updates and more", None, "4 updates and more"),
+        (9, "4 updates and more", 2, "2 updates"),
+    ):
+        monkeypatch.setattr(Emitted, "most", most)
         told = []
         record = Record.of({"z": np.zeros(count), "k": np.zeros(count)})
         (result,) = Check(Build(Gain()), levels=("c",), progress=told.append).run(record)
-        assert told == [f"{x}, {said}" for x in ("float64", "c in gcc", "integer interpreter")]
+        assert told == [f"float64, {said}", f"c in gcc, {c}", f"integer interpreter, {said}"]
         assert result.rows == len(result.fixed.words) == count and result.again is None
 
 
@@ -465,9 +504,10 @@ class Constants(Estimator):
 def test_what_no_core_holds_is_said_without_rtl():
     log = Record.of({"u": np.linspace(-1.0, 1.0, 9)})
     for config, small in (("small", True), ("small-1024", False)):
-        build = Build(Constants(), config=config)
-        (result,) = Check(build, levels=("fixed",)).run(log)
+        build, told = Build(Constants(), config=config), []
+        (result,) = Check(build, levels=("fixed",), progress=told.append).run(log)
         assert result.good
         assert [w.partition(": ")[0] for w in result.given.warnings] == [
             "no core, as compile would make it"
         ] * small
+        assert told[: len(told) - 2] == [f"warning: {w}" for w in result.given.warnings]

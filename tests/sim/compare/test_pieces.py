@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import weakref
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,14 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.disk.output import OutputFile
 from boresight.gateware.core import Core
+from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimators import ESTIMATORS, estimator
 from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
+from boresight.sim.compare.reproducer import load_reproducer
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.levels.build import Build
-from boresight.sim.levels.integer import CModel
+from boresight.sim.levels.integer import CModel, words_of
+from boresight.sim.levels.level import Run
+from boresight.sim.levels.rtl import Simulated
 from boresight.sim.records import log as logs
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted
@@ -134,7 +140,7 @@ def test_a_difference_in_a_later_piece(monkeypatch: pytest.MonkeyPatch) -> None:
 # -- RTL on slices, with the states handed in -----------------------------------------------------
 
 
-def test_slices(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slices(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Spread over the log, across pieces; without the states in the core words would differ."""
     check = Check(
         Build(estimator("complementary"), config="fast"), levels=("c", "rtl"), simulator="verilator"
@@ -148,6 +154,24 @@ def test_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     assert said(check.run(WALK.head(400), rtl_rows=50)) == said([result])
     (short,) = check.run(WALK.head(40), rtl_rows=48)
     assert short.levels[1].n_total == 40 and not short.levels[1].slices
+    record = feed(check.build.estimators[0], WALK.head(400)).inputs[27]
+    whole, file = Simulated.run, tmp_path / "reproducer.json"
+
+    def run(self: Simulated, records: FloatArray) -> Run:
+        """Its words, of which those of one record are wrong."""
+        made = whole(self, records)
+        assert made.words is not None
+        wrong = (records == record).all(axis=1)[:, None]
+        return dataclasses.replace(made, words=made.words ^ wrong)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Simulated, "run", run)
+        (bad,) = check.run(WALK.head(400), rtl_rows=50, reproducer=OutputFile(file, "check"))
+    assert (bad.levels[1].first_wrong, bad.levels[1].n_mismatch) == (27, 1)
+    assert bad.levels[1].divergence == "rtl: outputs differ, step 27, all values equal"
+    data = load_reproducer(file)
+    assert data["step"] == 27
+    assert data["inputs"] == words_of(check.build.programs[0], record[None, :]).tolist()
     monkeypatch.setattr(Core, "registers_with", lambda self, states: self.image.registers)
     (lost,) = check.run(WALK.head(400), rtl_rows=50)
     assert lost.levels[1].first_wrong == 26 and lost.levels[1].n_mismatch == 45  # the second slice

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import re
@@ -13,17 +14,20 @@ import pytest
 from boresight.model import ops
 from boresight.model.declarations import Input, Output, State
 from boresight.model.estimator import Estimator
+from boresight.sim.compare import verdict
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.influence import UPDATES
-from boresight.sim.compare.verdict import Accuracy, Traversed
+from boresight.sim.compare.verdict import Accuracy, Judge, Traversed
 from boresight.sim.fit.fitting import fitted
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from tests.support.faulty import (
     HERE,
     Bounded,
     Delayed,
     Kept,
     Loose,
+    NegativeRoot,
     Slow,
     Snug,
     Stateless,
@@ -41,6 +45,11 @@ def test_good() -> None:
         f"fixed against float64: {made.differences[0].line()}",
         "inputs clamped, as declared: u (2)",
     ]
+    judging, records = Judge(build := Build(Slow()), 0), np.zeros((3, 1))
+    nothing = judging.result({"u": 0}, list)
+    assert not nothing.good and nothing.clamped == {"u": 0}
+    real = CompiledFloat(build).run(records)
+    assert judging.add(records, real, real).shape == (3, 0) and judging.result({}, list).good
 
 
 @pytest.mark.parametrize("sizes", [(UPDATES,), (UPDATES + 1,), (UPDATES - 2, 3), (UPDATES, 2)])
@@ -86,7 +95,8 @@ def test_those_that_saturate_most_are_named_first() -> None:
         assert made.lines()[1] == "inputs clamped, as declared: u (2), v (1)"
     assert not Accuracy((near,), 0, {}, ("it left",), {}, "").good
     far = Difference("y", "", 1, 2.0, 2.0, 0, 1.0)
-    assert Accuracy((near, far), 0, {}, (), {}, "").faults() == [far.line()]
+    made = Accuracy((near, far), 0, {}, (), {}, "")
+    assert made.faults() == [far.line()] and not made.good
 
 
 def test_saturated_values_have_lines() -> None:
@@ -95,6 +105,13 @@ def test_saturated_values_have_lines() -> None:
     made = judge(Loose(), [0.0, 4.0, 4.0])
     assert all(d.good for d in made.differences) and not made.good
     assert re.match(r"step 1, value total \(faulty\.py, line \d+\): ", made.culprit)
+
+
+def test_what_an_output_beyond_its_tolerance_comes_from() -> None:
+    """Though nothing saturates."""
+    made = judge(NegativeRoot(), [1.0, 0.5, -2.0])
+    assert not made.saturated_updates and not made.beyond_range
+    assert re.match(rf"step 2, value bounded_\d+, bounded {HERE}: -2 does not fit", made.culprit)
 
 
 class Growing(Estimator):
@@ -117,6 +134,33 @@ def test_an_estimator_that_diverges_is_told_so() -> None:
     assert made.culprit.startswith(f"float64 is no number from step {step} on: the estimator div")
 
 
+class Beside(Stateless):
+    """The same behind an output that may be that wrong."""
+
+    outputs = (Output("loose", tolerance=1.0), *Stateless.outputs)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Both."""
+        return {}, {"loose": 0.7 * u.u, **super().step(x, u, p)[1]}
+
+
+class Two(Slow):
+    """The same behind a state that changes more, and one that does not."""
+
+    states = (State("fast", -4.0, 4.0), State("still", -1.0, 1.0), *Slow.states)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Both."""
+        states, outputs = super().step(x, u, p)
+        return {"fast": x.fast + 0.5 * (u.u - x.fast), "still": 0.5, **states}, outputs
+
+
+class Spare(Slow):
+    """With a bit more to spare than `Snug`."""
+
+    states = (State("y", -1.0, 1.0, "", 0.4),)
+
+
 def test_rounding_that_adds_up() -> None:
     said = "no operation leaves its float twin: rounding adds up"
     made = judge(Slow(), [1.0] * 200, 18)
@@ -129,20 +173,57 @@ def test_rounding_that_adds_up() -> None:
         rf"update and leaves 9 bits of its range \[-256, 256\] unused: {cure}",
         made.culprit,
     ), made.culprit
-    assert judge(Snug(), [1.0] * 200, 18).culprit.endswith(
-        "use a wider word, or carry the remainder in a second state"
-    )
+    assert judge(Two(), [1.0] * 200, 18).culprit.startswith(f"{said}; state y ")
     assert re.fullmatch(
         rf"{said}; of the error of y 100% from y {HERE}; one more bit of the first leaves 50%: it "
         r"leaves 2 bits unused: get formats by boresight fit; where .* or a wider word",
         judge(Stateless(), [1.0], 18).culprit,
     )
+    beside = judge(Beside(), [1.0], 18).culprit
+    assert beside.startswith(f"{said}; of the error of y 100% from y (faulty.py, line "), beside
+    assert judge(Stateless(), [2.0], 18).culprit.endswith(" leaves 50%: use a wider word")
+    for inputs in ([1.0, 0.0], [-1.0, 0.0]):
+        assert "it leaves 2 bits unused" in judge(Stateless(), inputs, 18).culprit
     culprit = judge(Kept(), [1.0, -0.5, 0.25], 18).culprit
     assert culprit.startswith(f"{said}; of the error of y 100% from y_out (faulty.py, line "), (
         culprit
     )
     delayed = judge(Delayed(), [1.0] * 200, 18).culprit
     assert delayed.startswith(f"{said}; state y "), delayed
+
+
+def test_sources_of_rounding_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Up to three of more than a hundredth, where they explain more than an eighth."""
+    real, rms = verdict.influences, judge(Stateless(), [1.0], 18).differences[0].rms
+    y = rf"y {HERE}"
+    for explains, text in (
+        (0.125, f", to one side; y depends most on the rounding of {y}: "),
+        (0.126, f"; of the error of y 90% from {y}, 2% from {y}; one more bit "),
+    ):
+
+        def few(*made: Any, explains: float = explains) -> Any:
+            (first,) = real(*made)["y"]
+            rest = [dataclasses.replace(first, rms=0.0, share=x) for x in (0.01, 0.02, 0.5)]
+            return {"y": [dataclasses.replace(first, rms=explains * rms, share=0.9), *rest]}
+
+        monkeypatch.setattr(verdict, "influences", few)
+        culprit = judge(Stateless(), [1.0], 18).culprit
+        assert re.match(f"no operation leaves its float twin: rounding adds up{text}", culprit)
+
+
+def test_a_state_that_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its range is narrowed where it leaves more than a bit."""
+    wider = "use a wider word, or carry the remainder in a second state"
+    for estimator, level, explained, unexplained in (
+        (Snug(), 1.0, "%: ", "1 bits of its range [-1, 1] unused: "),
+        (
+            *(Spare(), 0.4, ": narrow its range [-1, 1], which leaves 2 bits unused, "),
+            "2 bits of its range [-1, 1] unused: narrow that range, ",
+        ),
+    ):
+        for least, cure in ((0.0, explained), (math.inf, unexplained)):
+            monkeypatch.setattr(verdict, "_EXPLAINED", least)
+            assert judge(estimator, [level] * 200, 18).culprit.endswith(cure + wider)
 
 
 def test_rounding_to_one_side(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -154,6 +235,9 @@ def test_rounding_to_one_side(monkeypatch: pytest.MonkeyPatch) -> None:
         r"unused: get formats by boresight fit; where .* or a wider word",
         judge(Stateless(), [1.0], 18).culprit,
     )
+    assert judge(Beside(), [1.0], 18).culprit.startswith(f"{said}, to one side; y depends most ")
+    assert judge(Stateless(), [2.0], 18).culprit == f"{said}; use a wider word"  # one bit to spare
+    assert judge(Kept(), [2.0] * 3, 18).culprit.startswith(f"{said}; state y ")
     assert judge(Slow(), [1.0] * 200, 18).culprit.startswith(f"{said}; state y ")
 
 
