@@ -168,6 +168,11 @@ def test_word_outside_18_to_32_is_refused(word: int) -> None:
         Arithmetic(word=word)
 
 
+@pytest.mark.parametrize("words, guard", [((18, 21), 4), ((22, 27), 6), ((28, 32), 8)])
+def test_guard_bits_by_width(words: tuple[int, int], guard: int) -> None:
+    assert [Arithmetic(word=word).guard for word in words] == [guard, guard]
+
+
 def test_formats_are_written_as_ap_fixed() -> None:
     assert str(Format(32, 31)) == "fixed<32,1>"
     assert str(Format(18, 20)) == "fixed<18,-2>"
