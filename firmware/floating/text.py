@@ -154,13 +154,16 @@ class Expressions:
         return lines
 
     def results(self) -> list[str]:
-        """Stores of outputs and next states."""
-        trace = self.trace
-        stores = [(f"out->{identifier(o)}", self.text(e)) for o, e in trace.outputs.items()]
-        stores += [
-            (f"self->state.{identifier(s.data[1])}", self.text(e)) for s, _, e in trace.states
-        ]
-        return [f"{target} = {text};" for target, text in stores if target != text]
+        """Stores of outputs and next states; of a state that another one reads, only after that."""
+        lines = [f"out->{identifier(o)} = {self.text(e)};" for o, e in self.trace.outputs.items()]
+        stores: list[tuple[str, str]] = []
+        for s, _, e in self.trace.states:
+            if any(re.search(rf"{re.escape(state)}\b", self.text(e)) for state, _ in stores):
+                self._store(_plain(e), self._name(_plain(e)), lines)
+            target = f"self->state.{identifier(s.data[1])}"
+            if target != self.text(e):
+                stores.append((target, self.text(e)))
+        return lines + [f"{target} = {text};" for target, text in stores]
 
     def _store(self, e: Expression, name: str, lines: list[str]) -> None:
         while name in self._used:

@@ -323,4 +323,4 @@ class Emulator:
     def _count(self, word: int) -> int:
         """Leading-sign count."""
         arith = self.machine.arithmetic
-        return min(arith.word - 1 - (word ^ (word >> 63)).bit_length(), arith.norm_max)
+        return min(arith.word - 1 - max(word, ~word).bit_length(), arith.norm_max)

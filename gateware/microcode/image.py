@@ -16,9 +16,7 @@ def rom_pieces(words: int) -> tuple[int, ...]:
     Each is a power of two, like block RAM, and at most half of the one before, so that one address
     bit each selects the memory of a word.
     """
-    if words <= 512:
-        return (512,)
-    blocks = -(-words // 256)
+    blocks = max(2, -(-words // 256))
     return tuple(256 << k for k in reversed(range(blocks.bit_length())) if blocks >> k & 1)
 
 
@@ -177,6 +175,6 @@ class Image:
         for base, length in zip(self.bases, self.lengths, strict=True):
             rom[base + length - 1 - machine.prefetch] |= home
         pieces = rom_pieces(len(rom))
-        rom += [0] * (sum(pieces) - len(rom))
+        rom += [0] * sum(pieces)  # and more than fits
         ends = accumulate(pieces)
         return tuple(rom[end - depth : end] for depth, end in zip(pieces, ends, strict=True))

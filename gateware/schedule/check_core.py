@@ -119,11 +119,11 @@ def _check_links(
             if other == k:
                 raise ScheduleError(f"{name} must be of another program, not of {link.program}")
             source = programs[other]
-            following = dict(source.states).get(-1 if link.state is None else link.state)
+            assert link.state is not None  # what is linked has one
+            following = dict(source.states).get(link.state)
             outputs = dict(zip(source.output_names, source.outputs, strict=True))
             if following is None or outputs.get(link.output) != following:
                 raise ScheduleError(f"{name} must be what keeps {link.program}.{link.output}")
-            assert link.state is not None
             if program.format(number) != source.format(link.state):
                 raise ScheduleError(f"{name} must be {source.format(link.state)}, as its source")
             register, owner = (

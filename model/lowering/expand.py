@@ -62,7 +62,8 @@ class Expansion(Graph):
         """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
         if a.kind == "const":
             return self.const(rounded.sin_ht(a.value + 0.5 * quarter))
-        if a.low < -1.0 or (a.high >= 1.0 and a.unit != "ht"):
+        last = a.high == 1.0 and a.unit == "ht"  # whose word is that of -1
+        if a.low < -1.0 or (a.high >= 1.0 and not last):
             a = self.wrap(a)
         return self._new("sin", a, key=quarter, quarter=quarter, low=-1.0, high=1.0)
 
@@ -132,7 +133,7 @@ class Expansion(Graph):
         """c0 + c1 x + x^2 (c2 + c3 x + x^2 (...)), of an even number of coefficients."""
         square = self.mul(x, x)
         total = self.const(0.0)
-        for k in range(len(c) - 2, -1, -2):
+        for k in reversed(range(0, len(c), 2)):
             pair = self.add(self.const(c[k]), self._scaled(x, c[k + 1]))
             total = self.add(pair, self.mul(square, total))
         return total

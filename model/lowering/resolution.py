@@ -61,17 +61,18 @@ class _Walk:
         self.program, self.nodes = program, nodes
         self.op_of = {op.dest: op for op in program.ops}
         self.after = dict(program.states)
-        values = program.values
+        values: dict[int | None, Value] = dict(enumerate(program.values))
+        self.values = values
         #: What is not rounded, and how often two divides its words: constants, and what is chosen
         #: or summed of them.
-        self.exact = {n: _twos(v.initial) for n, v in enumerate(values) if v.kind is Kind.CONST}
+        self.exact: dict[int | None, int] = {
+            n: _twos(v.initial) for n, v in values.items() if v.kind is Kind.CONST
+        }
         for op in program.ops:
-            if self.exact.keys() >= {n for t in op.terms for n in (t.a, t.b)}:
-                twos = [
-                    self.exact[t.a] + self.exact[t.b or 0] + self._power(op, t) for t in op.terms
-                ]
+            if all(n in self.exact for t in op.terms for n in (t.a, t.b)):
+                twos = [self.exact[t.a] + self.exact[t.b] + self._power(op, t) for t in op.terms]
                 least = min(twos) + values[op.dest].frac
-                if least >= 0 and self._is_whole(op):
+                if least >= 0 and op.dest in nodes and self._is_whole(op):
                     self.exact[op.dest] = least
 
     def refuse(self, number: int, limit: float, of: str) -> None:
@@ -91,14 +92,10 @@ class _Walk:
 
     def _line(self, value: int) -> str:
         """Where its author wrote it, or what a part of a sum is added to."""
-        at: int | None = value
-        while at is not None and at not in self.nodes:
-            part = at
-            at = next(
-                (op.dest for op in self.program.ops if any(part in (t.a, t.b) for t in op.terms)),
-                None,
-            )
-        return "" if at is None else self.nodes[at].line
+        for op in self.program.ops:
+            if value not in self.nodes and value in op.operands():
+                value = op.dest
+        return self.nodes[value].line if value in self.nodes else ""
 
     def _cure(self, value: int) -> str:
         """What gives a value a finer last bit."""
@@ -107,7 +104,7 @@ class _Walk:
             return "narrow its range, or widen the tolerance"
         for number, after in states:
             state = self.program.values[number]
-            same = self.nodes.get(after) is self.nodes.get(value) is not None or after == value
+            same = self.nodes.get(after) is self.nodes.get(value) is not None
             if same and said.frac == state.frac:
                 name = declared_name(self.program, self.nodes, number)
                 ends = f"[{state.low:g}, {state.high:g}]"
@@ -132,7 +129,7 @@ class _Walk:
     def _terms(self, op: Op, share: float) -> Iterator[tuple[int, float]]:
         values = self.program.values
         for term in op.terms:
-            if term.b is None or term.scale is not Scale.NONE or term.fraction_a:
+            if term.b is None or term.scale is not Scale.NONE:
                 continue
             for number, factor in ((term.a, term.b), (term.b, term.a)):
                 if values[factor].kind is Kind.CONST:
@@ -145,10 +142,9 @@ class _Walk:
 
     def _is_whole(self, op: Op) -> bool:
         """Whether no term of a sum was too small for its word."""
-        values, node = self.program.values, self.nodes.get(op.dest)
-        pairs = [(values[t.a], values[t.b or 0], self._power(op, t)) for t in op.terms]
+        pairs = [(self.values[t.a], self.values[t.b], self._power(op, t)) for t in op.terms]
         size = sum(math.ldexp(_size(a) * _size(b), a.frac + b.frac + p) for a, b, p in pairs)
-        return node is not None and size >= _size(node)
+        return size >= _size(self.nodes[op.dest])
 
 
 def _size(x: Value | Node) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, param_words
+from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.resolution import check_resolution, limits
 from boresight.model.places import placed
@@ -44,7 +44,7 @@ def check_sound(build: Build, inputs: Sequence[FloatArray] | None = None) -> Non
         in updates of drawn states in which nothing saturates.
     """
     for k, estimator in enumerate(build.estimators):
-        own, chosen = None if inputs is None else inputs[k], build.params[k] or {}
+        own, chosen = None if inputs is None else inputs[k], estimator.param_values(build.params[k])
         check_recorded(estimator, own, None if own is None else chosen)
         check_resolution(build.programs[k], build.nodes[k])
         _check_moving(estimator, build.programs[k], build.nodes[k], sample(estimator, own, chosen))
@@ -60,8 +60,6 @@ def _check_moving(
     leaves = {name: values[:_ROWS] for name, values in leaves.items()}
     rows = len(next(iter(leaves.values())))
     machine = Interpreter(program, rows)
-    chosen = {p.name: float(leaves["param", p.name][0]) for p in estimator.params}
-    machine.params = param_words(program, chosen)
     for (number, _), state in zip(program.states, estimator.states, strict=True):
         machine.values[number] = program.format(number).quantise(leaves["state", state.name])
     inputs = [
@@ -92,8 +90,7 @@ def _check_moving(
 
 
 def _still(twin: Twin, number: int) -> bool:
-    words = twin.words[number]
-    return bool((words == words[0]).all())
+    return int(np.ptp(twin.words[number])) == 0
 
 
 def _lost(twin: Twin, number: int) -> Iterator[int]:

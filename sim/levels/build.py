@@ -183,7 +183,7 @@ class Exchange:
         self._rounds, self._coupled = Rounds(), any(build.links) or bool(build.sharing)
         #: Turns of the piece at hand, where estimators are linked or share states, and pieces
         #: before it.
-        self.turns: list[Turn] | None = None
+        self.turns: list[Turn] = []
         self.pieces = -1
         #: Records of each estimator in the piece, filled.
         self.records: dict[int, FloatArray] = {}
@@ -206,7 +206,7 @@ class Exchange:
         """Fill the columns of linked inputs, (n, n_inputs), which may hold any values."""
         if self.build.links[number]:
             records, streams = records.copy(), len(self.build.estimators)
-            done = completed(self.turns or [], streams, number)
+            done = completed(self.turns, streams, number)
             for column, (other, name) in self.build.links[number].items():
                 program = self.build.programs[other]
                 form = program.format(program.outputs[program.output_names.index(name)])

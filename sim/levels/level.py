@@ -239,7 +239,7 @@ class Level(ABC):
         sharing = exchange.build.sharing
         parts: dict[int, list[Run]] = {k: [] for k in sharing}
         before: dict[int, list[Any]] = {k: [] for k in sharing}
-        for turn in exchange.turns or ():
+        for turn in exchange.turns:
             if (k := turn.number) not in sharing:
                 continue
             last = exchange.holders.get(sharing[k], k)

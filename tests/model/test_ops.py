@@ -420,3 +420,30 @@ def test_limits_on_arrays() -> None:
     assert ops.minimum(0.5, x).tolist() == [-2.0, 0.25, 0.5]
     assert ops.clip(x, -1.0, 1.0).tolist() == ops.saturated(x, 1.0).tolist() == [-1.0, 0.25, 1.0]
     assert ops.bounded(x, -1.0, 1.0, "not on floats") is x and ops.named("x", x) is x
+
+
+def test_an_angle_of_another_unit_is_refused_also_in_a_sum() -> None:
+    """A chain of sums is looked into so far that it takes no time."""
+    g = Tracer("unit")
+    angle, number = g.leaf("input", "a", -1.0, 1.0, "deg"), g.leaf("input", "n", -1.0, 1.0)
+    for function in (ops.wrap_ht, ops.sincos_ht):
+        with pytest.raises(InputError, match="an angle in half turns, found deg; write x / 180"):
+            function(0.5 - ops.absolute(angle + 0.25))
+    for _ in range(60):
+        number = number + number
+    ops.wrap_ht(number)
+
+
+def test_a_number_is_no_condition() -> None:
+    x = Tracer("unit").leaf("input", "x", -1.0, 1.0)
+    assert (ops.where(1, 2.0, 3.0), ops.where(0, 2.0, 3.0)) == (2.0, 3.0)
+    for wrong, found in ((x, "a number; compare"), (~True, "-2, which ~ of a Python bool is")):
+        with pytest.raises(InputError, match=f"wanted a condition, as x > 0.5, found {found}"):
+            ops.where(wrong, 2.0, 3.0)
+
+
+def test_limits_of_a_clip_are_in_order_or_vary() -> None:
+    x = Tracer("unit").leaf("input", "x", -1.0, 1.0)
+    assert [ops.clip(0.5, *limits).kind for limits in ((x, 2.0), (-2.0, x))] == ["larger"] * 2
+    with pytest.raises(InputError, match="limits of ops.clip in order"):
+        ops.clip(x, 1.0, -1.0)

@@ -8,7 +8,7 @@ from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.search import Schedule, schedule
-from boresight.model.words.fixed import Arithmetic
+from boresight.model.words.fixed import Arithmetic, leading_sign_count
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
 from tests.support.random_program import random_inputs, random_program
@@ -148,3 +148,17 @@ def test_records_in_a_row() -> None:
     outputs = [word for words in records for word in one.update(words).outputs]
     stream = ((word, k == 4) for words in records for k, word in enumerate(words))
     assert other.feed(stream).outputs == outputs
+
+
+def test_what_random_words_rarely_meet() -> None:
+    """Signs and counts beside zero and powers of two, shifts to nothing, full accumulators."""
+    core = build(random_program(6), CONFIGS["small"])[1]
+    arith = core.machine.arithmetic
+    words = (0, -1, 1, -2, 1 << 15, -(1 << 15), (1 << 15) - 1, arith.max_int, arith.min_int)
+    counts = [int(leading_sign_count(np.array([word]), arith)[0]) for word in words]
+    assert [core._count(word) for word in words] == counts
+    assert [core._sign(word, 0) for word in words[:4]] == [0, 1, 0, 1]
+    assert [core._amount(9, scale, 5) for scale in range(4)] == [9, 4, 5, 7]
+    assert [core._amount(3, scale, 5) for scale in range(4)] == [3, 0, 0, 1]
+    top = 1 << (arith.acc_width - 1)
+    assert [core._sum(top - 1, 1), core._sum(-top, -1), core._sum(6, 1)] == [-top, top - 1, 7]

@@ -119,7 +119,8 @@ def test_every_program_is_checked(at: int, word: int, message: str) -> None:
 
 
 def test_join() -> None:
-    tables = [7] * 1536
+    assert Image.join([GOOD], digest=GOOD.digest) == GOOD
+    tables = [7, *[0] * 1535]
     other = replace(several(), tables=tables)
     for images in ([GOOD, other], [other, GOOD]):
         both = Image.join(images, digest=5)

@@ -370,6 +370,18 @@ def test_a_shared_state_that_one_lacks(shorter: str) -> None:
         module._check_families(programs, plans, allocations)
 
 
+def test_a_shared_state_of_another_name() -> None:
+    """It is named as the one calls it that does not own it."""
+    programs, plans, allocations = shared()
+    low = plans[0].program
+    values = [
+        dataclasses.replace(v, name={"place": "spot"}.get(v.name, v.name)) for v in low.values
+    ]
+    plans[0] = dataclasses.replace(plans[0], program=dataclasses.replace(low, values=tuple(values)))
+    with pytest.raises(ScheduleError, match=r"^row must have the states of motion.*: spot differs"):
+        module._check_families(programs, plans, allocations)
+
+
 @pytest.mark.parametrize("source", ["motion", "row"])
 def test_shared_states_are_read_by_no_other(source: str) -> None:
     class Reader(Estimator):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import random
 
 import pytest
 
@@ -12,7 +13,9 @@ from boresight.gateware.schedule import search
 from boresight.gateware.schedule.allocate import allocate
 from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.copies import with_copies
+from boresight.gateware.schedule.deviates import Deviates
 from boresight.gateware.schedule.priorities import paths
+from boresight.gateware.schedule.problem import Attempt, ListProblem
 from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Negate, Op, Overflow, Program, Term, Value, When
@@ -244,3 +247,61 @@ def test_styles_are_tried_before_priorities_are_disturbed(monkeypatch: pytest.Mo
     first = made.index("_disturb")
     assert 0 < first < len(made) - 1 and set(made[:first]) == {"_style"}
     assert first == math.ceil(40 * search._STYLE_SHARE) and made.count("_disturb") == 40 - first
+
+
+def test_passes_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fewer for longer programs."""
+    p, made = random_program(5, n_ops=30), []
+    nodes = len(with_copies(p).ops) + len(p.outputs)
+    few = search._search
+    monkeypatch.setattr(search, "_search", lambda a, n, rng: made.append(n) or few(a, 0, rng))
+    for effort in (0, 20, 21, 300, 301):
+        monkeypatch.setattr(search, "_EFFORT", effort * nodes)
+        schedule(p, SMALL)
+    assert made == [20, 20, 21, 300, 300]
+
+
+def problem(n_ops: int = 8) -> ListProblem:
+    p = with_copies(random_program(5, n_ops=n_ops, n_outputs=4, n_states=0))
+    assert len(p.ops) == n_ops
+    return ListProblem(p, SMALL, far=paths(p, SMALL, 4), urgent=4)
+
+
+@pytest.mark.parametrize(
+    ("above", "passes"), [((0, 0), 1), ((-1, 0), 1), ((0, 1), 6), ((1, 0), 6), ((1, -1), 6)]
+)
+def test_the_search_ends_where_nothing_is_better(
+    monkeypatch: pytest.MonkeyPatch, above: tuple[int, int], passes: int
+) -> None:
+    """Else the last of what is no worse is taken, and a pass may give nothing."""
+    given = problem()
+    best = (given.far.latency_bound + above[0], given.far.length_bound + above[1])
+    made: list[Attempt | None] = []
+
+    def one(*_: object) -> Attempt | None:
+        third = 1 if len(made) == 4 else 0
+        made.append(Attempt((*best, third, 0), (), (), 0) if len(made) != 2 else None)
+        return made[-1]
+
+    monkeypatch.setattr(search, "list_pass", one)
+    found = search._search(given, 5, random.Random(0))
+    assert len(made) == passes and found is made[-1]
+
+
+@pytest.mark.parametrize(("n_ops", "carries"), [(8, True), (9, False)])
+def test_outputs_are_carried_where_they_are_many(
+    monkeypatch: pytest.MonkeyPatch, n_ops: int, carries: bool
+) -> None:
+    seen, whole = set(), search.list_pass
+    monkeypatch.setattr(search, "list_pass", lambda *a: seen.add(a[2].carry) or whole(*a))
+    search._search(problem(n_ops), 9, random.Random(0))
+    assert seen == {carries}
+
+
+def test_disturbances_stay_the_same() -> None:
+    """As the digests of schedules, with more draws than those take."""
+    given, rng = problem(40), random.Random(1)
+    deviates, hot = Deviates(rng), range(0, 40, 3)
+    drawn = [search._disturb([0.0] * given.nodes, given, hot, rng, deviates) for _ in range(400)]
+    moves = [x for trial in drawn for x in trial if x]
+    assert (len(moves), round(math.fsum(map(abs, moves)), 6)) == (3677, 56689.215413)

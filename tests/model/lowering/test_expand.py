@@ -120,10 +120,14 @@ def test_a_largest_result_that_just_fits_its_word_does_not_saturate(trace: Any) 
 
 def test_ranges_follow_from_the_argument() -> None:
     x = Tracer("unit").leaf("input", "x", -1.0, 2.0)
+    half = ops.saturated(x + 1.5, 1.0)
     for made, low, high in (
         (ops.exp(x), math.exp(-1.0), math.exp(2.0)),
         (ops.log(x + 2.0), 0.0, math.log(4.0)),
         (ops.tanh(x), -math.tanh(2.0), math.tanh(2.0)),
+        (ops.log(half), math.log(0.5), 0.0),
+        (ops.sqrt(half), math.sqrt(0.5), 1.0),
+        (ops.rsqrt(half), 1.0, 1.0 / math.sqrt(0.5)),
     ):
         node = node_of(made)
         assert low - 1e-7 < node.low <= low and high <= node.high < high + 2e-7
@@ -141,6 +145,7 @@ def test_ranges_follow_from_the_argument() -> None:
         (ops.log, (-1.0, 1.0), "the argument of a logarithm above 0"),
         (ops.log, (1e-10, 1.0), "the argument of a logarithm above 0"),
         (lambda x: ops.log(x - x - 1.0), (0.0, 1.0), "the argument of a logarithm above 0"),
+        (lambda x: ops.log(x - x), (0.0, 1.0), "the argument of a logarithm above 0"),
     ],
 )
 def test_what_has_no_word(trace: Any, function: Any, span: Range, wanted: str) -> None:
@@ -155,3 +160,20 @@ def test_constants_are_correctly_rounded() -> None:
     assert [node_of(n).value for n in made] == plain
     assert plain == [rounded.exp(0.3), rounded.log(0.3), rounded.tanh(0.3)]
     assert np.allclose(plain, [math.exp(0.3), math.log(0.3), math.tanh(0.3)], rtol=3e-16)
+
+
+@pytest.mark.parametrize(
+    "low, high, unit, wrapped",
+    [
+        (-1.0, 0.99, "", False),
+        (-1.0, 1.0, "ht", False),
+        (-1.0, 1.0, "", True),
+        (-1.5, 0.0, "ht", True),
+        (0.0, 1.5, "ht", True),
+    ],
+)
+def test_only_what_is_no_binary_angle_is_wrapped(
+    low: float, high: float, unit: str, wrapped: bool
+) -> None:
+    x = Tracer("unit").leaf("input", "x", low, high, unit)
+    assert (node_of(ops.sincos_ht(x)[0]).args[0].kind == "wrap") == wrapped

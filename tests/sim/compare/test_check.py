@@ -501,10 +501,24 @@ class Constants(Estimator):
         return {}, {"y": sum((k + 0.3) / 2000.0 * (u.u + k / 512.0) for k in range(260))}
 
 
-def test_what_no_core_holds_is_said_without_rtl():
+class Delay(Estimator):
+    """More states than `small` has slots for, and little else."""
+
+    inputs = (Input("u", -1.0, 1.0),)
+    states = tuple(State(f"s{k}", -1.0, 1.0) for k in range(129))
+    outputs = (Output("y", tolerance=1e-3),)
+
+    def step(self, x, u, p):
+        """The last inputs."""
+        last = [u.u, *(getattr(x, s.name) for s in self.states)]
+        return {s.name: value for s, value in zip(self.states, last, strict=False)}, {"y": last[-1]}
+
+
+@pytest.mark.parametrize("kind", [Constants, Delay])
+def test_what_no_core_holds_is_said_without_rtl(kind):
     log = Record.of({"u": np.linspace(-1.0, 1.0, 9)})
     for config, small in (("small", True), ("small-1024", False)):
-        build, told = Build(Constants(), config=config), []
+        build, told = Build(kind(), config=config), []
         (result,) = Check(build, levels=("fixed",), progress=told.append).run(log)
         assert result.good
         assert [w.partition(": ")[0] for w in result.given.warnings] == [

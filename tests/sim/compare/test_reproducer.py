@@ -10,6 +10,7 @@ import pytest
 
 from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
+from boresight.model.errors import InputError
 from boresight.sim.compare.divergence import program_at
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer, write_reproducer
 from boresight.sim.levels.build import Build
@@ -37,6 +38,23 @@ def test_what_it_holds(file: Path) -> None:
     assert state.initial == states[1, 0] != build.programs[0].values[0].initial
     result, flags = CModel(build.programs[0]).update(words_and_states(build, [0.5, -3.0, 2.5])[0])
     assert data["outputs"] == [result[2].tolist()] and data["saturated"] == [bool(flags[2])]
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda data: data["outputs"][0].append(0), "no record of 1 words in outputs"),
+        (lambda data: data["program"]["ops"][0]["terms"][0].update(shift=99), "shift"),
+    ],
+)
+def test_what_no_core_could_run_is_refused(file: Path, change: Any, found: str) -> None:
+    text = file.read_text()
+    assert text.startswith('{\n "boresight_reproducer": 1,\n')
+    data = json.loads(text)
+    change(data)
+    file.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=found):
+        load_reproducer(file)
 
 
 def test_sound_levels_differ_in_nothing(file: Path) -> None:

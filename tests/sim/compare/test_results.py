@@ -11,7 +11,7 @@ import pytest
 from boresight.gateware.core import Core
 from boresight.model.estimators.complementary import Complementary
 from boresight.sim.compare.difference import Difference
-from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, verdict
+from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part, verdict
 from boresight.sim.compare.textbook import textbook_line
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
@@ -155,7 +155,11 @@ def test_rows_of_a_slice_are_counted_from_its_first(core: Core, wanted: Run) -> 
     assert (result.n_total, result.n_mismatch, result.first_wrong) == (21, 4, 42)
     assert (result.seconds, result.divergence, result.slices) == (2.0, "why", "where")
     assert made.add(wanted.rows(0, 0), wanted) is None
-    assert Agreement(made.level).result().failure == "no update was compared"
+    other = Agreement(made.level)
+    assert other.result().failure == "no update was compared"
+    other.add(dataclasses.replace(wanted, fault="why"), wanted)
+    other.add(wanted, wanted)  # makes up for nothing
+    assert other.result().error == "why"
 
 
 def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> None:
@@ -199,10 +203,20 @@ def test_verdict(checked: CheckResult) -> None:
     assert verdict([none]) == "FAILED: no level was run"
 
 
+def test_parts_of_a_log(checked: CheckResult) -> None:
+    """All rows at once where they are kept."""
+    whole = Part(checked.given, checked.fixed, checked.floating)
+    assert [*checked.parts()] == [whole]
+    again = dataclasses.replace(checked, again=lambda: iter([whole, whole]))
+    assert [*again.parts()] == [whole, whole]
+
+
 def test_no_level_is_no_proof(checked: CheckResult) -> None:
     assert checked.good and checked.exact
     none = dataclasses.replace(checked, levels=())
     assert not none.exact and not none.good
+    wrong = LevelResult("c", "gcc", 5, 2, 0.0)
+    assert not dataclasses.replace(checked, levels=(wrong, *checked.levels)).exact
     text = checked.lines()
     assert text[0] == "complementary on synthetic_60s, fast, W = 32"
     assert text[1:3] == [f"  {x.line()}" for x in checked.levels]

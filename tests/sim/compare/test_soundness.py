@@ -41,10 +41,11 @@ class Chain(Estimator):
         return {"x": after}, {"y": self.form(x, u, after, d)}
 
 
-def refusal(estimator: Estimator, word: int = 32, inputs: Any = None) -> str:
+def refusal(estimator: Estimator, word: int = 32, inputs: Any = None, params: Any = None) -> str:
     """What is said of it; empty if nothing is."""
     try:
-        check_sound(Build(estimator, word=word), None if inputs is None else [inputs])
+        build = Build(estimator, word=word, params=[params])
+        check_sound(build, None if inputs is None else [inputs])
     except InputError as error:
         return str(error)
     return ""
@@ -69,18 +70,20 @@ def test_intervals_far_beyond_the_range() -> None:
             assert of in refusal(Chain(6, form=form)), of
 
 
+class Gated(Chain):
+    """No sum or copy leads from the coarse word to the output."""
+
+    states = ()
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        d = 0.5 * u.z
+        for k in range(self.gains):
+            d = d * getattr(p, f"g{k}")
+        return {}, {"y": ops.clip(d, -1.0, 1.0) * u.z}
+
+
 def test_words_that_stand_still() -> None:
-    """No sum or copy leads from the coarse word to the output: only running shows it."""
-
-    class Gated(Chain):
-        states = ()
-
-        def step(self, x: Any, u: Any, p: Any) -> Any:
-            d = 0.5 * u.z
-            for k in range(self.gains):
-                d = d * getattr(p, f"g{k}")
-            return {}, {"y": ops.clip(d, -1.0, 1.0) * u.z}
-
+    """Only running shows it."""
     assert refusal(Gated(2, 1e-4)) == ""
     for inputs in (None, np.linspace(-1.0, 1.0, 50)[:, None]):
         said = refusal(Gated(6, 1e-4), inputs=inputs)
@@ -92,6 +95,69 @@ def test_words_that_stand_still() -> None:
             and "found 0.5, for an interval [-8e+08, 8e+08]" in said
         )
     assert refusal(Gated(6, 1e-4), inputs=np.zeros((50, 1))) == ""  # it may stand still there
+    assert refusal(Gated(3, 1e-4)) == ""  # it moves, though not as it should
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "inputs", "params", "refused"),
+    [
+        (1e-4, np.linspace(-1.0, 1.0, 15), {}, False),  # too few
+        (1e-4, np.linspace(-1.0, 1.0, 16), {}, True),
+        (1e-4, np.repeat([0.0, 1.0], [18, 2]), {}, False),  # a tenth
+        (1e-4, np.repeat([0.0, 1.0], [17, 3]), {}, True),
+        (2.0**-9, np.ones(20), {}, False),  # four tolerances
+        (2.0**-9.1, np.ones(20), {}, True),
+        (1e-4, np.linspace(-1.0, 1.0, 50), {"g0": 0.0}, False),
+    ],
+)
+def test_how_far_a_word_may_stand_still(
+    tolerance: float, inputs: Any, params: Any, refused: bool
+) -> None:
+    assert bool(refusal(Gated(6, tolerance), inputs=inputs[:, None], params=params)) == refused
+
+
+def test_parameters_are_those_that_were_chosen() -> None:
+    """Also where the defaults leave no word to move; and one that stands still may be anywhere."""
+
+    class Zero(Gated):
+        params = tuple(Param(f"g{k}", 0.0, -200.0, 200.0) for k in range(6))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"y": super().step(x, u, p)[1]["y"] + 0.5}
+
+    for inputs in (None, np.linspace(-1.0, 1.0, 50)[:, None], np.zeros((50, 1))):
+        for params in ({}, {"g0": 0.5, "g1": 0.5}):
+            assert refusal(Zero(2, 1e-4), inputs=inputs, params=params) == ""
+
+
+def test_a_step_that_is_not_its_record() -> None:
+    """For a log that of the chosen parameters counts, else that of all."""
+
+    class Other(Gated):
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"y": ops.where(p.g0 > 1.0, 1.0 * isinstance(u.z, float), u.z)}
+
+    assert "wanted what step" in refusal(Other(0))
+    assert refusal(Other(0), inputs=np.linspace(-1.0, 1.0, 50)[:, None]) == ""
+
+
+def test_the_first_word_that_stands_still_is_named() -> None:
+    """Of those that the output is made of, if what it is made of moves."""
+
+    class Two(Gated):
+        outputs = (Output("free"), Output("y", tolerance=1e-4))
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            free = super().step(x, u, p)[1]["y"]
+            turn = ops.sincos_ht(p.g0 * 0.001)[1]
+            d = 0.25 * u.z
+            for k in range(6):
+                d = ops.named(f"own{k}", d * getattr(p, f"g{k}"))
+            return {}, {"free": free, "y": ops.clip(d, -1.0, 1.0) * u.z * turn}
+
+    two = Two(6)
+    two.outputs = Two.outputs
+    assert ", two, value own3: wanted a last bit " in refusal(two)
 
 
 def test_what_needs_few_bits() -> None:

@@ -52,6 +52,9 @@ def test_so_many_last_bits_are_rounding(word: int, sign: int) -> None:
         if word == 32:  # the twin is 2^-17: its share is less than half a bit
             assert twin.apart(value)[1][0] * 2.0 ** (8 - word) < 0.5 * lsb
         assert twin.leaves(value).tolist() == [wrong]
+    for moved, wrong in ((64, False), (65, True)):
+        twin, value = twin_of(0.0, 1.0, "product", sign * moved, word)
+        assert twin.leaves(value).tolist() == [wrong]
 
 
 @pytest.mark.parametrize("word", [18, 32])
@@ -107,7 +110,7 @@ def test_only_an_angle_comes_round(output: str, value: float) -> None:
         assert twin.leaves(number).tolist() == [True]
 
 
-def test_what_is_no_number_has_left() -> None:
+def test_what_is_no_number_has_left(monkeypatch: pytest.MonkeyPatch) -> None:
     build = Build(NegativeRoot())
     words, states = words_and_states(build, [0.7, -2.0])
     (twin,) = twins(build.programs[0], build.nodes[0], words, states)
@@ -117,6 +120,10 @@ def test_what_is_no_number_has_left() -> None:
     lsb = build.programs[0].format(value).lsb
     assert 0.0 < errors[value].largest < 64.0 * lsb  # of the first update alone
     assert errors[value].samples == 1 and errors[value].rms == errors[value].largest
+    apart = np.array([2.0, 0.0]), np.array([1.0, np.inf])  # one divided by zero
+    monkeypatch.setattr(Twin, "apart", lambda twin, value: apart)
+    errors = rounding_errors(build.programs[0], build.nodes[0], words, states)
+    assert (errors[value].samples, errors[value].rms) == (1, 2.0)
 
 
 @pytest.mark.parametrize(

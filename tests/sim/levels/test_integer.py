@@ -9,6 +9,7 @@ from boresight.model.estimator import State
 from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
@@ -23,8 +24,8 @@ def test_a_long_run_is_one_update_after_the_other() -> None:
     build, slow = Build(Leaky()), Interpreted(Build(Leaky()))
     rows = [slow.run(record[None, :]) for record in RECORDS]
     level = Interpreted(build)
-    for _ in range(2):
-        long, rest = level.run(RECORDS[:40]), level.run(RECORDS[40:])
+    for cut in (20, 1, 40):
+        long, rest = level.run(RECORDS[:cut]), level.run(RECORDS[cut:])
         for name in ("words", "saturated", "states"):
             wanted = np.concatenate([getattr(r, name) for r in rows])
             assert np.array_equal(np.concatenate([getattr(r, name) for r in (long, rest)]), wanted)
@@ -35,8 +36,12 @@ def test_a_long_run_is_one_update_after_the_other() -> None:
     assert lent.states is not None and np.array_equal(lent.states[:40], long.states)
     wrong = lent.states.copy()
     wrong[7, 0] ^= 1  # the last step of the first of six segments
-    level.shown = wrong
-    assert level.run(RECORDS).fault == "states differ from C after step 7"
+    for runs in (0, 1):
+        level.reset()
+        for _ in range(runs):
+            level.run(RECORDS)
+        level.shown = wrong
+        assert level.run(RECORDS).fault == f"states differ from C after step {50 * runs + 7}"
 
 
 def test_every_word_of_an_update() -> None:
@@ -50,6 +55,9 @@ def test_every_word_of_an_update() -> None:
         seen = level.words_of_update(RECORDS[:n])
         assert [s.value for s in seen] == [op.dest for op in level.program.ops]
         assert all(s.word == wanted[s.value][0] and s.cycle is None for s in seen)
+    states = Emitted(Build(Leaky())).run(RECORDS[:3]).states
+    assert states is not None
+    assert level.words_of_update(RECORDS[5:7], [RECORDS[3:5]], states[-1]) == seen
 
 
 def test_a_run_of_a_log() -> None:
@@ -68,6 +76,32 @@ def test_a_run_of_a_log() -> None:
     level = Emitted(build)
     for k, record in enumerate(records[:40]):
         assert level.step(record).outputs == {n: v[k] for n, v in quick.outputs.items()}
+
+
+@pytest.mark.parametrize("kind", [Emitted, CompiledFloat])
+def test_parameters_are_set_for_good(kind: Any) -> None:
+    """As if they had been built in, also after a reset; what is not named has its default again."""
+    records = feed(estimator("complementary"), read_record(bundled("ximu_walk")).head(30)).inputs
+    level = kind(Build(estimator("complementary")))
+    for params in ({"kp_roll_per_s": 4.0}, {"declination_ht": 0.1}, None):
+        level.set_params(params)
+        level.reset()
+        wanted = kind(Build(estimator("complementary"), params=[params])).run(records).outputs
+        made = level.run(records).outputs
+        assert all(np.array_equal(made[name], values) for name, values in wanted.items())
+
+
+def test_runs_side_by_side() -> None:
+    """Each as alone, from piece to piece and again from a reset."""
+    build, inputs = Build(Leaky()), 2.0 * RECORDS[:48].reshape(16, 3, 2)
+    batch = Emitted.batch(build, 3)
+    wanted = [Emitted(build).run(inputs[:, k]) for k in range(3)]
+    for _ in range(2):
+        got = [batch.run(inputs[:9]), batch.run(inputs[9:])]
+        for name in ("words", "saturated"):
+            made = np.concatenate([getattr(run, name) for run in got])
+            assert np.array_equal(made, np.stack([getattr(x, name) for x in wanted], axis=1))
+        batch.reset()
 
 
 class Narrow(Leaky):

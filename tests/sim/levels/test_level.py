@@ -11,7 +11,7 @@ import pytest
 import boresight.sim.levels
 from boresight.model import ops
 from boresight.model.errors import InputError
-from boresight.model.estimator import Estimator, Input, Output
+from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.estimators import estimator
 from boresight.model.estimators.complementary import Complementary
 from boresight.model.step import Values
@@ -142,6 +142,29 @@ def test_turns_are_told_from_zero_to_one(name: str) -> None:
     assert outcome["half"].tolist() == [-0.5, -1.0, -0.5, 0.0]
     level.reset()
     assert level.step(np.array([-0.125])).outputs["phase"] == 0.875
+
+
+class Line(Estimator):
+    """A delay line, and two states that change places."""
+
+    inputs = (Input("a", -1.0, 1.0),)
+    states = tuple(
+        State(name, -1.0, 1.0, initial=first)
+        for name, first in {"p": 0.5, "q": -0.5, "r": 0.25, "s": 0.5, "t": 0.75}.items()
+    )
+    outputs = (Output("last"), Output("p"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Every next state is what another one was before."""
+        states = {"p": x.q, "q": x.p, "r": u.a, "s": 0.5 * x.r, "t": x.s}
+        return states, {"last": x.t, "p": states["p"]}
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_states_change_all_at_once(name: str) -> None:
+    outcome = make_level(name, Build(Line())).run(np.array([[0.25], [0.5], [0.75], [1.0]])).outputs
+    assert outcome["last"].tolist() == [0.75, 0.5, 0.125, 0.125]
+    assert outcome["p"].tolist() == [-0.5, 0.5, -0.5, 0.5]
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -297,7 +320,7 @@ def test_shared_states_go_on_where_the_other_ended(sharing: Build) -> None:
         exchange = kind.exchange(levels)
         runs = kind.run_together(levels, records, exchange)
         x = Values("state", {s.name: s.initial for s in sharing.estimators[0].states})
-        for turn in exchange.turns or ():
+        for turn in exchange.turns:
             if (k := turn.number) == 2:  # has its own
                 continue
             estimator = sharing.estimators[k]
