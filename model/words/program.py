@@ -258,7 +258,7 @@ class Program:
 
     def to_json(self) -> str:
         """The program as JSON, the same text for the same program."""
-        return json.dumps(_plain(self), indent=1, sort_keys=True)
+        return json.dumps(_plain(self), indent=1)
 
     @classmethod
     def from_json(cls, text: str) -> Program:
