@@ -6,6 +6,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
@@ -43,7 +44,8 @@ def test_how_python_asks(function: Callable[[Any], Any]) -> None:
 @pytest.mark.parametrize(
     "function",
     [float, bool, abs, lambda v: v + 1.0, lambda v: 2.0 * v, lambda v: v < 1.0, lambda v: -v,
-     lambda v: 1.0 / v, lambda v: v**2, lambda v: not v],
+     lambda v: 1.0 / v, lambda v: v**2, lambda v: not v, lambda v: np.add(v, 1.0),
+     np.logical_and.reduce],
 )  # fmt: skip
 def test_how_python_asks_a_condition(function: Callable[[Any], Any]) -> None:
     x = Tracer("unit").leaf("input", "x", 0.0, 1.0)

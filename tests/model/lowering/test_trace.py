@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ def y(tracer: Tracer) -> Any:
 
 def test_each_expression_once(tracer: Tracer, x: Any, y: Any) -> None:
     assert x * y is x * y is not y * x and x + y is x + y
+    assert (x + y).args == (x, y) and (1.0 + x).args[1] is x
     assert x + y is not y + x and x - y is not y - x
     assert ops.sincos_ht(x) == ops.sincos_ht(x) and ops.sincos_ht(x)[0] is not ops.sincos_ht(x)[1]
     assert ops.clip(x, 0.0, 1.0) is ops.clip(x, 0.0, 1.0) is not ops.clip(x, 0.0, 2.0)
@@ -124,6 +126,7 @@ def test_comparisons(x: Any, y: Any) -> None:
     chosen = ops.where((x < y) & ~(y < 1.0), x, 2.0)
     assert [a.kind for a in chosen.args] == ["both", "leaf", "const"]
     assert ops.flip(x < y, 1.0).args[0] is (x < y)
+    assert ((x <= y) ^ (x < 1.0)) is ~((y < x) ^ (x < 1.0)) is ((x >= 1.0) ^ (y < x))
 
 
 def test_misuse_is_refused(x: Any) -> None:
@@ -136,8 +139,9 @@ def test_misuse_is_refused(x: Any) -> None:
         bool(x == 1.0)
     same = x
     assert x == same and (x != same) is np.False_
-    with pytest.raises(InputError, match="wanted conditions, as x < 1.0, found 1 in a condition; "):
-        (x < 1.0) & 1
+    for combine in (operator.and_, operator.xor):
+        with pytest.raises(InputError, match="wanted conditions, as x < 1.0, found 1 in a condit"):
+            combine(x < 1.0, 1)
     for odd in (lambda: (x < 1.0) + 1.0, lambda: ops.where(x < 1.0, x < 2.0, 0.0)):
         with pytest.raises(InputError, match="found a condition as a number; write ops.where"):
             odd()

@@ -1,8 +1,10 @@
 """Benches of one core: C++, cocotb, and what decides their builds."""
 
 import re
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from io import BytesIO
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,7 +20,14 @@ from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.cosim import CocotbSimulation
 from boresight.sim.rtl.harness import CompiledSimulation, CoreProcess
 from boresight.sim.rtl.memories import split_memories
-from boresight.sim.rtl.replay import BusWrite, ReplayFailed, RtlRun, RtlSimulation
+from boresight.sim.rtl.replay import (
+    Batch,
+    BusWrite,
+    RegisterWrite,
+    ReplayFailed,
+    RtlRun,
+    RtlSimulation,
+)
 from boresight.sim.rtl.sharing import Rounds, Turn, completed, random_turns, run_in_turns
 from boresight.sim.rtl.simulators import SimulationFailed, available
 from tests.support.random_program import random_inputs, random_program, random_programs
@@ -137,6 +146,19 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
         ):
             process.replay(replace(batch, **changed))
         assert writes and failed.value.writes == writes
+
+
+def test_register_writes_of_known_and_of_unknown_words() -> None:
+    """Known words have the bits of the register, also of register 0."""
+    one = np.ones(1, dtype=np.int64)
+    batch = Batch(one[:, None], n_in=one, n_out=one, bus_writes=(), stall=0, trace=0, limit=9)
+    parts = ([1, 0, 5], [7], [3], [0, 0, -1, 2, 1, -1, 4, 3])
+    packed = b"".join(
+        len(p).to_bytes(8, sys.byteorder) + np.array(p, dtype=np.int32).tobytes() for p in parts
+    )
+    run = batch.result(BytesIO(packed).read, word=18, who="x")
+    assert run.writes == (RegisterWrite(0, 0, 2**18 - 1, 2), RegisterWrite(1, -1, None, 3))
+    assert run.latency_cycles.tolist() == [[4]]
 
 
 def test_a_process_that_has_ended(simulation: CompiledSimulation, process: CoreProcess) -> None:
