@@ -152,7 +152,7 @@ class Format:
         scaled = np.asarray(_scaled(value, self.frac) + 0.5)
         limit = 2 ** (self.word - 1)
         np.floor(scaled, out=scaled)
-        words: IntArray = np.clip(scaled, -limit, limit - 1, out=scaled).astype(np.int64)
+        words: IntArray = scaled.clip(-limit, limit - 1, out=scaled).astype(np.int64)
         return words[()]  # of one value a scalar
 
     def real(self, integer: Any) -> FloatArray:

@@ -118,6 +118,11 @@ class Term:
     fraction_b: bool = False
     scale: Scale = Scale.NONE
 
+    @property
+    def conditional(self) -> bool:
+        """Whether it depends on the operation's flag."""
+        return self.negate in (Negate.IF, Negate.UNLESS) or self.when is not When.ALWAYS
+
 
 @dataclass(frozen=True)
 class Op:
@@ -253,7 +258,7 @@ class Program:
 
     def to_json(self) -> str:
         """The program as JSON, the same text for the same program."""
-        return json.dumps(_plain(self), indent=1, sort_keys=True)
+        return json.dumps(_plain(self), indent=1)
 
     @classmethod
     def from_json(cls, text: str) -> Program:

@@ -53,7 +53,7 @@ class _Text:
     def operation(self, op: Op) -> Iterator[str]:
         """Lines that compute one operation's word."""
         arith = self.program.arithmetic
-        if op.flag is not None and op.flag_quarter:
+        if op.flag_quarter:
             yield f"f = (v{op.flag} + {self.quarter + self.half}) & {self.mask} < {self.half}"
         elif op.flag is not None:
             yield f"f = v{op.flag} < 0"

@@ -26,7 +26,9 @@ from boresight.gateware.soc.attitude_soc import AttitudeSoc
 from boresight.gateware.system.attitude_system import AttitudeSystem
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import Device
+from boresight.model import ops
 from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator, Input, Output
 from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.estimators.mekf import Mekf
 from boresight.model.front import FRONT
@@ -39,7 +41,20 @@ pytestmark = pytest.mark.pythons
 FILE = Path(__file__).with_name("digests.json")
 #: Passes of the scheduler for a look at every change; the full effort is for `make soak`.
 FEW = 3
-SIX_AXIS = partial(Mekf, "none")
+
+
+class Transcendental(Estimator):
+    """The functions that are made of polynomials."""
+
+    inputs = (Input("a", -20.0, 3.0), Input("b", 0.01, 40.0), Input("c", -4.0, 5.0))
+    outputs = (Output("exp"), Output("log"), Output("tanh"))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {}, {"exp": ops.exp(u.a), "log": ops.log(u.b), "tanh": ops.tanh(u.c)}
+
+
+#: Programs of no shipped estimator.
+MORE = {"mekf_six_axis": partial(Mekf, "none"), "transcendental": Transcendental}
 
 
 def kept(part: str, result: dict[str, Any]) -> None:
@@ -77,7 +92,7 @@ def test_programs() -> None:
         "programs",
         {
             f"{name} {word}": kind().compile(word=word).digest
-            for name, kind in {**ALL, **FRONT, "mekf_six_axis": SIX_AXIS}.items()
+            for name, kind in {**ALL, **FRONT, **MORE}.items()
             for word in (32, 24, 18)
         },
     )

@@ -170,6 +170,8 @@ def test_verdicts(folder: Path) -> None:
     error = replace(result.errors[0], before=1.0, after=1.05, tolerance=1.1)
     assert error.verdict == "" and replace(error, after=None).verdict == ""
     assert replace(error, after=1.2).verdict == ", BEYOND 1.1, less exact with it"
+    assert "no error changes" not in str(replace(result, errors=(error,)))
+    assert "no error changes" in str(replace(result, errors=(replace(error, after=1.0),)))
 
 
 def test_a_profile_that_failed_is_not_written(folder: Path, capsys) -> None:

@@ -168,6 +168,11 @@ def test_word_outside_18_to_32_is_refused(word: int) -> None:
         Arithmetic(word=word)
 
 
+@pytest.mark.parametrize("words, guard", [((18, 21), 4), ((22, 27), 6), ((28, 32), 8)])
+def test_guard_bits_by_width(words: tuple[int, int], guard: int) -> None:
+    assert [Arithmetic(word=word).guard for word in words] == [guard, guard]
+
+
 def test_formats_are_written_as_ap_fixed() -> None:
     assert str(Format(32, 31)) == "fixed<32,1>"
     assert str(Format(18, 20)) == "fixed<18,-2>"
@@ -177,3 +182,8 @@ def test_formats_are_written_as_ap_fixed() -> None:
 @pytest.mark.parametrize("word", [18, 32])
 def test_a_range_of_zero_alone_has_the_bits_of_a_fraction(word: int) -> None:
     assert Format.for_range(word, 0.0, 0.0) == Format(word, word - 1)
+
+
+def test_binary_angles_fill_the_word_where_their_range_is_within_one_turn() -> None:
+    ranges = ((-1.0, 1.0), (-1.0, 1.5), (-1.5, 1.0))
+    assert [Format.declared(18, *r, "ht").frac for r in ranges] == [17, 16, 16]

@@ -103,7 +103,7 @@ def test_json_round_trip(program: Any) -> None:
     text = program.to_json()
     again = Program.from_json(text)
     assert again == program  # meta does not compare
-    assert again.to_json() == text
+    assert again.to_json() == text and text.startswith('{\n "arithmetic": {\n  "guard": ')
     assert again.digest == program.digest
     for value, copy in zip(program.values, again.values, strict=True):
         assert type(copy.kind) is Kind and copy == value
