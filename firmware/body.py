@@ -21,20 +21,19 @@ _RESULT = {
 }
 
 
-def _is_conditional(term: Term) -> bool:
-    return term.negate in (Negate.IF, Negate.UNLESS) or term.when is not When.ALWAYS
+def _flag(op: Op) -> int | None:
+    """The value with the flag that a term asks for."""
+    return op.flag if any(term.conditional for term in op.terms) else None
 
 
-def _uses_flag(op: Op) -> bool:
-    return any(map(_is_conditional, op.terms))
+def _norm(op: Op) -> int | None:
+    """The value whose normalisation count a term asks for."""
+    return op.norm if any(term.scale is not Scale.NONE for term in op.terms) else None
 
 
-def _uses_norm(op: Op) -> bool:
-    return any(term.scale is not Scale.NONE for term in op.terms)
-
-
-def _uses_table(op: Op) -> bool:
-    return any(term.coefficient is not None for term in op.terms)
+def _index(op: Op) -> int | None:
+    """The value that selects a table's segment, if a term asks for one."""
+    return op.index if any(term.coefficient is not None for term in op.terms) else None
 
 
 class Body:
@@ -99,7 +98,7 @@ class Body:
     @property
     def uses_table(self) -> bool:
         """Whether some operation reads the table memory."""
-        return any(map(_uses_table, self.program.ops))
+        return any(_index(op) is not None for op in self.program.ops)
 
     def _term(self, term: Term) -> str:
         a = f"fraction({self.word(term.a)})" if term.fraction_a else self.word(term.a)
@@ -127,14 +126,15 @@ class Body:
 
     def _op(self, op: Op) -> Iterator[str]:
         yield f"// {self.describe(op.dest, name=True)}, {op.overflow.value}"
-        if op.flag is not None and _uses_flag(op):
+        flag, norm, index = _flag(op), _norm(op), _index(op)
+        if flag is not None:
             helper = "sign_mask_quarter" if op.flag_quarter else "sign_mask"
-            yield f"flag = {helper}({self.word(op.flag)});"
-        if op.norm is not None and _uses_norm(op):
-            yield f"n = sign_count({self.word(op.norm)});"
-        if op.index is not None and op.table is not None and _uses_table(op):
+            yield f"flag = {helper}({self.word(flag)});"
+        if norm is not None:
+            yield f"n = sign_count({self.word(norm)});"
+        if index is not None and op.table is not None:
             helper = "segment_index_quarter" if op.index_quarter else "segment_index"
-            yield f"segment = &TABLE[{512 * op.table}u + 4u * {helper}({self.word(op.index)})];"
+            yield f"segment = &TABLE[{512 * op.table}u + 4u * {helper}({self.word(index)})];"
         yield "acc = ROUND;"
         yield from map(self._term, op.terms)
         yield f"const int32_t {self.word(op.dest)} = {_RESULT[op.overflow]};"
@@ -144,17 +144,8 @@ class Body:
         read = set(self.program.outputs)
         read.update(source for state, source in self.program.states if state != source)
         for op in self.program.ops:
-            for term in op.terms:
-                read.update(n for n in (term.a, term.b) if n is not None)
-            read.update(
-                n
-                for n, used in (
-                    (op.flag, _uses_flag(op)),
-                    (op.norm, _uses_norm(op)),
-                    (op.index, _uses_table(op)),
-                )
-                if used and n is not None
-            )
+            operands = [n for term in op.terms for n in (term.a, term.b)]
+            read.update(n for n in (*operands, _flag(op), _norm(op), _index(op)) if n is not None)
         return read
 
     def statements(
@@ -190,9 +181,9 @@ class Body:
         lines.append("bool saturated = false;")
         if p.ops:
             lines.append("uint64_t acc; // accumulator, modulo 2^64")
-        if any(map(_uses_flag, p.ops)):
+        if any(_flag(op) is not None for op in p.ops):
             lines.append("uint64_t flag; // all ones where the sign bit of the flag is set")
-        if any(map(_uses_norm, p.ops)):
+        if any(_norm(op) is not None for op in p.ops):
             lines.append("uint32_t n; // normalisation count")
         if self.uses_table:
             lines.append("const int32_t *segment; // coefficients of one segment of a table")

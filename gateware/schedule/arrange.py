@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import product
 
 from boresight.gateware.schedule.slots import Slot
-from boresight.model.words.program import Negate, Op, Scale, When
+from boresight.model.words.program import Op, Scale
 
 #: Captures that an op must make itself: index, flag, norm.
 Need = tuple[bool, bool, bool]
@@ -84,17 +84,11 @@ class Arrangement:
         return out
 
 
-def uses_flag(op: Op, term: int) -> bool:
-    """Whether the term depends on the captured flag."""
-    t = op.terms[term]
-    return t.negate in (Negate.IF, Negate.UNLESS) or t.when is not When.ALWAYS
-
-
 def needs(op: Op) -> Need:
     """Which captures the op's terms rely on."""
     return (
         any(t.coefficient is not None for t in op.terms),
-        any(uses_flag(op, k) for k in range(len(op.terms))),
+        any(t.conditional for t in op.terms),
         any(t.scale is not Scale.NONE for t in op.terms),
     )
 
@@ -154,7 +148,7 @@ def _build(
         slots[k] = replace(slots[k], **{f"cap_{kind}": True}, quarter=quarters.get(k, False))
     edges = []
     for k, t in enumerate(op.terms):
-        if "flag" in places and uses_flag(op, k) and k != places["flag"]:
+        if "flag" in places and op.terms[k].conditional and k != places["flag"]:
             edges.append((places["flag"], k))
         if "norm" in places and t.scale is not Scale.NONE and k != places["norm"]:
             edges.append((places["norm"], k))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from boresight.gateware.schedule.arrange import needs, uses_flag
+from boresight.gateware.schedule.arrange import needs
 from boresight.gateware.schedule.slots import Slot
 from boresight.model.words.program import Op, Program, Scale
 
@@ -67,7 +67,7 @@ def _uses(op: Op, term: int | None, kind: int) -> bool:
     t = op.terms[term]
     if kind == 0:
         return t.coefficient is not None
-    return uses_flag(op, term) if kind == 1 else t.scale is not Scale.NONE
+    return t.conditional if kind == 1 else t.scale is not Scale.NONE
 
 
 def give(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from boresight.gateware.machine import Machine
-from boresight.gateware.schedule.arrange import arrangements, needs, reads, uses_flag
+from boresight.gateware.schedule.arrange import arrangements, needs, reads
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.words.program import Kind, Op, Program, Scale
 
@@ -35,7 +35,7 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
     late = {k for k, t in enumerate(op.terms) if value in (t.a, t.b)}
     users = [
         {k for k, t in enumerate(op.terms) if t.coefficient is not None},
-        {k for k in range(len(op.terms)) if uses_flag(op, k)},
+        {k for k, t in enumerate(op.terms) if t.conditional},
         {k for k, t in enumerate(op.terms) if t.scale is not Scale.NONE},
     ]
     extra = False

@@ -233,9 +233,7 @@ class Groups:
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
         terms = self._terms(placed)
-        conditional = any(
-            t.when is not When.ALWAYS or t.negate in (Negate.IF, Negate.UNLESS) for t in terms
-        )
+        conditional = any(t.conditional for t in terms)
         flag, flag_quarter = (form.flag if conditional else None) or (None, False)
         index, index_quarter = form.index or (None, False)
         number = self.value(

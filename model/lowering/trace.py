@@ -62,8 +62,7 @@ def _by_element(operator_: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(operator_)
     def method(self: Scalar, other: Any) -> Any:
-        array = isinstance(other, np.ndarray) and other.ndim > 0
-        return NotImplemented if array else operator_(self, other)
+        return NotImplemented if isinstance(other, np.ndarray) else operator_(self, other)
 
     return method
 

@@ -9,19 +9,7 @@ from itertools import chain
 from typing import Any, get_args, get_type_hints
 
 from boresight.model.words.fixed import Arithmetic
-from boresight.model.words.program import (
-    InPort,
-    Kind,
-    Link,
-    Negate,
-    Op,
-    Port,
-    Program,
-    Scale,
-    Term,
-    Value,
-    When,
-)
+from boresight.model.words.program import InPort, Kind, Link, Op, Port, Program, Scale, Term, Value
 
 __all__ = ["check_complete", "check_program"]
 
@@ -83,8 +71,7 @@ def _operation(p: Program, where: str, op: Op) -> Iterator[str]:
     for term in op.terms:
         if not 0 <= term.shift <= largest:
             yield f"{where}: shift must be 0 to {largest}, not {term.shift!r}"
-        conditional = term.negate in (Negate.IF, Negate.UNLESS) or term.when is not When.ALWAYS
-        if conditional and op.flag is None:
+        if term.conditional and op.flag is None:
             yield f"{where} must name a flag, for a term asks for it"
         if term.scale is not Scale.NONE and op.norm is None:
             yield f"{where} must name a norm, for a term asks for it"

@@ -118,6 +118,11 @@ class Term:
     fraction_b: bool = False
     scale: Scale = Scale.NONE
 
+    @property
+    def conditional(self) -> bool:
+        """Whether it depends on the operation's flag."""
+        return self.negate in (Negate.IF, Negate.UNLESS) or self.when is not When.ALWAYS
+
 
 @dataclass(frozen=True)
 class Op:
