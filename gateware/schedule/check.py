@@ -309,11 +309,10 @@ class _Replay:
                     f"register {address} is shared by "
                     + " and ".join(_name(schedule, n) for n in sorted(values)),
                 )
-        self.writes: dict[int, dict[int, tuple[int, int | None]]] = defaultdict(dict)
+        self.writes: dict[int, dict[int, int]] = defaultdict(dict)
         self.captured: list[dict[str, tuple[int, bool]]] = [{} for _ in range(lanes)]
         #: Indices captured in each lane, by the cycle of the first slot that they serve.
         self.indices: list[dict[int, tuple[int, bool]]] = [{} for _ in range(lanes)]
-        self.lands: dict[int, int] = {}
         for s in schedule.slots:
             if s.last and s.op is not None:
                 self.write(
@@ -342,8 +341,7 @@ class _Replay:
                 f"register {address} of "
                 f"{_name(self.schedule, min(self.contents[address]))} is overwritten",
             )
-        self.writes[cycle][address] = (value, op)
-        self.lands[value] = cycle
+        self.writes[cycle][address] = value
 
     def run(self) -> None:
         """All cycles, then the states."""
@@ -353,7 +351,7 @@ class _Replay:
         for cycle in range(self.schedule.length):
             for s in issued[cycle]:
                 self.slot(s)
-            for address, (value, _) in self.writes[cycle].items():
+            for address, value in self.writes[cycle].items():
                 self.contents[address] = {value}
         for state, after in self.schedule.program.states:
             if self.contents[self.where[after]] != {after}:
@@ -398,13 +396,6 @@ class _Replay:
         name, address = _name(schedule, value), self.where.get(value)
         if address is None:
             raise _fail(schedule, s.cycle, s.op, f"{name} has no register")
-        if value in self.lands and self.lands[value] >= s.cycle:
-            raise _fail(
-                schedule,
-                s.cycle,
-                s.op,
-                f"reads {name}, which is written in cycle {self.lands[value]}",
-            )
         if value not in self.contents[address]:
             contents = ", ".join(_name(schedule, n) for n in sorted(self.contents[address]))
             raise _fail(

@@ -108,7 +108,7 @@ def open_states(programs: Sequence[Program]) -> list[set[int]]:
         for link in reader.links:
             if link.state is not None:
                 opened[link.program].add(link.state)
-    return list(opened.values())
+    return [opened[program.name] for program in programs]
 
 
 def window_of(schedules: Sequence[Schedule]) -> Window | None:

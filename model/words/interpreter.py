@@ -55,7 +55,7 @@ class Interpreter:
             np.full(runs, v.initial, dtype=np.int64) for v in program.values
         ]
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
-        self._tables = np.array(program.table_memory or (0,), dtype=np.int64)
+        self._tables = np.array(program.table_memory, dtype=np.int64)
         self._before = [self.values[n] for n, _ in program.states]
         self._update: Update | None = None  # of one run, made at its first use
 
@@ -127,7 +127,7 @@ class Interpreter:
     def states(self) -> IntArray:
         """Words of the states that the next update reads, (n_states, runs); assign to change."""
         words = [self.values[state] for state, _ in self.program.states]
-        return np.array(words, dtype=np.int64).reshape(-1, self.runs)
+        return np.array(words, dtype=np.int64).reshape(len(words), self.runs)
 
     @states.setter
     def states(self, words: IntArray) -> None:
@@ -145,7 +145,7 @@ class Interpreter:
         """Run all operations, run by run; return which runs saturated."""
         if self._update is None:
             self._update = single(self.program)
-        runs = np.concatenate(self.values).reshape(-1, self.runs).T.tolist()
+        runs = np.stack(self.values).T.tolist()
         saturated = np.zeros(self.runs, dtype=np.bool_)
         for k, words in enumerate(runs):
             clamped = self._update(words, self.program.table_memory)

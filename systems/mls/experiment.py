@@ -41,11 +41,12 @@ class Mls(Experiment):
     pages = ("mls.html",)
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
-        """See `Experiment`; patterns are drawn four times as often, some cases ten times."""
+        """See `Experiment`; four patterns for each run and 40 at least, some cases ten runs."""
+        draws = 4 * max(runs, FEW)  # half of the pulses may be elsewhere: of few draws, all
         patterns, figures = {}, {"phases_fixed_float_turns": phases_fixed_float(seed)}
         for elements in (64, 16):
             say(f"patterns of {elements} elements")
-            patterns[elements] = patterns_of(Array(elements), GLIDE_DEG, 4 * runs, seed)
+            patterns[elements] = patterns_of(Array(elements), GLIDE_DEG, draws, seed)
             for name, trial in patterns[elements].items():
                 figures |= {f"array{elements}_{name}_{k}": v for k, v in trial.figures.items()}
         cases = [(n, case, runs if case.full else min(runs, FEW)) for n, case in CASES.items()]

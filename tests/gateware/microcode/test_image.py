@@ -185,6 +185,13 @@ def test_digest_is_the_programs(machine: Machine) -> None:
     assert f"{assemble(s, allocate(s)).digest:064x}" == p.digest
 
 
+def test_a_table_memory_that_is_not_full() -> None:
+    s = schedule(random_program(1), CONFIGS["small"], restarts=0)
+    few = dataclasses.replace(s.program, table_memory=(7, -1))
+    tables = assemble(dataclasses.replace(s, program=few), allocate(s)).tables
+    assert tables == [7, (1 << 32) - 1, *[0] * 1534]
+
+
 def test_errors() -> None:
     machine = CONFIGS["small"]
     with pytest.raises(ValueError, match=r"^field shift0 must be 0 to 31, not 32$"):

@@ -133,6 +133,12 @@ def test_full() -> None:
         allocate(schedule(wide(consts=256), small, restarts=0))
     with pytest.raises(
         ScheduleError,
+        match=r"^wide: 257 constants and 0 parameters, the small machine has 256 registers for "
+        r"them; config small-1024 has more$",
+    ):
+        schedule(wide(consts=257), small, restarts=0)
+    with pytest.raises(
+        ScheduleError,
         match=r"^wide: parameters need 129 registers of bank 1, the "
         r"fast machine has 128 for them; config fast-1024 has more$",
     ):

@@ -229,6 +229,17 @@ def test_dropped_capture(machine: Machine) -> None:
         )
 
 
+@MACHINES
+def test_an_index_that_serves_too_late(machine: Machine) -> None:
+    p, s, a = made(2, machine)
+
+    class Late(Machine):
+        index_delay = machine.index_delay + 1  # type: ignore[assignment]
+
+    late = Late(**{f.name: getattr(machine, f.name) for f in dataclasses.fields(machine)})
+    rejected(p, dataclasses.replace(s, machine=late), a, r"wants the index of")
+
+
 def waits(op: Op, negated: bool) -> bool:
     """Whether a flag decides the sign of a term, or whether it is added, and nothing else."""
     signs = any(t.negate in (Negate.IF, Negate.UNLESS) for t in op.terms)

@@ -218,9 +218,11 @@ def test_no_room_for_the_window() -> None:
     plans = [part.schedule for part in core.parts]
 
     class Narrow(Machine):
-        state_slots = 4
+        state_slots = 8
 
     tight = [dataclasses.replace(p, machine=Narrow("narrow", 1)) for p in plans]
+    assert window_of(tight) == Window(4, (1, 2))  # two words in a block of two
+    Narrow.state_slots = 4
     with pytest.raises(
         ScheduleError, match=r"^middle, inner: no room in the narrow machine for 3 "
     ):

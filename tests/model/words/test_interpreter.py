@@ -106,6 +106,7 @@ def test_many_runs_equal_single_runs() -> None:
         assert np.array_equal(single[..., 0], out[..., k])
         assert np.array_equal(flag[:, 0], saturated[:, k])
         counts += alone.saturations
+        assert np.array_equal(alone.states[:, 0], together.states[:, k])
     assert np.array_equal(counts, together.saturations)
     assert out.shape == (30, 8, 20) and saturated.shape == (30, 20) and out.dtype == np.int64
 

@@ -84,6 +84,20 @@ def test_run(result: Result) -> None:
     assert page.count('class="bad"') == sum(not t.good for t in result.targets)
 
 
+def test_of_two_runs_as_many_patterns_are_drawn_as_of_ten(monkeypatch) -> None:
+    """Of fewer, each pulse may be elsewhere, and nothing has a mean."""
+
+    class Drawn(Exception):
+        pass
+
+    def patterns_of(array: Array, elevation_deg: float, draws: int, seed: int) -> None:
+        raise Drawn(draws)
+
+    monkeypatch.setattr(experiment, "patterns_of", patterns_of)
+    with pytest.raises(Drawn, match="^40$"):
+        Mls(jobs=1).run(seed=5, runs=2, say=lambda text: None)
+
+
 def verdicts(result: Result, values: dict[str, float]) -> dict[str, Target]:
     """By name; figures that are not given are 1."""
     figures = dict.fromkeys(result.figures, 1.0) | values
