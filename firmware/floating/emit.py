@@ -34,7 +34,7 @@ def _folded(line: str) -> list[str]:
             line.rfind(f" {sign} ", 8, _WIDTH)
             for sign in ("+", "-", "*", "/", "?", ":", "&&", "||")
         )
-        if cut < 0:
+        if cut == -1:
             break
         lines.append(line[:cut])
         line = f"    {line[cut + 1 :]}"

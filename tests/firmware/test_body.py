@@ -4,6 +4,7 @@ import ctypes
 import random
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,18 @@ def test_name(name: str, prefix: str | None, wanted: str) -> None:
 def test_bad_prefix() -> None:
     with pytest.raises(ValueError, match=r"^prefix must be a C identifier, not '2 be'$"):
         Body(program(Op(3, ())), prefix="2 be")
+
+
+def test_a_value_of_later_on() -> None:
+    with pytest.raises(ValueError, match=r"^operation 0 \(y\) must read values defined before it"):
+        Body(program(Op(3, (Term(3, 1, 22),))))
+
+
+def test_what_only_a_state_takes_over_is_loaded() -> None:
+    delay = replace(program(Op(3, ())), states=((2, 0),))
+    lines = Body(delay).statements(after=[])
+    assert lines[0].startswith("const int32_t v0_x = in->x;")
+    assert lines[-1] == "self->state.s = v0_x;"
 
 
 # --------------------------------------------------------------------------------------------------
@@ -263,6 +276,16 @@ def test_literal() -> None:
 
 def test_block_indents_but_leaves_blank_lines_empty() -> None:
     assert block("void f(void)", ["a;", "", "b;"]) == "void f(void) {\n    a;\n\n    b;\n}"
+
+
+def test_block_of_a_long_opening() -> None:
+    """An argument a line, if the line with its brace has more than 100 characters."""
+    long = "f" * 70
+    fits = f"/* Sum. */\nvoid {long}(int a, int (*b)(void))"
+    assert block(fits, []) == f"{fits} {{\n}}"
+    assert block(fits.replace("f", "gf", 1), []) == (
+        f"/* Sum. */\nvoid g{long}(\n    int a,\n    int (*b)(void)) {{\n}}"
+    )
 
 
 def test_join_drops_empty_parts() -> None:

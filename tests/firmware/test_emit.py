@@ -186,6 +186,13 @@ def test_output_that_bears_the_name_of_an_input(odd_names: Program) -> None:
     assert "#define ODD_INT__OUT_FRAC 40 // fixed<32,-8>, [-1e-09, 1]" in header
 
 
+def test_inputs_that_differ_in_case() -> None:
+    values = [Value(name, Kind.INPUT, 31, -1.0, 1.0, "test") for name in ("Vs", "vs")]
+    program = Program("x", Arithmetic(), tuple(values), (), (0, 1), (0,), ("y",), (), ())
+    header = emit_c(program)["x.h"]
+    assert "#define X_VS_FRAC 31 " in header and "#define X_VS_2_FRAC 31 " in header
+
+
 @pytest.mark.parametrize(
     "which", ["random_18", "random_24", "random_32", "corner", "odd", "empty", "golden"]
 )

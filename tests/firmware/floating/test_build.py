@@ -157,6 +157,8 @@ def test_shape_is_checked() -> None:
         (DOUBLE, 1e-5, "0.00001"),
         (DOUBLE, 1e-9, "1e-9"),
         (SINGLE, 1e20, "1e+20f"),
+        (SINGLE, 1e4, "10000.0f"),
+        (SINGLE, 1e5, "1e+5f"),
         (SINGLE, 1e-300, "1.1754944e-38f"),
         (SINGLE, -1e-300, "-1.1754944e-38f"),
         (DOUBLE, 1e-300, "1e-300"),

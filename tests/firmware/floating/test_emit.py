@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boresight.firmware.floating.emit import emit_float_c
+from boresight.firmware.floating.emit import _folded, emit_float_c
 from boresight.firmware.floating.precision import SINGLE
 from boresight.firmware.floating.text import Expressions, float_helpers, operation_counts
 from boresight.model import ops
@@ -72,6 +72,24 @@ def test_interface_is_that_of_the_integer_c() -> None:
 
 def test_same_estimator_same_text() -> None:
     assert emit_float_c(estimator("ekf_bias")) == emit_float_c(estimator("ekf_bias"))
+
+
+WIDE = 80 * "x"
+
+
+@pytest.mark.parametrize(
+    "line, wanted",
+    [
+        (f"{WIDE} + y + 12345", [f"{WIDE} + y + 12345"]),
+        (f"{WIDE} * y + 123456", [f"{WIDE} * y", "    + 123456"]),
+        (f"{WIDE} + y * 123456", [f"{WIDE} + y", "    * 123456"]),
+        (f"{WIDE[:8]} + {WIDE}{WIDE}", [WIDE[:8], f"    + {WIDE}{WIDE}"]),
+        (f"{WIDE[:7]} + {WIDE}{WIDE}", [f"{WIDE[:7]} + {WIDE}{WIDE}"]),
+        (f"{WIDE} - {WIDE} - y1234", [WIDE, f"    - {WIDE}", "    - y1234"]),
+    ],
+)
+def test_long_statements_are_folded(line: str, wanted: list[str]) -> None:
+    assert _folded(line) == wanted
 
 
 # -- float expressions as C text: constants to the last bit, brackets where they matter -----------
@@ -150,6 +168,7 @@ def test_literals() -> None:
         (lambda x, y, z: y * z + -0.25, "y * z - 0.25f"),
         (lambda x, y, z: x - (-y + z), "x - (-y + z)"),
         (lambda x, y, z: ops.flip(y < 0.0, x), "y < 0.0f ? -x : x"),
+        (lambda x, y, z: ops.flip(y < 0.0, x * z), "y < 0.0f ? -t5 : t5"),
         (lambda x, y, z: ops.flip(y < z, -0.5), "y < z ? -(-0.5f) : (-0.5f)"),
         (lambda x, y, z: ops.saturated(x, 2.0), "clamp(x, -2.0f, 2.0f)"),
         (lambda x, y, z: ops.maximum(x, y) - ops.minimum(y, z), "larger(x, y) - smaller(y, z)"),
@@ -189,11 +208,33 @@ def test_a_state_that_stays_is_not_written() -> None:
     assert written({"o": x}, ((state, 0.0, state),)) == ["out->o = in->x;"]
 
 
+def test_states_that_change_places() -> None:
+    (x,) = leaves("x")
+    a, b = (x.tracer.leaf("state", name, 0.0, 1.0) for name in "ab")
+    assert written({"o": x}, ((a, 0.0, b), (b, 0.0, a))) == [
+        "out->o = in->x;",
+        "const float b_next = self->state.a;",
+        "self->state.a = self->state.b;",
+        "self->state.b = b_next;",
+    ]
+
+
 @pytest.mark.parametrize("name", ["in", "self", "clamp", "sin", "sinf", "x_i"])
 def test_variables_hide_nothing(name: str) -> None:
     (x,) = leaves("x")
     lines = written({name: x + x, "y": (x + x) * x})
     assert lines[1] == "const float t1 = x_i + x_i;"
+
+
+def test_variables_differ() -> None:
+    (x,) = leaves("x")
+    square = (x + x) * (x + x)
+    assert square.number == 2
+    assert written({"t2": x + x, "y": square - square})[1:4] == [
+        "const float t2 = x_i + x_i;",
+        "const float t2_ = t2 * t2;",
+        "out->t2 = t2;",
+    ]
 
 
 def test_truth_values_are_bool() -> None:
@@ -213,6 +254,12 @@ def test_functions_stay_functions() -> None:
     counts = operation_counts(ESTIMATORS["complementary"]().trace())
     assert (counts["sin"], counts["cos"], counts["atan2"]) == (3, 3, 1)
     assert not {"const", "leaf", "named", "bounded"} & counts.keys()
+
+
+@pytest.mark.parametrize("spare, lines", [(0, 1), (1, 2)])
+def test_sixty_characters_are_written_inline(spare: int, lines: int) -> None:
+    x, y = leaves("x" * 25, "y" * (17 + spare))  # in->x + in->y - 1.0f
+    assert len(written({"out": x + y - 1.0})) == lines
 
 
 def test_what_is_long_gets_a_variable() -> None:

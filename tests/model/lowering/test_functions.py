@@ -71,6 +71,16 @@ def test_mantissas_and_exponents(kind: str, scale: Scale, frac: int, low: float,
     np.testing.assert_allclose(result / wanted, 1.0, atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("kind", "low", "signed"),
+    [("rsqrt", -1.0, False), ("reciprocal", 0.0, False), ("reciprocal", -1.0, True)],
+)
+def test_a_sign_is_taken_off_where_there_may_be_one(kind: str, low: float, signed: bool) -> None:
+    e = Expanded(30, low)
+    e.functions.mantissa(kind, e.x)
+    assert any(op.flag is not None for op in e.groups.ops) is signed
+
+
 def test_the_same_function_of_the_same_word_is_expanded_once() -> None:
     e = Expanded(31, -1.0)
     first = e.functions.cubic(SIN, e.x, False)

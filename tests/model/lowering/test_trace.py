@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,8 @@ def test_what_disappears(tracer: Tracer, x: Any, y: Any) -> None:
     assert [(c.kind, *c.data) for c in constants] == [
         ("const", v) for v in (5.0, -1.0, 6.0, -2.0, 0.5, 2.0)
     ]
-    assert math.copysign(1.0, tracer.const(-0.0).data[0]) == 1.0
+    assert math.copysign(1.0, Tracer("unit").const(-0.0).data[0]) == 1.0
+    assert x**0 * y is y
 
 
 def test_nothing_more_disappears(x: Any, y: Any) -> None:
@@ -70,6 +72,16 @@ def test_nothing_more_disappears(x: Any, y: Any) -> None:
     assert ops.where(x < 9.0, x, y).kind == "select"
     assert ops.absolute(x * x).kind == "absolute"
     assert (x / y).kind == "div"
+
+
+def test_places(tracer: Tracer, x: Any, y: Any) -> None:
+    """The author's line, or what stands for it; in a message without either the record's name."""
+    assert (x + y).line.startswith("test_trace.py, line ")
+    tracer.place = "filter.py, line 41"
+    assert (x - y).line == "filter.py, line 41"
+    with ThreadPoolExecutor() as elsewhere:
+        error = elsewhere.submit(tracer.const, math.inf).exception()
+    assert str(error).startswith("unit: wanted finite constants")
 
 
 def test_functions_are_recorded(x: Any, y: Any) -> None:
@@ -113,6 +125,9 @@ def test_arrays_of_values(x: Any, y: Any) -> None:
     assert list(x * a) == [x * x, x * y] and list(x - b[0]) == [x - 1.0, x - 2.0]
     assert [c.kind for c in x < a] == [c.kind for c in (x < x, x < y)]
     assert list(np.array([1.0, 2.0]) + x) == [1.0 + x, 2.0 + x] and list(a**2) == [x * x, y * y]
+    assert x.tracer.lift(np.array(3.0)) is x.tracer.const(3.0)
+    with pytest.raises(InputError, match=r"found an array of shape \(1,\)"):
+        x.tracer.lift(np.array([3.0]))
     assert x * np.array(3.0) is x * 3.0 and np.float64(2.0) - x is 2.0 - x
     assert (np.float64(1.0) <= x) is (x >= 1.0)
 
