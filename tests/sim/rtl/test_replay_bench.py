@@ -25,6 +25,7 @@ from boresight.sim.rtl.replay import (
     BusWrite,
     RegisterWrite,
     ReplayFailed,
+    Reset,
     RtlRun,
     RtlSimulation,
 )
@@ -148,15 +149,37 @@ def test_what_is_no_result(simulation: CompiledSimulation) -> None:
         assert writes and failed.value.writes == writes
 
 
+def _words(*parts: list[int]) -> BytesIO:
+    """Results of a bench: each part behind its length."""
+    packed = (
+        len(p).to_bytes(8, sys.byteorder) + np.array(p, dtype=np.int32).tobytes() for p in parts
+    )
+    return BytesIO(b"".join(packed))
+
+
+def test_a_reset_between_records() -> None:
+    """As `harness.cpp` has it; the words that an update gave before it came count."""
+    two, inputs = np.array([2, 2]), np.array([[1, 2], [3, 4]])
+    batch = Batch(inputs, two - [1, 0], two, [BusWrite(0, 5, 6), Reset(0, 7)], 0, -1, limit=9)
+    assert batch.packed() == (
+        np.array([2, 2, 0, -1, 9], dtype=np.int64).tobytes()
+        + np.array([1, 2, 1, 3, 4, 0, 5, 6, 0, -1, 7], dtype=np.int32).tobytes()
+    )
+    run = batch.result(_words([1, 0, -2, 2, 1, 5], [7, 8, 9], [3, 4, 5], []).read, word=18, who="x")
+    assert run.outputs.tolist() == [[7, 0], [8, 9]]
+    assert run.latency_cycles.tolist() == [[4, 0], [5, 6]]
+    assert run.interval_cycles.tolist() == [-2, 5]
+    lost = _words([1, 0, 4], [7], [3], [])
+    with pytest.raises(ReplayFailed, match="^x: unknown value$"):
+        batch.result(lost.read, word=18, who="x", fault="unknown value")
+
+
 def test_register_writes_of_known_and_of_unknown_words() -> None:
     """Known words have the bits of the register, also of register 0."""
     one = np.ones(1, dtype=np.int64)
     batch = Batch(one[:, None], n_in=one, n_out=one, bus_writes=(), stall=0, trace=0, limit=9)
-    parts = ([1, 0, 5], [7], [3], [0, 0, -1, 2, 1, -1, 4, 3])
-    packed = b"".join(
-        len(p).to_bytes(8, sys.byteorder) + np.array(p, dtype=np.int32).tobytes() for p in parts
-    )
-    run = batch.result(BytesIO(packed).read, word=18, who="x")
+    packed = _words([1, 0, 5], [7], [3], [0, 0, -1, 2, 1, -1, 4, 3])
+    run = batch.result(packed.read, word=18, who="x")
     assert run.writes == (RegisterWrite(0, 0, 2**18 - 1, 2), RegisterWrite(1, -1, None, 3))
     assert run.latency_cycles.tolist() == [[4]]
 
