@@ -72,6 +72,7 @@ def test_nothing_more_disappears(x: Any, y: Any) -> None:
     assert ops.where(x < 9.0, x, y).kind == "select"
     assert ops.absolute(x * x).kind == "absolute"
     assert (x / y).kind == "div"
+    assert (x * 0.5 * y).args == (x * 0.5, y) and (x * y * 0.5).args[0] is x * y
 
 
 def test_places(tracer: Tracer, x: Any, y: Any) -> None:
@@ -128,6 +129,8 @@ def test_arrays_of_values(x: Any, y: Any) -> None:
     assert x.tracer.lift(np.array(3.0)) is x.tracer.const(3.0)
     with pytest.raises(InputError, match=r"found an array of shape \(1,\)"):
         x.tracer.lift(np.array([3.0]))
+    with pytest.raises(InputError, match="wanted a step that computes the same"):
+        Tracer("other").lift(x)
     assert x * np.array(3.0) is x * 3.0 and np.float64(2.0) - x is 2.0 - x
     assert (np.float64(1.0) <= x) is (x >= 1.0)
 

@@ -169,6 +169,7 @@ def test_a_reset_between_records() -> None:
     assert run.outputs.tolist() == [[7, 0], [8, 9]]
     assert run.latency_cycles.tolist() == [[4, 0], [5, 6]]
     assert run.interval_cycles.tolist() == [-2, 5]
+    assert run.saturated.tolist() == [False, True]
     lost = _words([1, 0, 4], [7], [3], [])
     with pytest.raises(ReplayFailed, match="^x: unknown value$"):
         batch.result(lost.read, word=18, who="x", fault="unknown value")
