@@ -9,7 +9,7 @@ from boresight.model.lowering.groups import Groups, Target
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Overflow, Program, Scale, Value
-from boresight.model.words.tables import ASIN, SIN, table_memory
+from boresight.model.words.tables import ASIN, RSQRT, SIN, table_memory
 
 WORD = 32
 
@@ -69,6 +69,16 @@ def test_mantissas_and_exponents(kind: str, scale: Scale, frac: int, low: float,
     form = Form([Product(m, scale=scale, exponent=exponent)], norm=e.x)
     result = e.run(form, 0.0, 1.01 * wanted.max(), words)
     np.testing.assert_allclose(result / wanted, 1.0, atol=1e-7)
+
+
+def test_ranges_of_the_two_sums() -> None:
+    """Each is linear in a segment: its extremes are at the ends."""
+    e = Expanded(31, 0.0)
+    w, t = e.functions.cubic(RSQRT, e.x, False)
+    c = RSQRT.coefficients()
+    for part, first in ((w, 0), (t, 2)):
+        ends, value = [c[:, first], c[:, first] + c[:, first + 1]], e.groups.values[part.a]
+        assert (value.low, value.high) == (np.min(ends), np.max(ends))
 
 
 @pytest.mark.parametrize(
