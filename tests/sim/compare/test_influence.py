@@ -117,6 +117,24 @@ def test_derivatives_of_every_kind() -> None:
         assert whole == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.15), name
 
 
+def test_what_is_chosen_counts_where_it_is_chosen() -> None:
+    class Chosen(Estimator):
+        """In every fourth update a coarse product, else an input."""
+
+        inputs = (Input("a", -1.0, 1.0), Input("b", -1000.0, 1000.0), Input("d", 0.0, 1.0))
+        outputs = (Output("y"),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            """One update."""
+            coarse = ops.clip(0.02 * (u.a * u.b), -1.0, 1.0)
+            return {}, {"y": ops.where(u.d < 0.5, coarse, u.a)}
+
+    columns = [exact(np.sin(T)), exact(30.0 * np.cos(0.7 * T)), np.where(T % 4, 0.75, 0.25)]
+    got, deviation = found(Chosen(), np.stack(columns, axis=1), 18)
+    whole = np.sqrt(sum(i.rms**2 for i in got["y"]))
+    assert whole == pytest.approx(np.sqrt(np.mean(deviation["y"] ** 2)), rel=0.15)
+
+
 def test_what_a_state_keeps_counts_in_later_updates() -> None:
     class Sum(Estimator):
         """A sum that forgets slowly: an error lasts for 1 / (1 - 0.99^2) = 50 squares."""
