@@ -154,7 +154,7 @@ class Expressions:
         return lines
 
     def results(self) -> list[str]:
-        """Stores of outputs and next states; of a state that another one reads, only after that."""
+        """Stores of outputs, then of next states; what reads a stored state is computed before."""
         lines = [f"out->{identifier(o)} = {self.text(e)};" for o, e in self.trace.outputs.items()]
         stores: list[tuple[str, str]] = []
         for s, _, e in self.trace.states:

@@ -175,6 +175,6 @@ class Image:
         for base, length in zip(self.bases, self.lengths, strict=True):
             rom[base + length - 1 - machine.prefetch] |= home
         pieces = rom_pieces(len(rom))
-        rom += [0] * sum(pieces)  # and more than fits
+        rom += [0] * sum(pieces)  # at least as many as are missing; the rest is cut off
         ends = accumulate(pieces)
         return tuple(rom[end - depth : end] for depth, end in zip(pieces, ends, strict=True))

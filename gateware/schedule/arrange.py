@@ -148,7 +148,7 @@ def _build(
         slots[k] = replace(slots[k], **{f"cap_{kind}": True}, quarter=quarters.get(k, False))
     edges = []
     for k, t in enumerate(op.terms):
-        if "flag" in places and op.terms[k].conditional and k != places["flag"]:
+        if "flag" in places and t.conditional and k != places["flag"]:
             edges.append((places["flag"], k))
         if "norm" in places and t.scale is not Scale.NONE and k != places["norm"]:
             edges.append((places["norm"], k))

@@ -62,8 +62,8 @@ class Expansion(Graph):
         """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
         if a.kind == "const":
             return self.const(rounded.sin_ht(a.value + 0.5 * quarter))
-        last = a.high == 1.0 and a.unit == "ht"  # whose word is that of -1
-        if a.low < -1.0 or (a.high >= 1.0 and not last):
+        circle = a.high == 1.0 and a.unit == "ht"  # its word of 1 is that of -1
+        if a.low < -1.0 or (a.high >= 1.0 and not circle):
             a = self.wrap(a)
         return self._new("sin", a, key=quarter, quarter=quarter, low=-1.0, high=1.0)
 

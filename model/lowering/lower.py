@@ -149,7 +149,7 @@ def _following(node: Node) -> Range | None:
         ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]
         return sum(low for low, _ in ends), sum(high for _, high in ends)
     if node.kind == "mul":
-        corners = [x * y for x in spans[0] for y in spans[1]]  # not a number: nothing is given
+        corners = [x * y for x in spans[0] for y in spans[1]]  # of infinities: infinite or NaN
         return min(corners), max(corners)
     if node.kind == "select":
         return min(low for low, _ in spans[1:]), max(high for _, high in spans[1:])

@@ -282,7 +282,8 @@ class Traversed:
             ranges, count = ranges.followed(count, seen) if ranges else seen, count + len(inputs)
             self.inputs = np.concatenate([self.inputs, inputs])
             self.states = np.concatenate([self.states, states])
-            changes = np.abs(np.diff(self.states, axis=0)).max(axis=0, initial=0)
+            new = self.states[-len(states) - 1 :]  # and the state before them
+            changes = np.abs(np.diff(new, axis=0)).max(axis=0, initial=0)
             self.changes = np.maximum(self.changes, changes)
             if (spare := len(self.inputs) - UPDATES) > 0:
                 self.before = self.states[spare - 1]

@@ -41,8 +41,8 @@ class Mls(Experiment):
     pages = ("mls.html",)
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
-        """See `Experiment`; four patterns for each run and 40 at least, some cases ten runs."""
-        draws = 4 * max(runs, FEW)  # half of the pulses may be elsewhere: of few draws, all
+        """See `Experiment`; four patterns for each run, at least 40; some cases have ten runs."""
+        draws = 4 * max(runs, FEW)  # half of the pulses may be at a wrong place; of few, all
         patterns, figures = {}, {"phases_fixed_float_turns": phases_fixed_float(seed)}
         for elements in (64, 16):
             say(f"patterns of {elements} elements")

@@ -85,7 +85,7 @@ def test_run(result: Result) -> None:
 
 
 def test_of_two_runs_as_many_patterns_are_drawn_as_of_ten(monkeypatch) -> None:
-    """Of fewer, each pulse may be elsewhere, and nothing has a mean."""
+    """Of fewer, all pulses may be at a wrong place, and there is nothing to take a mean of."""
 
     class Drawn(Exception):
         pass
