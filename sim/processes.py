@@ -14,10 +14,11 @@ import pickle
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import chain, islice
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
@@ -98,15 +99,16 @@ def duration(seconds: float) -> str:
 
 def dispatch(
     jobs: int | None,
-    tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]],
+    tasks: Iterable[tuple[Label, Callable[..., Result], tuple[object, ...]]],
     executor: Executor | None = None,
 ) -> Iterator[tuple[Label, Result]]:
     """Run tasks (label, function, arguments) and yield results in the order of completion.
 
     ``jobs`` is the number of processes, by default one for each processor. One job or one task
-    runs in this process, in order. Other processes are spawned: a script that uses more than one
-    job needs ``if __name__ == "__main__"``, and functions, arguments and results must be picklable.
-    The processes end with the work. An executor, for example of a Dask cluster, replaces the
+    runs in this process, in order. A task is taken from ``tasks`` when a process is free for it.
+    Other processes are spawned: a script that uses more than one job needs
+    ``if __name__ == "__main__"``, and functions, arguments and results must be picklable. The
+    processes end with the work. An executor, for example of a Dask cluster, replaces the
     processes; after an error it begins no more tasks.
 
     Raises
@@ -115,23 +117,23 @@ def dispatch(
         A process ended before its task, for example because it was killed.
     """
     if (files := profiles_now()) is not None:
-        tasks = [(label, _within, (files, work, *parameters)) for label, work, parameters in tasks]
+        tasks = ((label, _within, (files, work, *parameters)) for label, work, parameters in tasks)
     if executor is not None:
         yield from _submit(executor, tasks)
         return
-    jobs = min(processes(jobs), len(tasks))
-    if jobs <= 1:
-        for label, work, arguments in tasks:
+    left = iter(tasks)
+    first = list(islice(left, processes(jobs)))
+    if len(first) <= 1:
+        for label, work, arguments in chain(first, left):
             yield label, work(*arguments)
         return
-    left = iter(tasks)
     labels: dict[Connection, tuple[_Worker, Label]] = {}
     workers: list[_Worker] = []
     try:
         with _uninterrupted():
-            for _ in range(jobs):
+            for _ in first:
                 workers.append(_Worker.start())
-        for worker, (label, work, arguments) in zip(workers, left, strict=False):
+        for worker, (label, work, arguments) in zip(workers, first, strict=True):
             worker.put(work, arguments)
             labels[worker.pipe] = worker, label
         while labels:
@@ -153,7 +155,7 @@ def dispatch(
 
 
 def _submit(
-    executor: Executor, tasks: Sequence[tuple[Label, Callable[..., Result], tuple[object, ...]]]
+    executor: Executor, tasks: Iterable[tuple[Label, Callable[..., Result], tuple[object, ...]]]
 ) -> Iterator[tuple[Label, Result]]:
     """Yield results of an executor in the order of completion."""
     futures = {executor.submit(work, *arguments): label for label, work, arguments in tasks}

@@ -1,6 +1,7 @@
 """Tasks in processes: the same results as here; nothing waits for what will never come."""
 
 import math
+import itertools
 import os
 import signal
 import sys
@@ -51,6 +52,13 @@ def test_in_processes() -> None:
     assert dict(dispatch(2, [(k, len, (LARGE,)) for k in range(3)])) == dict.fromkeys(
         range(3), 10**7
     )
+
+
+def test_a_task_is_taken_when_a_process_is_free() -> None:
+    taken = itertools.count()
+    results = dispatch(2, ((k, abs, (k,)) for k in taken))  # without end
+    assert [next(results) for _ in range(5)] and next(taken) <= 7
+    results.close()
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,17 @@ anything was found, also before. ``--replay FILE`` runs one failing case again.
 from __future__ import annotations
 
 import argparse
+import itertools
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from boresight.sim.campaign import Journal
 from boresight.sim.pages import Section, Verdict, page_of
-from boresight.sim.processes import dispatch, processes
+from boresight.sim.processes import dispatch
 from tests.support.soak import compiler
 
 #: Cases of the compiler in a row of the journal; one in so many tasks runs the RTL, too.
@@ -77,6 +78,21 @@ def _pairs(text: str) -> tuple[list[str], list[str]]:
     return [a for a, _ in pairs], [b for _, b in pairs]
 
 
+def _turns(
+    seeds: dict[str, int], folder: Path, end: float
+) -> Iterator[tuple[str, Any, tuple[object, ...]]]:
+    """Tasks until the end, with the next seeds: the first kind in every other one.
+
+    Between them runs what has run least, so that a search that goes on begins with the rest.
+    """
+    for turn in itertools.count():
+        if time.monotonic() >= end:
+            return
+        kind = min(seeds, key=seeds.__getitem__) if turn % 2 else next(iter(seeds))
+        yield kind, run, (kind, seeds[kind], folder)
+        seeds[kind] += 1
+
+
 def page(rows: Mapping[str, dict[str, Any]]) -> str:
     """What ran, and what it found."""
     lines, wrong = list[tuple[str | float | Verdict, ...]](), list[tuple[str, str]]()
@@ -123,20 +139,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.error(f"--only {options.only}: nothing has this in its name") if not chosen else None
     seeds = dict.fromkeys(chosen, 0)
     for row in journal.done.values():
-        seeds[row["kind"]] = max(seeds.get(row["kind"], 0), row["seed"] + 1)
-    jobs, turn = processes(options.jobs), 0
-    while time.monotonic() < end:
-        tasks = list[tuple[int, Any, tuple[object, ...]]]()
-        for _ in range(jobs):  # the compiler in every other task: it has most corners
-            kind = chosen[0] if turn % 2 == 0 else chosen[turn // 2 % len(chosen)]
-            tasks.append((turn, run, (kind, seeds[kind], folder)))
-            seeds[kind] += 1
-            turn += 1
-        for _, row in dispatch(jobs, tasks):
-            journal.add([row])
-            text = "".join(f"\n  {wrong}" for wrong in row["wrong"])
-            print(f"{row['key']}: {row['cases']} in {row['seconds']} s{text}", flush=True)
-            (folder / "soak.html").write_text(page(journal.done), encoding="utf-8")
+        if row["kind"] in seeds:
+            seeds[row["kind"]] = max(seeds[row["kind"]], row["seed"] + 1)
+    for _, row in dispatch(options.jobs, _turns(seeds, folder, end)):
+        journal.add([row])
+        text = "".join(f"\n  {wrong}" for wrong in row["wrong"])
+        print(f"{row['key']}: {row['cases']} in {row['seconds']} s{text}", flush=True)
+        (folder / "soak.html").write_text(page(journal.done), encoding="utf-8")
     findings = sum(len(row["wrong"]) for row in journal.done.values())
     print(f"{findings} findings in {len(journal.done)} tasks: {folder / 'soak.html'}")
     return int(findings > 0)
