@@ -1,7 +1,7 @@
 """Tasks in processes: the same results as here; nothing waits for what will never come."""
 
-import math
 import itertools
+import math
 import os
 import signal
 import sys
