@@ -106,12 +106,17 @@ def legend(axes: Any, columns: int) -> None:
 
 def log_axis(axes: Any) -> None:
     """Logarithmic x with ticks people read: 1, 2, 5, 10, 20, 50."""
+    axes.set_xscale("log")
+    _log_ticks(axes.xaxis, (1.0, 2.0, 5.0))
+
+
+def _log_ticks(axis: Any, digits: tuple[float, ...]) -> None:
+    """Ticks of a logarithmic axis at these digits of each decade, as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    axis.set_major_locator(LogLocator(base=10.0, subs=digits))
+    axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:
@@ -163,6 +168,8 @@ def error_history(
         for plot, (key, (label, colour)) in zip(plots, axes.items(), strict=True):
             values = errors[key][::10]
             plot.semilogy(10 * step_s * np.arange(len(values)), values, color=COLOUR[colour])
+            low, high = plot.get_ylim()
+            _log_ticks(plot.yaxis, (1.0,) if high > 100.0 * low else (1.0, 3.0))
             plot.set_ylabel(label)
         plots[-1].set_xlabel("time, s")
         return svg(figure, name)

@@ -1,12 +1,22 @@
 """Inline SVG: the same text for the same data, nothing from outside, no mark of the tool."""
 
 import os
+import re
 
 import numpy as np
 import pytest
 
 from boresight.sim import plotting
-from boresight.sim.plotting import COLOUR, INK, band, figure_and_axes, legend, settings, svg
+from boresight.sim.plotting import (
+    COLOUR,
+    INK,
+    band,
+    error_history,
+    figure_and_axes,
+    legend,
+    settings,
+    svg,
+)
 
 
 def drawn(salt: str = "one", **keywords) -> str:
@@ -32,6 +42,14 @@ def test_names_inside_hang_on_the_salt() -> None:
     """Two plots of one page must not share the names of their clip paths."""
     assert drawn("one") != drawn("two")
     assert len(drawn("one")) == len(drawn("two"))
+
+
+def test_errors_have_ticks_that_do_not_touch() -> None:
+    errors = {"p": np.geomspace(0.05, 0.6, 300), "q": np.geomspace(2e-4, 60.0, 300)}
+    axes = {"p": ("m", "roll"), "q": ("deg", "pitch")}
+    text = error_history(errors, axes, step_s=1.0, height=3.0, name="p")
+    upper, lower = (re.findall(r">([0-9.]+)</text>", part) for part in text.split(">m</text>"))
+    assert upper == ["0.1", "0.3"] and lower[-3:] == ["0.001", "0.1", "10"]
 
 
 def test_rows_and_columns() -> None:
