@@ -94,7 +94,7 @@ class _Pass(ListState):
         problem, style = self.p, self.style
         best: tuple[int, int, Fit] | None = None
         best_key = float("-inf")
-        most = 2 * style.reuse
+        most = len(KINDS) * style.reuse
         for minus, node in self.awake:
             if most - minus <= best_key:
                 break
