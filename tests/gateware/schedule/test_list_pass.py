@@ -193,6 +193,11 @@ def test_an_output_leaves_with_no_state_that_the_lane_has_no_room_for(
     assert first[1] == first[0] + CONFIGS["fast"].latency and emits[0] == carrier
 
 
+def test_a_state_that_no_lane_has_room_for_is_placed_nowhere() -> None:
+    with pytest.raises(ScheduleError, match=r"^carry: no schedule within 131072 cycles$"):
+        carried([[by(X)]], {}, Style(), next_state=0, outputs=1, state_quota=(0,))
+
+
 @pytest.mark.parametrize("patience, carrier", [(None, 3), (0.0, None)])
 def test_an_output_leaves_with_no_op_that_is_in_the_way(
     patience: float | None, carrier: int | None
