@@ -183,7 +183,7 @@ class Measurement:
 
 
 def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
-    """The one of several measurements that is taken into account in this update.
+    """Measurement of several that is taken into account in this update, in turn.
 
     One update of P instead of several, for filters that would not fit, or take too long, with all.
 
@@ -213,12 +213,12 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
         m, turn = measurements[k], number < k + 0.5
         z, h, r = (ops.where(turn, a, b) for a, b in ((m.z, z), (m.h, h), (m.r, r)))
         if conditional:
-            own = turn if m.valid is None else turn & m.valid
-            valid = own | ~turn if valid is None else own | (~turn & valid)
-    largest = [m.sd_max for m in measurements if m.sd_max is not None]
-    sd_max = max(largest) if len(largest) == len(measurements) else None
-    limited = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
-    slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(limited)}
+            condition = turn if m.valid is None else turn & m.valid
+            valid = condition | ~turn if valid is None else condition | (~turn & valid)
+    bounds = [m.sd_max for m in measurements if m.sd_max is not None]
+    sd_max = max(bounds) if len(bounds) == len(measurements) else None
+    names = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
+    slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(names)}
     return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max, slope_max)
 
 
@@ -243,13 +243,13 @@ def vector(
 
 def axes_of(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Vectors among names: their common stem, and the names of the components."""
-    found = {}
+    vectors = {}
     for stem in dict.fromkeys(name[:-1] for name in names):
         for axes in AXES:
             members = tuple(stem + a for a in axes)
             if stem.isidentifier() and stem not in names and {*members} <= {*names}:
-                found[stem] = members
-    return found
+                vectors[stem] = members
+    return vectors
 
 
 def grouped(declared: Sequence[Named], values: Any) -> dict[str, Any]:
@@ -285,30 +285,30 @@ def spread(
         if group is None:
             out[name] = value
             continue
-        several = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
-        values = list(value) if several else [value] * len(group)
-        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not several):
+        is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
+        values = list(value) if is_vector else [value] * len(group)
+        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not is_vector):
             raise InputError.at(
                 where,
                 wanted=f"{len(group)} components of {name}",
-                found=str(len(values)) if several else "one number",
+                found=str(len(values)) if is_vector else "one number",
                 fix=f"give {', '.join(group)}",
             )
         out |= dict(zip(group, values, strict=True))
     return out
 
 
-def _three(given: Sequence[float] | float) -> tuple[float, ...]:
-    return (float(given),) * 3 if isinstance(given, int | float) else tuple(given)
+def _three(value: Sequence[float] | float) -> tuple[float, ...]:
+    return (float(value),) * 3 if isinstance(value, int | float) else tuple(value)
 
 
-def _check_sd(where: str, sds: Sequence[float], mosts: Sequence[float]) -> None:
-    for sd, most in zip(sds, mosts, strict=True):
-        if not 0.0 < sd <= most < math.inf:
+def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:
+    for sd, bound in zip(sds, bounds, strict=True):
+        if not 0.0 < sd <= bound < math.inf:
             missing = math.isnan(sd)
             raise InputError.at(
                 where,
                 wanted="a standard deviation sd above 0, and none above sd_max",
-                found="no sd" if missing else f"sd {sd:g}, sd_max {most:g}",
+                found="no sd" if missing else f"sd {sd:g}, sd_max {bound:g}",
                 fix="say how far the start may be off, as sd=0.5",
             )
