@@ -331,8 +331,8 @@ class Graph:
         if not math.isfinite(a.low + a.high):
             a = self.saturated(a, limit)
         elif near > 0.0 and size > max(_SPAN * near, limit):
-            least, most = max(a.low, -limit), min(a.high, limit)
-            a = self.bounded(a, least, most, "as far as runs came, and more")
+            smallest, largest = max(a.low, -limit), min(a.high, limit)
+            a = self.bounded(a, smallest, largest, "as far as runs came, and more")
         return self.larger(a, self.const(low)) if low >= 0.0 else self.smaller(a, self.const(high))
 
     def saturated(self, a: Node, limit: float) -> Node:
@@ -354,23 +354,23 @@ class Graph:
 
         and the result is high - 2^k - z, exact at the limits and between, as far as words are.
         """
-        beyond, above = a.low < low, a.high > high
-        least, most = max(a.low, low), min(a.high, high)
-        if not (beyond or above):
+        below, above = a.low < low, a.high > high
+        smallest, largest = max(a.low, low), min(a.high, high)
+        if not (below or above):
             return a
-        if least >= most:
-            return self.const(low if beyond else high)
-        size, span = max(abs(least), abs(most)), (most - least) / _BELOW
+        if smallest >= largest:
+            return self.const(low if below else high)
+        size, span = max(abs(smallest), abs(largest)), (largest - smallest) / _BELOW
         half = math.ldexp(1.0, rounded.binary_exponent(span)) if math.isfinite(span) else 0.0
         if _FAR * half < max(-a.low, a.high) < math.inf > size:
             a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(size)))
         if size > _FAR * half:  # moved so far, a word would lose its last bits
-            a = self.larger(a, self.const(low)) if beyond else a
+            a = self.larger(a, self.const(low)) if below else a
             a = self.smaller(a, self.const(high)) if above else a
-            return self.bounded(a, least, most, "clip")
-        lower, upper = self.const(least + half), self.const(most - half)
-        if beyond:
+            return self.bounded(a, smallest, largest, "clip")
+        lower, upper = self.const(smallest + half), self.const(largest - half)
+        if below:
             a = self.add(self.saturated(self.sub(a, lower), half), lower)
         if above:
             a = self.sub(upper, self.saturated(self.sub(upper, a), half))
-        return self.bounded(a, least, most, "clip")
+        return self.bounded(a, smallest, largest, "clip")

@@ -72,13 +72,13 @@ def deep(nodes: int) -> Iterator[None]:
 
 def _count_uses(roots: Sequence[Node]) -> None:
     """Set `Node.uses`: by how many live nodes and roots each node is used."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     stack = list(roots)
     while stack:
         node = stack.pop()
         node.uses += 1
-        if node.number not in seen:
-            seen.add(node.number)
+        if node.number not in visited:
+            visited.add(node.number)
             stack += node.args
 
 
@@ -90,7 +90,7 @@ _TIES = 6
 
 def _fit(
     graph: Graph,
-    made: Sequence[Node | Flag],
+    expanded: Sequence[Node | Flag],
     profile: Profile,
     after: Sequence[Node],
     states: Sequence[Range],
@@ -100,7 +100,7 @@ def _fit(
     Nodes inside of a function, which no expression stands for, get what follows from those of their
     arguments. What replaces a state has that state's format: see `Fusion.limit`.
     """
-    recorded = [value.node if isinstance(value, Flag) else value for value in made]
+    recorded = [value.node if isinstance(value, Flag) else value for value in expanded]
     for number, range_ in profile.ranges.items():
         if (node := recorded[number]) not in after:
             _give(node, range_, profile)
@@ -117,8 +117,8 @@ def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[R
     Rounded to the state's format a second time, a share 2^-k of the words with k bits more lies on
     a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
     """
-    for root, (least, most) in zip(after, states, strict=True):
-        top = math.ldexp(1.0, binary_exponent(_size((least, most))))
+    for root, (state_low, state_high) in zip(after, states, strict=True):
+        top = math.ldexp(1.0, binary_exponent(_size((state_low, state_high))))
         reached = {root}
         for node in reversed(nodes):  # after all that use it
             if node in reached and node.kind in ("select", "bounded", "sum"):
@@ -128,7 +128,7 @@ def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[R
                         reached.add(arg)
                         if arg.fit is not None and size < top:
                             low, high = arg.fit
-                            low, high = min(low, least), max(high, most)
+                            low, high = min(low, state_low), max(high, state_high)
                             arg.fit = max(arg.low, low), min(arg.high, high)
 
 
@@ -174,12 +174,12 @@ def lower(
         An argument's range exceeds what its function takes, a range is not finite, or a term
         passes the accumulator: the message names the line, the value and a cure.
     """
-    graph, made = expand(trace.tracer, None if profile is None else profile.limits)
+    graph, expanded = expand(trace.tracer, None if profile is None else profile.limits)
     low = Fusion(graph, arithmetic)
-    results = [made[e.number] for e in trace.outputs.values()]
-    after = [made[e.number] for _, _, e in trace.states]
+    results = [expanded[e.number] for e in trace.outputs.values()]
+    after = [expanded[e.number] for _, _, e in trace.states]
     if profile is not None:
-        _fit(graph, made, profile, after, [e.data[2:4] for e, _, _ in trace.states])
+        _fit(graph, expanded, profile, after, [e.data[2:4] for e, _, _ in trace.states])
     for (state, _, _), node in zip(trace.states, after, strict=True):
         if profile is not None and math.isinf(_size((node.low, node.high))):
             node.fit = state.data[2:4]
@@ -188,10 +188,12 @@ def lower(
     for name, node in zip(trace.outputs, results, strict=True):
         node.title = node.title or (f"{name}_out" if name in leaves else name)
     _count_uses([*results, *after])
-    inputs = tuple(low.leaf(made[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs)
+    inputs = tuple(
+        low.leaf(expanded[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs
+    )
     for e, default, meaning in trace.params:
-        low.leaf(made[e.number], default, meaning)
-    states = [low.leaf(made[e.number], initial) for e, initial, _ in trace.states]
+        low.leaf(expanded[e.number], default, meaning)
+    states = [low.leaf(expanded[e.number], initial) for e, initial, _ in trace.states]
     for number, node in zip(states, after, strict=True):
         low.limit(node, number)
     with deep(len(graph.nodes)):

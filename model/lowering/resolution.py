@@ -27,9 +27,9 @@ def limits(program: Program, nodes: Mapping[int, Node]) -> Iterator[tuple[int, f
     for number, port in zip(program.outputs, program.ports, strict=True):
         tolerance = None if port.unit in EXACT_UNITS else port.tolerance
         yield number, tolerance or math.inf, f"the tolerance of output {port.name}"
-    spare = math.floor(program.arithmetic.word * (1.0 - _LEFT))
+    bits = math.floor(program.arithmetic.word * (1.0 - _LEFT))
     for state, after in program.states:
-        limit = math.ldexp(1.0, spare - program.values[state].frac)
+        limit = math.ldexp(1.0, bits - program.values[state].frac)
         yield after, limit, f"a quarter of the bits of state {declared_name(program, nodes, state)}"
 
 
@@ -50,8 +50,8 @@ def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
         See above; with the line that computes the word.
     """
     walk = _Walk(program, nodes)
-    for number, limit, of in limits(program, nodes):
-        walk.refuse(number, limit, of)
+    for number, limit, reason in limits(program, nodes):
+        walk.refuse(number, limit, reason)
 
 
 class _Walk:
@@ -71,21 +71,21 @@ class _Walk:
         for op in program.ops:
             if all(n in self.exact for t in op.terms for n in (t.a, t.b)):
                 twos = [self.exact[t.a] + self.exact[t.b] + self._power(op, t) for t in op.terms]
-                least = min(twos) + values[op.dest].frac
-                if least >= 0 and op.dest in nodes and self._is_whole(op):
-                    self.exact[op.dest] = least
+                exponent = min(twos) + values[op.dest].frac
+                if exponent >= 0 and op.dest in nodes and self._is_whole(op):
+                    self.exact[op.dest] = exponent
 
-    def refuse(self, number: int, limit: float, of: str) -> None:
+    def refuse(self, number: int, limit: float, reason: str) -> None:
         """Raise InputError if a last bit reaches a value with more than ``limit``."""
         for value, share in self._parts(number):
-            said = self.program.values[value]
-            last = math.ldexp(1.0, -said.frac)
+            declared = self.program.values[value]
+            last = math.ldexp(1.0, -declared.frac)
             if last * share > limit:
-                span = self.nodes.get(value, said)
+                span = self.nodes.get(value, declared)
                 line = self._line(value)
                 raise InputError.at(
-                    placed(line, f"{self.program.name}, value {said.name}"),
-                    wanted=f"a last bit of at most {limit / share:.3g}, for {of}",
+                    placed(line, f"{self.program.name}, value {declared.name}"),
+                    wanted=f"a last bit of at most {limit / share:.3g}, for {reason}",
                     found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
                     fix=self._cure(value),
                 )
@@ -99,13 +99,13 @@ class _Walk:
 
     def _cure(self, value: int) -> str:
         """What gives a value a finer last bit."""
-        said, states = self.program.values[value], self.program.states
-        if said.kind is not Kind.OP:
+        declared, states = self.program.values[value], self.program.states
+        if declared.kind is not Kind.OP:
             return "narrow its range, or widen the tolerance"
         for number, after in states:
             state = self.program.values[number]
-            same = self.nodes.get(after) is self.nodes.get(value) is not None
-            if same and said.frac == state.frac:
+            is_next_state = self.nodes.get(after) is self.nodes.get(value) is not None
+            if is_next_state and declared.frac == state.frac:
                 name = declared_name(self.program, self.nodes, number)
                 ends = f"[{state.low:g}, {state.high:g}]"
                 return f"narrow the range {ends} of state {name}, or widen the tolerance"
@@ -116,15 +116,15 @@ class _Walk:
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
         """Values that reach one, each once, and how much of an error of theirs does."""
-        ahead, seen = [(number, 1.0)], {*self.exact}
-        for value, share in ahead:
-            if value not in seen:
-                seen.add(value)
+        queue, visited = [(number, 1.0)], {*self.exact}
+        for value, share in queue:
+            if value not in visited:
+                visited.add(value)
                 yield value, share
                 if value in self.op_of:
-                    ahead += self._terms(self.op_of[value], share)
+                    queue += self._terms(self.op_of[value], share)
                 elif value in self.after:  # as the last update left it
-                    ahead.append((self.after[value], share))
+                    queue.append((self.after[value], share))
 
     def _terms(self, op: Op, share: float) -> Iterator[tuple[int, float]]:
         values = self.program.values

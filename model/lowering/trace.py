@@ -216,7 +216,7 @@ class Tracer:
         #: Where what is recorded belongs, if not to the line of an author that is at work.
         self.place = ""
         self.expressions: list[Expression] = []
-        self._known: dict[Any, Any] = {}
+        self._unique: dict[Any, Any] = {}
 
     def new(self, kind: str, *args: Expression, data: tuple[Any, ...] = ()) -> Scalar:
         """A number as it is, whatever it is computed from."""
@@ -242,16 +242,16 @@ class Tracer:
         return self._once(Condition, "less", (a, b))
 
     def _once(
-        self, made: type[_E], kind: str, args: tuple[Expression, ...], data: tuple[Any, ...] = ()
+        self, cls: type[_E], kind: str, args: tuple[Expression, ...], data: tuple[Any, ...] = ()
     ) -> _E:
         for arg in args:
             repeatable(arg.tracer is self)
         key = (kind, *(a.number for a in args), *data)
-        if key not in self._known:
+        if key not in self._unique:
             line = (self.place or author_line()) if args else ""
-            self._known[key] = made(self, len(self.expressions), kind, args, data, line)
-            self.expressions.append(self._known[key])
-        expression: _E = self._known[key]
+            self._unique[key] = cls(self, len(self.expressions), kind, args, data, line)
+            self.expressions.append(self._unique[key])
+        expression: _E = self._unique[key]
         return expression
 
     def leaf(self, kind: str, name: str, low: float, high: float, unit: str = "") -> Scalar:
@@ -416,8 +416,8 @@ def finite(number: float, where: Callable[[], str]) -> float:
 
 def _objects(inputs: Sequence[Any]) -> list[Any]:
     """Arrays of Python's objects."""
-    plain = (i.item() if isinstance(i, np.generic) else i for i in inputs)
-    return [np.asarray(i, dtype=object) for i in plain]
+    objects = (i.item() if isinstance(i, np.generic) else i for i in inputs)
+    return [np.asarray(i, dtype=object) for i in objects]
 
 
 def _conditional(x: Any) -> Condition:
