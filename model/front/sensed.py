@@ -59,13 +59,13 @@ def full_scale_params(
     rate, force : float, optional
         Full scale of the gyro [rad/s] and of the accelerometer [m/s^2].
     """
-    most = {}
+    values = {}
     if rate is not None:
-        most["gyro_most_sq"] = most["gyro_max_sq"] = 0.98 * 0.98 * rate * rate
+        values["gyro_most_sq"] = values["gyro_max_sq"] = 0.98 * 0.98 * rate * rate
     if force is not None:
-        beyond = 0.98 * force - GRAVITY
-        most["force_most_sq"] = beyond * beyond
-    return {q.name: min(max(most[q.name], q.low), q.high) for q in params if q.name in most}
+        limit = 0.98 * force - GRAVITY
+        values["force_most_sq"] = limit * limit
+    return {q.name: min(max(values[q.name], q.low), q.high) for q in params if q.name in values}
 
 
 def board_params(params: Iterable[Param]) -> dict[str, float]:

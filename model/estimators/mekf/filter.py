@@ -170,10 +170,10 @@ class Mekf(Estimator):
         nothing = 0.0 * u.dt
         if not self.magnetic:  # what these decide is left out of the program
             dark = {name: nothing + value for name, value in FIELD_ONLY.items()}
-            x, u, p = (SimpleNamespace(**{**dark, **vars(given)}) for given in (x, u, p))
+            x, u, p = (SimpleNamespace(**{**dark, **vars(values)}) for values in (x, u, p))
         field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
         bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
-        # Begun anew, with all that it knew or but for the bias; or a gap of known length.
+        # A new start, of all states or of all but the bias; or a gap of known length.
         since_last = ops.where(x.rest_s < 0.0, -LONGEST_STEP_S, u.dt)
         forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
         gap = u.dt < 0.0
@@ -184,12 +184,12 @@ class Mekf(Estimator):
 
         # An axis at full scale: what it misses is the time there, in units of `BEYOND`, times the
         # slope, the rate's distance from its low-pass r. A jump is false: w - (w - r) stands in.
-        told = (u.gx, u.gy, u.gz)
-        speed_sq = ops.named("speed_sq", dot(told, told))
+        gyro = (u.gx, u.gy, u.gz)
+        speed_sq = ops.named("speed_sq", dot(gyro, gyro))
         jumped = speed_sq - x.fastest_sq > JUMP * p.gyro_most_sq
         late = LATE * p.gyro_most_sq < x.fastest_sq
         slope = [
-            ops.where(p.gyro_most_sq < w * w, w - c, 0.0) for w, c in zip(told, rate, strict=True)
+            ops.where(p.gyro_most_sq < w * w, w - c, 0.0) for w, c in zip(gyro, rate, strict=True)
         ]
         slope_sq = dot(slope, slope)
         r_share = p.gyro_rate_per_s * dt
@@ -201,7 +201,7 @@ class Mekf(Estimator):
         beyond_dt = beyond * dt
         stale = ~(ops.where(leveling, enough_field, x.field_left) > 0.0)
         heading_unknown = leveling | (x.horizontal < 0.0)
-        # Begun anew without a field, the attitude that it had is better than none.
+        # At a new start without a field the old attitude is better than none.
         anew = leveling & (~no_field | (x.rest_s < 0.0))
         no_heading, aligning = heading_unknown | stale, heading_unknown & ~stale
 
@@ -211,8 +211,8 @@ class Mekf(Estimator):
         h = (first, ops.bounded(1.0 - first - last, 0.0, 1.0, "one of three"), last)
         since = ops.bounded(x.turn + first - last + dt, 0.0, 1.0, "two steps at most")
         since = ops.named("since", since)
-        due = since >= p.update_s
-        step = ops.named("update_step", ops.where(due, since, 0.0))
+        update_due = since >= p.update_s
+        step = ops.named("update_step", ops.where(update_due, since, 0.0))
 
         # Directions of the mean force and of the field of the last sample; at the first one those
         # of itself, half a turn about x where it hangs upside down.
@@ -233,7 +233,7 @@ class Mekf(Estimator):
         up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
         east = [ops.saturated(c * m_inverse, 1.0) for c in east]
-        level, around = turns(anew, up, east, cosine, sine)
+        level, yaw = turns(anew, up, east, cosine, sine)
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
@@ -303,14 +303,14 @@ class Mekf(Estimator):
         ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
-        correction = self._correction(anew, aligning, level, around, turned)
+        correction = self._correction(anew, aligning, level, yaw, turned)
         half = tuple(
             ops.saturated(0.5 * (w * dt + beyond_dt * s - b * dt), HALF_STEP_LIMIT)
-            for w, s, b in zip(told, slope, bias, strict=True)
+            for w, s, b in zip(gyro, slope, bias, strict=True)
         )
         first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
         pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
-        before = [ops.saturated(ops.where(anew, start, kept), 1.0) for start, kept in pairs]
+        before = [ops.saturated(ops.where(anew, start, old), 1.0) for start, old in pairs]
         q = tuple(ops.saturated(c, 1.0) for c in product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in product(correction, q))
         norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.57 and 1"))
@@ -347,13 +347,13 @@ class Mekf(Estimator):
             for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
         ]
         m_after = [
-            ops.where(no_field, kept, new) for kept, new in zip(m, turn(C, field), strict=True)
+            ops.where(no_field, old, new) for old, new in zip(m, turn(C, field), strict=True)
         ]
         m_after[:2] = [ops.saturated(c, HORIZONTAL_LIMIT) for c in m_after[:2]]
         r_keep = 1.0 + r_follow
         r_after = [
             ops.saturated(r_keep * c - r_follow * w, RATE_LIMIT)
-            for w, c in zip(told, rate, strict=True)
+            for w, c in zip(gyro, rate, strict=True)
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
@@ -371,8 +371,8 @@ class Mekf(Estimator):
         rest_s = ops.where(leveling & no_vertical, -1.0, ops.where(leveling, 0.0, rest_s))
 
         # That field is turned by the old heading: after an alignment it is not used again.
-        left = ops.where(heading_unknown, 0.0, x.field_left) - dt
-        field_left = ops.saturated(left, FIELD_AGE_LIMIT)
+        remaining = ops.where(heading_unknown, 0.0, x.field_left) - dt
+        field_left = ops.saturated(remaining, FIELD_AGE_LIMIT)
         # The fastest of late; a jump is none.
         slower = ~forgotten & (ops.where(jumped, -1.0, speed_sq - x.fastest_sq) < 0.0)
         forgotten_sq = x.fastest_sq - FASTEST_FORGET * dt * x.fastest_sq
@@ -400,7 +400,7 @@ class Mekf(Estimator):
             "youth": ops.where(leveling | aligning, YOUTH_START, older),
             "odd_sq": odd_sq,
             "turn": ops.bounded(
-                ops.where(leveling, -1.0, ops.where(due, h[1] - h[2], x.turn + dt)),
+                ops.where(leveling, -1.0, ops.where(update_due, h[1] - h[2], x.turn + dt)),
                 -1.0,
                 1.5,
                 "one of three, and a time",
@@ -411,19 +411,19 @@ class Mekf(Estimator):
             "field_left": ops.where(no_field, field_left, FIELD_AGE),
         }
         out = named_outputs((pitch, roll, heading), q, status)
-        kept = {s.name for s in self.states}
-        return {name: value for name, value in states.items() if name in kept}, out
+        names = {s.name for s in self.states}
+        return {name: value for name, value in states.items() if name in names}, out
 
     @staticmethod
-    def _correction(anew: Any, aligning: Any, level: Any, around: Any, turned: Any) -> list[Any]:
+    def _correction(anew: Any, aligning: Any, level: Any, yaw: Any, turned: Any) -> list[Any]:
         """Quaternion of norm 0.2 to 1.1 that turns the attitude about navigation axes.
 
-        The product of the turn ``around`` the vertical, where the heading aligns, and of ``level``
+        The product of ``yaw`` about the vertical, where the heading aligns, and of ``level``
         at the first sample, then of the correction (1, d/2).
         """
         a = [
-            ops.where(aligning, there, other)
-            for there, other in zip(around, (2.0, 0.0), strict=True)
+            ops.where(aligning, component, identity)
+            for component, identity in zip(yaw, (2.0, 0.0), strict=True)
         ]
         b = [
             ops.where(anew, first, later)

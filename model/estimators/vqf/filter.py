@@ -169,11 +169,11 @@ class Vqf(Estimator):
         pitch, roll, heading = pitch_roll_heading_ht(C)
         if settings.magnetic:
             turning = mean_rate_sq > _TURNING_SQ
-            found = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)
-            states |= found.states
-            flags |= {1: found.unknown, 3: found.missing, 4: found.disturbed}
-            heading = ops.wrap_ht(heading + found.delta)
-            s, c = ops.sincos_ht(0.5 * found.delta)
+            update = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)
+            states |= update.states
+            flags |= {1: update.unknown, 3: update.missing, 4: update.disturbed}
+            heading = ops.wrap_ht(heading + update.delta)
+            s, c = ops.sincos_ht(0.5 * update.delta)
             # Of the turn by delta about the vertical, (c, 0, 0, s), and q.
             q = [
                 ops.saturated(v, 1.0)
