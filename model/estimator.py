@@ -317,8 +317,8 @@ class Estimator:
         keys = [[e.said for e in each] for each in expressions]
         for k, (first, second) in enumerate(zip_longest(*keys)):
             if first != second:
-                rest = [e.line for each in expressions for e in each[k:] if e.line]
-                repeatable(False, (rest or [f"estimator {self.name}"])[0])
+                lines = [e.line for each in expressions for e in each[k:] if e.line]
+                repeatable(False, (lines or [f"estimator {self.name}"])[0])
         return recorded
 
     def trace(self) -> Trace:
@@ -340,13 +340,13 @@ class Estimator:
 
         u, p = leaves("input", self.inputs), leaves("param", self.params)
         x = leaves("state", self.states)
-        seen = [
+        clipped = [
             ops.clip(n, i.low, i.high) if i.beyond else n
             for n, i in zip(u, self.inputs, strict=True)
         ]
         after, out = self.checked_step(
             by_name("state", self.states, x),
-            by_name("input", self.inputs, seen),
+            by_name("input", self.inputs, clipped),
             by_name("parameter", self.params, p),
         )
         check_constants(self.name, self.step, self.states, after, out)

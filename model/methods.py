@@ -39,8 +39,8 @@ def called(
     try:
         return call(*args, **options)
     except (Exception, SystemExit) as error:
-        ours = type(error).__module__.startswith("boresight.")
-        if ours or isinstance(error, MemoryError | BrokenPipeError):
+        from_boresight = type(error).__module__.startswith("boresight.")
+        if from_boresight or isinstance(error, MemoryError | BrokenPipeError):
             raise
         line = line_of_user(error)
         if not line:
@@ -75,5 +75,5 @@ def _as_in_the_base(call: Callable[..., Any]) -> str:
     if not bases:
         return f"{name} with the arguments that it gets"
     signature = inspect.signature(bases[-1])
-    plain = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
-    return f"{name}{signature.replace(parameters=plain, return_annotation=signature.empty)}"
+    parameters = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
+    return f"{name}{signature.replace(parameters=parameters, return_annotation=signature.empty)}"

@@ -70,15 +70,17 @@ def author_line() -> str:
 def place_of(error: BaseException) -> str:
     """The innermost line of an author that an error went through, else ""."""
     frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if _is_authors(f.filename)]
-    return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+    author_frames = [f for f in frames if _is_authors(f.filename)]
+    return Place(author_frames[-1].filename, author_frames[-1].lineno) if author_frames else ""
 
 
 def line_of_user(error: BaseException) -> str:
     """The innermost line outside of this package, numpy and Python that an error went through."""
     frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if _is_authors(f.filename) and not f.filename.startswith(_PACKAGE)]
-    return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+    user_frames = [
+        f for f in frames if _is_authors(f.filename) and not f.filename.startswith(_PACKAGE)
+    ]
+    return Place(user_frames[-1].filename, user_frames[-1].lineno) if user_frames else ""
 
 
 def place_of_function(function: Callable[..., Any]) -> str:
