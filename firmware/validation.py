@@ -62,8 +62,8 @@ class _Unread(Exception):
 
 
 def _parsed(text: str) -> c_ast.FileAST:
-    plain = _DIRECTIVE.sub("", _COMMENT.sub("", text)).replace('extern "C" {', "")
-    return CParser().parse(plain)
+    code = _DIRECTIVE.sub("", _COMMENT.sub("", text)).replace('extern "C" {', "")
+    return CParser().parse(code)
 
 
 def _widths(arith: Arithmetic) -> dict[str, str]:
@@ -162,13 +162,13 @@ class _File:
                 )
 
     def _places(
-        self, struct: str, prefix: str, numbers: Sequence[int], more: Sequence[str] = ()
+        self, struct: str, prefix: str, numbers: Sequence[int], extra: Sequence[str] = ()
     ) -> dict[str, int]:
         """Members of a structure with what they hold, in order."""
         members = self.members[f"{self.name}_{struct}_t"]
         if not numbers and members == ["none"]:
             return {}
-        if len(members) != len(numbers) + len(more) or members[len(numbers) :] != list(more):
+        if len(members) != len(numbers) + len(extra) or members[len(numbers) :] != list(extra):
             raise _Unread(f"{struct} must have {len(numbers)} words, not {members}")
         return {f"{prefix}.{m}": n for m, n in zip(members, numbers, strict=False)}
 
