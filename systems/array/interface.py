@@ -23,7 +23,7 @@ _LEARNT = (
     *((f"nabla_{a}", 2.0**-5, "m/s^2") for a in AXES),
 )
 #: Name and limit of those, by number of the filter's state.
-LEARNT = {k: one[:2] for k, one in zip((3, *range(7, 13)), _LEARNT, strict=True)}
+LEARNT = {k: row[:2] for k, row in zip((3, *range(7, 13)), _LEARNT, strict=True)}
 
 #: The states of the filter, by kind.
 KINDS = (*["velocity"] * 3, "scale", "tilt", "tilt", "heading", *["gyro"] * 3, *["force"] * 3)

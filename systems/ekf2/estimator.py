@@ -117,21 +117,21 @@ class Ekf2(Kalman):
         """The row that ``kind`` says: the sum of all, each by its unit or 0."""
         axis = np.array([u.axis_x, u.axis_y, u.axis_z])
         at = {name: u.kind < n + 0.5 for n, name in enumerate(KINDS)}
-        here = {name: at[name] & ~at[KINDS[n]] for n, name in enumerate(KINDS[1:])}
-        by = {name: ops.where(here[name], UNITS[name], 0.0) for name in here}
-        seen = x.q.to_nav(axis)  # an axis of the body
+        active = {name: at[name] & ~at[KINDS[n]] for n, name in enumerate(KINDS[1:])}
+        units = {name: ops.where(active[name], UNITS[name], 0.0) for name in active}
+        axis_nav = x.q.to_nav(axis)  # an axis of the body
         above = x.terrain - x.pd
         # velocity along it: over ground, or through the air
-        through = here["sideslip"] | here["drag"]
+        in_air = active["sideslip"] | active["drag"]
         wind = np.array([x.wind_n, x.wind_e, 0.0])
         air = np.array([ops.saturated(c, 32.0) for c in x.v - wind])
         speed = ops.sqrt(air @ air + _EPSILON * _EPSILON)
-        moving = np.array([ops.where(through, a, v) for a, v in zip(air, x.v, strict=True)])
-        along = ops.saturated(seen @ moving, 64.0)
+        moving = np.array([ops.where(in_air, a, v) for a, v in zip(air, x.v, strict=True)])
+        along = ops.saturated(axis_nav @ moving, 64.0)
         upright = x.q.to_nav((0.0, 0.0, 1.0))[2]
         flow = ops.saturated(along, 16.0) * upright * (1.0 / ops.maximum(above, LOWEST))
         dragged = -(p.drag * speed + p.rotor) * along
-        angle = math.pi * self._angle(x, air, along, here["declination"])
+        angle = math.pi * self._angle(x, air, along, active["declination"])
         # PX4's heading: the innovation is a turn about down
         nose = x.q.matrix
         turned = ops.wrap_ht(
@@ -141,19 +141,19 @@ class Ekf2(Kalman):
         field = np.array([x.mn, x.me, x.md])
         body = np.array([x.mbx, x.mby, x.mbz])
         h = (
-            (by["velocity"] * axis) @ x.v
-            + (by["position"] * axis) @ x.p
-            + by["range"] * above
-            + by["heading"] * down
-            + by["airspeed"] * speed
-            + by["field"] * (seen @ field + axis @ body)
-            + (by["declination"] + by["sideslip"]) * angle
-            + by["drag"] * dragged
-            + by["flow"] * flow
-            + by["body_velocity"] * along
-            - by["gravity"] * seen[2]
+            (units["velocity"] * axis) @ x.v
+            + (units["position"] * axis) @ x.p
+            + units["range"] * above
+            + units["heading"] * down
+            + units["airspeed"] * speed
+            + units["field"] * (axis_nav @ field + axis @ body)
+            + (units["declination"] + units["sideslip"]) * angle
+            + units["drag"] * dragged
+            + units["flow"] * flow
+            + units["body_velocity"] * along
+            - units["gravity"] * axis_nav[2]
         )
-        z = ops.where(here["heading"], (UNITS["heading"] * math.pi) * turned, u.z)
+        z = ops.where(active["heading"], (UNITS["heading"] * math.pi) * turned, u.z)
         return [Measurement(z, h, u.r, gate=5.0, sd_max=64.0, slope_max=STEEPEST)]
 
     def _angle(self, x: Any, air: Any, along: Any, declination: Any) -> Any:

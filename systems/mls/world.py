@@ -53,11 +53,11 @@ class OnDeck(World):
     def __init__(
         self, motion: str = "sea_5", seed: int = 1, seconds: float = 10.0, heading_deg: float = 0.0
     ) -> None:
-        what = deck(motion, seconds, seed, heading_deg)
+        deck_motion = deck(motion, seconds, seed, heading_deg)
         names = [i.name for i in MlsAttitude.inputs]
         names += [f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz")]
-        angles = wrapped(what.euler / math.pi, 2.0)
-        rows = np.concatenate([records(what, seed), angles, what.q], axis=1)
+        angles = wrapped(deck_motion.euler / math.pi, 2.0)
+        rows = np.concatenate([records(deck_motion, seed), angles, deck_motion.q], axis=1)
         self.columns = dict(zip(names, rows.T, strict=True))
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
@@ -97,10 +97,10 @@ class Landing(World):
         require(abs(elevation_deg) <= 45.0, "landing, elevation_deg", "-45 to 45", elevation_deg)
         require(beams >= 8, "landing, beams", "8 or more", beams)
         self.array, self.beams, self.elevation = Array(elements, spacing), beams, elevation_deg
-        what = deck(motion, seconds, seed)
-        toward = quaternion_conjugate(what.q)
+        deck_motion = deck(motion, seconds, seed)
+        toward = quaternion_conjugate(deck_motion.q)
         self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
-        ((run,),) = run_forms(MlsAttitude(), [records(what, seed)], levels=("c",))
+        ((run,),) = run_forms(MlsAttitude(), [records(deck_motion, seed)], levels=("c",))
         self.told = attitude_of(run.outputs)
         if not compensated:
             self.told[:] = [1.0, 0.0, 0.0, 0.0]

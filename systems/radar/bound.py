@@ -46,11 +46,11 @@ def covariances(
     # In units of the noise, where the matrices are near one.
     total = information(jacobians, noise) * np.outer(noise, noise) + np.diag((noise / prior) ** 2)
     values, vectors = np.linalg.eigh(total)
-    known = values[:, :1] > 1e-13 * values[:, -1:]
-    inverse = np.where(known, 1.0 / np.where(known, values, 1.0), np.inf)
+    determined = values[:, :1] > 1e-13 * values[:, -1:]
+    inverse = np.where(determined, 1.0 / np.where(determined, values, 1.0), np.inf)
     with np.errstate(invalid="ignore"):
         scaled = np.einsum("nij,nj,nkj->nik", vectors, inverse, vectors) * np.outer(noise, noise)
-    return np.asarray(np.where(known[:, :, None], scaled, np.inf))
+    return np.asarray(np.where(determined[:, :, None], scaled, np.inf))
 
 
 def deviations(p: FloatArray) -> FloatArray:

@@ -93,17 +93,17 @@ def predicted(world: TwoRadars, range_m: float, angle_deg: float) -> Predicted:
     """Theory of a world and a prior."""
     noise, jacobians = np.array(NOISE) * UNITS, world.jacobians()
     prior = np.array([range_m, angle_deg, angle_deg] * 2) * UNITS
-    known = information(jacobians, noise)
+    fisher = information(jacobians, noise)
     p = covariances(jacobians, noise, prior)
     both = np.concatenate([np.eye(3), np.eye(3)])
     unit = noise[:3]
-    term = (both.T @ known @ both) * np.outer(unit, unit)
-    values, vectors = np.linalg.eigh(known[-1] * np.outer(noise, noise))
+    term = (both.T @ fisher @ both) * np.outer(unit, unit)
+    values, vectors = np.linalg.eigh(fisher[-1] * np.outer(noise, noise))
     free = covariances(jacobians, noise, np.full(6, np.inf))
     return Predicted(
         deviations(free),
         deviations(p),
-        deviations(p @ known @ p),
+        deviations(p @ fisher @ p),
         -np.einsum("nij,j->ni", p, world.bias / prior**2),
         deviations(np.linalg.pinv(term, hermitian=True)) * unit,
         vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]),
