@@ -32,10 +32,10 @@ _KINDS = {
     "rsqrt": "this inverse root",
     "const": "this constant",
 }
-#: From the least word to the negative of the next one, of the fewest bits: so that a complement has
-#: the format of its argument, and what is chosen from it keeps its last bit.
+#: Largest over least word, without sign, in the shortest words: a complement has the format of its
+#: argument, and a selection from it keeps its last bit.
 _BELOW = 1.0 - 2.0**-17
-#: From where on a divisor needs an upper limit too, for its word.
+#: Ratio of the limits from which a divisor needs an upper limit too, for its word.
 _SPAN = 2.0**16
 #: How far a number may be moved to be limited, in halves of the range between the limits: what one
 #: accumulator holds. Farther ones are first limited by a word.
@@ -82,7 +82,7 @@ class Node:
 
     @property
     def said(self) -> str:
-        """What it is for its author: the name, or what makes it."""
+        """Description for its author: the name, or the kind of expression."""
         return self.name or self.title or _KINDS.get(self.kind, self.kind)
 
     @property
@@ -132,7 +132,7 @@ class Graph:
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
 
     def outside(self, a: Node, wanted: str, fix: str) -> InputError:
-        """That the range of a function's argument is not what it has to be."""
+        """Error: the range of an argument is not one that the function accepts."""
         at = f" of {a.line}" if a.line and a.line != self.line and not a.name else ""
         return InputError.at(
             self.line or self.name, wanted=wanted, found=f"{a.said}{at} in {a.range}", fix=fix
@@ -145,7 +145,7 @@ class Graph:
         return a
 
     def same(self, a: Node, tag: str) -> Node:
-        """``a``; only the record tells them apart."""
+        """``a``; the two differ only in the record."""
         return a
 
     # -- arithmetic -----------------------------------------------------------------------------
@@ -314,7 +314,7 @@ class Graph:
         return self._new("wrap", a, key=period, **limits)
 
     def bounded(self, a: Node, low: float, high: float, reason: str, unless: str = "") -> Node:
-        """``a``, known (or made, by saturation) to lie in [low, high]."""
+        """``a`` in [low, high], as declared; a word outside saturates."""
         if a.kind == "const" and low <= a.value <= high:
             return a
         limits = {"low": low, "high": high, "source": f"declared: {reason}", "unless": unless}
@@ -323,8 +323,8 @@ class Graph:
     def limited(self, a: Node, low: float, high: float) -> Node:
         """``a`` of one sign, held off zero by comparison: at least ``low``, or at most ``high``.
 
-        What has no finite range gets one by the word's own overflow, at a power of two; what spans
-        more than the word of a divisor, too, and there the flag tells.
+        A value without a finite range is clamped by the word's own overflow, at a power of two; one
+        that spans more than a divisor's word is bounded, which raises the saturation flag.
         """
         near, far = sorted((abs(low), abs(high)))
         limit, size = math.ldexp(2.0, rounded.binary_exponent(far)), max(-a.low, a.high)

@@ -30,7 +30,7 @@ _COARSEST_FRAC = -200
 
 @dataclass(frozen=True)
 class Target:
-    """What is known of a group's result before its format; ``line`` is its author's."""
+    """A group's result before its format is chosen; ``line`` is its author's."""
 
     name: str
     low: float
@@ -61,7 +61,7 @@ class Groups:
         self._names: set[str] = set()
         self._constants: dict[tuple[int, int], int] = {}
         self._coarse: dict[tuple[int, int], int] = {}
-        #: What each operation computes, and the products that stand apart, by their values.
+        #: Forms of operations, and products computed as values of their own, by value number.
         self.forms: dict[int, Form] = {}
         self.apart: dict[int, Product] = {}
 
@@ -184,8 +184,8 @@ class Groups:
     ) -> list[_Placed] | int | None:
         """Shifts for a result of ``frac`` fraction bits.
 
-        Returns the number of a product that only a group of its own can compute, or None if the
-        binary point is too fine.
+        Returns the number of a product that needs a group of its own, or None if the binary point
+        is too fine.
         """
         arith = self.arith
         total = 1 << (arith.guard - 1)
@@ -311,7 +311,7 @@ class Groups:
     def _coarser(self, form: Form, p: Product, frac: int, target: Target) -> Product:
         """A product that is too fine for its result, with a coarser copy of its last factor.
 
-        Or with a coarser constant: what that leaves out is half of the accumulator's last bit.
+        Or with a coarser constant: its error is half of the accumulator's last bit.
         """
         excess = self.excess(p, 0 if p.times_one else self._second(form, p)[0], frac)
         if (constant := self._constant_of(p)) is not None:
@@ -343,7 +343,7 @@ class Groups:
         return next((n for n in factors if self.values[n].kind is Kind.CONST), None)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
-        """The product of two words with the fewest fraction bits: the one to compute apart."""
+        """The product of two words with the fewest fraction bits, to be computed separately."""
         bits = {
             k: self.frac(p.a) + self._second(form, p)[0] - p.exponent - self._slack(p.scale)
             for k, p in enumerate(products)
@@ -361,7 +361,7 @@ class Groups:
         ]
 
     def _bound(self, number: int, is_fraction: bool) -> int:
-        """Largest magnitude the word can have, whatever happens."""
+        """Largest magnitude of the word, whatever its declared range."""
         if is_fraction:
             return 1 << self.arith.fraction_bits
         v = self.values[number]

@@ -27,7 +27,7 @@ __all__ = ["lower"]
 
 
 def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
-    """``program`` without what nothing needs, and the new numbers of the values that stay."""
+    """``program`` without unused operations and constants, and the new numbers of its values."""
     used = {*program.outputs, *(after for _, after in program.states)}
     ops: list[Op] = []
     for op in reversed(program.ops):
@@ -97,22 +97,22 @@ def _fit(
 ) -> None:
     """Give nodes the ranges of a profile, for their formats; see `Node.fit`.
 
-    Nodes inside of a function, which no expression stands for, get what follows from those of their
-    arguments. What replaces a state has that state's format: see `Fusion.limit`.
+    Nodes inside a function, which have no expression, get the range that follows from those of
+    their arguments. A next state has its state's format: see `Fusion.limit`.
     """
     recorded = [value.node if isinstance(value, Flag) else value for value in expanded]
     for number, range_ in profile.ranges.items():
         if (node := recorded[number]) not in after:
-            _give(node, range_, profile)
+            _set_fit(node, range_, profile)
     of_expressions = {*recorded}
     for node in graph.nodes:
-        if node not in of_expressions and (following := _following(node)) is not None:
-            _give(node, following, profile)
+        if node not in of_expressions and (span := _span(node)) is not None:
+            _set_fit(node, span, profile)
     _round_once(graph.nodes, after, states)
 
 
 def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[Range]) -> None:
-    """What is copied or added to replace a state gets no format that is a few bits finer.
+    """Words that are copied or added into a next state get no format a few bits finer than its own.
 
     Rounded to the state's format a second time, a share 2^-k of the words with k bits more lies on
     a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
@@ -136,14 +136,14 @@ def _size(range_: Range) -> float:
     return max(abs(end) for end in range_)
 
 
-def _give(node: Node, range_: Range, profile: Profile) -> None:
+def _set_fit(node: Node, range_: Range, profile: Profile) -> None:
     low, high = max(range_[0], node.low), min(range_[1], node.high)
     if node.kind not in _PRESCRIBED and low < high and (low, high) != (node.low, node.high):
         node.fit, node.source = (low, high), profile.source
 
 
-def _following(node: Node) -> Range | None:
-    """What a node reaches while its arguments stay in their spans; None: not known."""
+def _span(node: Node) -> Range | None:
+    """Range of a node whose arguments stay in their spans; None: unknown."""
     spans = [arg.span for arg in node.args]
     if node.kind == "sum":
         ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]

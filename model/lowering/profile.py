@@ -36,14 +36,13 @@ class Profile:
     estimator : str
         Name.
     record : str
-        `record_digest` of what it was made of.
+        `record_digest` of the step that was run.
     logs : sequence of str
         Names of the logs, or the world, that were run.
     ranges : mapping of int to (float, float)
         For the formats, by the number of the expression; of a comparison that of the difference.
     limits : mapping of int to (float, float)
-        In which the last argument of a division or root is held, since no interval keeps it off
-        zero.
+        Limits of the last argument of a division or root whose interval does not exclude zero.
     place : str
         The file that it was read from.
     """

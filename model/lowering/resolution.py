@@ -14,7 +14,7 @@ from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value
 __all__ = ["check_resolution", "limits"]
 
 
-#: Share of its bits that what reaches a state has to leave it.
+#: Share of a state's bits that the words reaching it must leave exact.
 _LEFT = 0.25
 
 
@@ -34,10 +34,10 @@ def limits(program: Program, nodes: Mapping[int, Node]) -> Iterator[tuple[int, f
 
 
 def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
-    """Refuse words whose last bit is too coarse for what is made of them.
+    """Refuse words whose last bit is too coarse for the outputs and states computed from them.
 
-    That is one that reaches an output or a next state, as a copy, a term of a sum, a side of a
-    selection or times a constant, with more than that may be off (`limits`).
+    Such a word reaches an output or a next state, as a copy, a term of a sum, a side of a selection
+    or times a constant, and its last bit there exceeds the limit (`limits`).
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
 
 
 class _Walk:
-    """From a value to all that it is made of by sums, selections, constant factors and states."""
+    """Walks from a value to its sources, by sums, selections, constant factors and states."""
 
     def __init__(self, program: Program, nodes: Mapping[int, Node]) -> None:
         self.program, self.nodes = program, nodes
@@ -63,8 +63,8 @@ class _Walk:
         self.after = dict(program.states)
         values: dict[int | None, Value] = dict(enumerate(program.values))
         self.values = values
-        #: What is not rounded, and how often two divides its words: constants, and what is chosen
-        #: or summed of them.
+        #: Values that are not rounded (constants, their sums and selections), and how often two
+        #: divides their words.
         self.exact: dict[int | None, int] = {
             n: _twos(v.initial) for n, v in values.items() if v.kind is Kind.CONST
         }
@@ -98,7 +98,7 @@ class _Walk:
         return self.nodes[value].line if value in self.nodes else ""
 
     def _cure(self, value: int) -> str:
-        """What gives a value a finer last bit."""
+        """Remedy: how a value gets a finer last bit."""
         declared, states = self.program.values[value], self.program.states
         if declared.kind is not Kind.OP:
             return "narrow its range, or widen the tolerance"
@@ -115,7 +115,7 @@ class _Walk:
         )
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
-        """Values that reach one, each once, and how much of an error of theirs does."""
+        """Values that reach a value, each once, and the share of their error that does."""
         queue, visited = [(number, 1.0)], {*self.exact}
         for value, share in queue:
             if value not in visited:
