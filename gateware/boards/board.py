@@ -125,8 +125,8 @@ class Board:
 
     def _pin(self, platform: Any, position: str, direction: str) -> Pins:
         """A pin by its position."""
-        resource, own, part = position.partition(".")
-        if not own:
+        resource, dot, part = position.partition(".")
+        if not dot:
             return Pins(position, dir=direction, conn=self.connector)
         (pins,) = (sub.ios[0] for sub in platform.lookup(resource).ios if sub.name == part)
         return Pins(" ".join(pins.names), dir=direction)
@@ -141,8 +141,8 @@ class Board:
 
     def meaning(self, line: Line) -> str:
         """What a line is; without the adapter of one that the board has itself."""
-        own = "." in self.positions.get(line.place, "")
-        return line.meaning.partition(":")[0] if own else line.meaning
+        on_board = "." in self.positions.get(line.place, "")
+        return line.meaning.partition(":")[0] if on_board else line.meaning
 
     @property
     def header(self) -> str:

@@ -210,10 +210,10 @@ class Emulator:
                 record.outputs.append(lane.operands[0][0])
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
-            field_of = self._lane_roms[self.number][self.pc][k]
-            written = self._stages(lane, field_of, input_word[0] if input_word and k == 0 else None)
+            fields = self._lane_roms[self.number][self.pc][k]
+            written = self._stages(lane, fields, input_word[0] if input_word and k == 0 else None)
             if written is not None:
-                address = k * self.machine.bank_depth + field_of["dest"]
+                address = k * self.machine.bank_depth + fields["dest"]
                 writes.append((self.physical(address, self.parity), written))
         for address, value in writes:
             self.registers[address] = value
@@ -261,10 +261,10 @@ class Emulator:
         # Address
         if f["table"]:
             block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
-            other = self._coefficient(block, coefficient, lane.index)
+            word_b = self._coefficient(block, coefficient, lane.index)
         else:
-            other = self._read(f["b_addr"])
-        lane.operands.append((self._read(f["a_addr"]), other))
+            word_b = self._read(f["b_addr"])
+        lane.operands.append((self._read(f["a_addr"]), word_b))
         return result
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
@@ -308,17 +308,17 @@ class Emulator:
         """Word of the table memory."""
         return self.tables[block * Machine.TABLE_BLOCK + index * 4 + coefficient]
 
-    def _seen(self, word: int, quarter: int) -> int:
-        """Word that a capture sees."""
+    def _biased(self, word: int, quarter: int) -> int:
+        """Word that a capture reads: plus a quarter, if it asks for that."""
         return self._signed(word + (quarter << (self.machine.arithmetic.word - 2)))
 
     def _index(self, word: int, quarter: int) -> int:
         """Segment index."""
         arith = self.machine.arithmetic
-        return (self._seen(word, quarter) >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
+        return (self._biased(word, quarter) >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
 
     def _sign(self, word: int, quarter: int) -> int:
-        return int(self._seen(word, quarter) < 0)
+        return int(self._biased(word, quarter) < 0)
 
     def _count(self, word: int) -> int:
         """Leading-sign count."""

@@ -53,7 +53,7 @@ def _name(schedule: Schedule, value: int | None) -> str:
 def _check_copies(program: Program, schedule: Schedule) -> None:
     """The scheduled program is the source program plus copies for states."""
     low = schedule.program
-    same = (
+    unchanged = (
         low.values[: len(program.values)] == program.values
         and low.ops[: len(program.ops)] == program.ops
         and low.inputs == program.inputs
@@ -64,19 +64,19 @@ def _check_copies(program: Program, schedule: Schedule) -> None:
         and len(low.states) == len(program.states)
         and schedule.source == program.digest
     )
-    if not same or low.arithmetic != schedule.machine.arithmetic:
+    if not unchanged or low.arithmetic != schedule.machine.arithmetic:
         raise _fail(schedule, None, None, "the schedule is not that of this program")
     makers = {op.dest: op for op in low.ops}
     if len(makers) != len(low.ops):
         raise _fail(schedule, None, None, "two ops make the same value")
-    seen: set[int] = set()
+    targets: set[int] = set()
     for (state, after), (state2, target) in zip(program.states, low.states, strict=True):
         copied = target == after or _copies(low, makers.get(target), after)
-        if state != state2 or not copied or target not in makers or target in seen:
+        if state != state2 or not copied or target not in makers or target in targets:
             raise _fail(
                 schedule, None, None, f"state {_name(schedule, state)} has no separate next value"
             )
-        seen.add(target)
+        targets.add(target)
 
 
 def _copies(program: Program, op: Op | None, value: int) -> bool:
@@ -84,8 +84,8 @@ def _copies(program: Program, op: Op | None, value: int) -> bool:
     if op is None or len(op.terms) != 1:
         return False
     t = op.terms[0]
-    plain = Term(value, t.b, t.shift)
-    if t != plain or t.b is None or program.values[t.b].kind is not Kind.CONST:
+    expected = Term(value, t.b, t.shift)
+    if t != expected or t.b is None or program.values[t.b].kind is not Kind.CONST:
         return False
     return program.values[t.b].initial == 1 << (t.shift + program.arithmetic.guard)
 
@@ -413,7 +413,7 @@ class _Replay:
         """Check that the lane's capture register was captured from ``value``."""
         captured = self.captured[s.lane].get(kind)
         if captured != (value, quarter):
-            got = (
+            found = (
                 "nothing"
                 if captured is None
                 else _name(self.schedule, captured[0]) + (" plus quarter" if captured[1] else "")
@@ -423,5 +423,5 @@ class _Replay:
                 self.schedule,
                 s.cycle,
                 s.op,
-                f"wants the {kind} of {want}, the lane holds that of {got}",
+                f"wants the {kind} of {want}, the lane holds that of {found}",
             )

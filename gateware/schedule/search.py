@@ -156,28 +156,28 @@ def _disturb(
 ) -> list[float]:
     """Priorities with a few nodes changed, or a node with all its predecessors or successors."""
     trial = list(priority)
-    some = hot if hot and rng.random() < 0.8 else range(len(trial))
+    candidates = hot if hot and rng.random() < 0.8 else range(len(trial))
     size = rng.choice((2.0, 5.0, 12.0, 40.0))
     if rng.random() < 0.5:
         for _ in range(rng.choice((1, 2, 4, 8, 16))):
-            trial[rng.choice(some)] += deviates.draw(size)
+            trial[rng.choice(candidates)] += deviates.draw(size)
         return trial
     for _ in range(rng.choice((1, 1, 2, 3))):
-        by = deviates.draw(size)
+        change = deviates.draw(size)
         edges = problem.producers if rng.random() < 0.7 else problem.consumers
-        for k in _closure(edges, rng.choice(some)):
-            trial[k] += by
+        for k in _closure(edges, rng.choice(candidates)):
+            trial[k] += change
     return trial
 
 
 def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
     """``node`` and all nodes that ``edges`` reach from it."""
-    out, seen = [node], {node}
+    out, visited = [node], {node}
     for k in out:
-        for other in edges[k]:
-            if other not in seen:
-                seen.add(other)
-                out.append(other)
+        for neighbour in edges[k]:
+            if neighbour not in visited:
+                visited.add(neighbour)
+                out.append(neighbour)
     return out
 
 

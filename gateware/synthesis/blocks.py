@@ -23,8 +23,8 @@ def least_blocks(words: int, bits: int, shapes: Shapes) -> float:
     """Fewest blocks for a memory, made of columns of blocks of one shape each."""
     columns = [(width, each * -(-words // depth)) for (depth, width), each in shapes.items()]
     cost = [0.0]
-    for rest in range(1, bits + 1):
-        cost.append(min(each + cost[max(0, rest - width)] for width, each in columns))
+    for remaining in range(1, bits + 1):
+        cost.append(min(each + cost[max(0, remaining - width)] for width, each in columns))
     return cost[bits]
 
 

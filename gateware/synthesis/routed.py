@@ -154,8 +154,8 @@ def netlist_of(
     ToolMissing, SynthesisError
         Yosys is not installed, or rejected the design.
     """
-    made = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
-    return FamilyNetlist(made, family.absorb(made.netlist, top))
+    synthesis = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
+    return FamilyNetlist(synthesis, family.absorb(synthesis.netlist, top))
 
 
 def netlist_for(
@@ -175,8 +175,8 @@ def netlist_for(
         The part is too small.
     """
     family = target.family
-    made, inside = netlist_of(verilog, top, family, cache_dir=cache_dir)
-    netlist = made.netlist
+    synthesis, inside = netlist_of(verilog, top, family, cache_dir=cache_dir)
+    netlist = synthesis.netlist
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
     for kind, number in types.items():
@@ -192,8 +192,8 @@ def netlist_for(
         netlist=netlist,
         used=used,
         inside=inside,
-        version=made.version,
-        command=made.command,
+        version=synthesis.version,
+        command=synthesis.command,
     )
 
 
@@ -204,10 +204,10 @@ def _check_room(used: Mapping[str, float], target: Target) -> None:
     if not over:
         return
     fits = [
-        other.name
-        for other in TARGETS.values()
-        if other.family.name == target.family.name
-        and all(n <= other.device.capacity(key) for key, n in used.items())
+        candidate.name
+        for candidate in TARGETS.values()
+        if candidate.family.name == target.family.name
+        and all(n <= candidate.device.capacity(key) for key, n in used.items())
     ]
     raise InputError.at(
         f"target {target.name}",
