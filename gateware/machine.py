@@ -197,7 +197,7 @@ class Machine:
         Parameters
         ----------
         wanted, room : int
-            What is needed, and what this machine has of it: a share of its registers.
+            Registers needed, and those that this machine has for the purpose.
         """
         larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
         candidates = (m for m in larger if m.register_words * room >= self.register_words * wanted)
@@ -309,10 +309,10 @@ def machine_named(config: str) -> Machine:
         No such configuration or depth.
     """
     if config not in MACHINES:
-        *few, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
+        *suffixes, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
         raise InputError.at(
             "config",
-            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(few)} or {last} "
+            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(suffixes)} or {last} "
             "for another depth",
             found=repr(config),
             fix="choose one of these",

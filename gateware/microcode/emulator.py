@@ -2,7 +2,7 @@
 
 It executes an image like the hardware, stage by stage, one ROM word per cycle, so that a difference
 between model and core can be located to the cycle. `Emulator` computes with integers;
-`gateware.microcode.validation` replaces what its words are and executes the same stages on terms.
+`gateware.microcode.validation` executes the same stages on terms in place of words.
 """
 
 from __future__ import annotations
@@ -130,8 +130,8 @@ class Emulator:
 
     def _lane(self, number: int) -> Lane:
         """A lane before the first update."""
-        nothing = (lambda _: 0,) * 3
-        return Lane(self.machine.stages, *nothing)
+        zeros = (lambda _: 0,) * 3
+        return Lane(self.machine.stages, *zeros)
 
     def _signed(self, word: int) -> int:
         bits = self.machine.arithmetic.word
@@ -230,7 +230,7 @@ class Emulator:
 
     def _stages(self, lane: Lane, f: dict[str, int], input_word: int | None) -> int | None:
         """Run all stages of one lane; return the word written, if any."""
-        # Read: the captures of this cycle see the raw A; what uses them comes a cycle later or two.
+        # Read: captures of this cycle see the raw A; they are used one or two cycles later.
         a, b = lane.operands.popleft()
         conditions = (
             self._condition(f["neg"], f["neg_flag"], lane.flag),

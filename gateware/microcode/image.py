@@ -40,7 +40,7 @@ class Image:
     window : Window, optional
         States that other programs read.
     families : tuple of int
-        For each program, the number of the one whose states and parity it has; empty: its own.
+        For each program, the number of the program whose states and parity it has; empty: its own.
     """
 
     rom: list[int]

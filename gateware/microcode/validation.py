@@ -67,7 +67,7 @@ def validate_microcode(
 
 
 class _Core:
-    """What the proofs of all programs of a core share."""
+    """Data common to the proofs of all programs of a core."""
 
     def __init__(
         self,

@@ -192,10 +192,10 @@ class _Allocator:
     def states(self, opened: set[int], first: int) -> None:
         """Pairs of current and next states; those read by other programs from slot ``first`` on."""
         machine, core = self.machine, self.core
-        shown = [first] * machine.lanes
+        window_slots = [first] * machine.lanes
         for state, after in self.program.states:
             bank = result_bank(self.schedule, self.producer[after])
-            slots = shown if state in opened else core.states
+            slots = window_slots if state in opened else core.states
             base = bank * machine.bank_depth + core.half + slots[bank]
             self.state(state, after, base)
             slots[bank] += 1
@@ -273,24 +273,24 @@ class _Allocator:
 
     def constants(self) -> None:
         """Constants that are read: one register for each word, in the emptiest bank."""
-        core, owner = self.core, self.core.constants
+        core, registers = self.core, self.core.constants
         wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
-        words = self.constant_words() - owner.keys()
+        words = self.constant_words() - registers.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
-            every = core.half * len(core.top)
+            capacity = core.half * len(core.top)
             raise ScheduleError(
                 f"{self.program.name}: {len(words)} constants, {room} registers of the "
                 f"{self.machine.name} machine left for them"
-                f"{self.machine.remedy(every + len(words) - room, every)}"
+                f"{self.machine.remedy(capacity + len(words) - room, capacity)}"
             )
         for n in wanted:
             word = self.program.values[n].initial
-            if word not in owner:
+            if word not in registers:
                 bank = min(range(len(core.top)), key=core.top.__getitem__)
-                owner[word] = bank * self.machine.bank_depth + core.top[bank]
+                registers[word] = bank * self.machine.bank_depth + core.top[bank]
                 core.top[bank] += 1
-            self.assign(n, owner[word], 0, self.end)
+            self.assign(n, registers[word], 0, self.end)
 
 
 def _last_reads(schedule: Schedule) -> dict[int, int]:

@@ -185,11 +185,11 @@ def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
                 raise ValueError(f"op {number} uses a captured {kind} but names no value for it")
             wanted[kind] = (value, quarter)
     kinds = list(wanted)
-    ways: list[Arrangement] = []
+    results: list[Arrangement] = []
     for carriers in product(*(_carriers(op, wanted[k][0], index=k == "index") for k in kinds)):
         choice: dict[str, tuple[int, bool] | None] = dict(zip(kinds, carriers, strict=True))
-        if (built := _build(op, number, wanted, choice)) is not None:
-            ways.append(built)
-    ways.sort(key=lambda x: len(x.slots))
-    ways = ways[:_MOST]
-    return ways
+        if (arrangement := _build(op, number, wanted, choice)) is not None:
+            results.append(arrangement)
+    results.sort(key=lambda x: len(x.slots))
+    results = results[:_MOST]
+    return results

@@ -27,8 +27,8 @@ def check_schedule(
     schedule, allocation
         Its schedule and registers.
     parameters_before : int
-        Parameters of the programs that come before it in the core. What programs must leave to
-        each other is the matter of `gateware.schedule.check_core`.
+        Parameters of the programs before it in the core. `gateware.schedule.check_core` checks
+        that programs do not disturb each other.
     """
     _check_copies(program, schedule)
     _check_registers(schedule, allocation, parameters_before)
@@ -52,27 +52,27 @@ def _name(schedule: Schedule, value: int | None) -> str:
 
 def _check_copies(program: Program, schedule: Schedule) -> None:
     """The scheduled program is the source program plus copies for states."""
-    low = schedule.program
+    lowered = schedule.program
     unchanged = (
-        low.values[: len(program.values)] == program.values
-        and low.ops[: len(program.ops)] == program.ops
-        and low.inputs == program.inputs
-        and low.links == program.links
-        and low.outputs == program.outputs
-        and low.table_memory == program.table_memory
-        and low.arithmetic == program.arithmetic
-        and len(low.states) == len(program.states)
+        lowered.values[: len(program.values)] == program.values
+        and lowered.ops[: len(program.ops)] == program.ops
+        and lowered.inputs == program.inputs
+        and lowered.links == program.links
+        and lowered.outputs == program.outputs
+        and lowered.table_memory == program.table_memory
+        and lowered.arithmetic == program.arithmetic
+        and len(lowered.states) == len(program.states)
         and schedule.source == program.digest
     )
-    if not unchanged or low.arithmetic != schedule.machine.arithmetic:
+    if not unchanged or lowered.arithmetic != schedule.machine.arithmetic:
         raise _fail(schedule, None, None, "the schedule is not that of this program")
-    makers = {op.dest: op for op in low.ops}
-    if len(makers) != len(low.ops):
+    producers = {op.dest: op for op in lowered.ops}
+    if len(producers) != len(lowered.ops):
         raise _fail(schedule, None, None, "two ops make the same value")
     targets: set[int] = set()
-    for (state, after), (state2, target) in zip(program.states, low.states, strict=True):
-        copied = target == after or _copies(low, makers.get(target), after)
-        if state != state2 or not copied or target not in makers or target in targets:
+    for (state, after), (state2, target) in zip(program.states, lowered.states, strict=True):
+        copied = target == after or _copies(lowered, producers.get(target), after)
+        if state != state2 or not copied or target not in producers or target in targets:
             raise _fail(
                 schedule, None, None, f"state {_name(schedule, state)} has no separate next value"
             )
@@ -109,8 +109,8 @@ def _check_registers(schedule: Schedule, allocation: Allocation, before: int) ->
         name = _name(schedule, n)
         if not 0 <= address < depth * machine.lanes:
             raise _fail(schedule, None, None, f"register {address} of {name} does not exist")
-        passing = program.values[n].kind in (Kind.INPUT, Kind.OP) and address in unwritten
-        if (address % depth >= half) != (n in states) and not passing:
+        temporary = program.values[n].kind in (Kind.INPUT, Kind.OP) and address in unwritten
+        if (address % depth >= half) != (n in states) and not temporary:
             raise _fail(schedule, None, None, f"{name} is on the wrong side of the state region")
         if (
             program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE)
@@ -277,7 +277,7 @@ def _check_streams(schedule: Schedule) -> None:
 
 
 def _word_of(program: Program, value: int) -> object:
-    """What values must have in common to stand in one register."""
+    """Key that values of one register must have in common."""
     if link := program.linked.get(value):
         return link.program, link.state
     return Kind.CONST if program.values[value].kind is Kind.CONST else value
@@ -418,10 +418,10 @@ class _Replay:
                 if captured is None
                 else _name(self.schedule, captured[0]) + (" plus quarter" if captured[1] else "")
             )
-            want = _name(self.schedule, value) + (" plus quarter" if quarter else "")
+            wanted = _name(self.schedule, value) + (" plus quarter" if quarter else "")
             raise _fail(
                 self.schedule,
                 s.cycle,
                 s.op,
-                f"wants the {kind} of {want}, the lane holds that of {found}",
+                f"wants the {kind} of {wanted}, the lane holds that of {found}",
             )

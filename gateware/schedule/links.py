@@ -69,7 +69,7 @@ def tied(programs: Sequence[Program]) -> list[Program]:
         for link in program.links:
             owner, state = linked.get(link.program), None
             if owner is not None:
-                owner, state = _keeping(owner, link.output)
+                owner, state = _with_state(owner, link.output)
                 if program.values[link.value].frac != owner.values[state].frac:
                     raise ValueError(
                         f"{program.name} must take {link.program}.{link.output} as "
@@ -82,7 +82,7 @@ def tied(programs: Sequence[Program]) -> list[Program]:
     return [linked[p.name] for p in programs]
 
 
-def _keeping(program: Program, output: str) -> tuple[Program, int]:
+def _with_state(program: Program, output: str) -> tuple[Program, int]:
     """Return the program with a state for the output of its last complete update, and the state."""
     number = program.outputs[program.output_names.index(output)]
     for state, after in program.states:
