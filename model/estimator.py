@@ -57,13 +57,13 @@ class _AllOutputs:
 
 @dataclass(frozen=True)
 class SecondForm:
-    """What an estimator's equations gave in another form.
+    """Results of an estimator's equations in another form.
 
     Attributes
     ----------
     outputs : mapping of str to (n,)
     remarks : sequence of str
-        What the run shows of the model, a line each: `check` prints them as warnings.
+        Remarks of the run about the model, a line each: `check` prints them as warnings.
     """
 
     outputs: Mapping[str, FloatArray]
@@ -95,7 +95,7 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
-    #: Whether an input ``dt`` below 0 makes it begin anew.
+    #: Whether an input ``dt`` below 0 restarts it.
     restarts: bool = False
     #: Name of the estimator whose states this one updates too, in a core with both; else its own.
     shares: str = ""

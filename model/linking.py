@@ -1,11 +1,11 @@
-"""What programs of a core have of each other: words that they read, states that they share.
+"""Relations of the programs of a core: words that they read, states that they share.
 
 Linked inputs (`Input.source`) read an output of another program. In a core with both programs, the
 reader reads the word in the register of the other program (`gateware.schedule.links`). Everywhere
 else its records contain that word (`linked_words`), so all levels compute the same.
 
 An estimator that `shares` the states of another one updates those, in a core with both: each update
-of either begins with what the last complete one of both has left. Everywhere else it has its own.
+of either begins with the states of the last complete update of both. Elsewhere it has its own.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Comparison of an estimator's trace with what its ``step`` computes in numpy.
 
-Python lets a step do what no record shows: ``is``, ``isinstance``, the number that a file holds
-today. So both are computed on the same rows, and an output or next state that differs is refused.
+A step in Python can depend on things that no record contains: ``is``, ``isinstance``, the content
+of a file. So both are computed on the same rows, and a different output or next state is refused.
 """
 
 from __future__ import annotations
@@ -62,12 +62,12 @@ _COMPUTE: dict[str, Callable[..., Any]] = {
     "tanh": ops.tanh,
 }
 #: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
-#: arrays; one by one so many that together they have about so many expressions, within limits.
+#: arrays; one by one as many as have about this number of expressions together, within limits.
 _ROWS, _EXPRESSIONS, _ALONE = 997, 40_000, (24, 401)
 #: Share of a value up to which the two may differ without a second look.
 _EQUAL = 1e-9
-#: That look: rows that get one, how often each is computed, and by how much, as a share, each
-#: argument of each operation is off then: far more than rounding, far less than a mistake.
+#: The second look: number of rows, how often each is computed, and the share by which each argument
+#: of each operation is perturbed: far more than rounding, far less than a mistake.
 _SUSPECTS, _TIMES, _NOISE = 8, 128, 1e-13
 
 
@@ -111,7 +111,7 @@ def check_recorded(
     inputs: FloatArray | None = None,
     params: Mapping[str, float] | None = None,
 ) -> None:
-    """Compare one update in numpy with the record of it.
+    """Compare one update in numpy with its record.
 
     Parameters
     ----------
@@ -124,8 +124,8 @@ def check_recorded(
     Raises
     ------
     InputError
-        The step raises, cannot be recorded, or its record computes something else. What rounding
-        explains, and what is infinite, counts as equal.
+        The step raises, cannot be recorded, or its record computes something else. Differences
+        that rounding explains, and infinite values, count as equal.
     """
     with np.errstate(all="ignore"):
         _Comparison(estimator, sample(estimator, inputs, params)).refuse_differences()

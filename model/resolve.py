@@ -49,7 +49,7 @@ Named: TypeAlias = str | type[Estimator] | Estimator
 T = TypeVar("T")
 
 
-#: Files of profiles to be used; None: what is found beside each estimator's file.
+#: Files of profiles to be used; None: the file beside each estimator's.
 _profiles: ContextVar[tuple[str, ...] | None] = ContextVar("profiles", default=None)
 
 

@@ -93,7 +93,7 @@ def linear(unit: str, wanted: str) -> tuple[float, float]:
 
 
 def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, float]:
-    """`linear` of a number that was typed with a unit, for what has the unit ``wanted``.
+    """`linear` of a number that was typed with a unit, for a value with the unit ``wanted``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the sensors of a board give to any estimator, by the names of its inputs."""
+"""Words of a board's sensors for any estimator, by the names of its inputs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FIELD = 200.0
 class Sensed:
     """An input that a sensor gives: its unit and the sensor's full scale.
 
-    ``always``: with every sample; else the estimator has to say what it reads in between
+    ``always``: with every sample; else the estimator declares its value in between
     (`Input.missing`).
     """
 
@@ -35,7 +35,7 @@ def _axes(letter: str, unit: str, limit: float, *, always: bool = True) -> dict[
     return {f"{letter}{a}": Sensed(unit, -limit, limit, always) for a in AXES}
 
 
-#: By name. A ``dt`` below 0 restarts a filter whose range has it; others read the least they have.
+#: By name. A ``dt`` below 0 restarts a filter; it is clamped where the filter's range excludes it.
 SENSED = {
     "dt": Sensed("s", -DT_LIMIT, GAP_S),
     **_axes("g", "rad/s", GYRO_COUNTS * GYRO_SCALE),

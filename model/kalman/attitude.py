@@ -1,4 +1,4 @@
-"""What the methods of a filter see of an attitude."""
+"""An attitude as the methods of a filter get it."""
 
 from __future__ import annotations
 

@@ -68,9 +68,9 @@ class State(declarations.State):
 class Attitude:
     """A unit quaternion, body to navigation, whose error is a small turn of three components.
 
-    True and estimated attitude differ by a turn e in navigation axes, C_true = (1 + [e x]) C. What
-    a filter's methods see of it is an `AttitudeView`. Its states are ``qw, qx, qy, qz`` for the
-    name ``q``; its errors, in P and in messages, ``q_e, q_n, q_u``.
+    True and estimated attitude differ by a turn e in navigation axes, C_true = (1 + [e x]) C. A
+    filter's methods get it as an `AttitudeView`. Its states are ``qw, qx, qy, qz`` for the name
+    ``q``; its errors, in P and in messages, ``q_e, q_n, q_u``.
 
     Parameters
     ----------
@@ -128,9 +128,9 @@ class Measurement:
     Parameters
     ----------
     z : value
-        What was measured: an input, or computed from inputs and states.
+        Measured value: an input, or computed from inputs and states.
     h : value
-        What the states let expect; the derivative of h - z counts.
+        Value expected from the states; the derivative of h - z counts.
     r : value
         Variance of the noise, above 0 over the whole range of its parameters.
     valid : condition, optional
@@ -140,11 +140,11 @@ class Measurement:
     wrap : bool
         z and h are angles in half turns.
     sd_max : float, optional
-        Largest standard deviation that the states' can give h. By default it follows from the
-        intervals of the derivatives, which know little of a row that is one of several kinds.
+        Largest standard deviation of h. By default it follows from those of the states and the
+        intervals of the derivatives, which are wide for a row that is one of several kinds.
     slope_max : mapping of str to float
-        Largest derivatives of h, by the name of a state: powers of two. A larger one counts as
-        that: the measurement corrects less then.
+        Largest derivatives of h, by the name of a state: powers of two. A larger derivative is
+        clamped to it: the measurement corrects less then.
     """
 
     z: Any

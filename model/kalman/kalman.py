@@ -38,15 +38,15 @@ class Kalman(Estimator):
     lies within sd_i sd_j of zero, L_i within sd_i. A variance near its largest is held: its row of
     F is that of a constant then and its noise is none, so that P stays F P F^T + Q of some F.
 
-    On the object, `states` has all that the core keeps: the author's (an attitude as its four
+    On the object, `states` has all states of the core: the author's (an attitude as its four
     components), those of `memory`, and P as ``p_A_B`` of two states A and B.
 
     Attributes
     ----------
     states : tuple of State or Attitude
-        What is estimated.
+        Estimated states.
     memory : tuple of boresight.State
-        Further values that are kept and not estimated; `f` returns what replaces them.
+        Further states that are not estimated; `f` returns their next values.
     counters : mapping of str to int
         Further values that count updates, by name: from 0 in the first update to this number less
         1, then again. For rates, and rows in turn (`in_turn`).

@@ -1,4 +1,4 @@
-"""Derivatives and intervals of what a tracer has recorded so far."""
+"""Derivatives and intervals of the expressions that a tracer has recorded so far."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from boresight.model.lowering.trace import Condition, Expression, Scalar, Tracer
 
 __all__ = ["Intervals", "Slope", "Slopes", "chosen", "is_const", "product", "total"]
 
-#: Derivatives by the number of an error state; what is missing is zero.
+#: Derivatives by the number of an error state; missing ones are zero.
 Slope = dict[int, Scalar]
 
 
@@ -61,11 +61,11 @@ class Slopes:
         self._added: dict[int, Slope] = {}
 
     def seed(self, x: Scalar, error: int) -> None:
-        """``x`` is the state of this error, whatever it was computed from."""
+        """Let ``x`` be the state of this error, with derivative 1."""
         self._slopes[x.number] = {error: self.tracer.const(1.0)}
 
     def add(self, x: Scalar, slope: Slope) -> None:
-        """``x`` moves by this too, besides what moves with its arguments."""
+        """Add a derivative of ``x`` to that by its arguments."""
         self._added[x.number] = slope
 
     def of(self, x: Scalar) -> Slope:
@@ -168,7 +168,7 @@ class Slopes:
 
 
 class Intervals:
-    """Intervals of what a tracer has recorded, while it still records."""
+    """Intervals of recorded expressions, while the tracer still records."""
 
     def __init__(self, tracer: Tracer) -> None:
         self._tracer = tracer

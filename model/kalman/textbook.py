@@ -1,8 +1,8 @@
 """The same filter as in a textbook, in float64, to compare a derived one with.
 
 Jacobians are differences of f and h themselves, five points each; all measurements of an update are
-taken at once, and P is updated in Joseph's form. Of the derivation it shares what its author wrote
-and the meaning of an attitude's error, nothing else.
+taken at once, and P is updated in Joseph's form. With the derivation it shares only the author's
+methods and the definition of an attitude's error.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = ["Textbook", "TextbookRun"]
 
 #: Step of a difference, as a share of the largest standard deviation.
 _STEP = 2.0**-10
-#: Information, as a share of what the largest standard deviation stands for, that counts as none.
+#: Information that counts as none, as a share of that of the largest standard deviation.
 _UNSEEN = 1e-6
 #: Largest element of the product of F.
 _GROWN = 1e6
@@ -39,7 +39,7 @@ _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
 
 @dataclass(frozen=True)
 class TextbookRun:
-    """What a textbook's filter gave.
+    """Result of a textbook's filter.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class Textbook:
         return TextbookRun(outputs, np.array(covariances), self._remarks(len(inputs)))
 
     def _remarks(self, updates: int) -> list[str]:
-        """What a run shows of the model, one line each, with the author's place."""
+        """Remarks of a run about the model, one line each, with the source location."""
         k, texts = self.kalman, []
         for m, valid, accepted in zip(self.measurements, *self._valid, strict=True):
             subject = placed(m.line, "measurement")
@@ -193,7 +193,7 @@ class Textbook:
         return texts
 
     def _with(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
-        """States, and elements of P as an author's method sees them."""
+        """States and elements of P, as an author's method gets them."""
         return {**x, **{name: cov[pair] for name, pair in self.kalman.covariance_states.items()}}
 
     def _leaves(self, x: Mapping[str, Any], leaves: Mapping[Any, Any], estimate: Any = None) -> Any:
@@ -238,7 +238,7 @@ class Textbook:
     def _corrected(
         self, x: dict[str, Any], cov: FloatArray, leaves: Mapping[Any, Any]
     ) -> tuple[dict[str, Any], FloatArray, float]:
-        """All measurements at once, but for those beyond their gate given the ones before."""
+        """All measurements at once, but for those beyond their gate after the ones before."""
         k = self.kalman
         measured = self._measurement(self._leaves(x, leaves))
         numbers = range(len(self.measurements))
@@ -322,9 +322,9 @@ class Textbook:
 
 
 class _Observability:
-    """What measurements tell of the state at the start: sum of (H Phi)^T R^-1 H Phi, scaled.
+    """Information of measurements about the initial state: sum of (H Phi)^T R^-1 H Phi, scaled.
 
-    An error of one is the largest standard deviation; information 1 leaves half of its variance.
+    The unit of an error is its largest standard deviation; information 1 halves that variance.
     """
 
     def __init__(self, sd_max: FloatArray) -> None:
@@ -338,7 +338,7 @@ class _Observability:
         self._phi /= max(size / _GROWN, 1.0)
 
     def see(self, h: FloatArray, r: FloatArray) -> None:
-        """It is measured."""
+        """Add the information of measurements."""
         row = (h * self._sd_max) @ self._phi / np.sqrt(r)[:, None]
         self._information += row.T @ row
 

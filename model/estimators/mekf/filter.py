@@ -91,9 +91,9 @@ WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
 JUMP = 0.875
 FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forgotten.
 LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
-#: What an axis misses at full scale grows by this part of the slope: 0.7 of a parabola's turn.
+#: The rate missed at full scale grows by this part of the slope: 0.7 of a parabola's turn.
 BEYOND = 0.7 / 3.0
-#: (m/s^2)^2, squared change of the force from which on it tells nothing of a turn.
+#: (m/s^2)^2, squared change of the force from which on it carries no information about a turn.
 GENTLE_SQ = 200.0
 MISSED_SQ_LIMIT = 64.0  #: (rad/s)^2, largest square of a missed rate that counts.
 FULL_YOUTH = 4.0  #: s, how fast youth grows per squared missed rate, in (rad/s)^2.
@@ -166,7 +166,7 @@ class Mekf(Estimator):
             self.states = tuple(s for s in STATES if s.name not in FIELD_ONLY)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: update with what earlier samples left, then predict with this one."""
+        """One sample: update with the means of earlier samples, then predict with this one."""
         nothing = 0.0 * u.dt
         if not self.magnetic:  # what these decide is left out of the program
             dark = {name: nothing + value for name, value in FIELD_ONLY.items()}
@@ -182,7 +182,7 @@ class Mekf(Estimator):
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
 
-        # An axis at full scale: what it misses is the time there, in units of `BEYOND`, times the
+        # An axis at full scale: the rate missed is the time there, in units of `BEYOND`, times the
         # slope, the rate's distance from its low-pass r. A jump is false: w - (w - r) stands in.
         gyro = (u.gx, u.gy, u.gz)
         speed_sq = ops.named("speed_sq", dot(gyro, gyro))
@@ -245,7 +245,7 @@ class Mekf(Estimator):
         odd_now = ops.named("odd_now", odd_now)
         young = ops.saturated(ops.where(gap, speed_sq, x.youth), 64.0)
         grown = ops.named("grown", ops.saturated(young * dt, 0.5))
-        # The reference survives a rate at full scale: it tells the field from a magnet's after it.
+        # The reference survives a rate at full scale: it distinguishes the field from a magnet's.
         # The memory does not: while the attitude was off, every field was odd.
         settling = ops.where(late, 0.0, grown)
         forget = p.field_forget_per_s * dt + FIELD_YOUTH * settling + MEMORY_YOUTH * grown
@@ -275,7 +275,7 @@ class Mekf(Estimator):
         trusted = p.heading_var + odd_var + p.dip_trust_s * (dip * dip * x.p_nn)
         trusted = ops.saturated(trusted, NOISE_LIMIT)
         variance = ops.where(heading_turn, ops.where(no_heading, NOISE_LIMIT, trusted), p.tilt_var)
-        # Nothing is measured below zero: a heading that nothing tells, no vertical.
+        # Below zero nothing is measured: a heading without information, no vertical.
         idle = ops.where(no_heading, x.p_uu - HEADING_LIMIT, 0.0)
         measured = ops.where(heading_turn, idle, enough_force)
         span = ops.where(measured < 0.0, 0.0, 3.0 * step)
@@ -330,7 +330,7 @@ class Mekf(Estimator):
             ops.saturated(a - c, FORCE_STEP_LIMIT) for a, c in zip(turn(C, force), f, strict=True)
         ]
         f_rate = p.force_rate_per_s * dt + FORCE_YOUTH * grown
-        # A force that is as far off as full scale says nothing: the mean stays.
+        # A force that is as far off as full scale carries no information: the mean stays.
         change_sq = dot(f_change, f_change)
         # Part of what was missed at full scale is unknown: the means grow younger again, unless
         # the force is far from gravity.

@@ -102,9 +102,9 @@ def bias_of(
 ) -> tuple[list[Any], Symmetric, dict[str, Any]]:
     """Bias and P after a sample, and the states of the low-passes of C and of C b.
 
-    At rest the low-passed gyro is the bias. In motion what corrects the inclination in a step is
-    the mean of C times the bias that is left, and a weak measurement of zero about the vertical,
-    of which nothing is known, lets that forget::
+    At rest the low-passed gyro is the bias. In motion the correction of the inclination in a step
+    is the mean of C times the remaining bias; a weak measurement of zero about the vertical, where
+    the bias is not observable, lets it forget::
 
         e_e = -n/Ts + mean(C b)_e - mean(C)_e b     e_n = e/Ts + mean(C b)_n - mean(C)_n b
         e_u = -mean(C)_u b

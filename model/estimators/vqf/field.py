@@ -19,7 +19,7 @@ _REFERENCE_MOST = 2.0 * FIELD_MOST  #: uT, of a low-passed one
 
 @dataclass(frozen=True)
 class Heading:
-    """What a magnetometer sample leaves: angle of the averaging frame, states, status."""
+    """Result of a magnetometer sample: angle of the averaging frame, states, status."""
 
     delta: Any
     states: dict[str, Any]

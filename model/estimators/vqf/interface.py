@@ -1,4 +1,4 @@
-"""What a `Vqf` reads, keeps and tells: inputs, parameters, states, status bits."""
+"""Interface of a `Vqf`: inputs, parameters, states, status bits."""
 
 from __future__ import annotations
 
