@@ -1,4 +1,4 @@
-"""Validation of emitted C: the text computes what the program says, for all inputs.
+"""Validation of emitted C: the text computes the program's results, for all inputs.
 
 `<name>.h` and `<name>.c` are parsed (pycparser), ``update`` is executed on terms, statement by
 statement, and each output, next state and the flag must be the term that the program's operations
@@ -22,7 +22,7 @@ from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refut
 
 __all__ = ["validate_c"]
 
-#: What the standard headers declare.
+#: Declarations of the standard headers.
 _TYPES = "".join(
     f"typedef int {name};" for name in ("int32_t", "int64_t", "uint32_t", "uint64_t", "bool")
 )
@@ -164,7 +164,7 @@ class _File:
     def _places(
         self, struct: str, prefix: str, numbers: Sequence[int], extra: Sequence[str] = ()
     ) -> dict[str, int]:
-        """Members of a structure with what they hold, in order."""
+        """Members of a structure with their values, in order."""
         members = self.members[f"{self.name}_{struct}_t"]
         if not numbers and members == ["none"]:
             return {}

@@ -81,7 +81,7 @@ class Board:
         Its name in amaranth-boards.
     positions : mapping
         By `Line.place`: the position on ``connector``, by the numbering of amaranth-boards, or
-        RESOURCE.PART of what the board has itself, ``uart.rx``.
+        RESOURCE.PART of a part on the board, ``uart.rx``.
     leds : tuple of str
         Positions on ``connector``; none: the board has its own.
     target : str
@@ -140,7 +140,7 @@ class Board:
         return f"{self.header} position {self.leds[number]}" if self.leds else "on the board"
 
     def meaning(self, line: Line) -> str:
-        """What a line is; without the adapter of one that the board has itself."""
+        """Meaning of a line; without the adapter if the board has the part itself."""
         on_board = "." in self.positions.get(line.place, "")
         return line.meaning.partition(":")[0] if on_board else line.meaning
 

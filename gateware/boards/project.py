@@ -127,7 +127,7 @@ class Project:
     texts: Mapping[str, str]
 
     def readme(self, places: Mapping[str, str], **flow: Any) -> str:
-        """README.txt; ``places`` are the pins by net, ``flow`` what the board's template needs."""
+        """README.txt; ``places``: the pins by net; ``flow``: values for the board's template."""
         platform = self.platform
         return render(
             self.design.readme,

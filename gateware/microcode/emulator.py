@@ -41,7 +41,7 @@ class _Delay(deque[Any]):
     """Registers in a row: an item comes out as many cycles later as there are registers."""
 
     def through(self, item: Any) -> Any:
-        """Put an item in; return the one that comes out in this cycle."""
+        """Put an item in; return the item that comes out in this cycle."""
         self.append(item)
         return self.popleft()
 
@@ -54,7 +54,7 @@ class Lane:
     stages : Stages
         Stages of the pipeline.
     word, condition, term : callable
-        First content of a register with this name, by what it holds.
+        First content of a register with this name, by kind of register.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Validation of microcode: the ROM's bits compute what the programs say, for all inputs.
+"""Validation of microcode: the ROM's bits compute the programs' results, for all inputs.
 
 The emulator executes one update of each program on terms instead of integers: inputs, parameters
 and states are symbols, every register, capture and pipeline stage that an update does not define
@@ -223,7 +223,7 @@ class _Update:
         return self.emulator.physical(address, parity)
 
     def check(self) -> None:
-        """Raise Refuted unless the update computes what the program says."""
+        """Raise Refuted unless the update computes the program's results."""
         program, number = self.program, self.emulator.number
         inputs = {
             n: self.terms.symbol(f"input {program.values[n].name}", n) for n in program.streamed

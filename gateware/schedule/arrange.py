@@ -79,7 +79,7 @@ class Arrangement:
     def ordered(self, order: Sequence[int]) -> list[Slot]:
         """The slots in an order that `place` returned."""
         out: list[Slot] = []
-        for k in order:  # an idle slot reads what the one before it does
+        for k in order:  # an idle slot reads the same as the slot before it
             out.append(Slot(0, 0, out[-1].a, op=out[-1].op) if k == IDLE else self.slots[k])
         return out
 

@@ -1,4 +1,4 @@
-"""Checker: proves a schedule and its registers against the program, apart from the scheduler.
+"""Checker: proves a schedule and its registers against the program, independent of the scheduler.
 
 It replays the schedule cycle by cycle with *names* in place of words: each register holds the value
 last written to it, each capture register the value captured. A schedule passes if every slot reads

@@ -119,7 +119,7 @@ def _check_links(
             if origin == k:
                 raise ScheduleError(f"{name} must be of another program, not of {link.program}")
             source = programs[origin]
-            assert link.state is not None  # what is linked has one
+            assert link.state is not None  # every linked input has one
             following = dict(source.states).get(link.state)
             outputs = dict(zip(source.output_names, source.outputs, strict=True))
             if following is None or outputs.get(link.output) != following:

@@ -43,7 +43,7 @@ def core_blocks(machine: Machine, image: Image, shapes: Shapes) -> tuple[float, 
 
 
 def check_memory(machine: Machine, image: Image, target: Target) -> None:
-    """Raise InputError, with what the core takes, if a part has too little block RAM."""
+    """Raise InputError, with the core's need, if a part has too little block RAM."""
     microcode, data = core_blocks(machine, image, target.family.memory_shapes)
     device = target.device
     room, total = device.capacity(device.memory), microcode + data

@@ -70,7 +70,7 @@ class Run:
     path : tuple of Step
         The path that limits it.
     files : mapping
-        Files that the tool was asked to write, by name.
+        Files that the tool wrote on request, by name.
     """
 
     seed: int
@@ -118,7 +118,7 @@ def find_router(router: Router) -> Tool:
 
 
 def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
-    """What the router of a target is started with, without files."""
+    """Options of the router for a target, without files."""
     router = target.family.router
     assert router is not None
     grade = router.grades.get(target.grade, target.grade)

@@ -1,4 +1,4 @@
-"""A design on a family with an open router: what it takes, and the clock after routing."""
+"""A design on a family with an open router: its area, and the clock after routing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from boresight.model.errors import InputError
 
 __all__ = ["FamilyNetlist", "Mapped", "Routed", "implement", "netlist_for", "netlist_of"]
 
-#: Clock that the router works towards if none is asked for: beyond what a core reaches, MHz.
+#: Default clock that the router works towards: higher than any core reaches, MHz.
 _CLOCK_MHZ: Final = 200.0
 
 
@@ -32,7 +32,7 @@ class Mapped:
     netlist : dict
         As yosys writes it, flip-flops in the registers of multipliers and memories.
     used : mapping
-        What it takes, by the keys of the target's resources.
+        Resources used, by the keys of the target's.
     inside : int
         Flip-flops that are registers of multipliers and memories.
     version, command : str
@@ -53,7 +53,7 @@ class Mapped:
 
     @property
     def amounts(self) -> str:
-        """What it takes, in words."""
+        """Resources used, as a text."""
         resources = self.device.resources
         return ", ".join(f"{n:,g} {resources[key].unit}" for key, n in self.used.items())
 
@@ -120,7 +120,7 @@ class Routed:
 
     @property
     def source(self) -> str:
-        """What the clock is."""
+        """Source of the clock."""
         title = self.mapped.target.title
         return f"routed on {title}, {self.version}, worst of {self.seeds}"
 
@@ -165,7 +165,7 @@ def netlist_for(
     *,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> Mapped:
-    """The netlist for a target, and what it takes of it (`netlist_of`).
+    """The netlist for a target (`netlist_of`), and the resources that it uses.
 
     Raises
     ------

@@ -66,7 +66,7 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
 
 
 def _formats(front: Sequence[Program]) -> dict[str, int]:
-    """Fraction bits of what the programs before the estimators give."""
+    """Fraction bits of the outputs of the programs before the estimators."""
     return {
         name: p.format(n).frac
         for p in front

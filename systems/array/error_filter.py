@@ -26,7 +26,7 @@ __all__ = [
 
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
-#: What an element of the diagonal grows by in every propagation, lest rounding outgrow the noise.
+#: Growth of a diagonal element in every propagation, so that rounding stays below the noise.
 FLOOR_NOISE = 2.0**-27
 #: Variance, scaled, from which on a state that others move, and its noise, wait for a measurement.
 LIMITS = {"velocity": 0.2, "tilt": 0.5, "heading": 0.5}
@@ -83,7 +83,7 @@ def propagated(
 
 
 def moves(update: Update) -> list[Any]:
-    """What the 13 states move by, in their units."""
+    """Corrections of the 13 states, in their units."""
     step = {k: unit * update.move for k, unit in UNITS.items()}
     return [step[k] * g for k, g in zip(KINDS, update.gain, strict=True)]
 
@@ -95,10 +95,10 @@ def first_variances(p: Any) -> dict[str, Any]:
 
 
 def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> list[Any]:
-    """What the 13 variances grow by in a propagation, scaled.
+    """Growth of the 13 variances in a propagation, scaled.
 
-    Those of the instruments, which no measurement may see, stop while their sum is near one, the
-    others each at its own limit. During the erection the accelerometers' begin anew each time.
+    Variances of the instruments, which may be unobservable, stop while their sum is near one, the
+    others each at its own limit. During the erection those of the accelerometers restart each time.
     """
     slow = dot([1.0] * 7, [getattr(x, f"p{k}{k}") for k in "3789abc"])
     floor = ops.where(due, FLOOR_NOISE, 0.0)

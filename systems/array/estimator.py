@@ -58,7 +58,7 @@ class ArrayAttitude(Estimator):
     attitude : (pitch, roll, heading)
         Before the first sample [deg].
     reading : str
-        "heading" or "literal": what an index measures.
+        "heading" or "literal": measurement at an index.
     rate : float
         Records a second.
     aided : bool
@@ -208,7 +208,7 @@ class ArrayAttitude(Estimator):
 
 @dataclass(frozen=True)
 class _Now:
-    """What a sample's strapdown gave; ``up``: the turn about up [rad]."""
+    """Results of a sample's strapdown; ``up``: the turn about up [rad]."""
 
     restart: Any
     sample: sd.Sample
@@ -220,7 +220,7 @@ class _Now:
 
 @dataclass(frozen=True)
 class _Filtered:
-    """States and outputs of the filter; what the 13 states move by; whether P was propagated."""
+    """States and outputs of the filter; moves of the 13 states; whether P was propagated."""
 
     states: dict[str, Any]
     told: dict[str, Any]
@@ -229,7 +229,7 @@ class _Filtered:
 
 
 def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, full: Any) -> Measured:
-    """What a sample measures: an index, a velocity in its turn, or nothing where it cuts.
+    """Measurement of a sample: an index, a velocity in its turn, or none where it cuts.
 
     ``count``: samples since the latest propagation, before this one.
     """

@@ -1,4 +1,4 @@
-"""What an index of the azimuth measures, in both readings; scaled as the filter's states are."""
+"""Measurement by an index of the azimuth, in both readings; scaled as the filter's states are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `ArrayAttitude` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+"""Interface of `ArrayAttitude`: inputs, parameters, states, outputs, status bits."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ UNITS = {
     "force": 2.0**-7,  # m/s^2
 }
 WIDEST = 0.7  #: largest first standard deviation, in these units.
-#: First standard deviations, and what they are in.
+#: Initial standard deviations, and their units.
 FIRST = {
     "velocity": (0.01, "m/s"),
     "scale": (2e-5, ""),

@@ -34,7 +34,7 @@ _COUNTED = ("saturated", "used", "refused", "records")
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """What stays of a run of hours.
+    """Result of a run of hours.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ def turned(
 
 
 def errors_of(world: TurningArray, outputs: Mapping[str, FloatArray]) -> FloatArray:
-    """Told less true pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
+    """Errors of pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
     truth = world.truth(ERECTED, world.samples, EVERY) / math.pi
     angles = np.stack([outputs[n] for n in ANGLES], axis=1)
     return ARCSEC * wrapped(angles - truth, 2.0)

@@ -115,7 +115,7 @@ class Battery(Kalman):
 
     @staticmethod
     def _by_current(p: Any) -> dict[str, Any]:
-        """What a mean current of 1 A changes in a step."""
+        """Changes of the states in a step, per ampere of mean current."""
         return {
             "z": (-DT / 3600.0) / p.capacity,
             "v_fast": p.r_fast * p.gone_fast,

@@ -22,7 +22,7 @@ SETTLED_S = 600.0  #: time before which the charge is not judged.
 
 @dataclass(frozen=True)
 class Case:
-    """A cell, and what the filter's parameters are besides its defaults."""
+    """A cell, and the filter's parameters that differ from its defaults."""
 
     meaning: str
     cell: str

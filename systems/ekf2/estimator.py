@@ -23,7 +23,7 @@ __all__ = ["DT", "GRAVITY_NED", "KINDS", "UNITS", "Ekf2", "Ekf2Motion", "Ekf2Row
 
 DT = 0.01  #: s
 GRAVITY_NED = np.array([0.0, 0.0, GRAVITY])  #: m/s^2, north, east, down.
-#: What is measured, by the number in the input ``kind``; 0 is nothing.
+#: Kinds of measurements, by the number in the input ``kind``; 0 is none.
 KINDS = (
     "nothing",
     "velocity",  # axis . v
@@ -46,7 +46,7 @@ UNITS = {name: 1.0 for name in KINDS} | {
 }
 SLOWEST = 8.0  #: m/s forward through the air for sideslip; a 32nd of a gauss north for declination.
 LOWEST = 2.0  #: m above ground for optical flow.
-#: Largest derivatives of what is measured, in its parts of `UNITS`: of the axis along the wind and
+#: Largest derivatives of the measurements, in parts of `UNITS`: of the axis along the wind and
 #: the drag, and of optical flow that sees 9 m/s from 3 m above ground.
 STEEPEST = {"q": 64.0, "v": 4.0, "pd": 1.0, "terrain": 1.0, "wind_n": 1.0, "wind_e": 1.0}
 _EPSILON = 0.125  #: m/s, of the norm of the airspeed.
@@ -114,7 +114,7 @@ class Ekf2(Kalman):
         return {"q": p.q_g, "v": p.q_a} | walks
 
     def measure(self, x: Any, u: Any, p: Any) -> list[Measurement]:
-        """The row that ``kind`` says: the sum of all, each by its unit or 0."""
+        """The row of ``kind``: the sum of all rows, each times its unit or 0."""
         axis = np.array([u.axis_x, u.axis_y, u.axis_z])
         at = {name: u.kind < n + 0.5 for n, name in enumerate(KINDS)}
         active = {name: at[name] & ~at[KINDS[n]] for n, name in enumerate(KINDS[1:])}

@@ -174,7 +174,7 @@ class Flight(World):
 def measured(
     truth: Mapping[str, FloatArray], kind: str, axis: FloatArray
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """What a kind of measurement is without noise (n,), and when there is one."""
+    """Measurements of a kind without noise (n,), and when there is one."""
     q, air = truth["q"], truth["air"]
     always = np.ones(len(q), dtype=bool)
     nose, wing, along = (rotate(q, a) for a in (_X, _Y, axis))

@@ -30,7 +30,7 @@ _TUNNELS = tuple((15.0 * k, 15.0 * k + 5.0) for k in range(1, 8))
 
 @dataclass(frozen=True)
 class Case:
-    """Options of `Journey`, and what the filter's parameters are besides its defaults."""
+    """Options of `Journey`, and the filter's parameters that differ from its defaults."""
 
     meaning: str
     world: Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""A vehicle and a drone: inertial sensors, and a receiver whose fixes are late and may be gone."""
+"""A vehicle and a drone: inertial sensors, and a receiver with late and missing fixes."""
 
 from __future__ import annotations
 

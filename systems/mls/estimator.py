@@ -1,6 +1,6 @@
 """Attitude of a deck under a landing-system array: quaternion Kalman filter at 1 kHz.
 
-Wang Ding et al. (2018), section 3, with what was misprinted put right. Reference axes are magnetic
+Wang Ding et al. (2018), section 3, with misprints corrected. Reference axes are magnetic
 north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n) is their equation.
 
 * q' = q w / 2 (20), a step of Picard's third order (19), or the fourth of (21), D = |w| dt::

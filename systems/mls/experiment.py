@@ -1,4 +1,4 @@
-"""The landing-system array: what the paper shows in Figures 3 to 7, with figures of our own."""
+"""The landing-system array: Figures 3 to 7 of the paper, with figures of our own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A linear array of antennas: pattern, elements out of place, main lobe of what is received.
+"""A linear array of antennas: pattern, elements out of place, main lobe of a received signal.
 
 The elements stand on the y axis, k = 0 the first; directions are e(azimuth, elevation), x ahead,
 z up; the azimuth 0 is ahead. Fields are over that of all elements in phase; (n) are the equations

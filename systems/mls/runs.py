@@ -42,9 +42,9 @@ _POOLING = {"max_deg": "max", "fixed_float_deg": "max", "norm": "mean", "saturat
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Decks, errors of what was told (n, runs, 3) [deg], told quaternions (n, runs, 4).
+    """Decks, errors of the estimates (n, runs, 3) [deg], estimated quaternions (n, runs, 4).
 
-    ``own``: what the levels themselves have to say, figures (runs,) by name.
+    ``own``: figures of the levels (runs,) by name.
     """
 
     decks: Sequence[Deck]
@@ -135,7 +135,7 @@ def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
 def beam_errors(
     flight: Flight, array: Array, azimuth_deg: float, elevation_deg: float, instants: int = 24
 ) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
-    """Where a receiver finds itself less where it is (runs, instants) [deg], by -3 dB gates.
+    """Error of a receiver's position angle (runs, instants) [deg], by -3 dB gates.
 
     With phases turned by the filter's attitude, and with those of a level array; then scan [deg]
     and amplitude of both, level first, at the last instant of the first run.

@@ -106,7 +106,7 @@ class Landing(World):
             self.told[:] = [1.0, 0.0, 0.0, 0.0]
 
     def start(self) -> None:
-        """Begin anew."""
+        """Restart."""
         self._scan, self._beam, self._centre, self._half = 0, 0, 0.0, SCAN_DEG
         self._amplitude = np.zeros(self.beams)
         self.angles: list[float] = []
@@ -132,7 +132,7 @@ class Landing(World):
         return dict(zip(names, [*self.told[self._now].tolist(), *beam.tolist()], strict=True))
 
     def _received(self, outputs: Mapping[str, float]) -> None:
-        """What the last beam's phases sent to the receiver; at the end of a scan, where it is."""
+        """Receive the signal of the last beam; at the end of a scan, locate the receiver."""
         n = sum(name.startswith("phase_") for name in outputs)
         wanted = f"as many as the estimator has phases, {n}"
         fix = f"write Landing(elements={n}), or ArrayPhases of as many"

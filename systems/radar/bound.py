@@ -1,4 +1,4 @@
-"""What no estimator can beat: the Cramer-Rao bound of two radars' biases from one target."""
+"""The Cramer-Rao bound of two radars' biases from one target."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def jacobian(site: Sequence[float], seen: FloatArray) -> FloatArray:
 
 
 def information(jacobians: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
-    """What the records up to each say of the six biases, (n, 6, 6): sum of H^T R^-1 H.
+    """Information of the records up to each about the six biases, (n, 6, 6): sum of H^T R^-1 H.
 
     With H = [J_1, -J_2] and R = H diag(noise)^2 H^T, the target being unknown.
     """

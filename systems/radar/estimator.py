@@ -294,7 +294,7 @@ class _Beam:
         l(p) - l(d) = (c_rho - rho (1 - cos c_e) - h cos(e_d) (1 - cos c_n),
                        rho sin c_e + h sin(e_d) (1 - cos c_n), h sin c_n)      h = rho cos e, of p
 
-    ``arms``: rho, rho cos e of d [m]; ``moved``: what the bias moves, linear beyond `KNOWN` [m];
+    ``arms``: rho, rho cos e of d [m]; ``moved``: shift by the bias, linear beyond `KNOWN` [m];
     ``good``: above the horizon and away from the zenith.
     """
 

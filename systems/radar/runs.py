@@ -71,7 +71,7 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """What theory says after each record (n, 6), in the biases' units.
+    """Theory after each record (n, 6), in the biases' units.
 
     ``free``: bound without a prior; ``bayes``: with the prior, over biases drawn from it; ``sd``,
     ``mean``: spread and mean error of the best linear filter at biases that are given, of which a

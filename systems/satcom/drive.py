@@ -1,4 +1,4 @@
-"""Drives of a vehicle with a satellite antenna: what it does, and what shadows the satellite."""
+"""Drives of a vehicle with a satellite antenna: its motion, and shadows on the satellite."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Attitude for a satellite antenna on a vehicle: EKF of quaternion and gyro bias, tracking error.
 
-Patent CN104880189 (2015), with what it lost or misprinted put right; navigation north-east-down,
+Patent CN104880189 (2015), with omissions and misprints corrected; navigation north-east-down,
 body front-right-down, C = Rz(psi) Ry(theta) Rx(phi), specific force f (at rest C^T (0, 0, -g)).
 
 * State q and gyro bias b: q <- q dq, Phi = [Phi_4, -(dt/2) Xi(q); 0, 1],

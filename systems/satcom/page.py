@@ -1,4 +1,4 @@
-"""The page of the satcom experiment: targets, cases, and what one vehicle did."""
+"""The page of the satcom experiment: targets, cases, and the drive of one vehicle."""
 
 from __future__ import annotations
 

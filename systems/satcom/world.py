@@ -67,7 +67,7 @@ class Vehicles(World):
     Raises
     ------
     InputError
-        A rate or output that there is not; no place on earth; the satellite is below the horizon.
+        Unknown rate or output; no place on earth; the satellite is below the horizon.
     """
 
     drive: Drive
@@ -102,7 +102,7 @@ class Vehicles(World):
         self.start()
 
     def start(self) -> None:
-        """Begin anew."""
+        """Restart."""
         ride, e = self.drive.ride, self.errors
         n = len(ride.q)
         draws = [np.random.default_rng([seed, 2015]) for seed in self.seeds]

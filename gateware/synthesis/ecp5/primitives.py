@@ -62,7 +62,7 @@ _IN_SLICE: Final = frozenset(
         ("CCU2C", "COUT", "CCU2C", "CIN"),
     }
 )
-#: What can be in front of the flip-flop of a slice.
+#: Outputs that can be in front of the flip-flop of a slice.
 _BEFORE: Final = frozenset(
     {("LUT4", "Z"), ("PFUMX", "Z"), ("L6MUX21", "Z"), ("CCU2C", "S0"), ("CCU2C", "S1")}
 )
