@@ -134,7 +134,7 @@ class _File:
         for statement in self._body("update"):
             update.run(statement)
             self._check_local(statement, update, meaning)
-        outputs = self._places("out", "out", range(len(p.outputs)), more=["saturated"])
+        outputs = self._places("out", "out", range(len(p.outputs)), extra=["saturated"])
         following = dict(p.states)
         wanted = {place: meaning.values[p.outputs[k]] for place, k in outputs.items()}
         wanted |= {

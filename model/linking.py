@@ -77,7 +77,7 @@ def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> lis
             )
         if name not in programs:
             in_progress.append(name)
-            linked[name] = _fed(linked[name], program_of, linked.keys(), word)
+            linked[name] = _with_sources(linked[name], program_of, linked.keys(), word)
             programs[name] = linked[name].compile(word=word)
             in_progress.pop()
         return programs[name]
@@ -127,7 +127,7 @@ def _check_shared(estimator: Estimator, owner: Estimator, estimators: Sequence[E
                 )
 
 
-def _fed(
+def _with_sources(
     estimator: Estimator, program_of: Callable[[str], Program], names: Collection[str], word: int
 ) -> Estimator:
     """Return the estimator with the formats of its sources in its inputs."""

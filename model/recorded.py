@@ -154,9 +154,9 @@ class _Comparison:
             error = _difference(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
             for row in np.argsort(-error, kind="stable")[:_SUSPECTS]:
                 if error[row] > _EQUAL:
-                    self._look_again(int(row))
+                    self._recheck(int(row))
 
-    def _look_again(self, row: int) -> None:
+    def _recheck(self, row: int) -> None:
         """Raise InputError unless rounding explains the difference in a row."""
         computed, expected = self._scalar_results(row), self.expected[:, row]
         draw = np.random.default_rng(row)

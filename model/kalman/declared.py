@@ -102,13 +102,13 @@ class Attitude:
     @property
     def sds(self) -> tuple[float, ...]:
         """Initial standard deviation of each component."""
-        return _three(self.sd)
+        return _triple(self.sd)
 
     @property
     def mosts(self) -> tuple[float, ...]:
         """Largest standard deviation of each component."""
         largest = tuple(_LARGEST * sd for sd in self.sds)
-        return largest if self.sd_max is None else _three(self.sd_max)
+        return largest if self.sd_max is None else _triple(self.sd_max)
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -298,7 +298,7 @@ def spread(
     return out
 
 
-def _three(value: Sequence[float] | float) -> tuple[float, ...]:
+def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
     return (float(value),) * 3 if isinstance(value, int | float) else tuple(value)
 
 

@@ -147,9 +147,9 @@ class Textbook:
         for record in inputs:
             leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, record, strict=True)}
             x, cov = self._predicted(x, cov, leaves)
-            prior = x = self._with(x, cov)
+            prior = x = self._with_covariance(x, cov)
             x, cov, nis = self._corrected(x, cov, leaves)
-            x = self._with(x, cov)
+            x = self._with_covariance(x, cov)
             shown = prior if k.prior else x
             values = {**shown, "nis": nis, **self._shown(self._leaves(shown, leaves))}
             rows.append([float(values[o.name]) for o in k.outputs])
@@ -192,7 +192,7 @@ class Textbook:
             )
         return texts
 
-    def _with(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
+    def _with_covariance(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
         """States and elements of P, as an author's method gets them."""
         return {**x, **{name: cov[pair] for name, pair in self.kalman.covariance_states.items()}}
 
@@ -219,7 +219,7 @@ class Textbook:
                 f[at : at + 3] = _matrix(quaternion) @ slope[at : at + 3]
                 f[at : at + 3, at : at + 3] += np.eye(3)
                 turn = np.array([next_x[e] for e in s.errors], dtype=float)
-                after |= zip(s.components, _times(quaternion, _of_turn(turn)), strict=True)
+                after |= zip(s.components, _times(quaternion, _quaternion_of(turn)), strict=True)
             else:
                 after[s.name] = ops.wrap_ht(next_x[s.name]) if s.unit == "ht" else next_x[s.name]
         after |= {s.name: next_x[s.name] for s in k.memory}
@@ -380,7 +380,7 @@ def _times(p: FloatArray, q: FloatArray) -> FloatArray:
     return np.concatenate([(p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0))[None], v])
 
 
-def _of_turn(turn: FloatArray) -> FloatArray:
+def _quaternion_of(turn: FloatArray) -> FloatArray:
     """Quaternion of a rotation vector."""
     half = 0.5 * float(np.linalg.norm(turn))
     return np.concatenate([[np.cos(half)], 0.5 * np.sinc(half / np.pi) * turn])

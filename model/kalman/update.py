@@ -111,7 +111,7 @@ class Update:
             else:
                 value = self.tracer.lift(after[s.name])
                 rows.append(self.slopes.of(value))
-                self.states[s.name] = value if value is self.before[s.name] else _within(value, s)
+                self.states[s.name] = value if value is self.before[s.name] else _in_range(value, s)
         self._propagate(rows, noise)
 
     def _rows_of_turn(self, s: Attitude, view: AttitudeView, turn: Sequence[Any]) -> list[Slope]:
@@ -171,11 +171,11 @@ class Update:
         for i in block:
             self.tracer.place = k.places[i]
             for j in self.range:
-                along[i, j] = self._across(i, j, [before[m, j] for m in self.range])
+                along[i, j] = self._row_product(i, j, [before[m, j] for m in self.range])
                 if j not in block:
                     added = noise.get((min(i, j), max(i, j)), 0.0)
-                    along[i, j] = self._sized(along[i, j], i, j, before)
-                    self.cov[i, j] = self.cov[j, i] = self._noisy(along[i, j], i, j, added)
+                    along[i, j] = self._bounded(along[i, j], i, j, before)
+                    self.cov[i, j] = self.cov[j, i] = self._with_noise(along[i, j], i, j, added)
         for n, i in enumerate(block):
             for j in block[n:]:
                 self.tracer.place = k.places[i]
@@ -183,10 +183,10 @@ class Update:
                 column = [along.get((a, m), before[a, m]) for m in self.range]
                 added = noise.get((i, j), 0.0)
                 if i == j:
-                    value = self._across(b, a, column, added + k.least_noise[i])
+                    value = self._row_product(b, a, column, added + k.least_noise[i])
                 else:
-                    value = self._noisy(self._across(b, a, column), i, j, added)
-                self.cov[i, j] = self.cov[j, i] = self._sized(value, i, j, before)
+                    value = self._with_noise(self._row_product(b, a, column), i, j, added)
+                self.cov[i, j] = self.cov[j, i] = self._bounded(value, i, j, before)
 
     def _random(self) -> Any:
         """0 in float64; in words of 32 bits a random number within 2^-14 of it.
@@ -197,7 +197,7 @@ class Update:
         coarse = ops.bounded(word + _COARSE, _COARSE - 1.0, _COARSE + 1.0, "a word")
         return ops.saturated(word - ops.bounded(coarse - _COARSE, -1.0, 1.0, "a word"), 2.0**-14)
 
-    def _across(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
+    def _row_product(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
         """Row i of F times column j; terms of other states, and noise, only if it is not held."""
         coupling = added
         for m in sorted(self.rows[i]):
@@ -210,14 +210,14 @@ class Update:
             result = result + ops.where(self.full[i], 0.0, coupling)
         return result
 
-    def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
+    def _with_noise(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
         if is_const(added, 0.0):
             return value
         noisy: Scalar = value + ops.where(self.full[i] | self.full[j], 0.0, added)
         return noisy
 
-    def _sized(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
+    def _bounded(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
         """An element that has changed, within what the standard deviations allow."""
         return value if value is before[i, j] else self._element(value, i, j, self.wide)
 
@@ -279,7 +279,7 @@ class Update:
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
                 fix="raise the least value of its parameters" if row else "compute h from x",
             )
-        row = self._limited(m, row)
+        row = self._limited_row(m, row)
         innovation = self._innovation(m)
         dots = [self._dot(row, g.__getitem__) for g in self.gains]
         corrected_row = {i: h for i, h in row.items() if i not in k.considered}
@@ -380,7 +380,7 @@ class Update:
             return value
         return self._subtracted(value, [g[i] * g[j] for g in self.gains[count:]], count)
 
-    def _limited(self, m: Measurement, row: Slope) -> Slope:
+    def _limited_row(self, m: Measurement, row: Slope) -> Slope:
         """The derivatives of h, none larger than the author says."""
         k = self.kalman
         slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
@@ -423,7 +423,7 @@ class Update:
             )
             self.states |= zip(s.components, q, strict=True)
         else:
-            self.states[s.name] = _within(sums[0], s)
+            self.states[s.name] = _in_range(sums[0], s)
 
     def _reduced(self) -> dict[str, Any]:
         """P - sum L L^T, each element once."""
@@ -572,7 +572,7 @@ def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:
     return [ops.bounded(c, -1.0, 1.0, "unit quaternion") for c in after]
 
 
-def _within(value: Any, s: Any) -> Any:
+def _in_range(value: Any, s: Any) -> Any:
     """A next value of a state in its range."""
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)

@@ -59,7 +59,7 @@ _LINES = {
 }
 
 
-def _runs(*command: str, text: str = "") -> bool:
+def _succeeds(*command: str, text: str = "") -> bool:
     """Whether a command is installed and succeeds."""
     try:
         completed = subprocess.run(
@@ -77,12 +77,12 @@ def _program(name: str) -> Callable[[Path], bool]:
 def _compiler(name: str, language: str, header: str) -> Callable[[Path], bool]:
     """Test for a compiler with the headers of its library."""
     command = (name, "-x", language, "-fsyntax-only", "-")
-    return lambda environment: _runs(*command, text=f"#include <{header}>\n")
+    return lambda environment: _succeeds(*command, text=f"#include <{header}>\n")
 
 
 def _perl(environment: Path) -> bool:
     # Debian's essential perl-base has a perl without the modules that Verilator's launcher uses.
-    return _runs("perl", "-MPod::Usage", "-MGetopt::Long", "-MFindBin", "-e", "1")
+    return _succeeds("perl", "-MPod::Usage", "-MGetopt::Long", "-MFindBin", "-e", "1")
 
 
 def _riscv(environment: Path) -> bool:

@@ -112,7 +112,7 @@ class Landing(World):
         self.angles: list[float] = []
 
     @property
-    def _now(self) -> int:
+    def _sample(self) -> int:
         """Sample of the deck at this scan."""
         return round((SETTLED_S + self._scan / SCANS_HZ) * RATE_HZ)
 
@@ -125,11 +125,11 @@ class Landing(World):
         """The next beam; see `World`."""
         if outputs is not None:
             self._received(outputs)
-        if self._now >= len(self.told):
+        if self._sample >= len(self.told):
             return None
         beam = direction(self._scanned()[self._beam], self.elevation)
         names = (*(f"q{a}" for a in "wxyz"), *(f"beam_{a}" for a in "xyz"))
-        return dict(zip(names, [*self.told[self._now].tolist(), *beam.tolist()], strict=True))
+        return dict(zip(names, [*self.told[self._sample].tolist(), *beam.tolist()], strict=True))
 
     def _received(self, outputs: Mapping[str, float]) -> None:
         """Receive the signal of the last beam; at the end of a scan, locate the receiver."""
@@ -138,7 +138,7 @@ class Landing(World):
         fix = f"write Landing(elements={n}), or ArrayPhases of as many"
         require(n == self.array.elements, "landing, elements", wanted, self.array.elements, fix)
         phases = np.array([[outputs[f"phase_{k}"] for k in range(n)]])
-        self._amplitude[self._beam] = abs(self.array.field(phases, self.receiver[self._now])[0])
+        self._amplitude[self._beam] = abs(self.array.field(phases, self.receiver[self._sample])[0])
         self._beam += 1
         if self._beam < self.beams:
             return

@@ -310,8 +310,8 @@ class _Beam:
         sin_n, cos_n = (ops.saturated(c * inverse_level, 1.0) for c in (east, north))
         sin_e = ops.saturated(up * inverse_distance, 1.0)
         cos_e = ops.bounded(level * inverse_distance, 0.0, 1.0, "cosine of the elevation")
-        (sin_e, cos_e), climb, climb_bent, climb_rest = _less(sin_e, cos_e, bias[1])
-        (sin_n, cos_n), swing, swing_bent, swing_rest = _less(sin_n, cos_n, bias[2])
+        (sin_e, cos_e), climb, climb_bent, climb_rest = _subtract_angle(sin_e, cos_e, bias[1])
+        (sin_n, cos_n), swing, swing_bent, swing_rest = _subtract_angle(sin_n, cos_n, bias[2])
         flat = [ops.bounded(c * cos_e, -1.0, 1.0, "unit vector") for c in (sin_n, cos_n)]
         rise = [ops.bounded(-(c * sin_e), -1.0, 1.0, "unit vector") for c in (sin_n, cos_n)]
         self.unit: Matrix = [[*flat, sin_e], [*rise, cos_e], [cos_n, -sin_n, 0.0]]
@@ -326,7 +326,7 @@ class _Beam:
         self.good = sin_e * cos_e - ZENITH * sin_e > 0.0
 
 
-def _less(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any, Any, Any]:
+def _subtract_angle(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any, Any, Any]:
     """Sine and cosine of an angle less c; c, for its sine; 1 - cos c; what ``angle`` has beyond."""
     c = ops.saturated(angle, KNOWN)
     bent = ops.bounded(0.5 * (c * c), 0.0, 0.5 * KNOWN * KNOWN, "square of a small angle")

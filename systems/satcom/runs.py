@@ -75,13 +75,13 @@ def figures_of(case: Case, fleet: Vehicles, loops: Loop) -> Runs:
         filter, loops.inputs.swapaxes(0, 1), params=case.params, levels=("float",)
     )
     results, each = zip(
-        *(_beside_float(loops, k, run.outputs, start) for k, run in enumerate(floats)), strict=True
+        *(_float_errors(loops, k, run.outputs, start) for k, run in enumerate(floats)), strict=True
     )
     figures |= {name: np.array([run[name] for run in results]) for name in results[0]}
     return Runs(figures, {"error": error[:, 0, :3], "off": off[:, 0], "loss": loss[:, 0]}, [*each])
 
 
-def _beside_float(
+def _float_errors(
     loops: Loop, run: int, reference: Mapping[str, FloatArray], start: int
 ) -> tuple[dict[str, float], list[Innovations]]:
     """Float64 on the records of a run: how far it is, and its innovations."""

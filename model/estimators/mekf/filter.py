@@ -106,7 +106,7 @@ MEMORY_YOUTH = 4.0  #: by how much the memory of the field's deviation is forgot
 YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
 
-def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
+def _vector(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
     first, second, third = (getattr(x, f"{name}_{a}") for a in axes)
     return first, second, third
 
@@ -172,7 +172,7 @@ class Mekf(Estimator):
             dark = {name: nothing + value for name, value in FIELD_ONLY.items()}
             x, u, p = (SimpleNamespace(**{**dark, **vars(values)}) for values in (x, u, p))
         field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
-        bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
+        bias, rate = _vector(x, "bias", "xyz"), _vector(x, "rate", "xyz")
         # A new start, of all states or of all but the bias; or a gap of known length.
         since_last = ops.where(x.rest_s < 0.0, -LONGEST_STEP_S, u.dt)
         forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
@@ -219,9 +219,9 @@ class Mekf(Estimator):
         over = force[2] < 0.0
         f_first = turned_over(over, force, FIRST_FORCE_LIMIT)
         m_first = turned_over(over, field, FIRST_FIELD_LIMIT)
-        pairs = zip(f_first, _three(x, "force", "enu"), strict=True)
+        pairs = zip(f_first, _vector(x, "force", "enu"), strict=True)
         f = [ops.where(anew, first, mean) for first, mean in pairs]
-        m = _three(x, "field", "enu")
+        m = _vector(x, "field", "enu")
         eighth = [0.125 * c for c in f_first]
         east = [ops.saturated(c, FIRST_FIELD_LIMIT) for c in cross(m_first, eighth)]
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
