@@ -185,8 +185,8 @@ class Input:
                 found=f"[{self.low:g}, {self.high:g}]",
                 fix="widen it, or declare clamp=True",
             )
-        plain = Format.declared(word, self.low, self.high, self.unit)
-        return self if words.frac == plain.frac and not result.beyond else result
+        declared_format = Format.declared(word, self.low, self.high, self.unit)
+        return self if words.frac == declared_format.frac and not result.beyond else result
 
 
 @dataclass(frozen=True)
@@ -280,11 +280,11 @@ class Output:
     def __post_init__(self) -> None:
         _with_plain_numbers(self)
         check_unit(placed(self.line, f"output {self.name}"), self.unit)
-        for name, value, wanted, good in (
+        for name, value, wanted, valid in (
             ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
             ("longest", self.longest, "of 0 or more", self.longest >= 0),
         ):
-            if not good:
+            if not valid:
                 raise InputError.at(
                     placed(self.line, f"output {self.name}"),
                     wanted=f"a {name} {wanted}",
@@ -328,7 +328,7 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
         A name is not an identifier, or occurs twice.
     """
     for kind, declared in groups:
-        seen = set()
+        names = set()
         for declaration in declared:
             location = placed(declaration.line if isinstance(declaration, _DECLARED) else "", where)
             name = declaration.name
@@ -339,14 +339,14 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
                     found=repr(declaration.name),
                     fix="rename it",
                 )
-            if declaration.name in seen:
+            if declaration.name in names:
                 raise InputError.at(
                     location,
                     wanted=f"each {kind} once",
                     found=f"{declaration.name} twice",
                     fix="rename one",
                 )
-            seen.add(declaration.name)
+            names.add(declaration.name)
 
 
 def _with_plain_numbers(declaration: Any) -> None:
@@ -376,11 +376,11 @@ def _check_range(where: str, low: float, high: float) -> None:
         )
 
 
-def _check_inside(where: str, what: str, value: float, low: float, high: float) -> None:
+def _check_inside(where: str, subject: str, value: float, low: float, high: float) -> None:
     if not low <= value <= high:
         raise InputError.at(
             where,
-            wanted=f"{what} in [{low:g}, {high:g}]",
+            wanted=f"{subject} in [{low:g}, {high:g}]",
             found=f"{value:g}",
-            fix=f"correct the {what} or the range",
+            fix=f"correct the {subject} or the range",
         )

@@ -49,7 +49,7 @@ Named: TypeAlias = str | type[Estimator] | Estimator
 T = TypeVar("T")
 
 
-#: Files of profiles to be used; None: what is found beside each estimator's file.
+#: Files of profiles to be used; None: the file beside each estimator's.
 _profiles: ContextVar[tuple[str, ...] | None] = ContextVar("profiles", default=None)
 
 
@@ -87,15 +87,15 @@ def _profile(what: Named, estimator: Estimator) -> Profile | None:
         place = profile_place(what, estimator.name)
         return read_profile(place) if place is not None and place.exists() else None
     profiles = [read_profile(file) for file in files]
-    own = [profile for profile in profiles if profile.estimator == estimator.name]
-    if profiles and not own:
+    matching = [profile for profile in profiles if profile.estimator == estimator.name]
+    if profiles and not matching:
         raise InputError.at(
             profiles[0].place,
             wanted=f"a profile of {estimator.name}",
             found=f"one of {profiles[0].estimator}",
             fix="add the one that fits, or leave --profile out",
         )
-    return own[-1] if own else None
+    return matching[-1] if matching else None
 
 
 def estimator_of(what: Named) -> Estimator:
@@ -185,13 +185,13 @@ def load(what: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], gr
             found=type(what).__name__,
             fix=f"derive the class from boresight.{base.__name__}",
         )
-    stem, colon, rest = what.partition(".py:")
+    stem, colon, call = what.partition(".py:")
     path = f"{stem}.py" if colon else what
     if not colon and not what.endswith(".py"):
         name, args, options = _call(what, what) if what.endswith(")") else (what, (), {})
         return _constructed(_named(name, base, kind, shipped, group), what, args, options)
     module = _module(Path(path), kind)
-    name, args, options = _call(rest, what) if colon else ("", (), {})
+    name, args, options = _call(call, what) if colon else ("", (), {})
     return _constructed(_class(module, name, base, kind, path), what, args, options)
 
 
@@ -257,7 +257,7 @@ def _module(path: Path, kind: str) -> ModuleType:
     name = f"_boresight_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
     if name in sys.modules and all(map(_current, vars(sys.modules[name])["__helpers__"])):
         return sys.modules[name]
-    with _beside(file.parent):
+    with _imports_from(file.parent):
         spec = importlib.util.spec_from_file_location(name, file)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
@@ -273,7 +273,7 @@ def _module(path: Path, kind: str) -> ModuleType:
             raise InputError.at(
                 _error_line(error, file, path),
                 wanted="a file that imports",
-                found=_said(error),
+                found=_error_text(error),
                 fix="correct it",
             ) from error
     vars(module)["__helpers__"] = [*_helpers.values()]
@@ -281,7 +281,7 @@ def _module(path: Path, kind: str) -> ModuleType:
 
 
 @contextmanager
-def _beside(folder: Path) -> Iterator[None]:
+def _imports_from(folder: Path) -> Iterator[None]:
     """Let imports find the modules in a user's folder in their current state.
 
     Helper modules of other folders, and changed ones, are removed from `sys.modules`.
@@ -293,13 +293,13 @@ def _beside(folder: Path) -> Iterator[None]:
             # Its .pyc would serve for a text of the same second and length.
             Path(importlib.util.cache_from_source(str(helper[0]))).unlink(missing_ok=True)
     before = {*sys.modules}
-    others = [entry for entry in sys.path if entry != str(folder)]
-    sys.path[:] = [str(folder), *others]
+    path_entries = [entry for entry in sys.path if entry != str(folder)]
+    sys.path[:] = [str(folder), *path_entries]
     importlib.invalidate_caches()
     try:
         yield
     finally:
-        sys.path[:] = [*others, str(folder)]  # for imports inside functions
+        sys.path[:] = [*path_entries, str(folder)]  # for imports inside functions
         for name in {*sys.modules} - before:
             file = Path(getattr(sys.modules[name], "__file__", None) or "")
             if file.parent == folder and not name.startswith("_boresight_"):
@@ -316,7 +316,7 @@ def _current(helper: tuple[Path, str]) -> bool:
     return file.is_file() and _digest(file) == digest
 
 
-def _said(error: BaseException) -> str:
+def _error_text(error: BaseException) -> str:
     """Python's words; of a name that a module lacks without the module's path."""
     text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
     return re.sub(r" \(\S*\.py\)$", "", text) if isinstance(error, ImportError) else text
@@ -403,6 +403,6 @@ def _constructed(cls: type[T], what: str, args: tuple[Any, ...], options: dict[s
         raise InputError.at(
             f"{what if what == file else f'{what}, {file}'}, line {last.lineno}",
             wanted="a constructor that returns",
-            found=_said(error),
+            found=_error_text(error),
             fix="correct it, or the arguments",
         ) from error

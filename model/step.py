@@ -107,8 +107,8 @@ def checked(
         ``step`` raises, or returns anything but two dictionaries with a number for each declared
         state and output.
     """
-    begins = place_of_function(step)
-    where = placed(begins, f"step of {name}")
+    place = place_of_function(step)
+    where = placed(place, f"step of {name}")
     try:
         result = step(*arguments)
     except InputError as error:
@@ -118,9 +118,9 @@ def checked(
         ) from error
     except (Exception, SystemExit) as error:
         raise _explained(name, step, arguments, where, error) from error
-    two = isinstance(result, tuple) and len(result) == 2
-    if not two or not all(isinstance(part, Mapping) for part in result):
-        kinds = " and ".join(type(part).__name__ for part in result) if two else ""
+    is_pair = isinstance(result, tuple) and len(result) == 2
+    if not is_pair or not all(isinstance(part, Mapping) for part in result):
+        kinds = " and ".join(type(part).__name__ for part in result) if is_pair else ""
         raise InputError.at(
             where,
             wanted="two dictionaries: next states, outputs",
@@ -158,7 +158,9 @@ def _explained(
     text = f"{type(error).__name__}: {error}".splitlines()[0]
     cure = next((cure for pattern, cure in _CURES if re.search(pattern, text)), None)
     named = (
-        said.format(match[1]) for pattern, said in _NUMPYS if (match := re.search(pattern, text))
+        template.format(match[1])
+        for pattern, template in _NUMPYS
+        if (match := re.search(pattern, text))
     )
     return InputError.at(
         line or where,
@@ -197,11 +199,11 @@ def _check_returned(
 ) -> None:
     """Refuse names that are missing or not declared, and values that are not numbers."""
     missing = [name for name in declared if name not in returned]
-    others = sorted(str(name) for name in returned.keys() - {*declared})
-    if missing or others:
-        found = f"{', '.join(others)} instead" if others else "none"
+    unknown = sorted(str(name) for name in returned.keys() - {*declared})
+    if missing or unknown:
+        found = f"{', '.join(unknown)} instead" if unknown else "none"
         raise InputError.at(
-            f"{where} {', '.join(missing or others)}",
+            f"{where} {', '.join(missing or unknown)}",
             wanted=f"each declared {kind} once: {', '.join(declared)}",
             found=found if missing else "one that is not declared",
             fix=f"return it with the {kind}s, or change the declaration",

@@ -96,13 +96,13 @@ def _of_types(p: Program) -> Iterator[str]:
         ("port", (*p.ports, *p.in_ports)),
         ("link", p.links),
     )
-    for what, of in parts:
-        for item in of:
+    for part, items in parts:
+        for item in items:
             kinds = _ALLOWED[type(item)]
             for field in fields(item):
                 value, allowed = getattr(item, field.name), kinds[field.name]
                 if type(value) not in allowed and not (type(value) is int and float in allowed):
-                    yield f"{what} with {field.name} {str(value)[:40]!r}"
+                    yield f"{part} with {field.name} {str(value)[:40]!r}"
     numbers: tuple[Any, ...] = (*p.inputs, *p.outputs, *p.table_memory, *chain(*p.states))
     if any(type(number) is not int for number in numbers):
         yield "a reference that is not a number"
@@ -110,16 +110,16 @@ def _of_types(p: Program) -> Iterator[str]:
         yield "a name that is not a text"
 
 
-def _kinds(of: type) -> dict[str, tuple[type, ...]]:
+def _kinds(type_: type) -> dict[str, tuple[type, ...]]:
     out = {}
-    for name, hint in get_type_hints(of).items():
-        plain = getattr(hint, "__origin__", None)
-        out[name] = (tuple,) if plain is tuple else get_args(hint) or (hint,)
+    for name, hint in get_type_hints(type_).items():
+        origin = getattr(hint, "__origin__", None)
+        out[name] = (tuple,) if origin is tuple else get_args(hint) or (hint,)
     return out
 
 
 _ALLOWED: dict[type, dict[str, tuple[type, ...]]] = {
-    of: _kinds(of) for of in (Arithmetic, Value, Op, Term, Port, InPort, Link)
+    type_: _kinds(type_) for type_ in (Arithmetic, Value, Op, Term, Port, InPort, Link)
 }
 
 

@@ -99,7 +99,7 @@ class Interpreter:
                     f"{p.arithmetic.word} bits, not {param!r}"
                 )
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
-        saturated = self._each() if self.runs <= FEW else self._many()
+        saturated = self._scalar_update() if self.runs <= FEW else self._array_update()
         outputs = np.stack([self.values[n] for n in p.outputs])
         self._before = [self.values[n] for n, _ in p.states]
         after = [self.values[n] for _, n in p.states]
@@ -141,7 +141,7 @@ class Interpreter:
             words[state] = word
         return words
 
-    def _each(self) -> BoolArray:
+    def _scalar_update(self) -> BoolArray:
         """Run all operations, run by run; return which runs saturated."""
         if self._update is None:
             self._update = single(self.program)
@@ -155,7 +155,7 @@ class Interpreter:
         self.values = list(np.ascontiguousarray(np.array(runs, dtype=np.int64).T))
         return saturated
 
-    def _many(self) -> BoolArray:
+    def _array_update(self) -> BoolArray:
         """Run all operations on arrays of runs; return which runs saturated."""
         saturated = np.zeros(self.runs, dtype=np.bool_)
         for op in self.program.ops:

@@ -69,8 +69,8 @@ class Terms:
 
     def value(self, number: int) -> int | None:
         """Value of a constant; None for any other term."""
-        kind, *rest = self._terms[number]
-        return cast(int, rest[0]) if kind == "word" else None
+        kind, *parts = self._terms[number]
+        return cast(int, parts[0]) if kind == "word" else None
 
     def fraction(self, word: int) -> int:
         """Bits of the word below the segment index."""
@@ -135,10 +135,10 @@ class Terms:
         if len(parts) != 1 or self._terms[parts[0]][0] != "term":  # a symbol has two parts
             return None
         _, shifted, negate, take = self._terms[parts[0]]
-        kind, *of = self._terms[shifted]
+        kind, *operands = self._terms[shifted]
         if kind != "shifted" or (negate, take) != (NEVER, ALWAYS):
             return None
-        product, amount = of
+        product, amount = operands
         kind, *factors = self._terms[product]
         shift = self.value(amount)
         if kind != "product" or shift is None:
@@ -170,10 +170,10 @@ class Terms:
 
     def _signed(self, shifted: int, negate: Condition, take: Condition, depth: int) -> str:
         text = self.text(shifted, depth)
-        for name, (bit, flag), plain in (("minus if", negate, NEVER), ("only if", take, ALWAYS)):
-            if (bit, flag) != plain:
-                of = "" if flag is None else self.text(flag, depth - 1)
-                text += f" {name} {'not ' * (bit and flag is not None)}{of or bit}"
+        for name, (bit, flag), default in (("minus if", negate, NEVER), ("only if", take, ALWAYS)):
+            if (bit, flag) != default:
+                condition = "" if flag is None else self.text(flag, depth - 1)
+                text += f" {name} {'not ' * (bit and flag is not None)}{condition or bit}"
         return text
 
 
