@@ -165,13 +165,9 @@ class _Pass(ListState):
         for minus, other in self.awake:
             if minus >= bar:
                 return False
-            if other >= self.p.n_ops and lane:
-                continue
             start = min(f[0] for f in self.fit(other, self.need(other, lane)))
-            if t < start < t + length and (
-                other >= self.p.n_ops
-                or all(f > start for k, f in enumerate(self.free) if k != lane)
-            ):
+            others = (f for k, f in enumerate(self.free) if k != lane)
+            if t < start < t + length and all(f > start for f in others):
                 return True
         return False
 
