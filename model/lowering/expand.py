@@ -61,7 +61,7 @@ class Expansion(Graph):
     def sin(self, a: Node, quarter: bool = False) -> Node:
         """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
         if a.kind == "const":
-            return self.const(rounded.sin_ht(a.value + 0.5 * quarter))
+            return self.const((rounded.cos_ht if quarter else rounded.sin_ht)(a.value))
         circle = a.high == 1.0 and a.unit == "ht"  # its word of 1 is that of -1
         if a.low < -1.0 or (a.high >= 1.0 and not circle):
             a = self.wrap(a)
