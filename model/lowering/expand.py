@@ -91,8 +91,8 @@ class Expansion(Graph):
             raise self.outside(
                 a, "a root of 0 or more", "take it of ops.maximum(x, 0.0), or say ops.bounded"
             )
-        low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
-        high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
+        low = 1.0 / math.sqrt(a.high) if a.high else 0.0
+        high = 1.0 / math.sqrt(a.low) if a.low else math.inf
         return self._new("rsqrt", a, low=low, high=high)
 
     def sqrt(self, a: Node) -> Node:
