@@ -88,11 +88,11 @@ class Baseline(Answer):
             cells += [text.ljust(width) for text, width in zip(rest, widths[3:], strict=True)]
             lines.append(f"  {' '.join(cells)}".rstrip())
         if not self.good:
-            first = self.worse[0]
-            change = f"{_text(first.before)} -> {_text(first.now)} {first.unit}".rstrip()
+            worst = self.worse[0]
+            change = f"{_text(worst.before)} -> {_text(worst.now)} {worst.unit}".rstrip()
             others = len(self.worse) - 1
             lines.append(
-                f"FAILED: worse than {self.file}: {first.figure} {change}"
+                f"FAILED: worse than {self.file}: {worst.figure} {change}"
                 + (f", and {others} more" if others else "")
             )
         return "\n".join(lines)

@@ -122,18 +122,18 @@ def dispatch(
         yield from _submit(executor, tasks)
         return
     remaining = iter(tasks)
-    first = list(islice(remaining, processes(jobs)))
-    if len(first) <= 1:
-        for label, work, arguments in chain(first, remaining):
+    initial = list(islice(remaining, processes(jobs)))
+    if len(initial) <= 1:
+        for label, work, arguments in chain(initial, remaining):
             yield label, work(*arguments)
         return
     labels: dict[Connection, tuple[_Worker, Label]] = {}
     workers: list[_Worker] = []
     try:
         with _uninterrupted():
-            for _ in first:
+            for _ in initial:
                 workers.append(_Worker.start())
-        for worker, (label, work, arguments) in zip(workers, first, strict=True):
+        for worker, (label, work, arguments) in zip(workers, initial, strict=True):
             worker.put(work, arguments)
             labels[worker.pipe] = worker, label
         while labels:

@@ -97,10 +97,10 @@ def _limits_of(kind: str, args: Sequence[Any], seen: Range | None) -> Range | No
     node, (low, high) = args[-1], seen
     margin = 2.0 ** (MARGIN_BITS + UNLIMITED_BITS)
     if kind == "div" and low * high > 0.0:
-        near, far = (node.low, node.high) if low > 0.0 else (-node.high, -node.low)
-        if near <= 0.0 or far > near * WIDEST:
+        lower, upper = (node.low, node.high) if low > 0.0 else (-node.high, -node.low)
+        if lower <= 0.0 or upper > lower * WIDEST:
             smallest, largest = sorted((abs(low), abs(high)))
-            ends = near if near > 0.0 else smallest * FLOOR, largest * margin
+            ends = lower if lower > 0.0 else smallest * FLOOR, largest * margin
             return ends if low > 0.0 else (-ends[1], -ends[0])
     if kind != "div" and node.low < 0.0 <= low:
         return low * FLOOR, high * margin
