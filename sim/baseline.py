@@ -114,7 +114,7 @@ def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
     Raises
     ------
     InputError
-        It cannot be read, or is none of this kind.
+        It cannot be read, or is no result of this kind.
     """
     wanted = "an earlier result, which --json prints"
     data = read_json(path, wanted)

@@ -120,7 +120,7 @@ def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
     Raises
     ------
     InputError
-        There is none.
+        There is no figure of this name.
     """
     for quantity in known:
         if quantity.name == name:
@@ -144,7 +144,7 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
     Raises
     ------
     InputError
-        A demand that is none, a figure or a unit that does not exist.
+        Not a demand, or a figure or unit that does not exist.
     """
     demands = []
     for part in filter(None, map(str.strip, text.split(","))):

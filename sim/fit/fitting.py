@@ -71,7 +71,7 @@ def fitted(
     starts: Sequence[Mapping[str, float]] = ({},),
     progress: Callable[[str], None] | None = None,
 ) -> Fitted:
-    """Run an estimator in float64 and choose ranges from what its values reach.
+    """Run an estimator in float64 and choose ranges from those of its values.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["DEPTH", "TERMS", "Balls", "absorbed", "largest_eigenvalue"]
 
-#: Terms of a polynomial; steps back to what it is computed from.
+#: Terms of a polynomial; steps back to its variables.
 TERMS, DEPTH = 100, 24
 #: Terms of an inner product that is split in every way; share of a bound that rounding explains.
 _PARTED, _ROUNDING = 6, 1e-9

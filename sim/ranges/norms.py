@@ -38,7 +38,7 @@ from boresight.sim.ranges.vectors import Vectors
 
 __all__ = ["Norms"]
 
-#: Terms of a polynomial, and steps back; what rounding of constants explains.
+#: Terms of a polynomial, and steps back; largest rounding error of constants.
 _TERMS, _DEPTH, _ROUNDING = 400, 24, 1e-8
 _TINY = 1e-12
 

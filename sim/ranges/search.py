@@ -115,7 +115,7 @@ class Search:
         ]
 
     def path(self, reach: Reach) -> tuple[dict[str, float], FloatArray]:
-        """Parameters, and inputs (updates, n_inputs), from a reset to what was reached."""
+        """Parameters, and inputs (updates, n_inputs), from a reset to the reached value."""
         rows: list[FloatArray] = []
         update, run = reach.update, reach.run
         while update >= 0:

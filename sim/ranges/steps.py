@@ -26,7 +26,7 @@ __all__ = [
     "side_of",
 ]
 
-#: Share of an eigenvalue that rounding explains; terms and steps back of what is compared.
+#: Share of an eigenvalue that rounding explains; terms and steps back of a compared value.
 _ROUNDING, _TERMS, _BACK = 1e-9, 8, 3
 
 
