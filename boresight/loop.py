@@ -74,7 +74,7 @@ class LoopResult(Answer):
             lines.append(self.parting)
         elif self.against != self.on:
             lines.append(f"the same records and outputs as on {self.against}, bit by bit")
-        for name, found in (
+        for name, deviations in (
             ("from float64 on the same records", self.accuracy),
             ("from truth", self.truth),
         ):
@@ -82,7 +82,7 @@ class LoopResult(Answer):
                 f"{d.output} {name}: max {d.largest:.4g} {d.unit}".rstrip()
                 + f", rms {d.rms:.4g}"
                 + ("" if d.good else f", BEYOND {d.tolerance:g}")
-                for d in found
+                for d in deviations
                 if math.isfinite(d.largest)
             ]
         return "\n".join([*lines, *self.causes, "good" if self.good else "FAILED"])
@@ -153,13 +153,13 @@ def simulate_world(
     accuracy = judge(build, 0, loop.inputs, loop.run, reference, loop.clamped)
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))
-    floats = {"numpy", "float"} & {on, against}
+    float_levels = {"numpy", "float"} & {on, against}
     return LoopResult(
         world=plant.name,
         estimator=filter.name,
         on=on,
         against=against,
-        good=(divergence is None or bool(floats)) and accuracy.good,
+        good=(divergence is None or bool(float_levels)) and accuracy.good,
         records=len(loop.inputs),
         records_per_s=round(loop.records_per_s),
         parting=None if divergence is None else divergence.line(),

@@ -3,8 +3,8 @@
 A positional parameter is an argument; one after the ``*`` is an option of its name, ``--with-cpu``
 of ``with_cpu``. A number or a text takes a value; a bool is a flag, ``--no-synth`` where it is True
 by default; a sequence of texts is one value with commas; a mapping of numbers takes ``NAME=NUMBER``
-as often as wanted. `Option` in its annotation says what differs. A callable is no option. What is
-not typed is not passed, so that a default stands in the signature alone.
+as often as wanted. `Option` in its annotation overrides this. A callable is no option. Options that
+are not typed are not passed, so that defaults stand in the signature alone.
 """
 
 from __future__ import annotations
@@ -152,9 +152,9 @@ class Argument:
     def add_to(self, parser: ArgumentParser) -> None:
         """Add it, with completion by files."""
         names = self.flags or (self.name,)
-        where: dict[str, Any] = {"dest": self.name} if self.flags else {}
+        dest: dict[str, Any] = {"dest": self.name} if self.flags else {}
         action: Any = parser.add_argument(
-            *names, **where, **self.settings, default=SUPPRESS, help=self.text.replace("%", "%%")
+            *names, **dest, **self.settings, default=SUPPRESS, help=self.text.replace("%", "%%")
         )
         if action.nargs != 0:
             action.complete = shtab.FILE
@@ -189,8 +189,8 @@ def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
     arguments: list[Argument] = []
     for p in inspect.signature(function, eval_str=True).parameters.values():
         annotated = get_origin(p.annotation) is Annotated
-        kind, *more = get_args(p.annotation) if annotated else [p.annotation]
-        option = next((x for x in more if isinstance(x, Option)), Option())
+        kind, *metadata = get_args(p.annotation) if annotated else [p.annotation]
+        option = next((x for x in metadata if isinstance(x, Option)), Option())
         union = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
         kinds = {get_origin(k) or k for k in union}
         if option.hidden or kinds.isdisjoint(_KINDS):
@@ -209,10 +209,10 @@ def _argument(p: inspect.Parameter, kinds: set[Any], option: Option, text: str) 
     settings: dict[str, Any] = {"metavar": option.metavar}
     convert: Callable[[Any], Any] = _same
     if positional:
-        several = p.kind is p.VAR_POSITIONAL
+        is_variadic = p.kind is p.VAR_POSITIONAL
         settings["metavar"] = option.metavar or p.name.upper()
-        if several or p.default is not p.empty:
-            settings["nargs"] = ("+" if option.required else "*") if several else "?"
+        if is_variadic or p.default is not p.empty:
+            settings["nargs"] = ("+" if option.required else "*") if is_variadic else "?"
     elif bool in kinds:
         settings = {"action": "store_const", "const": not p.default}
     elif Mapping in kinds or option.repeated:
@@ -223,8 +223,8 @@ def _argument(p: inspect.Parameter, kinds: set[Any], option: Option, text: str) 
     elif numbers := kinds & {int, float}:
         (settings["type"],) = numbers
     default = ",".join(map(str, p.default)) if isinstance(p.default, tuple) else p.default
-    unsaid = isinstance(default, bool) or default in (p.empty, None, "")
-    if not unsaid and "default" not in text:
+    has_no_default = isinstance(default, bool) or default in (p.empty, None, "")
+    if not has_no_default and "default" not in text:
         text = f"{text.removesuffix('.')}; default {default}."
     return Argument(p.name, () if positional else flags, settings, text, convert, option)
 
@@ -384,9 +384,9 @@ class Arguments:
         InputError
             One of them was typed.
         """
-        taken = arguments_of(function)
+        valid = arguments_of(function)
         for name in self.typed:
-            if name not in taken:
+            if name not in valid:
                 flag = self.known[name].flags[-1]
                 fix = f"{instead}leave {flag} out"
                 raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
@@ -407,31 +407,31 @@ class Arguments:
             An option that the function does not take; a wrong value.
         """
         self.only(function)
-        taken = arguments_of(function)
+        valid = arguments_of(function)
         options = {
             name: argument.convert(self.typed[name])
-            for name, argument in taken.items()
+            for name, argument in valid.items()
             if argument.flags and name in self.typed and name not in ("params", "param")
         }
         signature = inspect.signature(function)
         if not positional:
-            for name, argument in taken.items():
+            for name, argument in valid.items():
                 if not argument.flags and name in self.typed:
                     value = self.typed[name]
                     positional += tuple(value) if isinstance(value, list) else (value,)
         if {"params", "param"} & {*self.typed} and "params" not in more:
-            options["params"] = self._values(taken, signature.bind_partial(*positional).arguments)
+            options["params"] = self._values(valid, signature.bind_partial(*positional).arguments)
         if "progress" in signature.parameters:
             options["progress"] = self.progress
         return function(*positional, **options | more)
 
-    def _values(self, taken: Mapping[str, Argument], values: Mapping[str, Any]) -> dict[str, Any]:
+    def _values(self, valid: Mapping[str, Argument], values: Mapping[str, Any]) -> dict[str, Any]:
         """Parameter values of the only estimator, or by estimator."""
         names: list[Named] = []
         several = False
         for name, value in values.items():
-            if taken[name].option in (_ESTIMATOR, _SEVERAL):
-                several |= taken[name].option == _SEVERAL
+            if valid[name].option in (_ESTIMATOR, _SEVERAL):
+                several |= valid[name].option == _SEVERAL
                 names += value if isinstance(value, tuple) else [value]
         names = estimator_names(*names) if several else names
         if len(names) == 1:
@@ -470,10 +470,10 @@ class Verb:
     @cached_property
     def arguments(self) -> dict[str, Argument]:
         """All that it takes, by name."""
-        every = [self.own, *map(arguments_of, self.modes)]
-        first = next((a for a in every if any(not x.flags for x in a.values())), {})
+        argument_sets = [self.own, *map(arguments_of, self.modes)]
+        first = next((a for a in argument_sets if any(not x.flags for x in a.values())), {})
         positional = {name: a for name, a in first.items() if not a.flags}
-        for arguments in every:
+        for arguments in argument_sets:
             options = {name: a for name, a in arguments.items() if a.flags}
             positional |= {name: a for name, a in options.items() if name not in positional}
         return positional
@@ -484,12 +484,12 @@ class Verb:
         arguments = Arguments(self.arguments, typed, json=parsed["json"], quiet=parsed["quiet"])
         if self.call is None:
             return outcome(arguments.call(*self.modes))
-        own: list[Any] = []
+        positional: list[Any] = []
         keywords: dict[str, Any] = {}
         for name in [name for name in self.own if name in typed]:
             value = typed.pop(name)
             if self.own[name].flags:
                 keywords[name] = value
             else:
-                own += value if isinstance(value, list) else [value]
-        return self.call(arguments, *own, **keywords)
+                positional += value if isinstance(value, list) else [value]
+        return self.call(arguments, *positional, **keywords)
