@@ -44,14 +44,14 @@ def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> lis
             found="another one",
             fix="leave --protocol out, or name another",
         )
-    held = []
+    out = []
     for record in records:
         log = NineAxis.of(record)
         for case in cases:
             trial = prepared(case, log)
             columns = feed(estimator, replace(trial, mov=counted(trial)).record())
-            bare = Record(
+            head = Record(
                 record.name, {"t": Column(trial.t[:1].copy())}, record.place, record.source
             )
-            held.append(Cell(log.name, case, replace(columns, record=bare, new=columns.new[:0])))
-    return held
+            out.append(Cell(log.name, case, replace(columns, record=head, new=columns.new[:0])))
+    return out
