@@ -28,8 +28,8 @@ _LINE = 12.0  # height of a line of output names
 _BAND = 128  # cycles of one band, at most
 
 
-def _text(x: float, y: float, text: str, *, more: str = "") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}"{more}>{escape(text)}</text>'
+def _text(x: float, y: float, text: str, *, attributes: str = "") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}"{attributes}>{escape(text)}</text>'
 
 
 def _box(x: float, y: float, width: float, kind: str, title: str) -> str:
@@ -54,8 +54,8 @@ class _Band:
         line, right = -1, math.inf
         for cycle, name, latency in reversed(outputs):
             text = f"{name}: {latency}"
-            clear = self.x(cycle) + 9 + 5.8 * len(text) < right
-            line = 0 if clear else line + 1
+            fits = self.x(cycle) + 9 + 5.8 * len(text) < right
+            line = 0 if fits else line + 1
             right = self.x(cycle)
             self.outputs.append((cycle, text, line))
         lines = max((line + 1 for _, _, line in self.outputs), default=0)
