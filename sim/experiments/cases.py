@@ -72,9 +72,9 @@ class CasesExperiment(Experiment):
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
         """See `Experiment`."""
-        dealt = [(name, name, runs) for name in self.cases]
+        cases = [(name, name, runs) for name in self.cases]
         outcomes = run_cases(
-            self.run_case, dealt, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say
+            self.run_case, cases, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say
         )
         figures = figures_of(outcomes, f"{self.name}_")
         figures |= {f"{self.name}_{key}": float(value) for key, value in self.cycles().items()}

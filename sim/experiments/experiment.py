@@ -1,7 +1,7 @@
-"""What an experiment is: a system run in simulation, its figures beside what they are to be.
+"""Experiments: a system run in simulation, and its figures beside their targets.
 
-A published test, or a system of one's own, gives figures; a target says where one of them is to
-lie and who says so. A missed target stays missed: none is widened until it is met.
+A published test, or a user's system, gives figures; a target is the band in which one of them is to
+lie, with its source. A missed target stays missed: none is widened until it is met.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Target:
     name, part : str
         What is measured; which part of it (an axis, a channel), if there are several.
     source : str
-        Who asks for the band: a table, a data sheet, a specification.
+        Origin of the band: a table, a data sheet, a specification.
     value : float
         What was measured; one that is not finite is never good.
     low, high : float, optional
@@ -86,14 +86,14 @@ def grouped(targets: Iterable[Target]) -> list[tuple[Target, ...]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """What a run of an experiment gives.
+    """Result of a run of an experiment.
 
     Attributes
     ----------
     figures : mapping of str to float
         Numbers by name, all finite.
     targets : tuple of Target
-        What is judged.
+        The judged figures.
     details : mapping
         Plain data besides: curves, tables.
     pages : mapping of str to str
@@ -160,7 +160,7 @@ class Experiment:
 def result_of(
     experiment: Experiment, *, seed: int, runs: int, say: Callable[[str], None]
 ) -> Result:
-    """Run an experiment (`Experiment.run`) and check what it gives.
+    """Run an experiment (`Experiment.run`) and check its result.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a target of the three angles is made of."""
+"""Targets of the three angles, and their bands."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def each(
             high=band[k][1],
             unit=unit,
             binding=False,
-            beside={who: values[k] for who, values in beside.items() if values is not None},
+            beside={origin: values[k] for origin, values in beside.items() if values is not None},
             spread=None if spread is None else (spread["p05"][k], spread["p95"][k]),
             note=note,
         )
