@@ -120,7 +120,7 @@ def accuracy_section(
     if not checks:
         warn("accuracy: no log was run")
         return {**dict.fromkeys(keys), "verdict": None, "logs": []}
-    logs = [_log(check, warn, truth=truth, named=len(checks) > 1) for check in checks]
+    logs = [_log(check, warn, truth=truth, several=len(checks) > 1) for check in checks]
     verdicts = [log["verdict"] for log in logs]
     worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
     return {

@@ -70,7 +70,7 @@ class _Band:
         lanes = [top + self.names + k * (_ROW + _GAP) for k in range(self.lanes)]
         inputs = lanes[-1] + _ROW + _GAP
         for name, y in (*((f"lane {k}", y) for k, y in enumerate(lanes)), ("inputs", inputs)):
-            yield _text(_LEFT - 6, y + _ROW * 0.7, name, more=' text-anchor="end"')
+            yield _text(_LEFT - 6, y + _ROW * 0.7, name, attributes=' text-anchor="end"')
             yield _box(
                 self.x(first),
                 y,
@@ -96,7 +96,7 @@ class _Band:
         for cycle, text, line in self.outputs:
             x, y = self.x(cycle + 0.5), lanes[0] - 6 - line * _LINE
             yield f'<line x1="{x:.1f}" y1="{y - 8:.1f}" x2="{x:.1f}" y2="{lanes[0] + 3:.1f}"/>'
-            yield _text(x + 3, y, text, more=' class="out"')
+            yield _text(x + 3, y, text, attributes=' class="out"')
         bottom = inputs + _ROW
         step = 10 if last - first > 60 else 5
         for cycle in range(-(-first // step) * step, last + 1, step):
@@ -105,7 +105,7 @@ class _Band:
                 f'<line class="tick" x1="{x:.1f}" y1="{bottom:.1f}" x2="{x:.1f}" '
                 f'y2="{bottom + 4:.1f}"/>'
             )
-            yield _text(x, bottom + 14, str(cycle), more=' text-anchor="middle" class="tick"')
+            yield _text(x, bottom + 14, str(cycle), attributes=' text-anchor="middle" class="tick"')
 
 
 def schedule_chart(schedule: Mapping[str, Any]) -> str:
