@@ -60,12 +60,12 @@ class AttitudeFromModel(Kalman):
         up, east = [ops.saturated(c, 2.0) for c in up], ops.saturated(field[0], 2.0)
         uneven = ops.saturated(ops.absolute((u.a @ u.a) * (1.0 / GRAVITY**2) - 1.0), 1.0)
         strength = u.m @ u.m
-        there = (strength > p.field_least) & (strength < p.field_most)
+        valid = (strength > p.field_least) & (strength < p.field_most)
         r = p.acc_var + uneven
         return [
             Measurement(up[0], vertical[0], r, gate=4.0),
             Measurement(up[1], vertical[1], r, gate=4.0),
-            Measurement(east, north[0], p.mag_var, valid=there, gate=4.0),
+            Measurement(east, north[0], p.mag_var, valid=valid, gate=4.0),
         ]
 
     def shown(self, x, u, p):

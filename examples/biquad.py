@@ -39,9 +39,9 @@ class Biquad(Estimator):
         """One sample."""
         signal, after = u.x, {}
         for name, ((b0, b1, b2), (a1, a2)) in zip("ab", SECTIONS, strict=True):
-            one, two = getattr(x, f"{name}1"), getattr(x, f"{name}2")
-            out = b0 * signal + one
-            after[f"{name}1"] = b1 * signal - a1 * out + two
+            z1, z2 = getattr(x, f"{name}1"), getattr(x, f"{name}2")
+            out = b0 * signal + z1
+            after[f"{name}1"] = b1 * signal - a1 * out + z2
             after[f"{name}2"] = b2 * signal - a2 * out
             signal = out
         return after, {"y": signal}

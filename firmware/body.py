@@ -22,17 +22,17 @@ _RESULT = {
 
 
 def _flag(op: Op) -> int | None:
-    """The value with the flag that a term asks for."""
+    """The value with the flag that a term uses."""
     return op.flag if any(term.conditional for term in op.terms) else None
 
 
 def _norm(op: Op) -> int | None:
-    """The value whose normalisation count a term asks for."""
+    """The value whose normalisation count a term uses."""
     return op.norm if any(term.scale is not Scale.NONE for term in op.terms) else None
 
 
 def _index(op: Op) -> int | None:
-    """The value that selects a table's segment, if a term asks for one."""
+    """The value that selects a table's segment, if a term uses one."""
     return op.index if any(term.coefficient is not None for term in op.terms) else None
 
 

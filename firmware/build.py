@@ -91,9 +91,9 @@ def compiled_library(
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8")
         command = [compiler, *flags, source, "-o", f"{name}.so", *libraries]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-        if done.returncode != 0:
-            raise ToolFailed(failure(f"{' '.join(command)} failed", done.stderr))
+        completed = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        if completed.returncode != 0:
+            raise ToolFailed(failure(f"{' '.join(command)} failed", completed.stderr))
 
     entry = Cache(cache).get(name, identity, make)
     yield entry.path / f"{name}.so"
@@ -210,15 +210,15 @@ class CModel:
         function.restype = None
         return functools.partial(function, self._memory)
 
-    def _checked(self, words: npt.ArrayLike, what: str) -> npt.NDArray[np.int32]:
+    def _checked(self, words: npt.ArrayLike, subject: str) -> npt.NDArray[np.int32]:
         """Words as contiguous int32; ValueError if one does not fit."""
         array = np.asarray(words)
         if array.size and array.dtype.kind not in "iu":
-            raise ValueError(f"{what} must be integers, not {array.dtype}")
+            raise ValueError(f"{subject} must be integers, not {array.dtype}")
         arith = self.program.arithmetic
-        free = array.dtype == np.int32 and arith.word == 32
-        if array.size and not free and (array.min() < arith.min_int or array.max() > arith.max_int):
-            raise ValueError(f"{what} must fit {arith.word} bits")
+        fits = array.dtype == np.int32 and arith.word == 32
+        if array.size and not fits and (array.min() < arith.min_int or array.max() > arith.max_int):
+            raise ValueError(f"{subject} must fit {arith.word} bits")
         return np.ascontiguousarray(array, dtype=np.int32)
 
     def _records(self, inputs: npt.ArrayLike) -> npt.NDArray[np.int32]:

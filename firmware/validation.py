@@ -1,4 +1,4 @@
-"""Validation of emitted C: the text computes what the program says, for all inputs.
+"""Validation of emitted C: the text computes the program's results, for all inputs.
 
 `<name>.h` and `<name>.c` are parsed (pycparser), ``update`` is executed on terms, statement by
 statement, and each output, next state and the flag must be the term that the program's operations
@@ -22,7 +22,7 @@ from boresight.model.words.terms import ALWAYS, NEVER, Condition, Meaning, Refut
 
 __all__ = ["validate_c"]
 
-#: What the standard headers declare.
+#: Declarations of the standard headers.
 _TYPES = "".join(
     f"typedef int {name};" for name in ("int32_t", "int64_t", "uint32_t", "uint64_t", "bool")
 )
@@ -62,8 +62,8 @@ class _Unread(Exception):
 
 
 def _parsed(text: str) -> c_ast.FileAST:
-    plain = _DIRECTIVE.sub("", _COMMENT.sub("", text)).replace('extern "C" {', "")
-    return CParser().parse(plain)
+    code = _DIRECTIVE.sub("", _COMMENT.sub("", text)).replace('extern "C" {', "")
+    return CParser().parse(code)
 
 
 def _widths(arith: Arithmetic) -> dict[str, str]:
@@ -134,7 +134,7 @@ class _File:
         for statement in self._body("update"):
             update.run(statement)
             self._check_local(statement, update, meaning)
-        outputs = self._places("out", "out", range(len(p.outputs)), more=["saturated"])
+        outputs = self._places("out", "out", range(len(p.outputs)), extra=["saturated"])
         following = dict(p.states)
         wanted = {place: meaning.values[p.outputs[k]] for place, k in outputs.items()}
         wanted |= {
@@ -162,13 +162,13 @@ class _File:
                 )
 
     def _places(
-        self, struct: str, prefix: str, numbers: Sequence[int], more: Sequence[str] = ()
+        self, struct: str, prefix: str, numbers: Sequence[int], extra: Sequence[str] = ()
     ) -> dict[str, int]:
-        """Members of a structure with what they hold, in order."""
+        """Members of a structure with their values, in order."""
         members = self.members[f"{self.name}_{struct}_t"]
         if not numbers and members == ["none"]:
             return {}
-        if len(members) != len(numbers) + len(more) or members[len(numbers) :] != list(more):
+        if len(members) != len(numbers) + len(extra) or members[len(numbers) :] != list(extra):
             raise _Unread(f"{struct} must have {len(numbers)} words, not {members}")
         return {f"{prefix}.{m}": n for m, n in zip(members, numbers, strict=False)}
 

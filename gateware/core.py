@@ -105,9 +105,9 @@ class Core:
         """Return the same core with another program selected."""
         if not 0 <= number < len(self.parts):
             raise ValueError(f"number must be 0 to {len(self.parts) - 1}, not {number!r}")
-        at_hand = dataclasses.replace(self, number=number)
-        object.__setattr__(at_hand, "_texts", self._texts)
-        return at_hand
+        selected = dataclasses.replace(self, number=number)
+        object.__setattr__(selected, "_texts", self._texts)
+        return selected
 
     def registers_with(self, states: Iterable[int]) -> list[int]:
         """The image's registers in which the program's states begin with these words."""
@@ -194,11 +194,11 @@ def build_shared_core(
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
     machine = machine_for(config, programs[0])
     programs = tied(programs)
-    rooms = state_quotas(programs, machine)
+    quotas = state_quotas(programs, machine)
     plans = [
-        _schedule(program, machine, urgent, restarts, tuple(room), program.digest)
-        for program, urgent, room in zip(
-            programs, urgents or [p.urgent for p in programs], rooms, strict=True
+        _schedule(program, machine, urgent, restarts, tuple(quota), program.digest)
+        for program, urgent, quota in zip(
+            programs, urgents or [p.urgent for p in programs], quotas, strict=True
         )
     ]
     words = sum(plan.length for plan in plans)
@@ -235,13 +235,13 @@ def _schedule(
     machine: Machine,
     urgent: int | None,
     restarts: int | None,
-    room: tuple[int, ...],
+    quota: tuple[int, ...],
     digest: str,
 ) -> Schedule:
     """The schedule, memoised. ``digest`` distinguishes programs with 0.0 and -0.0."""
     if restarts is None:
-        return cached_schedule(program, machine, urgent=urgent, state_quota=room)
-    return schedule(program, machine, urgent=urgent, restarts=restarts, state_quota=room)
+        return cached_schedule(program, machine, urgent=urgent, state_quota=quota)
+    return schedule(program, machine, urgent=urgent, restarts=restarts, state_quota=quota)
 
 
 def _digest(programs: Sequence[Program]) -> str:

@@ -209,10 +209,10 @@ class Description:
         reserved = set(self.identifiers.values())
         records = []
         for program in self.programs:
-            of = f"{identifier(program.program)}_" if len(self.programs) > 1 else ""
+            prefix = f"{identifier(program.program)}_" if len(self.programs) > 1 else ""
             for title, words in (("input", program.inputs), ("output", program.outputs)):
                 kind = title.removesuffix("put").upper()
-                stems = unique((f"{of}{kind}_{word.name}" for word in words), reserved=reserved)
+                stems = unique((f"{prefix}{kind}_{word.name}" for word in words), reserved=reserved)
                 reserved.update(stems)
                 records.append((title, program.program, list(zip(stems, words, strict=True))))
         return records

@@ -197,11 +197,11 @@ class Machine:
         Parameters
         ----------
         wanted, room : int
-            What is needed, and what this machine has of it: a share of its registers.
+            Registers needed, and those that this machine has for the purpose.
         """
         larger = (m for m in ALL_CONFIGS.values() if m.lanes == self.lanes)
-        enough = (m for m in larger if m.register_words * room >= self.register_words * wanted)
-        name = next((m.name for m in enough if m.register_words > self.register_words), None)
+        candidates = (m for m in larger if m.register_words * room >= self.register_words * wanted)
+        name = next((m.name for m in candidates if m.register_words > self.register_words), None)
         return f"; config {name} has more" if name else "; no configuration has as many"
 
     @cached_property
@@ -278,10 +278,10 @@ class Machine:
         9 get their own half, or yosys would build all of it of shallower RAMs and multiplexers.
         Machines with 512 registers are not split, for unchanged Verilog.
         """
-        rest = self.word_bits % 9
-        if depth < 2048 or self.register_words == 512 or not 0 < rest <= 4:
+        remainder = self.word_bits % 9
+        if depth < 2048 or self.register_words == 512 or not 0 < remainder <= 4:
             return (self.word_bits,)
-        return (self.word_bits - rest, rest)
+        return (self.word_bits - remainder, remainder)
 
 
 #: The standard configurations.
@@ -309,10 +309,10 @@ def machine_named(config: str) -> Machine:
         No such configuration or depth.
     """
     if config not in MACHINES:
-        *few, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
+        *suffixes, last = (f"-d{depth}" for depth in Machine.DEPTHS[1:])
         raise InputError.at(
             "config",
-            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(few)} or {last} "
+            wanted=f"one of {', '.join(ALL_CONFIGS)}, behind it {', '.join(suffixes)} or {last} "
             "for another depth",
             found=repr(config),
             fix="choose one of these",

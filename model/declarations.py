@@ -1,4 +1,4 @@
-"""What an estimator declares: inputs, parameters, states and outputs, each with range and unit.
+"""Declarations of an estimator: inputs, parameters, states and outputs, with range and unit.
 
 Units are texts of the units library (``m/s^2``, ``deg/s``, ``uT``) and four special ones: ``ht`` is
 half turns (1 = pi rad, a binary angle that wraps); ``turn`` of an output is turns from 0 to 1, the
@@ -51,7 +51,7 @@ EXACT_UNITS = ("flags", "bits")
 PERIODS = {"ht": 2.0, "turn": 1.0}
 #: Source location of a declaration, "file.py, line 41"; no part of its identity.
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
-#: A millionth of it, rounded once.
+#: A millionth of `GRAVITY`, rounded once.
 MICRO_G = float(f"{GRAVITY}e-6")
 
 
@@ -185,8 +185,8 @@ class Input:
                 found=f"[{self.low:g}, {self.high:g}]",
                 fix="widen it, or declare clamp=True",
             )
-        plain = Format.declared(word, self.low, self.high, self.unit)
-        return self if words.frac == plain.frac and not result.beyond else result
+        declared_format = Format.declared(word, self.low, self.high, self.unit)
+        return self if words.frac == declared_format.frac and not result.beyond else result
 
 
 @dataclass(frozen=True)
@@ -280,11 +280,11 @@ class Output:
     def __post_init__(self) -> None:
         _with_plain_numbers(self)
         check_unit(placed(self.line, f"output {self.name}"), self.unit)
-        for name, value, wanted, good in (
+        for name, value, wanted, valid in (
             ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
             ("longest", self.longest, "of 0 or more", self.longest >= 0),
         ):
-            if not good:
+            if not valid:
                 raise InputError.at(
                     placed(self.line, f"output {self.name}"),
                     wanted=f"a {name} {wanted}",
@@ -328,7 +328,7 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
         A name is not an identifier, or occurs twice.
     """
     for kind, declared in groups:
-        seen = set()
+        names = set()
         for declaration in declared:
             location = placed(declaration.line if isinstance(declaration, _DECLARED) else "", where)
             name = declaration.name
@@ -339,18 +339,18 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
                     found=repr(declaration.name),
                     fix="rename it",
                 )
-            if declaration.name in seen:
+            if declaration.name in names:
                 raise InputError.at(
                     location,
                     wanted=f"each {kind} once",
                     found=f"{declaration.name} twice",
                     fix="rename one",
                 )
-            seen.add(declaration.name)
+            names.add(declaration.name)
 
 
 def _with_plain_numbers(declaration: Any) -> None:
-    """Replace numpy's numbers, whose comparisons and texts are not those of Python's."""
+    """Replace numpy's numbers, whose comparisons and texts differ from Python's."""
     for part in fields(declaration):
         value = getattr(declaration, part.name)
         if isinstance(value, np.generic):
@@ -376,11 +376,11 @@ def _check_range(where: str, low: float, high: float) -> None:
         )
 
 
-def _check_inside(where: str, what: str, value: float, low: float, high: float) -> None:
+def _check_inside(where: str, subject: str, value: float, low: float, high: float) -> None:
     if not low <= value <= high:
         raise InputError.at(
             where,
-            wanted=f"{what} in [{low:g}, {high:g}]",
+            wanted=f"{subject} in [{low:g}, {high:g}]",
             found=f"{value:g}",
-            fix=f"correct the {what} or the range",
+            fix=f"correct the {subject} or the range",
         )

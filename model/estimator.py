@@ -57,13 +57,13 @@ class _AllOutputs:
 
 @dataclass(frozen=True)
 class SecondForm:
-    """What an estimator's equations gave in another form.
+    """Results of an estimator's equations in another form.
 
     Attributes
     ----------
     outputs : mapping of str to (n,)
     remarks : sequence of str
-        What the run shows of the model, a line each: `check` prints them as warnings.
+        Remarks of the run about the model, a line each: `check` prints them as warnings.
     """
 
     outputs: Mapping[str, FloatArray]
@@ -95,7 +95,7 @@ class Estimator:
     states: tuple[State, ...] = ()
     outputs: tuple[Output, ...] = ()
     urgent: int = _AllOutputs()  # type: ignore[assignment]
-    #: Whether an input ``dt`` below 0 makes it begin anew.
+    #: Whether an input ``dt`` below 0 restarts it.
     restarts: bool = False
     #: Name of the estimator whose states this one updates too, in a core with both; else its own.
     shares: str = ""
@@ -312,13 +312,13 @@ class Estimator:
                 found="none",
                 fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
             )
-        recorded, again = self.trace(), self.trace()
-        expressions = (recorded.tracer.expressions, again.tracer.expressions)
+        recorded, repeated = self.trace(), self.trace()
+        expressions = (recorded.tracer.expressions, repeated.tracer.expressions)
         keys = [[e.said for e in each] for each in expressions]
         for k, (first, second) in enumerate(zip_longest(*keys)):
             if first != second:
-                rest = [e.line for each in expressions for e in each[k:] if e.line]
-                repeatable(False, (rest or [f"estimator {self.name}"])[0])
+                lines = [e.line for each in expressions for e in each[k:] if e.line]
+                repeatable(False, (lines or [f"estimator {self.name}"])[0])
         return recorded
 
     def trace(self) -> Trace:
@@ -340,13 +340,13 @@ class Estimator:
 
         u, p = leaves("input", self.inputs), leaves("param", self.params)
         x = leaves("state", self.states)
-        seen = [
+        clipped = [
             ops.clip(n, i.low, i.high) if i.beyond else n
             for n, i in zip(u, self.inputs, strict=True)
         ]
         after, out = self.checked_step(
             by_name("state", self.states, x),
-            by_name("input", self.inputs, seen),
+            by_name("input", self.inputs, clipped),
             by_name("parameter", self.params, p),
         )
         check_constants(self.name, self.step, self.states, after, out)

@@ -98,13 +98,13 @@ def _check_kinds(estimator: Interface, where: str) -> None:
         ("outputs", Output),
     ):
         declared = getattr(estimator, name)
-        several = isinstance(declared, tuple | list)
-        wrong = [d for d in (declared if several else [declared]) if not isinstance(d, kind)]
-        if wrong or not several:
-            name_of_type = type(wrong[0] if wrong else declared).__name__
+        is_sequence = isinstance(declared, tuple | list)
+        invalid = [d for d in (declared if is_sequence else [declared]) if not isinstance(d, kind)]
+        if invalid or not is_sequence:
+            name_of_type = type(invalid[0] if invalid else declared).__name__
             raise InputError.at(
                 f"{where}, {name}",
                 wanted=f"a tuple of {kind.__name__}",
-                found=name_of_type if several else f"one {name_of_type}",
+                found=name_of_type if is_sequence else f"one {name_of_type}",
                 fix=f"write {name} = ({kind.__name__}(...),), also where there is only one",
             )

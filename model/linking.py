@@ -1,11 +1,11 @@
-"""What programs of a core have of each other: words that they read, states that they share.
+"""Relations of the programs of a core: words that they read, states that they share.
 
 Linked inputs (`Input.source`) read an output of another program. In a core with both programs, the
 reader reads the word in the register of the other program (`gateware.schedule.links`). Everywhere
 else its records contain that word (`linked_words`), so all levels compute the same.
 
 An estimator that `shares` the states of another one updates those, in a core with both: each update
-of either begins with what the last complete one of both has left. Everywhere else it has its own.
+of either begins with the states of the last complete update of both. Elsewhere it has its own.
 """
 
 from __future__ import annotations
@@ -65,21 +65,21 @@ def linked_estimators(estimators: Sequence[Estimator], *, word: int = 32) -> lis
             _check_shared(estimator, estimators[family], estimators)
     linked = {e.name: e for e in estimators}
     programs: dict[str, Program] = {}
-    at_work: list[str] = []
+    in_progress: list[str] = []
 
     def program_of(name: str) -> Program:
-        if name in at_work:
+        if name in in_progress:
             raise InputError.at(
                 f"estimator {name}",
                 wanted="programs that do not wait for each other's words",
-                found=" reads ".join([*at_work[at_work.index(name) :], name]),
+                found=" reads ".join([*in_progress[in_progress.index(name) :], name]),
                 fix="feed one of them with the record",
             )
         if name not in programs:
-            at_work.append(name)
-            linked[name] = _fed(linked[name], program_of, linked.keys(), word)
+            in_progress.append(name)
+            linked[name] = _with_sources(linked[name], program_of, linked.keys(), word)
             programs[name] = linked[name].compile(word=word)
-            at_work.pop()
+            in_progress.pop()
         return programs[name]
 
     for estimator in estimators:
@@ -98,12 +98,12 @@ def _check_shared(estimator: Estimator, owner: Estimator, estimators: Sequence[E
             found=f"shares = {estimator.shares!r}",
             fix="name that one in all others",
         )
-    for mine, theirs in zip_longest(estimator.states, owner.states):
-        if mine != theirs:
+    for state, owner_state in zip_longest(estimator.states, owner.states):
+        if state != owner_state:
             raise InputError.at(
-                placed(getattr(mine or theirs, "line", ""), where),
-                wanted=f"the states of {owner.name}: {theirs or 'no more'}",
-                found=f"{mine or 'no more'}",
+                placed(getattr(state or owner_state, "line", ""), where),
+                wanted=f"the states of {owner.name}: {owner_state or 'no more'}",
+                found=f"{state or 'no more'}",
                 fix="declare them once, for both",
             )
     if estimator.profile is not owner.profile:
@@ -127,7 +127,7 @@ def _check_shared(estimator: Estimator, owner: Estimator, estimators: Sequence[E
                 )
 
 
-def _fed(
+def _with_sources(
     estimator: Estimator, program_of: Callable[[str], Program], names: Collection[str], word: int
 ) -> Estimator:
     """Return the estimator with the formats of its sources in its inputs."""

@@ -39,20 +39,20 @@ def called(
     try:
         return call(*args, **options)
     except (Exception, SystemExit) as error:
-        ours = type(error).__module__.startswith("boresight.")
-        if ours or isinstance(error, MemoryError | BrokenPipeError):
+        from_boresight = type(error).__module__.startswith("boresight.")
+        if from_boresight or isinstance(error, MemoryError | BrokenPipeError):
             raise
         line = line_of_user(error)
         if not line:
-            if _takes(call, *args, **options):
+            if _accepts(call, *args, **options):
                 raise
-            fix = f"write {_as_in_the_base(call)}"
+            fix = f"write {_base_signature(call)}"
         text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
         place = f"{where}, {line}" if line else where
         raise InputError.at(place, wanted=wanted, found=text[:200], fix=fix) from error
 
 
-def _takes(call: Callable[..., Any], *args: Any, **options: Any) -> bool:
+def _accepts(call: Callable[..., Any], *args: Any, **options: Any) -> bool:
     """Whether a function takes these arguments."""
     try:
         signature = inspect.signature(call)
@@ -65,7 +65,7 @@ def _takes(call: Callable[..., Any], *args: Any, **options: Any) -> bool:
     return True
 
 
-def _as_in_the_base(call: Callable[..., Any]) -> str:
+def _base_signature(call: Callable[..., Any]) -> str:
     """Name and arguments of a method as our base class has it, without types."""
     name = getattr(call, "__name__", "it")
     kinds = type(getattr(call, "__self__", None)).__mro__
@@ -75,5 +75,5 @@ def _as_in_the_base(call: Callable[..., Any]) -> str:
     if not bases:
         return f"{name} with the arguments that it gets"
     signature = inspect.signature(bases[-1])
-    plain = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
-    return f"{name}{signature.replace(parameters=plain, return_annotation=signature.empty)}"
+    parameters = [p.replace(annotation=p.empty) for p in signature.parameters.values()]
+    return f"{name}{signature.replace(parameters=parameters, return_annotation=signature.empty)}"

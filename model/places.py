@@ -22,7 +22,7 @@ _ROOMS = [Path(__file__).parent / room for room in ("", "lowering", "algebra", "
 _PACKAGE = str(Path(__file__).parents[1]) + os.sep
 #: Code that was written by dataclasses, frozen, or by numpy; others in <> are of a console.
 _WRITTEN = ("<string>", "<frozen ", "<__array_function__")
-#: And everything below these.
+#: Likewise everything below these folders.
 _LIBRARIES = tuple(str(Path(file).parent) + os.sep for file in (np.__file__, os.__file__))
 
 
@@ -60,7 +60,7 @@ def _is_authors(file: str) -> bool:
 
 
 def author_line() -> str:
-    """The line that is at work, "file.py, line 41": the innermost one of an author, else ""."""
+    """The running line, "file.py, line 41": the innermost line of an author, else ""."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and not _is_authors(frame.f_code.co_filename):
         frame = frame.f_back
@@ -70,15 +70,17 @@ def author_line() -> str:
 def place_of(error: BaseException) -> str:
     """The innermost line of an author that an error went through, else ""."""
     frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if _is_authors(f.filename)]
-    return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+    author_frames = [f for f in frames if _is_authors(f.filename)]
+    return Place(author_frames[-1].filename, author_frames[-1].lineno) if author_frames else ""
 
 
 def line_of_user(error: BaseException) -> str:
     """The innermost line outside of this package, numpy and Python that an error went through."""
     frames = traceback.extract_tb(error.__traceback__)
-    theirs = [f for f in frames if _is_authors(f.filename) and not f.filename.startswith(_PACKAGE)]
-    return Place(theirs[-1].filename, theirs[-1].lineno) if theirs else ""
+    user_frames = [
+        f for f in frames if _is_authors(f.filename) and not f.filename.startswith(_PACKAGE)
+    ]
+    return Place(user_frames[-1].filename, user_frames[-1].lineno) if user_frames else ""
 
 
 def place_of_function(function: Callable[..., Any]) -> str:

@@ -1,7 +1,7 @@
 """Comparison of an estimator's trace with what its ``step`` computes in numpy.
 
-Python lets a step do what no record shows: ``is``, ``isinstance``, the number that a file holds
-today. So both are computed on the same rows, and an output or next state that differs is refused.
+A step in Python can depend on things that no record contains: ``is``, ``isinstance``, the content
+of a file. So both are computed on the same rows, and a different output or next state is refused.
 """
 
 from __future__ import annotations
@@ -62,12 +62,12 @@ _COMPUTE: dict[str, Callable[..., Any]] = {
     "tanh": ops.tanh,
 }
 #: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
-#: arrays; one by one so many that together they have about so many expressions, within limits.
-_ROWS, _EXPRESSIONS, _ALONE = 997, 40_000, (24, 401)
+#: arrays; one by one as many as have about this number of expressions together, within limits.
+_ROWS, _EXPRESSIONS, _SCALAR_ROWS = 997, 40_000, (24, 401)
 #: Share of a value up to which the two may differ without a second look.
 _EQUAL = 1e-9
-#: That look: rows that get one, how often each is computed, and by how much, as a share, each
-#: argument of each operation is off then: far more than rounding, far less than a mistake.
+#: The second look: number of rows, how often each is computed, and the share by which each argument
+#: of each operation is perturbed: far more than rounding, far less than a mistake.
 _SUSPECTS, _TIMES, _NOISE = 8, 128, 1e-13
 
 
@@ -82,12 +82,12 @@ def evaluate(
     leaves : mapping of (kind, name) to (rows,)
         Inputs ("input"), parameters ("param") and states ("state").
     noise : callable, optional
-        What becomes of each argument that is a number.
+        Applied to each argument that is a number.
     claims : bool
         Hold values of `ops.bounded` in their ranges, as their words do.
     """
     values: dict[int, Any] = {}
-    compute = _COMPUTE | ({"bounded": _held} if claims else {})
+    compute = _COMPUTE | ({"bounded": _clipped} if claims else {})
     for e in trace.needed:
         if e.kind == "leaf":
             values[e.number] = leaves[e.data[:2]]
@@ -102,7 +102,7 @@ def evaluate(
     return values
 
 
-def _held(x: Any, low: float, high: float, *reasons: str) -> Any:
+def _clipped(x: Any, low: float, high: float, *reasons: str) -> Any:
     return np.clip(x, low, high)
 
 
@@ -111,7 +111,7 @@ def check_recorded(
     inputs: FloatArray | None = None,
     params: Mapping[str, float] | None = None,
 ) -> None:
-    """Compare one update in numpy with the record of it.
+    """Compare one update in numpy with its record.
 
     Parameters
     ----------
@@ -124,8 +124,8 @@ def check_recorded(
     Raises
     ------
     InputError
-        The step raises, cannot be recorded, or its record computes something else. What rounding
-        explains, and what is infinite, counts as equal.
+        The step raises, cannot be recorded, or its record computes something else. Differences
+        that rounding explains, and infinite values, count as equal.
     """
     with np.errstate(all="ignore"):
         _Comparison(estimator, sample(estimator, inputs, params)).refuse_differences()
@@ -146,33 +146,35 @@ class _Comparison:
 
     def refuse_differences(self) -> None:
         """Raise InputError where the two differ."""
-        together = self._together()
-        count = _EXPRESSIONS * (1 if together is not None else 4) // len(self.trace.needed)
-        few = range(min(self.rows, max(_ALONE[0], min(count, _ALONE[1]))))
-        alone = np.stack([self._alone(row) for row in few], axis=1)
-        for computed in (alone, *([] if together is None else [together])):
-            error = _apart(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
+        array_results = self._array_results()
+        count = _EXPRESSIONS * (1 if array_results is not None else 4) // len(self.trace.needed)
+        rows = range(min(self.rows, max(_SCALAR_ROWS[0], min(count, _SCALAR_ROWS[1]))))
+        scalar_results = np.stack([self._scalar_results(row) for row in rows], axis=1)
+        for computed in (scalar_results, *([] if array_results is None else [array_results])):
+            error = _difference(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
             for row in np.argsort(-error, kind="stable")[:_SUSPECTS]:
                 if error[row] > _EQUAL:
-                    self._look_again(int(row))
+                    self._recheck(int(row))
 
-    def _look_again(self, row: int) -> None:
+    def _recheck(self, row: int) -> None:
         """Raise InputError unless rounding explains the difference in a row."""
-        own, expected = self._alone(row), self.expected[:, row]
+        computed, expected = self._scalar_results(row), self.expected[:, row]
         draw = np.random.default_rng(row)
-        again = self._recorded(
+        noisy = self._recorded(
             {name: np.full(_TIMES, values[row]) for name, values in self.leaves.items()},
             _TIMES,
             lambda x: x * (1.0 + _NOISE * draw.uniform(-1.0, 1.0, _TIMES)),
         )
-        spread = np.max(np.abs(again - expected[:, None]), axis=1)
-        wrong = (_apart(own, expected) > _EQUAL) & (np.abs(own - expected) > 2.0 * spread)
-        for k in np.flatnonzero(wrong):
+        spread = np.max(np.abs(noisy - expected[:, None]), axis=1)
+        mismatch = (_difference(computed, expected) > _EQUAL) & (
+            np.abs(computed - expected) > 2.0 * spread
+        )
+        for k in np.flatnonzero(mismatch):
             name, expression = self.results[k]
             line = expression.line or place_of_function(self.estimator.step)
             raise InputError.at(
                 placed(line, f"{name} of {self.estimator.name}"),
-                wanted=f"what step computes in numpy, {own[k]:.6g}",
+                wanted=f"what step computes in numpy, {computed[k]:.6g}",
                 found=f"{expected[k]:.6g} as recorded",
                 fix="compute it with + - * /, comparisons and boresight.ops alone: Python's is, "
                 "isinstance and the like are not recorded",
@@ -185,11 +187,11 @@ class _Comparison:
         values = evaluate(self.trace, leaves, noise)
         return np.stack([np.broadcast_to(values[e.number], rows) for _, e in self.results])
 
-    def _alone(self, row: int) -> FloatArray:
+    def _scalar_results(self, row: int) -> FloatArray:
         """Results (results,) of the step on one row."""
         return self._step({name: values[row] for name, values in self.leaves.items()}, ())
 
-    def _together(self) -> FloatArray | None:
+    def _array_results(self) -> FloatArray | None:
         """Results (results, rows) of the step on arrays; None if it takes none."""
         try:
             return self._step(self.leaves, (self.rows,))
@@ -209,7 +211,7 @@ class _Comparison:
         return np.stack([np.broadcast_to(np.asarray(r, np.float64), shape) for r in results])
 
 
-def _apart(a: FloatArray, b: FloatArray) -> FloatArray:
+def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
     """Differences as shares of a value; 0 where one is not finite."""
     finite = np.isfinite(a) & np.isfinite(b)
     return np.where(finite, np.abs(a - b) / np.maximum(np.abs(b), 1e-250), 0.0)
@@ -242,8 +244,8 @@ def sample(
             leaves["input", i.name] = inputs[np.arange(rows) * len(inputs) // rows, k]
     chosen = None if params is None else estimator.param_values(params)
     for p in estimator.params:
-        anywhere = drawn(draw, p, p.default, rows)
-        leaves["param", p.name] = anywhere if chosen is None else np.full(rows, chosen[p.name])
+        values = drawn(draw, p, p.default, rows)
+        leaves["param", p.name] = values if chosen is None else np.full(rows, chosen[p.name])
     return leaves
 
 
@@ -251,8 +253,8 @@ def drawn(
     draw: np.random.Generator, of: Input | Param | State, usual: float, rows: int
 ) -> FloatArray:
     """Values in a declared range: anywhere, its ends, the usual one, and near zero."""
-    anywhere = draw.uniform(of.low, of.high, rows)
-    near = anywhere * 2.0 ** -draw.uniform(0.0, 20.0, rows)
-    kinds = [anywhere, near, np.full(rows, of.low), np.full(rows, of.high), np.full(rows, usual)]
+    uniform = draw.uniform(of.low, of.high, rows)
+    small = uniform * 2.0 ** -draw.uniform(0.0, 20.0, rows)
+    kinds = [uniform, small, np.full(rows, of.low), np.full(rows, of.high), np.full(rows, usual)]
     chosen = np.choose(draw.choice(len(kinds), rows, p=(0.5, 0.2, 0.1, 0.1, 0.1)), kinds)
     return np.asarray(np.clip(chosen, of.low, of.high), dtype=np.float64)

@@ -34,13 +34,13 @@ def tolerances(texts: Iterable[str]) -> Iterator[None]:
     InputError
         No estimator was looked up.
     """
-    given: tuple[tuple[str, ...], set[str]] = (tuple(texts), set())
-    token = _tolerances.set(given)
+    context: tuple[tuple[str, ...], set[str]] = (tuple(texts), set())
+    token = _tolerances.set(context)
     try:
         yield
     finally:
         _tolerances.reset(token)
-    if given[0] and not given[1]:
+    if context[0] and not context[1]:
         raise InputError.at(
             "--tolerance", wanted="an estimator", found="none", fix="leave --tolerance out"
         )
@@ -54,11 +54,11 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
     InputError
         A text of another form, an output that the estimator does not have, a unit of another kind.
     """
-    texts, taken = _tolerances.get()
+    texts, estimators = _tolerances.get()
     if not texts:
         return outputs
-    taken.add(estimator)
-    known = {o.name: o for o in outputs}
+    estimators.add(estimator)
+    judged = {o.name: o for o in outputs}
     for text in texts:
         match = _TEXT.fullmatch(text)
         where = "--tolerance"
@@ -74,18 +74,18 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
                 fix="write for example --tolerance roll=0.05deg",
             )
         name, unit = match[1], match[3]
-        attitude = name == ATTITUDE and known.keys() >= {*QUATERNION}
-        if not attitude and name not in known:
-            names = [*known, ATTITUDE] if known.keys() >= {*QUATERNION} else known
+        attitude = name == ATTITUDE and judged.keys() >= {*QUATERNION}
+        if not attitude and name not in judged:
+            names = [*judged, ATTITUDE] if judged.keys() >= {*QUATERNION} else judged
             raise InputError.at(
                 where,
                 wanted=f"an output of {estimator}: {', '.join(closest(name, names))}",
                 found=repr(name),
                 fix="choose one of its outputs; estimators with others are judged one by one",
             )
-        own = "deg" if attitude else known[name].unit
-        factor, _ = conversion(f"{where} {text}", name, unit, own) if unit else (1.0, 0.0)
+        output_unit = "deg" if attitude else judged[name].unit
+        factor, _ = conversion(f"{where} {text}", name, unit, output_unit) if unit else (1.0, 0.0)
         limit *= factor / (ATTITUDE_DEG if attitude else 1.0)
         for changed in QUATERNION if attitude else (name,):
-            known[changed] = replace(known[changed], tolerance=limit)
-    return tuple(known.values())
+            judged[changed] = replace(judged[changed], tolerance=limit)
+    return tuple(judged.values())

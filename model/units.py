@@ -52,14 +52,14 @@ def _registry() -> Any:
 def check_unit(where: str, unit: object) -> None:
     """Raise InputError if a word of a unit is not known, such as "mtr" for "m"."""
     text = unit if isinstance(unit, str) else ""
-    known = isinstance(unit, str)
+    is_valid = isinstance(unit, str)
     for name in _NAME.findall(text.replace("µ", "u").replace("Ω", "ohm")):
         if name not in _COMMON:
             try:
                 _parsed(name)
             except UnitError:
-                known = False
-    if not known:
+                is_valid = False
+    if not is_valid:
         raise InputError.at(
             where,
             wanted="a unit as m/s^2, deg/s or uT",
@@ -93,7 +93,7 @@ def linear(unit: str, wanted: str) -> tuple[float, float]:
 
 
 def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, float]:
-    """`linear` of a number that was typed with a unit, for what has the unit ``wanted``.
+    """`linear` of a number that was typed with a unit, for a value with the unit ``wanted``.
 
     Raises
     ------

@@ -220,7 +220,7 @@ def _arguments(sources: Sequence[str], ram: int, stack: int, optimise: str) -> l
 
 
 def _run(command: Sequence[str], folder: Path) -> str:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise ImageError(failure(f"{Path(command[0]).name} failed", done.stderr))
-    return done.stdout
+    completed = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if completed.returncode:
+        raise ImageError(failure(f"{Path(command[0]).name} failed", completed.stderr))
+    return completed.stdout

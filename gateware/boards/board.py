@@ -81,7 +81,7 @@ class Board:
         Its name in amaranth-boards.
     positions : mapping
         By `Line.place`: the position on ``connector``, by the numbering of amaranth-boards, or
-        RESOURCE.PART of what the board has itself, ``uart.rx``.
+        RESOURCE.PART of a part on the board, ``uart.rx``.
     leds : tuple of str
         Positions on ``connector``; none: the board has its own.
     target : str
@@ -125,8 +125,8 @@ class Board:
 
     def _pin(self, platform: Any, position: str, direction: str) -> Pins:
         """A pin by its position."""
-        resource, own, part = position.partition(".")
-        if not own:
+        resource, dot, part = position.partition(".")
+        if not dot:
             return Pins(position, dir=direction, conn=self.connector)
         (pins,) = (sub.ios[0] for sub in platform.lookup(resource).ios if sub.name == part)
         return Pins(" ".join(pins.names), dir=direction)
@@ -140,9 +140,9 @@ class Board:
         return f"{self.header} position {self.leds[number]}" if self.leds else "on the board"
 
     def meaning(self, line: Line) -> str:
-        """What a line is; without the adapter of one that the board has itself."""
-        own = "." in self.positions.get(line.place, "")
-        return line.meaning.partition(":")[0] if own else line.meaning
+        """Meaning of a line; without the adapter if the board has the part itself."""
+        on_board = "." in self.positions.get(line.place, "")
+        return line.meaning.partition(":")[0] if on_board else line.meaning
 
     @property
     def header(self) -> str:

@@ -53,8 +53,8 @@ def pll_for(*, oscillator_hz: int, clock_hz: int) -> Pll | None:
     low, high = VCO_HZ
     if isinstance(clock_hz, int) and 0 < clock_hz <= CLOCK_MAX_HZ:
         for multiply in range(64, 0, -1):
-            divide, rest = divmod(oscillator_hz * multiply, clock_hz)
-            if low <= oscillator_hz * multiply <= high and not rest and 1 <= divide <= 128:
+            divide, remainder = divmod(oscillator_hz * multiply, clock_hz)
+            if low <= oscillator_hz * multiply <= high and not remainder and 1 <= divide <= 128:
                 return Pll(oscillator_hz, multiply, divide)
     raise InputError.at(
         "clock_hz",

@@ -48,17 +48,17 @@ def ecp5_pll(*, oscillator_hz: int, clock_hz: int) -> Ecp5Pll:
     low, high = VCO_HZ
     references = range(1, oscillator_hz // _PHASE_DETECTOR_HZ + 1)
     for reference in references:
-        feedback, rest = divmod(clock_hz * reference, oscillator_hz)
+        feedback, remainder = divmod(clock_hz * reference, oscillator_hz)
         outputs = [n for n in range(1, 129) if low <= clock_hz * n <= high]
-        if not rest and 1 <= feedback <= 80 and outputs and clock_hz <= CLOCK_MAX_HZ:
+        if not remainder and 1 <= feedback <= 80 and outputs and clock_hz <= CLOCK_MAX_HZ:
             output = min(outputs, key=lambda n: abs(clock_hz * n - _VCO_BEST_HZ))
             return Ecp5Pll(oscillator_hz, reference, feedback, output)
     second = [
         Ecp5Pll(oscillator_hz, reference, factor // output, output, n)
         for reference in references
         for n in range(1, 129)
-        for factor, rest in [divmod(clock_hz * n * reference, oscillator_hz)]
-        if not rest and low <= clock_hz * n <= high and clock_hz <= CLOCK_MAX_HZ
+        for factor, remainder in [divmod(clock_hz * n * reference, oscillator_hz)]
+        if not remainder and low <= clock_hz * n <= high and clock_hz <= CLOCK_MAX_HZ
         for output in range(1, 129)
         if factor % output == 0
         and factor // output <= 80
@@ -101,7 +101,7 @@ class Ecp5PllClock(Clock):
         """Pad, PLL, gate of the clock network."""
         m = Module()
         pll = self.pll
-        made_hz = pll.oscillator_hz * pll.feedback / pll.reference
+        clkop_hz = pll.oscillator_hz * pll.feedback / pll.reference
         m.submodules.pad = pad = io.Buffer("i", platform.request(platform.default_clk, dir="-"))
         m.domains.oscillator = ClockDomain(reset_less=True, local=True)
         fast = made = Signal()
@@ -109,7 +109,7 @@ class Ecp5PllClock(Clock):
         if pll.second is not None:
             fast = Signal()
             second = {
-                "a_FREQUENCY_PIN_CLKOS": f"{made_hz * pll.output / pll.second / 1e6:g}",
+                "a_FREQUENCY_PIN_CLKOS": f"{clkop_hz * pll.output / pll.second / 1e6:g}",
                 "p_CLKOS_ENABLE": "ENABLED",
                 "p_CLKOS_DIV": pll.second,
                 "p_CLKOS_CPHASE": (pll.output - 1) // 2,
@@ -123,7 +123,7 @@ class Ecp5PllClock(Clock):
         m.submodules.pll = Instance(
             "EHXPLLL",
             a_FREQUENCY_PIN_CLKI=f"{pll.oscillator_hz / 1e6:g}",
-            a_FREQUENCY_PIN_CLKOP=f"{made_hz / 1e6:g}",
+            a_FREQUENCY_PIN_CLKOP=f"{clkop_hz / 1e6:g}",
             a_ICP_CURRENT="12",
             a_LPF_RESISTOR="8",
             a_MFG_ENABLE_FILTEROPAMP="1",

@@ -50,10 +50,10 @@ def ice40_pll(*, oscillator_hz: int, clock_hz: int) -> Ice40Pll:
     slowest, fastest = _PHASE_DETECTOR_HZ
     for reference in range(1, oscillator_hz // slowest + 1):
         for shift in range(1, 7):
-            feedback, rest = divmod(clock_hz * reference << shift, oscillator_hz)
+            feedback, remainder = divmod(clock_hz * reference << shift, oscillator_hz)
             inner = oscillator_hz * feedback / reference
             if (
-                not rest
+                not remainder
                 and 1 <= feedback <= 128
                 and VCO_HZ[0] <= inner <= VCO_HZ[1]
                 and oscillator_hz / reference <= fastest

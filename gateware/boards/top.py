@@ -33,7 +33,7 @@ class Top(wiring.Component):
                     frames          words, bus          words          frames
         rx -> Receiver -> Unpacker -> Dispatcher -> Engine -> Packer -> Framer -> Transmitter -> tx
 
-    `gateware.boards.frames` says what the frames look like. No sequence of bytes stops it: only
+    `gateware.boards.frames` describes the frames. No sequence of bytes stops it: only
     whole records of the right length reach the engine, and the transmitter always takes bytes.
 
     **Latency** that of the program (`Engine.interval` cycles per update), which the times of the

@@ -19,7 +19,7 @@ class BusArbiter(wiring.Component):
     A transfer that has been granted is finished before another begins: a write with ``w_ack``, a
     read with the cycle of its grant (the word comes in the next one).
 
-    **Latency** none for who had the bus last, else 1 cycle.
+    **Latency** none for the last initiator, else 1 cycle.
 
     Parameters
     ----------

@@ -53,9 +53,9 @@ class EventCounters(wiring.Component):
     """
 
     def __init__(self, *, count: int, bits: int = 32, read_cycles: int = 1) -> None:
-        for name, value, most in (("count", count, 256), ("bits", bits, 35)):
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-                raise ValueError(f"{name} must be an integer from 1 to {most}, not {value!r}")
+        for name, value, limit in (("count", count, 256), ("bits", bits, 35)):
+            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= limit:
+                raise ValueError(f"{name} must be an integer from 1 to {limit}, not {value!r}")
         self.count = count
         self.bits = bits
         self.read_cycles = read_cycles

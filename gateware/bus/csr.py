@@ -125,10 +125,10 @@ class Csr(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Memory, inputs, outputs."""
         m = Module()
-        there = 1 << WORD  # an additional bit that marks existing registers
+        marker = 1 << WORD  # an additional bit that marks existing registers
         init = [0] * (1 << self.bits)
         for register in self.registers:
-            init[register.address - self.first] = there | (register.reset or 0)
+            init[register.address - self.first] = marker | (register.reset or 0)
         m.submodules.memory = words = memory.Memory(
             shape=WORD + 1, depth=2 << self.bits, init=init, attrs=attributes(self.read_cycles)
         )
@@ -145,7 +145,7 @@ class Csr(wiring.Component):
         low = self.offset[: self.bits]
         m.d.comb += [
             w_port.addr.eq(low),
-            w_port.data.eq(copy | there),
+            w_port.data.eq(copy | marker),
             r_port.addr.eq(self.offset),
             self.r_data.eq(word | seen),
             self.known.eq(word[WORD]),

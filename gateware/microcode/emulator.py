@@ -2,7 +2,7 @@
 
 It executes an image like the hardware, stage by stage, one ROM word per cycle, so that a difference
 between model and core can be located to the cycle. `Emulator` computes with integers;
-`gateware.microcode.validation` replaces what its words are and executes the same stages on terms.
+`gateware.microcode.validation` executes the same stages on terms in place of words.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class _Delay(deque[Any]):
     """Registers in a row: an item comes out as many cycles later as there are registers."""
 
     def through(self, item: Any) -> Any:
-        """Put an item in; return the one that comes out in this cycle."""
+        """Put an item in; return the item that comes out in this cycle."""
         self.append(item)
         return self.popleft()
 
@@ -54,7 +54,7 @@ class Lane:
     stages : Stages
         Stages of the pipeline.
     word, condition, term : callable
-        First content of a register with this name, by what it holds.
+        First content of a register with this name, by kind of register.
     """
 
     def __init__(
@@ -130,8 +130,8 @@ class Emulator:
 
     def _lane(self, number: int) -> Lane:
         """A lane before the first update."""
-        nothing = (lambda _: 0,) * 3
-        return Lane(self.machine.stages, *nothing)
+        zeros = (lambda _: 0,) * 3
+        return Lane(self.machine.stages, *zeros)
 
     def _signed(self, word: int) -> int:
         bits = self.machine.arithmetic.word
@@ -210,10 +210,10 @@ class Emulator:
                 record.outputs.append(lane.operands[0][0])
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
-            field_of = self._lane_roms[self.number][self.pc][k]
-            written = self._stages(lane, field_of, input_word[0] if input_word and k == 0 else None)
+            fields = self._lane_roms[self.number][self.pc][k]
+            written = self._stages(lane, fields, input_word[0] if input_word and k == 0 else None)
             if written is not None:
-                address = k * self.machine.bank_depth + field_of["dest"]
+                address = k * self.machine.bank_depth + fields["dest"]
                 writes.append((self.physical(address, self.parity), written))
         for address, value in writes:
             self.registers[address] = value
@@ -230,7 +230,7 @@ class Emulator:
 
     def _stages(self, lane: Lane, f: dict[str, int], input_word: int | None) -> int | None:
         """Run all stages of one lane; return the word written, if any."""
-        # Read: the captures of this cycle see the raw A; what uses them comes a cycle later or two.
+        # Read: captures of this cycle see the raw A; they are used one or two cycles later.
         a, b = lane.operands.popleft()
         conditions = (
             self._condition(f["neg"], f["neg_flag"], lane.flag),
@@ -261,10 +261,10 @@ class Emulator:
         # Address
         if f["table"]:
             block, coefficient = f["b_addr"] >> 2 & 3, f["b_addr"] & 3
-            other = self._coefficient(block, coefficient, lane.index)
+            word_b = self._coefficient(block, coefficient, lane.index)
         else:
-            other = self._read(f["b_addr"])
-        lane.operands.append((self._read(f["a_addr"]), other))
+            word_b = self._read(f["b_addr"])
+        lane.operands.append((self._read(f["a_addr"]), word_b))
         return result
 
     def _result(self, acc: int, *, wrap: bool, sticky: bool) -> int:
@@ -308,17 +308,17 @@ class Emulator:
         """Word of the table memory."""
         return self.tables[block * Machine.TABLE_BLOCK + index * 4 + coefficient]
 
-    def _seen(self, word: int, quarter: int) -> int:
-        """Word that a capture sees."""
+    def _biased(self, word: int, quarter: int) -> int:
+        """Word that a capture reads: plus a quarter, if it asks for that."""
         return self._signed(word + (quarter << (self.machine.arithmetic.word - 2)))
 
     def _index(self, word: int, quarter: int) -> int:
         """Segment index."""
         arith = self.machine.arithmetic
-        return (self._seen(word, quarter) >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
+        return (self._biased(word, quarter) >> arith.fraction_bits) & ((1 << arith.INDEX_BITS) - 1)
 
     def _sign(self, word: int, quarter: int) -> int:
-        return int(self._seen(word, quarter) < 0)
+        return int(self._biased(word, quarter) < 0)
 
     def _count(self, word: int) -> int:
         """Leading-sign count."""

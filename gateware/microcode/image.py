@@ -40,7 +40,7 @@ class Image:
     window : Window, optional
         States that other programs read.
     families : tuple of int
-        For each program, the number of the one whose states and parity it has; empty: its own.
+        For each program, the number of the program whose states and parity it has; empty: its own.
     """
 
     rom: list[int]
@@ -114,9 +114,9 @@ class Image:
             raise ValueError(
                 f"rom must have at most {machine.rom_words} words, not {len(self.rom)!r}"
             )
-        least = machine.prefetch + 1
-        if not self.lengths or min(self.lengths) < least:
-            raise ValueError(f"lengths must be {least} or more each, not {self.lengths!r}")
+        shortest = machine.prefetch + 1
+        if not self.lengths or min(self.lengths) < shortest:
+            raise ValueError(f"lengths must be {shortest} or more each, not {self.lengths!r}")
         if sum(self.lengths) > len(self.rom):
             raise ValueError(
                 f"lengths must be {len(self.rom)} or less together, not {sum(self.lengths)!r}"

@@ -1,4 +1,4 @@
-"""Validation of microcode: the ROM's bits compute what the programs say, for all inputs.
+"""Validation of microcode: the ROM's bits compute the programs' results, for all inputs.
 
 The emulator executes one update of each program on terms instead of integers: inputs, parameters
 and states are symbols, every register, capture and pipeline stage that an update does not define
@@ -56,18 +56,18 @@ def validate_microcode(
     core.check_first_words()
     for number, program in enumerate(programs):
         # Which copy of its states each program reads; only its own and its sources' matter.
-        others = {core.numbers[link.program] for link in program.linked.values()}
-        free = sorted({image.family(number), *others})
-        for bits in product((0, 1), repeat=len(free)):
+        sources = {core.numbers[link.program] for link in program.linked.values()}
+        varied = sorted({image.family(number), *sources})
+        for bits in product((0, 1), repeat=len(varied)):
             parities = [0] * len(programs)
-            for k, bit in zip(free, bits, strict=True):
+            for k, bit in zip(varied, bits, strict=True):
                 parities[k] = bit
             _Update(core, number, parities).check()
     return sum(len(program.ops) for program in programs)
 
 
 class _Core:
-    """What the proofs of all programs of a core share."""
+    """Data common to the proofs of all programs of a core."""
 
     def __init__(
         self,
@@ -111,8 +111,8 @@ class _Core:
     def owned(self, number: int, state: int) -> tuple[int, int]:
         """Program and value of a state of a program: those of the owner if it is shared."""
         owner = self.image.family(number)
-        own = [n for n, _ in self.programs[number].states]
-        return owner, self.programs[owner].states[own.index(state)][0]
+        states = [n for n, _ in self.programs[number].states]
+        return owner, self.programs[owner].states[states.index(state)][0]
 
     def check_first_words(self) -> None:
         """Check the words of parameters, states and tables before the first update."""
@@ -223,7 +223,7 @@ class _Update:
         return self.emulator.physical(address, parity)
 
     def check(self) -> None:
-        """Raise Refuted unless the update computes what the program says."""
+        """Raise Refuted unless the update computes the program's results."""
         program, number = self.program, self.emulator.number
         inputs = {
             n: self.terms.symbol(f"input {program.values[n].name}", n) for n in program.streamed

@@ -168,13 +168,13 @@ class _Allocator:
     def assign(self, value: int, address: int, start: int, end: int) -> None:
         self.live_ranges[value] = LiveRange(value, address, start, end)
 
-    def full(self, what: str, bank: int, wanted: int, there: int) -> ScheduleError:
+    def full(self, kind: str, bank: int, wanted: int, room: int) -> ScheduleError:
         machine = self.machine
-        addressed = what == "parameters" and there == machine.bus_bank_words
+        addressed = kind == "parameters" and room == machine.bus_bank_words
         return ScheduleError(
-            f"{self.program.name}: {what} need {wanted} registers of bank {bank}, "
-            f"the {machine.name} machine has {there} for them"
-            + ("; the bus has no more addresses" if addressed else machine.remedy(wanted, there))
+            f"{self.program.name}: {kind} need {wanted} registers of bank {bank}, "
+            f"the {machine.name} machine has {room} for them"
+            + ("; the bus has no more addresses" if addressed else machine.remedy(wanted, room))
         )
 
     def parameters(self) -> None:
@@ -192,10 +192,10 @@ class _Allocator:
     def states(self, opened: set[int], first: int) -> None:
         """Pairs of current and next states; those read by other programs from slot ``first`` on."""
         machine, core = self.machine, self.core
-        shown = [first] * machine.lanes
+        window_slots = [first] * machine.lanes
         for state, after in self.program.states:
             bank = result_bank(self.schedule, self.producer[after])
-            slots = shown if state in opened else core.states
+            slots = window_slots if state in opened else core.states
             base = bank * machine.bank_depth + core.half + slots[bank]
             self.state(state, after, base)
             slots[bank] += 1
@@ -212,8 +212,8 @@ class _Allocator:
     def shared_states(self, owner: _Allocator) -> None:
         """The pairs of another program."""
         pairs = zip(self.program.states, owner.program.states, strict=True)
-        for (state, after), (theirs, _) in pairs:
-            self.state(state, after, owner.live_ranges[theirs].address)
+        for (state, after), (owner_state, _) in pairs:
+            self.state(state, after, owner.live_ranges[owner_state].address)
 
     def links(self, parts: Mapping[str, _Allocator]) -> None:
         """Linked inputs: registers of other programs."""
@@ -241,12 +241,12 @@ class _Allocator:
         busy = [dict.fromkeys(offsets, -1) for offsets in unwritten]
         for written, n, bank in sorted(births):
             end = max(self.last_read.get(n, 0), written)
-            free = [k for k, last in sorted(busy[bank].items()) if last < written]
-            fit = [k for k in free if end < unwritten[bank].get(k, 0)]
+            available = [k for k, last in sorted(busy[bank].items()) if last < written]
+            fit = [k for k in available if end < unwritten[bank].get(k, 0)]
             if fit:  # the shortest sufficient time
                 offset = min(fit, key=unwritten[bank].__getitem__)
             else:
-                offset = next((k for k in free if k not in unwritten[bank]), top[bank])
+                offset = next((k for k in available if k not in unwritten[bank]), top[bank])
                 top[bank] = max(top[bank], offset + 1)
             busy[bank][offset] = end
             self.assign(n, bank * self.machine.bank_depth + offset, written + 1, end)
@@ -273,24 +273,24 @@ class _Allocator:
 
     def constants(self) -> None:
         """Constants that are read: one register for each word, in the emptiest bank."""
-        core, owner = self.core, self.core.constants
+        core, registers = self.core, self.core.constants
         wanted = [n for n in self.program.of_kind(Kind.CONST) if n in self.last_read]
-        words = self.constant_words() - owner.keys()
+        words = self.constant_words() - registers.keys()
         room = sum(core.half - top for top in core.top)
         if len(words) > room:
-            every = core.half * len(core.top)
+            capacity = core.half * len(core.top)
             raise ScheduleError(
                 f"{self.program.name}: {len(words)} constants, {room} registers of the "
                 f"{self.machine.name} machine left for them"
-                f"{self.machine.remedy(every + len(words) - room, every)}"
+                f"{self.machine.remedy(capacity + len(words) - room, capacity)}"
             )
         for n in wanted:
             word = self.program.values[n].initial
-            if word not in owner:
+            if word not in registers:
                 bank = min(range(len(core.top)), key=core.top.__getitem__)
-                owner[word] = bank * self.machine.bank_depth + core.top[bank]
+                registers[word] = bank * self.machine.bank_depth + core.top[bank]
                 core.top[bank] += 1
-            self.assign(n, owner[word], 0, self.end)
+            self.assign(n, registers[word], 0, self.end)
 
 
 def _last_reads(schedule: Schedule) -> dict[int, int]:

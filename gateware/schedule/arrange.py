@@ -48,9 +48,9 @@ class Arrangement:
         release = [ready[a] if b is None else max(ready[a], ready[b]) for a, b in self.reads]
         for earlier, later in self.before:
             by_index = self.slots[earlier].cap_index and self.slots[later].reads_table
-            least = release[earlier] + (index_delay if by_index else 1)
-            if least > release[later]:
-                release[later] = least
+            earliest = release[earlier] + (index_delay if by_index else 1)
+            if earliest > release[later]:
+                release[later] = earliest
         if len(release) == 1:
             return release[0], [0]
         order = sorted(range(len(release)), key=release.__getitem__)
@@ -66,8 +66,8 @@ class Arrangement:
             return order
         missing = max(0, index_delay - (use - capture))
         awaited = {earlier for earlier, _ in self.before}
-        free = [k for k in order[:capture] if k not in awaited]
-        moved = free[max(0, len(free) - missing) :]
+        movable = [k for k in order[:capture] if k not in awaited]
+        moved = movable[max(0, len(movable) - missing) :]
         return [
             *(k for k in order[:capture] if k not in moved),
             *(order[capture:use]),
@@ -79,7 +79,7 @@ class Arrangement:
     def ordered(self, order: Sequence[int]) -> list[Slot]:
         """The slots in an order that `place` returned."""
         out: list[Slot] = []
-        for k in order:  # an idle slot reads what the one before it does
+        for k in order:  # an idle slot reads the same as the slot before it
             out.append(Slot(0, 0, out[-1].a, op=out[-1].op) if k == IDLE else self.slots[k])
         return out
 
@@ -96,8 +96,8 @@ def needs(op: Op) -> Need:
 def reads(op: Op) -> set[int]:
     """Values required by the op: operands, and captures that its terms use."""
     out = {v for t in op.terms for v in (t.a, t.b) if v is not None}
-    for value, due in zip((op.index, op.flag, op.norm), needs(op), strict=True):
-        if due and value is not None:
+    for value, required in zip((op.index, op.flag, op.norm), needs(op), strict=True):
+        if required and value is not None:
             out.add(value)
     return out
 
@@ -161,35 +161,35 @@ def _build(
 def _topological(count: int, edges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...] | None:
     """Edges sorted so that each comes after those into its tail; None if there is a cycle."""
     out: list[tuple[int, int]] = []
-    left = set(range(count))
-    while left:
-        free = [k for k in left if not any(e[1] == k and e[0] in left for e in edges)]
-        if not free:
+    remaining = set(range(count))
+    while remaining:
+        roots = [k for k in remaining if not any(e[1] == k and e[0] in remaining for e in edges)]
+        if not roots:
             return None
-        for k in sorted(free):
+        for k in sorted(roots):
             out += [e for e in edges if e[0] == k]
-            left.discard(k)
+            remaining.discard(k)
     return tuple(out)
 
 
 def arrangements(op: Op, number: int, need: Need) -> list[Arrangement]:
     """Arrangements of an op that makes the captures ``need``; the shortest first."""
     wanted: dict[str, tuple[int, bool]] = {}
-    for kind, value, quarter, due in (
+    for kind, value, quarter, required in (
         ("index", op.index, op.index_quarter, need[0]),
         ("flag", op.flag, op.flag_quarter, need[1]),
         ("norm", op.norm, False, need[2]),
     ):
-        if due:
+        if required:
             if value is None:
                 raise ValueError(f"op {number} uses a captured {kind} but names no value for it")
             wanted[kind] = (value, quarter)
     kinds = list(wanted)
-    ways: list[Arrangement] = []
+    results: list[Arrangement] = []
     for carriers in product(*(_carriers(op, wanted[k][0], index=k == "index") for k in kinds)):
         choice: dict[str, tuple[int, bool] | None] = dict(zip(kinds, carriers, strict=True))
-        if (built := _build(op, number, wanted, choice)) is not None:
-            ways.append(built)
-    ways.sort(key=lambda x: len(x.slots))
-    ways = ways[:_MOST]
-    return ways
+        if (arrangement := _build(op, number, wanted, choice)) is not None:
+            results.append(arrangement)
+    results.sort(key=lambda x: len(x.slots))
+    results = results[:_MOST]
+    return results

@@ -35,8 +35,8 @@ def keys(op: Op) -> tuple[Key | None, Key | None, Key | None]:
     """Required content of the lane's capture registers for an op."""
     pairs = ((op.index, op.index_quarter), (op.flag, op.flag_quarter), (op.norm, False))
     index, flag, norm = (
-        (v, q) if due and v is not None else None
-        for (v, q), due in zip(pairs, needs(op), strict=True)
+        (v, q) if required and v is not None else None
+        for (v, q), required in zip(pairs, needs(op), strict=True)
     )
     return index, flag, norm
 

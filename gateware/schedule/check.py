@@ -1,4 +1,4 @@
-"""Checker: proves a schedule and its registers against the program, apart from the scheduler.
+"""Checker: proves a schedule and its registers against the program, independent of the scheduler.
 
 It replays the schedule cycle by cycle with *names* in place of words: each register holds the value
 last written to it, each capture register the value captured. A schedule passes if every slot reads
@@ -27,8 +27,8 @@ def check_schedule(
     schedule, allocation
         Its schedule and registers.
     parameters_before : int
-        Parameters of the programs that come before it in the core. What programs must leave to
-        each other is the matter of `gateware.schedule.check_core`.
+        Parameters of the programs before it in the core. `gateware.schedule.check_core` checks
+        that programs do not disturb each other.
     """
     _check_copies(program, schedule)
     _check_registers(schedule, allocation, parameters_before)
@@ -52,31 +52,31 @@ def _name(schedule: Schedule, value: int | None) -> str:
 
 def _check_copies(program: Program, schedule: Schedule) -> None:
     """The scheduled program is the source program plus copies for states."""
-    low = schedule.program
-    same = (
-        low.values[: len(program.values)] == program.values
-        and low.ops[: len(program.ops)] == program.ops
-        and low.inputs == program.inputs
-        and low.links == program.links
-        and low.outputs == program.outputs
-        and low.table_memory == program.table_memory
-        and low.arithmetic == program.arithmetic
-        and len(low.states) == len(program.states)
+    lowered = schedule.program
+    unchanged = (
+        lowered.values[: len(program.values)] == program.values
+        and lowered.ops[: len(program.ops)] == program.ops
+        and lowered.inputs == program.inputs
+        and lowered.links == program.links
+        and lowered.outputs == program.outputs
+        and lowered.table_memory == program.table_memory
+        and lowered.arithmetic == program.arithmetic
+        and len(lowered.states) == len(program.states)
         and schedule.source == program.digest
     )
-    if not same or low.arithmetic != schedule.machine.arithmetic:
+    if not unchanged or lowered.arithmetic != schedule.machine.arithmetic:
         raise _fail(schedule, None, None, "the schedule is not that of this program")
-    makers = {op.dest: op for op in low.ops}
-    if len(makers) != len(low.ops):
+    producers = {op.dest: op for op in lowered.ops}
+    if len(producers) != len(lowered.ops):
         raise _fail(schedule, None, None, "two ops make the same value")
-    seen: set[int] = set()
-    for (state, after), (state2, target) in zip(program.states, low.states, strict=True):
-        copied = target == after or _copies(low, makers.get(target), after)
-        if state != state2 or not copied or target not in makers or target in seen:
+    targets: set[int] = set()
+    for (state, after), (state2, target) in zip(program.states, lowered.states, strict=True):
+        copied = target == after or _copies(lowered, producers.get(target), after)
+        if state != state2 or not copied or target not in producers or target in targets:
             raise _fail(
                 schedule, None, None, f"state {_name(schedule, state)} has no separate next value"
             )
-        seen.add(target)
+        targets.add(target)
 
 
 def _copies(program: Program, op: Op | None, value: int) -> bool:
@@ -84,8 +84,8 @@ def _copies(program: Program, op: Op | None, value: int) -> bool:
     if op is None or len(op.terms) != 1:
         return False
     t = op.terms[0]
-    plain = Term(value, t.b, t.shift)
-    if t != plain or t.b is None or program.values[t.b].kind is not Kind.CONST:
+    expected = Term(value, t.b, t.shift)
+    if t != expected or t.b is None or program.values[t.b].kind is not Kind.CONST:
         return False
     return program.values[t.b].initial == 1 << (t.shift + program.arithmetic.guard)
 
@@ -109,8 +109,8 @@ def _check_registers(schedule: Schedule, allocation: Allocation, before: int) ->
         name = _name(schedule, n)
         if not 0 <= address < depth * machine.lanes:
             raise _fail(schedule, None, None, f"register {address} of {name} does not exist")
-        passing = program.values[n].kind in (Kind.INPUT, Kind.OP) and address in unwritten
-        if (address % depth >= half) != (n in states) and not passing:
+        temporary = program.values[n].kind in (Kind.INPUT, Kind.OP) and address in unwritten
+        if (address % depth >= half) != (n in states) and not temporary:
             raise _fail(schedule, None, None, f"{name} is on the wrong side of the state region")
         if (
             program.values[n].kind in (Kind.CONST, Kind.PARAM, Kind.STATE)
@@ -277,7 +277,7 @@ def _check_streams(schedule: Schedule) -> None:
 
 
 def _word_of(program: Program, value: int) -> object:
-    """What values must have in common to stand in one register."""
+    """Key that values of one register must have in common."""
     if link := program.linked.get(value):
         return link.program, link.state
     return Kind.CONST if program.values[value].kind is Kind.CONST else value
@@ -413,15 +413,15 @@ class _Replay:
         """Check that the lane's capture register was captured from ``value``."""
         captured = self.captured[s.lane].get(kind)
         if captured != (value, quarter):
-            got = (
+            found = (
                 "nothing"
                 if captured is None
                 else _name(self.schedule, captured[0]) + (" plus quarter" if captured[1] else "")
             )
-            want = _name(self.schedule, value) + (" plus quarter" if quarter else "")
+            wanted = _name(self.schedule, value) + (" plus quarter" if quarter else "")
             raise _fail(
                 self.schedule,
                 s.cycle,
                 s.op,
-                f"wants the {kind} of {want}, the lane holds that of {got}",
+                f"wants the {kind} of {wanted}, the lane holds that of {found}",
             )

@@ -49,21 +49,21 @@ def check_core(
         check_schedule(program, schedule, allocation, parameters_before=before)
         before += len(program.of_kind(Kind.PARAM))
     family = families(programs)
-    for k, (mine, registers) in enumerate(zip(schedules, allocations, strict=True)):
-        preserved = _preserved(mine, registers)
-        for j, (other, foreign) in enumerate(zip(schedules, allocations, strict=True)):
-            if other.machine != mine.machine or foreign.initial != registers.initial:
+    for k, (owner, registers) in enumerate(zip(schedules, allocations, strict=True)):
+        preserved = _preserved(owner, registers)
+        for j, (writer, foreign) in enumerate(zip(schedules, allocations, strict=True)):
+            if writer.machine != owner.machine or foreign.initial != registers.initial:
                 raise ScheduleError(
-                    f"{mine.program.name} and {other.program.name} must share the "
+                    f"{owner.program.name} and {writer.program.name} must share the "
                     "machine and its first words"
                 )
-            common = preserved & _written(other, foreign) if j != k else set()
+            common = preserved & _written(writer, foreign) if j != k else set()
             if family[j] == family[k]:
-                common -= _of_states(mine, registers)
+                common -= _of_states(owner, registers)
             if common:
                 raise ScheduleError(
-                    f"{other.program.name} writes register {min(common)}, which "
-                    f"{mine.program.name} keeps a word in"
+                    f"{writer.program.name} writes register {min(common)}, which "
+                    f"{owner.program.name} keeps a word in"
                 )
 
     _check_links(programs, allocations, schedules[0].machine, window)
@@ -78,7 +78,7 @@ def _check_families(
     for k, owner in enumerate(family):
         if family[owner] != owner:
             raise ScheduleError(f"{programs[owner].name}, whose states others have, must own them")
-        mine, theirs = (
+        states, owner_states = (
             [
                 (program.values[s].name, program.format(s), program.values[s].initial, where[s])
                 for s, _ in program.states
@@ -87,11 +87,11 @@ def _check_families(
                 (schedules[n].program, allocations[n].addresses()) for n in (k, owner)
             )
         )
-        if mine != theirs:
-            wrong = next((a or b for a, b in zip_longest(mine, theirs) if a != b), None)
+        if states != owner_states:
+            mismatch = next((a or b for a, b in zip_longest(states, owner_states) if a != b), None)
             raise ScheduleError(
                 f"{programs[k].name} must have the states of {programs[owner].name}, in their "
-                f"registers and formats: {wrong and wrong[0]} differs"
+                f"registers and formats: {mismatch and mismatch[0]} differs"
             )
 
 
@@ -115,11 +115,11 @@ def _check_links(
     for k, program in enumerate(programs):
         for number, link in program.linked.items():
             name = f"{program.name}: {program.values[number].name}"
-            other = numbers.get(link.program, k)
-            if other == k:
+            origin = numbers.get(link.program, k)
+            if origin == k:
                 raise ScheduleError(f"{name} must be of another program, not of {link.program}")
-            source = programs[other]
-            assert link.state is not None  # what is linked has one
+            source = programs[origin]
+            assert link.state is not None  # every linked input has one
             following = dict(source.states).get(link.state)
             outputs = dict(zip(source.output_names, source.outputs, strict=True))
             if following is None or outputs.get(link.output) != following:
@@ -128,11 +128,11 @@ def _check_links(
                 raise ScheduleError(f"{name} must be {source.format(link.state)}, as its source")
             register, owner = (
                 where[k].get(number),
-                _owner(where[other][link.state], machine, window),
+                _owner(where[origin][link.state], machine, window),
             )
-            if register != where[other][link.state] or owner != other:
+            if register != where[origin][link.state] or owner != origin:
                 raise ScheduleError(
-                    f"{name} must be read in register {where[other][link.state]}, in the window "
+                    f"{name} must be read in register {where[origin][link.state]}, in the window "
                     f"of {link.program}, not in {register}"
                 )
 

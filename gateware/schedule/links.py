@@ -69,7 +69,7 @@ def tied(programs: Sequence[Program]) -> list[Program]:
         for link in program.links:
             owner, state = linked.get(link.program), None
             if owner is not None:
-                owner, state = _keeping(owner, link.output)
+                owner, state = _with_state(owner, link.output)
                 if program.values[link.value].frac != owner.values[state].frac:
                     raise ValueError(
                         f"{program.name} must take {link.program}.{link.output} as "
@@ -82,18 +82,18 @@ def tied(programs: Sequence[Program]) -> list[Program]:
     return [linked[p.name] for p in programs]
 
 
-def _keeping(program: Program, output: str) -> tuple[Program, int]:
+def _with_state(program: Program, output: str) -> tuple[Program, int]:
     """Return the program with a state for the output of its last complete update, and the state."""
     number = program.outputs[program.output_names.index(output)]
     for state, after in program.states:
         if after == number:
             return program, state
-    of, names = program.values[number], {v.name for v in program.values}
+    v, names = program.values[number], {v.name for v in program.values}
     name = f"{output}.kept"
     while name in names:
         name += "_"
     first = first_word(program, output)
-    copy = Value(name, Kind.STATE, of.frac, of.low, of.high, of.range_source, of.unit, first)
+    copy = Value(name, Kind.STATE, v.frac, v.low, v.high, v.range_source, v.unit, first)
     state = len(program.values)
     return (
         replace(program, values=(*program.values, copy), states=(*program.states, (state, number))),
@@ -127,23 +127,23 @@ def window_of(schedules: Sequence[Schedule]) -> Window | None:
         return None
     (machine,) = {schedule.machine for schedule in schedules}
     counts: list[Counter[int]] = []
-    others: Counter[int] = Counter()
+    closed: Counter[int] = Counter()
     for schedule, states in zip(schedules, opened, strict=True):
         producer = {op.dest: k for k, op in enumerate(schedule.program.ops)}
         banks = {s: schedule.ends[producer[after]].lane for s, after in schedule.program.states}
         counts.append(Counter(banks[s] for s in states))
-        others.update(bank for s, bank in banks.items() if s not in states)
-    most = max(n for c in counts for n in c.values())
+        closed.update(bank for s, bank in banks.items() if s not in states)
+    largest = max(n for c in counts for n in c.values())
     size = machine.state_slots // 2
     while size:
         window = Window(size, owners)
-        if most > window.block:
+        if largest > window.block:
             break
-        if all(n <= machine.state_slots - size for n in others.values()):
+        if all(n <= machine.state_slots - size for n in closed.values()):
             return window
         size //= 2
     raise ScheduleError(
         f"{', '.join(schedules[k].program.name for k in owners)}: no room in the {machine.name} "
         f"machine for {sum(sum(c.values()) for c in counts)} words that other programs read, "
-        f"beside {sum(others.values())} states{machine.remedy(2, 1)}"
+        f"beside {sum(closed.values())} states{machine.remedy(2, 1)}"
     )

@@ -47,25 +47,25 @@ def slots_after(op: Op, value: int, index_delay: int = 1) -> int:
     return max(waits, len(late) + extra)
 
 
-def _shown(program: Program) -> set[int | None]:
+def _operands(program: Program) -> set[int | None]:
     """Values that some term reads, so that they can be on port a."""
     return {v for op in program.ops for t in op.terms for v in (t.a, t.b)}
 
 
-def _captures_apart(program: Program, nodes: list[int]) -> int:
+def _separate_captures(program: Program, nodes: list[int]) -> int:
     """Number of captures for these ops that no term of the program can carry."""
-    shown = _shown(program)
-    wanted = {
+    operands = _operands(program)
+    captures = {
         v
         for k in nodes
-        for v, due in zip(
+        for v, required in zip(
             (program.ops[k].index, program.ops[k].flag, program.ops[k].norm),
             needs(program.ops[k]),
             strict=True,
         )
-        if due
+        if required
     }
-    return len(wanted - shown)
+    return len(captures - operands)
 
 
 def paths(program: Program, machine: Machine, urgent: int) -> Paths:
@@ -89,16 +89,16 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
     for k in reversed(order):
         for consumer, cost in edges[k]:
             total[k] = max(total[k], total[consumer] + cost)
-            far = tail[consumer]
-            if far is not None:
-                tail[k] = max(tail[k] or 0, far + cost)
+            tail_cost = tail[consumer]
+            if tail_cost is not None:
+                tail[k] = max(tail[k] or 0, tail_cost + cost)
     slots = [
         min(len(x.slots) for x in arrangements(op, k, (False, False, False)))
         for k, op in enumerate(program.ops)
     ]
     # An emit can share a slot that reads its value.
-    shown = _shown(program)
-    slots += [int(v not in shown) for v in program.outputs]
+    operands = _operands(program)
+    slots += [int(v not in operands) for v in program.outputs]
     # Earliest end of every op, from the inputs.
     ready = {v: k + 1 for k, v in enumerate(program.streamed)}
     end: dict[int, int] = {}
@@ -115,11 +115,11 @@ def paths(program: Program, machine: Machine, urgent: int) -> Paths:
         + [e + total[n_ops + j] for j, e in enumerate(emits)]
     )
     # Lanes: every slot with a path to an urgent output comes before its last emit.
-    hot = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
-    busy = sum(slots[k] for k in hot) + sum(slots[n_ops : n_ops + urgent])
-    busy += _captures_apart(program, hot)
+    urgent_ops = [k for k, t in enumerate(tail[:n_ops]) if t is not None]
+    busy = sum(slots[k] for k in urgent_ops) + sum(slots[n_ops : n_ops + urgent])
+    busy += _separate_captures(program, urgent_ops)
     bound = max(bound, -(-busy // machine.lanes) - 1)
-    last = max(last, -(-(sum(slots) + _captures_apart(program, order)) // machine.lanes) + 1)
+    last = max(last, -(-(sum(slots) + _separate_captures(program, order)) // machine.lanes) + 1)
     return Paths(tuple(tail), tuple(total), tuple(slots), bound + machine.stages.read + 1, last)
 
 
@@ -127,19 +127,19 @@ def topological(program: Program) -> list[int]:
     """Ops in an order in which each follows those it reads; raises ScheduleError for a cycle."""
     defined = {n for n, v in enumerate(program.values) if v.kind is not Kind.OP}
     order: list[int] = []
-    left = list(range(len(program.ops)))
-    while left:
-        rest = []
-        for k in left:
+    remaining = list(range(len(program.ops)))
+    while remaining:
+        waiting = []
+        for k in remaining:
             if all(v in defined for v in reads(program.ops[k])):
                 defined.add(program.ops[k].dest)
                 order.append(k)
             else:
-                rest.append(k)
-        if len(rest) == len(left):
-            name = program.values[program.ops[rest[0]].dest].name
+                waiting.append(k)
+        if len(waiting) == len(remaining):
+            name = program.values[program.ops[waiting[0]].dest].name
             raise ScheduleError(
                 f"{program.name}: op {name} waits for itself or for a value that is never computed"
             )
-        left = rest
+        remaining = waiting
     return order

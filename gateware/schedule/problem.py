@@ -99,17 +99,16 @@ class ListProblem:
         self.makes_state = [op.dest in after for op in program.ops]
         self.consumers: list[list[int]] = [[] for _ in range(self.nodes)]
         self.producers: list[list[int]] = []
-        self.waits = [0] * self.nodes
         producer = {op.dest: k for k, op in enumerate(program.ops)}
         for k in range(self.nodes):
             values = self.reads[k] if k < self.n_ops else {program.outputs[k - self.n_ops]}
             before = {producer[v] for v in values if v in producer}
             if k > self.n_ops:
                 before.add(k - 1)  # emits keep the stream's order
-            self.waits[k] = len(before)
             self.producers.append(sorted(before))
             for b in sorted(before):
                 self.consumers[b].append(k)
+        self.waits = list(map(len, self.producers))
         self._arranged: dict[tuple[int, Need], list[Arrangement]] = {}
 
     def arranged(self, node: int, need: Need) -> list[Arrangement]:

@@ -1,9 +1,9 @@
 """Scheduling: a program and a machine become a `Schedule`.
 
 List scheduling (`gateware.schedule.list_pass`) under priorities from longest paths
-(`gateware.schedule.priorities`), then a local search that disturbs the priorities and keeps what is
-not worse. Compared are the latency of the last urgent output, then the length of the program, then
-the cycles of all emits. The same arguments give the same schedule, on every machine.
+(`gateware.schedule.priorities`), then a local search that disturbs the priorities and keeps results
+that are not worse. Compared are the latency of the last urgent output, then the length of the
+program, then the cycles of all emits. The same arguments give the same schedule, on every machine.
 """
 
 from __future__ import annotations
@@ -150,34 +150,34 @@ def _style(rng: random.Random) -> Style:
 def _disturb(
     priority: Sequence[float],
     problem: ListProblem,
-    hot: Sequence[int],
+    urgent_ops: Sequence[int],
     rng: random.Random,
     deviates: Deviates,
 ) -> list[float]:
     """Priorities with a few nodes changed, or a node with all its predecessors or successors."""
     trial = list(priority)
-    some = hot if hot and rng.random() < 0.8 else range(len(trial))
+    candidates = urgent_ops if urgent_ops and rng.random() < 0.8 else range(len(trial))
     size = rng.choice((2.0, 5.0, 12.0, 40.0))
     if rng.random() < 0.5:
         for _ in range(rng.choice((1, 2, 4, 8, 16))):
-            trial[rng.choice(some)] += deviates.draw(size)
+            trial[rng.choice(candidates)] += deviates.draw(size)
         return trial
     for _ in range(rng.choice((1, 1, 2, 3))):
-        by = deviates.draw(size)
+        change = deviates.draw(size)
         edges = problem.producers if rng.random() < 0.7 else problem.consumers
-        for k in _closure(edges, rng.choice(some)):
-            trial[k] += by
+        for k in _closure(edges, rng.choice(candidates)):
+            trial[k] += change
     return trial
 
 
 def _closure(edges: Sequence[Sequence[int]], node: int) -> list[int]:
     """``node`` and all nodes that ``edges`` reach from it."""
-    out, seen = [node], {node}
+    out, visited = [node], {node}
     for k in out:
-        for other in edges[k]:
-            if other not in seen:
-                seen.add(other)
-                out.append(other)
+        for neighbour in edges[k]:
+            if neighbour not in visited:
+                visited.add(neighbour)
+                out.append(neighbour)
     return out
 
 
@@ -190,19 +190,19 @@ def _search(problem: ListProblem, restarts: int, rng: random.Random) -> Attempt:
     priority, style = _priorities(far), replace(_FIRST, carry=carry)
     best = list_pass(problem, priority, style)
     assert best is not None
-    hot = [k for k, tail in enumerate(far.urgent) if tail is not None]
+    urgent_ops = [k for k, tail in enumerate(far.urgent) if tail is not None]
     for k in range(restarts):
         latency, length = best.score[:2]
         if latency <= far.latency_bound and length <= far.length_bound:
             break
-        trial, habit = priority, style
+        trial, trial_style = priority, style
         if k < restarts * _STYLE_SHARE:
-            habit = replace(_style(rng), carry=carry)
+            trial_style = replace(_style(rng), carry=carry)
         else:
-            trial = _disturb(priority, problem, hot, rng, deviates)
+            trial = _disturb(priority, problem, urgent_ops, rng, deviates)
             if rng.random() < 0.1:
-                habit = replace(_style(rng), carry=carry)
-        attempt = list_pass(problem, trial, habit, (latency, length))
+                trial_style = replace(_style(rng), carry=carry)
+        attempt = list_pass(problem, trial, trial_style, (latency, length))
         if attempt is not None and attempt.score <= best.score:
-            best, priority, style = attempt, trial, habit
+            best, priority, style = attempt, trial, trial_style
     return best

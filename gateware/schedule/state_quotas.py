@@ -42,10 +42,10 @@ def state_quotas(programs: Sequence[Program], machine: Machine) -> list[tuple[in
             f"{machine.remedy(total, lanes * slots)}"
         )
     spare = slots - -(-total // lanes)
-    rooms, first = [], 0
+    quotas, first = [], 0
     for count in counts:
         # The k-th state of all is in lane k modulo lanes.
-        even = [len(range((lane - first) % lanes, count, lanes)) for lane in range(lanes)]
-        rooms.append(tuple(n + (spare * count // total if total else 0) for n in even))
+        shares = [len(range((lane - first) % lanes, count, lanes)) for lane in range(lanes)]
+        quotas.append(tuple(n + (spare * count // total if total else 0) for n in shares))
         first += count
-    return [rooms[k] for k in family]
+    return [quotas[k] for k in family]

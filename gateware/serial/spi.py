@@ -87,13 +87,13 @@ class SpiController(wiring.Component):
         self, *, half_cycles: int, stall_cycles: int, setup_cycles: int | None = None
     ) -> None:
         setup_cycles = half_cycles if setup_cycles is None else setup_cycles
-        for name, value, least in (
+        for name, value, minimum in (
             ("half_cycles", half_cycles, HALF_MIN),
             ("stall_cycles", stall_cycles, 1),
             ("setup_cycles", setup_cycles, 1),
         ):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise ValueError(f"{name} must be an integer from {least} on, not {value!r}")
+            if isinstance(value, bool) or not isinstance(value, int) or value < minimum:
+                raise ValueError(f"{name} must be an integer from {minimum} on, not {value!r}")
         self.half_cycles = half_cycles
         self.stall_halves = -(-stall_cycles // half_cycles)
         self.setup_halves = -(-setup_cycles // half_cycles)

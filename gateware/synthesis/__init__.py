@@ -1,10 +1,10 @@
-"""What a core takes of a part, and its clock: routed with open tools, or estimated.
+"""Area of a core on a part, and its clock: routed with open tools, or estimated.
 
 ============ ==================================================================
 module       contents
 ============ ==================================================================
 targets      every target: a part of a family at a speed grade
-family       what a family says: synthesis, cells, registers, router, parts
+family       description of a family: synthesis, cells, registers, router, parts
 device       a part: how many of each resource
 spartan6/    the families, a folder each (``docs/targets.md``)
 ecp5/, ice40/

@@ -1,4 +1,4 @@
-"""Timing arcs of a cell, and what is between cells, by names of delays.
+"""Timing arcs of a cell, and of the nets between cells, by names of delays.
 
 A cell's outputs are grouped into *nodes*: all output bits of a node become valid together. An
 :class:`Arc` runs from an input pin through the cell to a node, a :class:`Launch` starts a path at

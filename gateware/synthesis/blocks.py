@@ -23,8 +23,8 @@ def least_blocks(words: int, bits: int, shapes: Shapes) -> float:
     """Fewest blocks for a memory, made of columns of blocks of one shape each."""
     columns = [(width, each * -(-words // depth)) for (depth, width), each in shapes.items()]
     cost = [0.0]
-    for rest in range(1, bits + 1):
-        cost.append(min(each + cost[max(0, rest - width)] for width, each in columns))
+    for remaining in range(1, bits + 1):
+        cost.append(min(each + cost[max(0, remaining - width)] for width, each in columns))
     return cost[bits]
 
 
@@ -43,7 +43,7 @@ def core_blocks(machine: Machine, image: Image, shapes: Shapes) -> tuple[float, 
 
 
 def check_memory(machine: Machine, image: Image, target: Target) -> None:
-    """Raise InputError, with what the core takes, if a part has too little block RAM."""
+    """Raise InputError, with the core's need, if a part has too little block RAM."""
     microcode, data = core_blocks(machine, image, target.family.memory_shapes)
     device = target.device
     room, total = device.capacity(device.memory), microcode + data

@@ -65,9 +65,9 @@ def estimated(designs: Mapping[str, Routed], top: str) -> list[Estimated]:
     out = []
     for name, routed in designs.items():
         graph = build_graph(Netlist.from_json(netlists[name], top=top), PRIMITIVES)
-        others = [net for other, of_other in nets.items() if other != name for net in of_other]
+        pool = [net for other, of_other in nets.items() if other != name for net in of_other]
         mhz = {
-            model: analyse(graph, table=delay_table(_by_class(others, model), name=model)).fmax_mhz
+            model: analyse(graph, table=delay_table(_by_class(pool, model), name=model)).fmax_mhz
             for model in NET_MODELS
         }
         worst = routed.clock_mhz
@@ -102,11 +102,11 @@ def _nets_of_paths(
 
 def _by_class(nets: Sequence[tuple[int, float]], model: str) -> dict[str, float]:
     """Delay by class of fan-out; none is faster than that of fewer loads."""
-    delays, least = {}, 0.0
+    delays, floor = {}, 0.0
     for name in NET_CLASSES:
         times = sorted(ns for loads, ns in nets if fanout_key(loads) == name)
         if len(times) > 1:
             _, median, upper = statistics.quantiles(times, n=4, method="inclusive")
-            least = max(least, median if model == "median" else upper)
-        delays[name] = least
+            floor = max(floor, median if model == "median" else upper)
+        delays[name] = floor
     return delays

@@ -19,7 +19,7 @@ class Resource:
     count : int
         Number on the die, >= 1.
     unit : str
-        What is counted, in words.
+        Name of the resource, in words.
     source : str
         Where the number was read.
     """
@@ -55,7 +55,7 @@ class Device:
     memory : str
         Key of the block RAM.
     options : tuple of str
-        What the family's router is told of the part and its first package, ``{grade}`` in place of
+        Options of the family's router for the part and its first package, ``{grade}`` in place of
         the speed grade.
     """
 

@@ -1,4 +1,4 @@
-"""What a family of FPGAs is to this toolkit: its synthesis, cells, registers, router and parts."""
+"""Description of a family of FPGAs: its synthesis, cells, registers, router and parts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Router:
     options : tuple of str
         Further options than those of the part.
     grades : mapping
-        Speed grade -> what it is called in the options of a part, if not by its number.
+        Speed grade -> its name in the options of a part, if that is not its number.
     untimed : set of str
         Types of cells that the program has no delays of: with these it gives no clock.
     pins, placed : (str, str)
@@ -63,7 +63,7 @@ class Family:
     synthesis : str
         Command of yosys that maps to its cells, without ``-top``.
     cells : mapping
-        Type of a cell -> what it takes of the part's resources, by their keys.
+        Type of a cell -> its use of the part's resources, by their keys.
     flip_flop : tuple
         Type, parameters, clock, input and output of a flip-flop without enable.
     drivers : mapping

@@ -175,7 +175,7 @@ class _Builder:
 
     def _behind_inverters(self, bit: int) -> int | str:
         """Return the net in front of any inverters: a LUT takes the inversion into its table."""
-        seen = {bit}
+        visited = {bit}
         while bit in self.netlist.drivers:
             cell = self.netlist.cells[self.netlist.drivers[bit].cell]
             if cell.type != "INV":
@@ -183,11 +183,11 @@ class _Builder:
             before = cell.inputs["I"][0]
             if not isinstance(before, int):
                 return before
-            if before in seen:
+            if before in visited:
                 raise NetlistError(
                     f"netlist must have no combinational loop, not one at {cell.name}"
                 )
-            seen.add(before)
+            visited.add(before)
             bit = before
         return bit
 
@@ -195,21 +195,21 @@ class _Builder:
         """Count the pins on a net, the LUTs behind its inverters among them."""
         netlist = self.netlist
         inverted = bit in netlist.drivers and self._type_of(netlist.drivers[bit]) == "INV"
-        total, pending, seen = 0, [bit], {bit}
+        total, pending, visited = 0, [bit], {bit}
         while pending:
-            here = pending.pop()
-            for pin in netlist.loads.get(here, ()):
+            net = pending.pop()
+            for pin in netlist.loads.get(net, ()):
                 kind = self._type_of(pin)
                 if kind == "INV":
                     after = netlist.cells[pin.cell].outputs["O"][0]
                     total += self._is_real(after)
-                    if isinstance(after, int) and after not in seen:
-                        seen.add(after)
+                    if isinstance(after, int) and after not in visited:
+                        visited.add(after)
                         pending.append(after)
                 elif kind in self.primitives.tables:
                     total += not inverted  # behind an inverter: counted at the net before it
                 else:
-                    total += here == bit
+                    total += net == bit
         return max(1, total + (bit in netlist.output_bits_set))
 
     def _is_real(self, after: int | str) -> bool:
@@ -251,13 +251,13 @@ class _Builder:
     def _find_loop(self, waiting: list[int]) -> list[str]:
         """Walk backwards through nodes left unordered until one repeats."""
         node = next(i for i, n in enumerate(waiting) if n)
-        seen: dict[int, int] = {}
+        positions: dict[int, int] = {}
         walk: list[int] = []
-        while node not in seen:
-            seen[node] = len(walk)
+        while node not in positions:
+            positions[node] = len(walk)
             walk.append(node)
             node = next(e.source for e in self.graph.incoming[node] if waiting[e.source])
-        loop = [self.node_cells[n] for n in reversed(walk[seen[node] :])]
+        loop = [self.node_cells[n] for n in reversed(walk[positions[node] :])]
         return [*loop, loop[0]]
 
     def _clocks(self) -> tuple[str, ...]:

@@ -35,10 +35,10 @@ def enclosed(
     )
     fresh = count(1 + max(used, default=1))
 
-    def drive(what: str, net: int) -> int:
-        if (driver := family.drivers[what]) is not None:
-            of, settings, output = driver
-            cells[f"$drive${what}"] = _cell(of, settings, {}, {output: net})
+    def drive(signal: str, net: int) -> int:
+        if (driver := family.drivers[signal]) is not None:
+            cell_type, settings, output = driver
+            cells[f"$drive${signal}"] = _cell(cell_type, settings, {}, {output: net})
         return net
 
     before: int | str = drive("0", next(fresh)) if "0" in family.drivers else "0"

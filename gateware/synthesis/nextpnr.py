@@ -70,7 +70,7 @@ class Run:
     path : tuple of Step
         The path that limits it.
     files : mapping
-        Files that the tool was asked to write, by name.
+        Files that the tool wrote on request, by name.
     """
 
     seed: int
@@ -118,7 +118,7 @@ def find_router(router: Router) -> Tool:
 
 
 def command(target: Target, *, seed: int, clock_mhz: float) -> tuple[str, ...]:
-    """What the router of a target is started with, without files."""
+    """Options of the router for a target, without files."""
     router = target.family.router
     assert router is not None
     grade = router.grades.get(target.grade, target.grade)
@@ -164,20 +164,20 @@ def place_and_route(
     assert target.family.router is not None
     tool = find_router(target.family.router)
     options = command(target, seed=seed, clock_mhz=clock_mhz)
-    given, wanted = dict(constraints or {}), dict(writes or {})
+    files, outputs = dict(constraints or {}), dict(writes or {})
 
-    def made() -> dict[str, Any]:
-        return _run(tool, netlist, target, options, given, wanted)
+    def routed() -> dict[str, Any]:
+        return _run(tool, netlist, target, options, files, outputs)
 
     if cache_dir is None:
-        result = made()
+        result = routed()
     else:
         identity = json.dumps(
-            [_CACHE_FORMAT, tool.version, options, sorted(given.items()), sorted(wanted.items())]
+            [_CACHE_FORMAT, tool.version, options, sorted(files.items()), sorted(outputs.items())]
         ) + json.dumps(netlist, sort_keys=True)
 
         def store(folder: Path) -> None:
-            (folder / "run.json").write_text(json.dumps(made()), encoding="utf-8")
+            (folder / "run.json").write_text(json.dumps(routed()), encoding="utf-8")
 
         entry = Cache(Path(cache_dir)).get(f"route-{target.name}", identity, store)
         result = json.loads((entry.path / "run.json").read_text(encoding="utf-8"))
@@ -220,8 +220,8 @@ def _run(
         )
         report = folder / "report.json"
         if run.returncode != 0 or not report.exists():
-            what = f"{tool.name} cannot place and route the design on {target.name}"
-            raise RouteError(failure(what, run.stdout + run.stderr))
+            message = f"{tool.name} cannot place and route the design on {target.name}"
+            raise RouteError(failure(message, run.stdout + run.stderr))
         data = json.loads(report.read_text(encoding="utf-8"))
         written = {file: (folder / file).read_text(encoding="latin-1") for file in writes.values()}
     return {**_timing(data), "files": written}
@@ -255,10 +255,10 @@ def pack(router: Router, name: str, text: str) -> bytes:
             capture_output=True,
             text=True,
         )
-        made = folder / router.bitstream
-        if run.returncode != 0 or not made.exists():
+        bitstream = folder / router.bitstream
+        if run.returncode != 0 or not bitstream.exists():
             raise ToolFailed(failure(f"{tool.name} makes no bitstream", run.stdout + run.stderr))
-        return made.read_bytes()
+        return bitstream.read_bytes()
 
 
 def _timing(report: Mapping[str, Any]) -> dict[str, Any]:
@@ -283,8 +283,8 @@ def _timing(report: Mapping[str, Any]) -> dict[str, Any]:
                 "ns": round(step["delay"], 3),
                 "net": step.get("net", ""),
                 **{
-                    mine: f"{step[theirs]['cell']}.{step[theirs]['port']}"
-                    for mine, theirs in (("start", "from"), ("end", "to"))
+                    key: f"{step[source]['cell']}.{step[source]['port']}"
+                    for key, source in (("start", "from"), ("end", "to"))
                 },
             }
             for step in path

@@ -188,11 +188,11 @@ class _Netlist:
         if reset or not rule.applies(parameters):
             return
         moved = {
-            (port, k): beside
+            (port, k): neighbour
             for port in wires
             if port.rstrip("0123456789") in rule.pins
             for k, bit in enumerate(wires[port])
-            if (beside := self._beside(rule, bit)) != ""
+            if (neighbour := self._flip_flop_at(rule, bit)) != ""
         }
         if not moved or None in moved.values():
             return
@@ -221,14 +221,14 @@ class _Netlist:
             if net not in _TIED:
                 self.loads.setdefault(net, set()).add((name, port))
 
-    def _beside(self, rule: Absorption, bit: Bit) -> str | None:
+    def _flip_flop_at(self, rule: Absorption, bit: Bit) -> str | None:
         """Name of the flip-flop at a pin; "" if the pin needs none, None if it cannot have it."""
         if rule.output:
             loads = self.loads.get(bit, set())
             if not loads:
                 return ""
-            ((name, _), *rest) = loads
-            fits = not rest and name in self.flip_flops and self.flip_flops[name].d == bit
+            ((name, _), *other_loads) = loads
+            fits = not other_loads and name in self.flip_flops and self.flip_flops[name].d == bit
         else:
             if bit in ("0", "x"):
                 return ""

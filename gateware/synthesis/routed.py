@@ -1,4 +1,4 @@
-"""A design on a family with an open router: what it takes, and the clock after routing."""
+"""A design on a family with an open router: its area, and the clock after routing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from boresight.model.errors import InputError
 
 __all__ = ["FamilyNetlist", "Mapped", "Routed", "implement", "netlist_for", "netlist_of"]
 
-#: Clock that the router works towards if none is asked for: beyond what a core reaches, MHz.
+#: Default clock that the router works towards: higher than any core reaches, MHz.
 _CLOCK_MHZ: Final = 200.0
 
 
@@ -32,7 +32,7 @@ class Mapped:
     netlist : dict
         As yosys writes it, flip-flops in the registers of multipliers and memories.
     used : mapping
-        What it takes, by the keys of the target's resources.
+        Resources used, by the keys of the target's.
     inside : int
         Flip-flops that are registers of multipliers and memories.
     version, command : str
@@ -53,7 +53,7 @@ class Mapped:
 
     @property
     def amounts(self) -> str:
-        """What it takes, in words."""
+        """Resources used, as a text."""
         resources = self.device.resources
         return ", ".join(f"{n:,g} {resources[key].unit}" for key, n in self.used.items())
 
@@ -120,7 +120,7 @@ class Routed:
 
     @property
     def source(self) -> str:
-        """What the clock is."""
+        """Source of the clock."""
         title = self.mapped.target.title
         return f"routed on {title}, {self.version}, worst of {self.seeds}"
 
@@ -154,8 +154,8 @@ def netlist_of(
     ToolMissing, SynthesisError
         Yosys is not installed, or rejected the design.
     """
-    made = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
-    return FamilyNetlist(made, family.absorb(made.netlist, top))
+    synthesis = synthesise(verilog, top=top, command=family.synthesis, cache_dir=cache_dir)
+    return FamilyNetlist(synthesis, family.absorb(synthesis.netlist, top))
 
 
 def netlist_for(
@@ -165,7 +165,7 @@ def netlist_for(
     *,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> Mapped:
-    """The netlist for a target, and what it takes of it (`netlist_of`).
+    """The netlist for a target (`netlist_of`), and the resources that it uses.
 
     Raises
     ------
@@ -175,8 +175,8 @@ def netlist_for(
         The part is too small.
     """
     family = target.family
-    made, inside = netlist_of(verilog, top, family, cache_dir=cache_dir)
-    netlist = made.netlist
+    synthesis, inside = netlist_of(verilog, top, family, cache_dir=cache_dir)
+    netlist = synthesis.netlist
     used = dict.fromkeys(("lut", "ff", "dsp", target.device.memory), 0.0)
     types = Counter(cell["type"] for cell in netlist["modules"][top]["cells"].values())
     for kind, number in types.items():
@@ -192,8 +192,8 @@ def netlist_for(
         netlist=netlist,
         used=used,
         inside=inside,
-        version=made.version,
-        command=made.command,
+        version=synthesis.version,
+        command=synthesis.command,
     )
 
 
@@ -204,10 +204,10 @@ def _check_room(used: Mapping[str, float], target: Target) -> None:
     if not over:
         return
     fits = [
-        other.name
-        for other in TARGETS.values()
-        if other.family.name == target.family.name
-        and all(n <= other.device.capacity(key) for key, n in used.items())
+        candidate.name
+        for candidate in TARGETS.values()
+        if candidate.family.name == target.family.name
+        and all(n <= candidate.device.capacity(key) for key, n in used.items())
     ]
     raise InputError.at(
         f"target {target.name}",

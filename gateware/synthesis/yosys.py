@@ -235,11 +235,11 @@ def _checked_files(verilog: str | Mapping[str, str]) -> dict[str, str]:
 def _script(
     files: Mapping[str, str], *, top: str, options: tuple[str, ...], command: str = SPARTAN6
 ) -> str:
-    plain = [name for name in files if name.endswith(".v")]
+    verilog = [name for name in files if name.endswith(".v")]
     system = [name for name in files if name.endswith(".sv")]
     steps = []
-    if plain:
-        steps.append("read_verilog " + " ".join(plain))
+    if verilog:
+        steps.append("read_verilog " + " ".join(verilog))
     if system:
         steps.append("read_verilog -sv " + " ".join(system))
     extra = "".join(f" {option}" for option in options)

@@ -115,8 +115,8 @@ def values_of(words: Sequence[int], outputs: Mapping[str, int]) -> Values:
     """
     if len(words) != 2 + len(outputs):
         raise ValueError(f"words must be {2 + len(outputs)}, not {len(words)}")
-    header, stamp, *rest = words
-    parts = zip(outputs.items(), rest, strict=True)
+    header, stamp, *output_words = words
+    parts = zip(outputs.items(), output_words, strict=True)
     return Values(
         number=_HEADER["number"].of(header),
         flags=_flags(header),
@@ -163,8 +163,8 @@ def attitude_of(words: Sequence[int], formats: Mapping[int, tuple[int, int]] = F
 def angle_text(value: int) -> str:
     """Degrees of an angle's signed word, as the board writes them."""
     hundredths = (abs(value) * _HUNDREDTHS + (1 << WORD - 1)) >> WORD
-    whole, rest = divmod(hundredths, 100)
-    return f"{'-' if value < 0 else '+'}{whole:03d}.{rest:02d}"
+    degrees, fraction = divmod(hundredths, 100)
+    return f"{'-' if value < 0 else '+'}{degrees:03d}.{fraction:02d}"
 
 
 def text_line(words: Sequence[int]) -> str:

@@ -127,7 +127,7 @@ class AttitudeSystem(wiring.Component):
             ("output", self._output),
         )
         self.events = tuple(
-            f"{whose}_{name}" for whose, part in self._sources for name in part.EVENTS
+            f"{source}_{name}" for source, part in self._sources for name in part.EVENTS
         )
         self.registers = system_registers(
             filters=self.plan.names[: self.plan.filters],

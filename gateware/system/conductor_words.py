@@ -92,11 +92,11 @@ def table(index: Value, entries: Sequence[Any]) -> Value:
     """Entry with a number; the last one for larger numbers."""
     entries = [Value.cast(e) for e in entries]
     first = entries[0]
-    same = all(
+    equal = all(
         isinstance(e, Const) and isinstance(first, Const) and e.value == first.value
         for e in entries
     )
-    if len(entries) == 1 or same:
+    if len(entries) == 1 or equal:
         return first
     chosen = entries[-1]
     for k in reversed(range(len(entries) - 1)):

@@ -257,21 +257,21 @@ def system_map(
     counter_bits : int
         Bits of a counter.
     """
-    whole = describe(core)
+    description = describe(core)
     core_registers = tuple(
         dataclasses.replace(r, access=_READ, meaning="number of the program that runs just now")
         if r.name == "program"
         else r
-        for r in whole.registers
+        for r in description.registers
     )
     return dataclasses.replace(
-        whole,
+        description,
         title="attitude system",
         registers=(
             *core_registers,
             *registers,
-            *result_registers(whole.programs[: -len(FRONT_NAMES)], word=whole.word),
+            *result_registers(description.programs[: -len(FRONT_NAMES)], word=description.word),
             *counter_registers((*events, "bad_address"), bits=counter_bits),
-            *feed_registers(feed or {}, word=whole.word),
+            *feed_registers(feed or {}, word=description.word),
         ),
     )

@@ -66,7 +66,7 @@ def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estim
 
 
 def _formats(front: Sequence[Program]) -> dict[str, int]:
-    """Fraction bits of what the programs before the estimators give."""
+    """Fraction bits of the outputs of the programs before the estimators."""
     return {
         name: p.format(n).frac
         for p in front
@@ -93,14 +93,14 @@ def _fed(
             first = registers.setdefault(i.name, i)
             form = Format.declared(word, first.low, first.high, first.unit)
             words = SourceFormat(form.frac, first.low, first.high)
-            of = f"the input register {i.name}"
-            inputs.append(i.with_source(words, word, of=of, unit=first.unit, where=where))
+            source = f"the input register {i.name}"
+            inputs.append(i.with_source(words, word, of=source, unit=first.unit, where=where))
     streamed = [i for i in inputs if i.source.partition(".")[0] not in names]
-    for what, count in (("inputs", len(streamed)), ("outputs", len(estimator.outputs))):
+    for kind, count in (("inputs", len(streamed)), ("outputs", len(estimator.outputs))):
         if count > _MOST_WORDS:
             raise InputError.at(
                 where,
-                wanted=f"{_MOST_WORDS} or fewer {what} on a board",
+                wanted=f"{_MOST_WORDS} or fewer {kind} on a board",
                 found=str(count),
                 fix="pack them, or say --top records",
             )
@@ -121,8 +121,8 @@ def _sensed(i: Input, sensor: Sensed, frac: int, word: int, where: str) -> Input
     # A time step below the range asks for a restart, one above it comes after a gap.
     clamped = replace(i, clamp=True) if i.name == "dt" else i
     words = SourceFormat(frac, sensor.low, sensor.high)
-    taken = clamped.with_source(words, word, of="the sensor", unit=sensor.unit, where=where)
-    return i if taken is clamped else taken
+    sensed = clamped.with_source(words, word, of="the sensor", unit=sensor.unit, where=where)
+    return i if sensed is clamped else sensed
 
 
 def system_core(

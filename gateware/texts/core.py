@@ -128,15 +128,15 @@ def integration_files(
     }
     ports = {"core": core.pins, "core_axi": tuple(Pin(*port) for port in axi_ports())}
     for module in ("core", "core_axi") if axi else ("core",):
-        clock, reset, *others = ports[module]
-        parts = {"module": module, "clock": clock.name, "reset": reset.name, "ports": others}
+        clock, reset, *data_ports = ports[module]
+        parts = {"module": module, "clock": clock.name, "reset": reset.name, "ports": data_ports}
         for end in ("v", "vhd"):
             out[f"integration/{module}_instance.{end}"] = render(
                 f"instance.{end}", **context, **parts
             )
-        around = module == "core_axi"
-        name = "tb_axi" if around else "tb"
-        bench = {"module": module, "name": name, "axi": around}
+        is_axi = module == "core_axi"
+        name = "tb_axi" if is_axi else "tb"
+        bench = {"module": module, "name": name, "axi": is_axi}
         out[f"tb/{name}.v"] = render("tb.v", **{**context, **bench_context(core, runs), **bench})
     if axi:
         verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)

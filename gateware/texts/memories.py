@@ -17,7 +17,7 @@ _ROM = re.compile(r"rom(\d+)(?:_(\d+))?")
 
 
 def check_memories(machine: Machine, image: Image, verilog: str) -> None:
-    """Raise Refuted unless the memories of ``verilog`` hold what the image says.
+    """Raise Refuted unless the memories of ``verilog`` hold the image's words.
 
     The layout is that of `docs/engine.md`: every lane has copies of every bank for both operands,
     the tables follow the registers of operand b or have memories of their own, and ``home`` stands

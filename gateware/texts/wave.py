@@ -45,7 +45,7 @@ class Drawing:
     def text(self) -> str:
         """Lines of equal length; a gap is two points."""
         names = [name for name, _ in self.rows]
-        left = max(map(len, names)) + 2
+        margin = max(map(len, names)) + 2
         width = 3 + max(len(v) for _, row in self._with_cycles() for v in row if isinstance(v, str))
         lines = []
         for name, row in self._with_cycles():
@@ -58,7 +58,7 @@ class Drawing:
                 value = next(values)
                 cells.append(_cell(value, before, width))
                 before = value
-            lines.append(f"{name:<{left}}{''.join(cells)}".rstrip() + "\n")
+            lines.append(f"{name:<{margin}}{''.join(cells)}".rstrip() + "\n")
         return "".join(lines)
 
     def _with_cycles(self) -> list[tuple[str, tuple[int | str | None, ...]]]:

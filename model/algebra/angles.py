@@ -58,10 +58,10 @@ def asin_ht(x: Any) -> Any:
     size = ops.minimum(ops.absolute(x), 1.0)
     large = size > 0.5
     square = ops.bounded(0.5 - 0.5 * size, 0.0, 0.5, "squared sine of half the rest")
-    near = square < 2.0**-11  # a root is exact from 2^-22 of its argument's range on
-    spread = ops.bounded(ops.where(near, 1024.0 * square, square), 0.0, 0.5, "spread")
+    small = square < 2.0**-11  # a root is exact from 2^-22 of its argument's range on
+    spread = ops.bounded(ops.where(small, 1024.0 * square, square), 0.0, 0.5, "spread")
     root = ops.bounded(spread * ops.rsqrt(spread), 0.0, 0.7188, "root")
-    root = ops.where(near, (1.0 / 32.0) * root, root)
+    root = ops.where(small, (1.0 / 32.0) * root, root)
     angle = ops.asin_ht(ops.bounded(ops.where(large, root, size), 0.0, 0.7188, "up to 1/2"))
     return ops.flip(
         x < 0.0, ops.bounded(ops.where(large, 0.5 - 2.0 * angle, angle), 0.0, 0.5, "arc sine")

@@ -120,9 +120,8 @@ class LowPass:
         newest = ops.bounded(ops.where(mean, inverse, b), 0.0, 1.0, "share of the mean")
         older = ops.bounded(back - back * newest, 0.0, max(back, 1.0), "the rest of it")
         b = 0.0 if through else b
-        most = max(
-            1.0 - a2, 4.0 * b
-        )  # of both weights of v: with a common binary point 4 b is one word
+        # Of both weights of v: with a common binary point 4 b is one word.
+        bound = max(1.0 - a2, 4.0 * b)
         stay = ops.where(mean, 0.0, 1.0)
         return Weights(
             (older, newest),
@@ -133,8 +132,8 @@ class LowPass:
             ),
             (
                 stay,
-                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -most, most, "no finer"),
-                ops.bounded(ops.where(mean, 1.0 - a2, -4.0 * b), -most, most, "the same"),
+                ops.bounded(ops.where(mean, 0.0, 4.0 * b), -bound, bound, "no finer"),
+                ops.bounded(ops.where(mean, 1.0 - a2, -4.0 * b), -bound, bound, "the same"),
             ),
         )
 
@@ -161,8 +160,8 @@ def filtered(
                 ops.where(hold, b, a) for b, a in zip(before, states_next, strict=True)
             )
         z, v = (
-            ops.bounded(c, -most, most, "low-pass")
-            for c, most in zip(states_next, bounds[1:], strict=True)
+            ops.bounded(c, -bound, bound, "low-pass")
+            for c, bound in zip(states_next, bounds[1:], strict=True)
         )
         out.append(y)
         after.append((z, v))

@@ -37,22 +37,22 @@ def whitened(
     values : (m,)
         z, in the unit of H's rows, clamped to ``reach``, a power of two.
     """
-    done: list[list[Any]] = []
+    unit_rows: list[list[Any]] = []
     white: list[Any] = []
     for row, value in zip(rows, values, strict=True):
         # Modified Gram-Schmidt: remainder of the row after each earlier one.
-        for unit, seen in zip(done, white, strict=True):
+        for unit, white_value in zip(unit_rows, white, strict=True):
             along = ops.bounded(dot(row, unit), -longest, longest, "component of a row")
             row = [
                 ops.bounded(c - along * u, -longest, longest, "rest of a row")
                 for c, u in zip(row, unit, strict=True)
             ]
-            value = ops.saturated(value - along * seen, reach)
+            value = ops.saturated(value - along * white_value, reach)
         square = ops.bounded(dot(row, row), 0.0, longest * longest, "square of a row")
         inverse = ops.rsqrt(square)
-        done.append([ops.bounded(c * inverse, -1.0, BELOW, "of a unit vector") for c in row])
+        unit_rows.append([ops.bounded(c * inverse, -1.0, BELOW, "of a unit vector") for c in row])
         white.append(ops.saturated(value * inverse, MOST_WHITE))
-    return done, white
+    return unit_rows, white
 
 
 MOST_WHITE = 2.0**6  #: largest innovation over its noise.
@@ -108,14 +108,14 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
         wide = too_wide if wide is None else wide | too_wide
         # For rows in use; for others any finite weight serves.
         w = ops.bounded(ops.rsqrt(1.0 + square), 0.1, 1.0, "inverse of one and more")
-        more = 1.0 + w
-        root_more = ops.rsqrt(more)
+        one_plus_w = 1.0 + w
+        inverse_root = ops.rsqrt(one_plus_w)
         used = live & ~too_wide
-        eta = ops.bounded(ops.where(used, w, 0.0) * root_more, 0.0, 1.0, "weight")
+        eta = ops.bounded(ops.where(used, w, 0.0) * inverse_root, 0.0, 1.0, "weight")
         psis.append([ops.bounded(c * eta, -1.0, BELOW, "shorter than one") for c in f])
         n_k = ops.saturated(ops.saturated(nu, 2.0 * MOST_WHITE) * w, MOST_NORMAL)
         white.append(n_k)
-        scaled = ops.bounded(more * root_more, 1.0, 1.5, "root of one and w")
+        scaled = ops.bounded(one_plus_w * inverse_root, 1.0, 1.5, "root of one and w")
         weights.append(ops.saturated(ops.where(used, n_k, 0.0) * scaled, 2.0 * MOST_NORMAL))
     between = {
         (j, k): ops.bounded(dot(psis[j], psis[k]), -1.0, BELOW, "of vectors shorter than one")
@@ -131,12 +131,12 @@ def potter(root: Matrix, rows: Matrix, values: Vector, live: Any, begin: Any) ->
             for j in range(k):
                 value = value - turned[j] * between[j, k]
             turned.append(ops.bounded(value, -1.0, BELOW, "of a row shorter than one"))
-        rest = [row[j] - dot(turned, [psi[j] for psi in psis]) for j in range(n)]
+        reduced = [row[j] - dot(turned, [psi[j] for psi in psis]) for j in range(n)]
         first = [BELOW if j == i else 0.0 for j in range(n)]
         after.append(
             [
                 ops.bounded(ops.where(begin, initial, c), -1.0, BELOW, "rows only shrink")
-                for initial, c in zip(first, rest, strict=True)
+                for initial, c in zip(first, reduced, strict=True)
             ]
         )
         moves.append(list(zip(turned, weights, strict=True)))

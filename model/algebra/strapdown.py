@@ -64,8 +64,8 @@ FAST = 2.0**-8  #: rad, half the largest correction by a filter.
 
 INPUTS = (
     *(
-        Input(f"{name}_{a}", -most, most * BELOW, unit, clamp=True, meaning=f"{what}, axis {a}")
-        for name, most, unit, what in (
+        Input(f"{name}_{a}", -high, high * BELOW, unit, clamp=True, meaning=f"{text}, axis {a}")
+        for name, high, unit, text in (
             ("dtheta", STEP_TURN, "rad", "turn in the sample"),
             ("dv", STEP_FORCE, "m/s", "integral of the specific force over the sample"),
         )
@@ -188,14 +188,14 @@ def velocity(x: Any, c: Matrix, force: Vector, site: Site) -> tuple[list[Any], l
     north, up = site.earth
     along, across, around = site.curvature
     carry = [-(along * v[1]), across * v[0], around * v[0]]
-    wide = [carry[0], 2.0 * north + carry[1], 2.0 * up + carry[2]]
-    wide = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in wide]
+    rate = [carry[0], 2.0 * north + carry[1], 2.0 * up + carry[2]]
+    rate = [ops.bounded(w, -(2.0**-16), 2.0**-16, "rate of the axes") for w in rate]
     # C is that of the end of the sample, half a sample of the Earth's turn too late.
     early = 0.5 * site.gravity * north
     moved = [
         ops.saturated(s + f - w - o, VELOCITY)
         for s, f, w, o in zip(
-            v, turn(c, force), cross(wide, v), (-early, 0.0, site.gravity), strict=True
+            v, turn(c, force), cross(rate, v), (-early, 0.0, site.gravity), strict=True
         )
     ]
     slow = [carry[0], north + carry[1], up + carry[2]]
@@ -211,14 +211,14 @@ def next_attitude(
     holds the initial one.
     """
     # (0, angle)/2 x q: separate words for small, constant turns. Norm: q (1 - |q|^2)/2
-    ahead = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
-    moved = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
-    short = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
+    slow_turn = vector_times([ops.saturated(0.5 * w, SLOW) for w in slow], base)
+    fast_turn = vector_times([ops.saturated(0.5 * w, FAST) for w in correction], base)
+    norm_error = ops.saturated(0.5 - 0.5 * dot(base, base), 2.0**-10)
     after = {}
     for k, a in enumerate("wxyz"):
         moves = [
-            ops.saturated(ahead[k], 2.0 * SLOW),
-            ops.saturated(moved[k] + short * base[k], 2.0 * FAST),
+            ops.saturated(slow_turn[k], 2.0 * SLOW),
+            ops.saturated(fast_turn[k] + norm_error * base[k], 2.0 * FAST),
         ]
         q, rest = getattr(x, f"q{a}"), getattr(x, f"rest_{a}")
         after[f"q{a}"], after[f"rest_{a}"] = carried(

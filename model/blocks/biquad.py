@@ -72,8 +72,8 @@ class Cascade:
         """
         where, sections = author_line() or "sections", []
         for row in ([float(c) for c in row] for row in sos):
-            good = len(row) == 6 and all(map(math.isfinite, row)) and row[3] != 0.0
-            require(good, where, "rows b0, b1, b2, a0, a1, a2", row, "as scipy's output='sos'")
+            valid = len(row) == 6 and all(map(math.isfinite, row)) and row[3] != 0.0
+            require(valid, where, "rows b0, b1, b2, a0, a1, a2", row, "as scipy's output='sos'")
             b0, b1, b2, _, a1, a2 = (c / row[3] for c in row)
             stable = abs(a2) < 1.0 and abs(a1) < 1.0 + a2
             require(stable, where, "poles inside the unit circle", (a1, a2), "design it anew")
@@ -103,17 +103,17 @@ class Cascade:
             ((1.0, 0.0, 0.0, *self.sections[k][3:]), *self.sections[k + 1 :])
             for k in range(len(self.sections))
         ]
-        fine = [math.ldexp(1.0, binary_exponent(most)) for most in self.largest_values[1:]]
+        magnitudes = [math.ldexp(1.0, binary_exponent(bound)) for bound in self.largest_values[1:]]
         return sum(
-            0.5 * total * size / fine[-1]
-            for total, size in zip(_absolute_sums(tails), fine, strict=True)
+            0.5 * total * size / magnitudes[-1]
+            for total, size in zip(_absolute_sums(tails), magnitudes, strict=True)
         )
 
     def states(self, name: str, unit: str = "") -> tuple[State, ...]:
         """``NAME0_1``, ``NAME0_2``: earlier inputs; ``NAME1_1``, ...: outputs of section 1."""
         return tuple(
-            State(f"{name}{k}_{age}", -most, most, unit)
-            for k, most in enumerate(self.largest_values)
+            State(f"{name}{k}_{age}", -bound, bound, unit)
+            for k, bound in enumerate(self.largest_values)
             for age in (1, 2)
         )
 
@@ -143,8 +143,8 @@ class Cascade:
             after |= {f"{name}{k}_1": signal, f"{name}{k}_2": old[k][0]}
             (x1, x2), (y1, y2) = old[k], old[k + 1]
             out = b0 * signal + b1 * x1 + b2 * x2 - a1 * y1 - a2 * y2
-            most = self.largest_values[k + 1]
-            signal = ops.bounded(out, -most, most, "sum of the absolute impulse response")
+            bound = self.largest_values[k + 1]
+            signal = ops.bounded(out, -bound, bound, "sum of the absolute impulse response")
         last = len(self.sections)
         return after | {f"{name}{last}_1": signal, f"{name}{last}_2": old[last][0]}, signal
 

@@ -48,13 +48,13 @@ def interpolated(x: Any, points: Sequence[float], values: Sequence[float]) -> An
         return author_line() or "interpolated"
 
     require(len(a) == len(y) >= 2, where, "as many values as points", (len(a), len(y)), fix)
-    good = all(map(math.isfinite, a + y)) and all(b > c for c, b in pairwise(a))
-    require(good, where, "finite points that rise", a, "sort them, each once")
+    valid = all(map(math.isfinite, a + y)) and all(b > c for c, b in pairwise(a))
+    require(valid, where, "finite points that rise", a, "sort them, each once")
     slopes = [(y[k + 1] - y[k]) / (a[k + 1] - a[k]) for k in range(len(a) - 1)]
-    behind = [ops.maximum(x - point, 0.0) for point in a]
+    ramps = [ops.maximum(x - point, 0.0) for point in a]
     total: Any = y[0]
-    for slope, (here, there) in zip(slopes, pairwise(behind), strict=True):
-        total = total + slope * here - slope * there
+    for slope, (ramp, next_ramp) in zip(slopes, pairwise(ramps), strict=True):
+        total = total + slope * ramp - slope * next_ramp
     low, high = min(y), max(y)
     slack = _SLACK * max(high - low, abs(low), abs(high))
     return ops.bounded(total, low - slack, high + slack, "values of the table")

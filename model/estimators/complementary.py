@@ -342,8 +342,8 @@ class Complementary(Estimator):
     def _turn(sine: Any, cosine: Any, angle: Any) -> Any:
         """sin(y + h) = sin y + h (cos y - h/2 sin y)."""
         inner = ops.bounded(cosine - 0.5 * (angle * sine), -2.0, 2.0, "near a cosine")
-        near = sine + angle * inner
-        return ops.bounded(near, -2.0, 2.0, "near a sine", unless="a sample turns by radians")
+        turned = sine + angle * inner
+        return ops.bounded(turned, -2.0, 2.0, "near a sine", unless="a sample turns by radians")
 
 
 class ComplementaryAsPrinted(Complementary):

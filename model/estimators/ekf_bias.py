@@ -202,8 +202,8 @@ class EkfBias(Estimator):
         c_nb = matrix(q)
         before = covariance_of(x, 7)
         full = is_full(before)
-        wide = before[4][4] + before[5][5] + before[6][6] >= TRACE_LIMIT
-        a = self._predicted(before, c_nb, u, p, full, wide)
+        bias_full = before[4][4] + before[5][5] + before[6][6] >= TRACE_LIMIT
+        a = self._predicted(before, c_nb, u, p, full, bias_full)
 
         # Vectors in navigation axes, over g and over the reference field.
         force = [v * (1.0 / GRAVITY) for v in (u.ax, u.ay, u.az)]
@@ -220,7 +220,7 @@ class EkfBias(Estimator):
         rejected = missing | (odd & ~seeking)
         unused = rejected | aligning
         fresh = aligning | (seeking & ~missing)  # nothing but this sample counts
-        plain = unused | seeking  # tilt from the accelerometer alone
+        tilt_only = unused | seeking  # tilt from the accelerometer alone
 
         # Noise, scaled standard deviations over 2.
         uneven = ops.saturated(ops.absolute(dot(force, force) - 1.0), UNEVEN_LIMIT)
@@ -235,7 +235,7 @@ class EkfBias(Estimator):
         root = ops.rsqrt(acc_r + mag_r)
         share = ops.bounded(mag_r * root, 0.0, 4.0, "root of a variance") * root
         # Of the accelerometer, in what both measure.
-        share = ops.where(plain, 1.0, ops.saturated(share, 1.0))
+        share = ops.where(tilt_only, 1.0, ops.saturated(share, 1.0))
         both_r = acc_r * share
 
         def combined(acc: Any, mag: Any) -> Any:
@@ -275,12 +275,12 @@ class EkfBias(Estimator):
             for k, b in ((4, x.bias_x), (5, x.bias_y), (6, x.bias_z))
         ]
         tilted = y[0] * y[0] + y[1] * y[1] > ALIGNED * y[2]
-        still = aligning & (tilted | (u.dt < 0.0))
+        unaligned = aligning & (tilted | (u.dt < 0.0))
         learnt = x.heading_unknown > -0.75
-        found = seeking & learnt & ~(unused | (m[0] * m[0] > FOUND * m[1]))
-        unfinished = still | (seeking & ~found)
+        heading_found = seeking & learnt & ~(unused | (m[0] * m[0] > FOUND * m[1]))
+        unfinished = unaligned | (seeking & ~heading_found)
         start = self._first(unfinished, p)
-        after = self._turned(downdated(a, gains, aligning), turned, (full, wide), fresh, start)
+        after = self._turned(downdated(a, gains, aligning), turned, (full, bias_full), fresh, start)
 
         # The reference follows strength and dip, which need no heading.
         level_sq = ops.saturated(field[0] * field[0] + field[1] * field[1], 2.0**16)
@@ -295,9 +295,9 @@ class EkfBias(Estimator):
             {
                 **restarted(q_new, u),
                 **{f"bias_{axis}": b for axis, b in zip("xyz", bias, strict=True)},
-                "unaligned": ops.where(still, -1.0, 0.0),
+                "unaligned": ops.where(unaligned, -1.0, 0.0),
                 "heading_unknown": ops.where(
-                    seeking & ~found,
+                    seeking & ~heading_found,
                     ops.where(aligning, -1.0, ops.where(missing, x.heading_unknown, -0.5)),
                     0.0,
                 ),
@@ -309,7 +309,9 @@ class EkfBias(Estimator):
         )
 
     @staticmethod
-    def _predicted(p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any, wide: Any) -> Symmetric:
+    def _predicted(
+        p0: Symmetric, c_nb: Any, u: Any, p: Any, full: Any, bias_full: Any
+    ) -> Symmetric:
         """Phi P Phi^T + Q with Phi = [1, -G; 0, 1], G = dt/2 C, on (rotation, bias)."""
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * u.dt), 2.0**-7)
         g = [
@@ -363,7 +365,7 @@ class EkfBias(Estimator):
             elif i in rotation:
                 return b[i, j]
             elif i == j:
-                value = p0[i][j] + ops.where(wide, 0.0, walk * walk_noise)
+                value = p0[i][j] + ops.where(bias_full, 0.0, walk * walk_noise)
             else:
                 return p0[i][j]
             return bounded_element(value, i, j)

@@ -138,10 +138,10 @@ class EkfQuaternion(Estimator):
             for total in (sum_of(cross(m, r)[k] for m, r in axes) for k in range(3))
         ]
         trace = ops.saturated(1.0 + sum_of(dot(m, r) for m, r in axes), 8.0)
-        held = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 8.0, "held")
-        inverse = ops.rsqrt(held)
+        four_cos_sq = ops.bounded(ops.maximum(trace, LEAST_TRACE), LEAST_TRACE, 8.0, "held")
+        inverse = ops.rsqrt(four_cos_sq)
         e = [ops.saturated(v * inverse, 2.0) for v in vee]  # sine of half the angle
-        e_w = ops.saturated(0.5 * held * inverse, 2.0)  # its cosine
+        e_w = ops.saturated(0.5 * four_cos_sq * inverse, 2.0)  # its cosine
 
         # Three scalar updates along the unit vectors 1..3.
         gains: list[list[Any]] = []
@@ -163,11 +163,11 @@ class EkfQuaternion(Estimator):
         after = body_turned(
             downdated(a, gains, bad), correction, full, aligning, initial_variance(p)
         )
-        still = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
+        unaligned = aligning & ((u.dt < 0.0) | bad | (trace < ALIGNED_TRACE))
         return (
             {
                 **restarted(q_new, u),
-                "unaligned": ops.where(still, -1.0, 0.0),
+                "unaligned": ops.where(unaligned, -1.0, 0.0),
                 **{name: after[i][j] for name, i, j in element_names(4)},
             },
             attitude_outputs(

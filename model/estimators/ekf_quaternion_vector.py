@@ -151,7 +151,7 @@ class EkfQuaternionVector(Estimator):
             ),
         )
 
-        done: list[Any] = [0.0] * 4  # correction so far
+        error: list[Any] = [0.0] * 4  # correction so far
         for z, unit, r, square, bad, deviations in vectors:
             weight = unit * p.scale
             for k in range(3):
@@ -168,16 +168,16 @@ class EkfQuaternionVector(Estimator):
                     for i in range(4)
                 ]
                 s = sum_of(v * column[j] for j, v in h) + noise * noise
-                nu = unit * z[k] - 0.5 * r[k] - sum_of(v * done[j] for j, v in h)
+                nu = unit * z[k] - 0.5 * r[k] - sum_of(v * error[j] for j, v in h)
                 gain: list[list[Any]] = []
                 move: list[Any] = []
                 update(gain, move, column, s, nu, NOISE_LIMIT * NOISE_LIMIT + square)
                 a = reduced(a, gain[0])
-                done = [
-                    ops.saturated(d + g * move[0], 2.0) for d, g in zip(done, gain[0], strict=True)
+                error = [
+                    ops.saturated(d + g * move[0], 2.0) for d, g in zip(error, gain[0], strict=True)
                 ]
 
-        correction = correction_of([1.0 + done[0], *done[1:]])
+        correction = correction_of([1.0 + error[0], *error[1:]])
         raw = multiply(q, correction)
         q_new, shrink = normalised(raw)
         count = ops.where(acc_bad | mag_bad, progress, progress + 1.0 / ALIGN_STEPS)

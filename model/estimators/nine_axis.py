@@ -9,7 +9,7 @@ __all__ = ["INPUTS", "OUTPUTS"]
 _STEP = "time since the sample before; negative: begin anew; a longer gap in a log counts as 0.25 s"
 _FIELD = "magnetic flux density, body axis {}; all three 0: no new sample"
 
-#: What the sensors on one body give, in body axes.
+#: Measurements of the sensors on one body, in body axes.
 INPUTS = (
     Input("dt", -0.25, 0.2499, "s", clamp=True, meaning=_STEP),
     *(Input(f"g{c}", -40.0, 40.0, "rad/s", meaning=f"body rate, axis {c}") for c in "xyz"),

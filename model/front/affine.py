@@ -1,4 +1,4 @@
-"""What the calibrations share: 16-bit counts, 3x3 matrices as parameters, saturated rows."""
+"""Common parts of the calibrations: 16-bit counts, 3x3 matrices as parameters, saturated rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A compass's own heading as a field: what a magnetometer would measure that agrees with it."""
+"""A compass's own heading as a field: the reading of a magnetometer that agrees with it."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def _angle(name: str, scale: float, meaning: str) -> tuple[Param, Param]:
 class CompassField(Estimator):
     """Equivalent field in body axes from a compass's heading, pitch and roll.
 
-    The compass says that its axes stand at ``C = Rz(psi) Rx(theta) Ry(gamma)``. The level field
-    (north h, down v) seen from there is ``C^T (0, h, -v)``; a mounting matrix turns it from the
+    By its angles the compass's attitude is ``C = Rz(psi) Rx(theta) Ry(gamma)``. The level field
+    (north h, down v) in its axes is ``C^T (0, h, -v)``; a mounting matrix turns it from the
     compass's axes into the body's. Every filter then finds the compass's heading by its own tilt.
 
     Signs: compass headings run clockwise from north, psi counter-clockwise, so the scale of the

@@ -34,8 +34,8 @@ class CalibrateInertial(Estimator):
     The matrices hold scale, misalignment and mounting together: rows are body axes, columns
     sensor axes. The biases are in units of the result. Rate and force are clamped to the full scale
     of the filters' inputs. A negative ``restart`` gives a dt of -0.25 s, and a gap g of more than
-    `GAP_S` since the sample before one of `GAP_S` - g, at least -`LONG_GAP_S`: a filter begins anew
-    below zero, or makes what it can of the gap's length.
+    `GAP_S` since the sample before one of `GAP_S` - g, at least -`LONG_GAP_S`: below zero a filter
+    restarts, or uses the gap's length.
 
     A stamp is a count of clock cycles modulo 2^32, taken for an angle: half a turn is 2^31 cycles.
     Words of fewer than 32 bits drop its lowest ones. Gaps are seen up to 2^32 cycles (43 s at

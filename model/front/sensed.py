@@ -1,4 +1,4 @@
-"""What the sensors of a board give to any estimator, by the names of its inputs."""
+"""Words of a board's sensors for any estimator, by the names of its inputs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FIELD = 200.0
 class Sensed:
     """An input that a sensor gives: its unit and the sensor's full scale.
 
-    ``always``: with every sample; else the estimator has to say what it reads in between
+    ``always``: with every sample; else the estimator declares its value in between
     (`Input.missing`).
     """
 
@@ -35,7 +35,7 @@ def _axes(letter: str, unit: str, limit: float, *, always: bool = True) -> dict[
     return {f"{letter}{a}": Sensed(unit, -limit, limit, always) for a in AXES}
 
 
-#: By name. A ``dt`` below 0 restarts a filter whose range has it; others read the least they have.
+#: By name. A ``dt`` below 0 restarts a filter; it is clamped where the filter's range excludes it.
 SENSED = {
     "dt": Sensed("s", -DT_LIMIT, GAP_S),
     **_axes("g", "rad/s", GYRO_COUNTS * GYRO_SCALE),
@@ -59,13 +59,13 @@ def full_scale_params(
     rate, force : float, optional
         Full scale of the gyro [rad/s] and of the accelerometer [m/s^2].
     """
-    most = {}
+    values = {}
     if rate is not None:
-        most["gyro_most_sq"] = most["gyro_max_sq"] = 0.98 * 0.98 * rate * rate
+        values["gyro_most_sq"] = values["gyro_max_sq"] = 0.98 * 0.98 * rate * rate
     if force is not None:
-        beyond = 0.98 * force - GRAVITY
-        most["force_most_sq"] = beyond * beyond
-    return {q.name: min(max(most[q.name], q.low), q.high) for q in params if q.name in most}
+        limit = 0.98 * force - GRAVITY
+        values["force_most_sq"] = limit * limit
+    return {q.name: min(max(values[q.name], q.low), q.high) for q in params if q.name in values}
 
 
 def board_params(params: Iterable[Param]) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What the methods of a filter see of an attitude."""
+"""An attitude as the methods of a filter get it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class AttitudeView:
             return self._q
         units = [[0.5 * (m == k) for k in range(3)] for m in range(3)]
         turned = [quaternion.vector_times(unit, self._q) for unit in units]
-        return [self._moving(self._q[k], [turned[m][k] for m in range(3)]) for k in range(4)]
+        return [self._dual(self._q[k], [turned[m][k] for m in range(3)]) for k in range(4)]
 
     @property
     def matrix(self) -> list[list[Any]]:
@@ -60,13 +60,13 @@ class AttitudeView:
 
     def to_nav(self, v: Sequence[Any]) -> Any:
         """C v [of v's unit]; its derivative by e is e x (C v)."""
-        return self._across(quaternion.turn(self._c, v))
+        return self._turned_vector(quaternion.turn(self._c, v))
 
     def to_body(self, v: Sequence[Any]) -> Any:
         """C^T v; its derivative by e is C^T (v x e)."""
         turned = quaternion.conjugate_turn(self._c, v)
         by_e = [quaternion.conjugate_turn(self._c, _times_unit(v, m)) for m in range(3)]
-        return _array(self._moving(n, [by_e[m][k] for m in range(3)]) for k, n in enumerate(turned))
+        return _array(self._dual(n, [by_e[m][k] for m in range(3)]) for k, n in enumerate(turned))
 
     def observed(self, measured: Sequence[Any], expected: Sequence[Any]) -> tuple[Any, Any]:
         """z and h, each (3,), of a vector that is known in navigation axes and seen in body axes.
@@ -80,14 +80,14 @@ class AttitudeView:
             return z, _array(quaternion.turn(self._estimate, body))
         by_e = [_times_unit(expected, m) for m in range(3)]
         return z, _array(
-            self._moving(r, [by_e[m][k] for m in range(3)]) for k, r in enumerate(expected)
+            self._dual(r, [by_e[m][k] for m in range(3)]) for k, r in enumerate(expected)
         )
 
-    def _across(self, n: Sequence[Any]) -> Any:
+    def _turned_vector(self, n: Sequence[Any]) -> Any:
         by_e = [[-c for c in _times_unit(n, m)] for m in range(3)]
-        return _array(self._moving(c, [by_e[m][k] for m in range(3)]) for k, c in enumerate(n))
+        return _array(self._dual(c, [by_e[m][k] for m in range(3)]) for k, c in enumerate(n))
 
-    def _moving(self, value: Any, by_e: Sequence[Any]) -> Scalar:
+    def _dual(self, value: Any, by_e: Sequence[Any]) -> Scalar:
         """``value`` with derivatives by the components of e besides its own."""
         lift, tracer = self._tracer.lift, self._tracer
         x = lift(value)

@@ -68,9 +68,9 @@ class State(declarations.State):
 class Attitude:
     """A unit quaternion, body to navigation, whose error is a small turn of three components.
 
-    True and estimated attitude differ by a turn e in navigation axes, C_true = (1 + [e x]) C. What
-    a filter's methods see of it is an `AttitudeView`. Its states are ``qw, qx, qy, qz`` for the
-    name ``q``; its errors, in P and in messages, ``q_e, q_n, q_u``.
+    True and estimated attitude differ by a turn e in navigation axes, C_true = (1 + [e x]) C. A
+    filter's methods get it as an `AttitudeView`. Its states are ``qw, qx, qy, qz`` for the name
+    ``q``; its errors, in P and in messages, ``q_e, q_n, q_u``.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ class Attitude:
     @property
     def sds(self) -> tuple[float, ...]:
         """Initial standard deviation of each component."""
-        return _three(self.sd)
+        return _triple(self.sd)
 
     @property
     def mosts(self) -> tuple[float, ...]:
         """Largest standard deviation of each component."""
         largest = tuple(_LARGEST * sd for sd in self.sds)
-        return largest if self.sd_max is None else _three(self.sd_max)
+        return largest if self.sd_max is None else _triple(self.sd_max)
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -128,9 +128,9 @@ class Measurement:
     Parameters
     ----------
     z : value
-        What was measured: an input, or computed from inputs and states.
+        Measured value: an input, or computed from inputs and states.
     h : value
-        What the states let expect; the derivative of h - z counts.
+        Value expected from the states; the derivative of h - z counts.
     r : value
         Variance of the noise, above 0 over the whole range of its parameters.
     valid : condition, optional
@@ -140,11 +140,11 @@ class Measurement:
     wrap : bool
         z and h are angles in half turns.
     sd_max : float, optional
-        Largest standard deviation that the states' can give h. By default it follows from the
-        intervals of the derivatives, which know little of a row that is one of several kinds.
+        Largest standard deviation of h. By default it follows from those of the states and the
+        intervals of the derivatives, which are wide for a row that is one of several kinds.
     slope_max : mapping of str to float
-        Largest derivatives of h, by the name of a state: powers of two. A larger one counts as
-        that: the measurement corrects less then.
+        Largest derivatives of h, by the name of a state: powers of two. A larger derivative is
+        clamped to it: the measurement corrects less then.
     """
 
     z: Any
@@ -183,7 +183,7 @@ class Measurement:
 
 
 def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
-    """The one of several measurements that is taken into account in this update.
+    """Measurement of several that is taken into account in this update, in turn.
 
     One update of P instead of several, for filters that would not fit, or take too long, with all.
 
@@ -213,12 +213,12 @@ def in_turn(number: Any, measurements: Sequence[Measurement]) -> Measurement:
         m, turn = measurements[k], number < k + 0.5
         z, h, r = (ops.where(turn, a, b) for a, b in ((m.z, z), (m.h, h), (m.r, r)))
         if conditional:
-            own = turn if m.valid is None else turn & m.valid
-            valid = own | ~turn if valid is None else own | (~turn & valid)
-    largest = [m.sd_max for m in measurements if m.sd_max is not None]
-    sd_max = max(largest) if len(largest) == len(measurements) else None
-    limited = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
-    slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(limited)}
+            condition = turn if m.valid is None else turn & m.valid
+            valid = condition | ~turn if valid is None else condition | (~turn & valid)
+    bounds = [m.sd_max for m in measurements if m.sd_max is not None]
+    sd_max = max(bounds) if len(bounds) == len(measurements) else None
+    names = {*last.slope_max}.intersection(*(m.slope_max for m in measurements))
+    slope_max = {name: max(m.slope_max[name] for m in measurements) for name in sorted(names)}
     return Measurement(z, h, r, valid, last.gate, last.wrap, sd_max, slope_max)
 
 
@@ -243,13 +243,13 @@ def vector(
 
 def axes_of(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Vectors among names: their common stem, and the names of the components."""
-    found = {}
+    vectors = {}
     for stem in dict.fromkeys(name[:-1] for name in names):
         for axes in AXES:
             members = tuple(stem + a for a in axes)
             if stem.isidentifier() and stem not in names and {*members} <= {*names}:
-                found[stem] = members
-    return found
+                vectors[stem] = members
+    return vectors
 
 
 def grouped(declared: Sequence[Named], values: Any) -> dict[str, Any]:
@@ -285,30 +285,30 @@ def spread(
         if group is None:
             out[name] = value
             continue
-        several = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
-        values = list(value) if several else [value] * len(group)
-        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not several):
+        is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
+        values = list(value) if is_vector else [value] * len(group)
+        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not is_vector):
             raise InputError.at(
                 where,
                 wanted=f"{len(group)} components of {name}",
-                found=str(len(values)) if several else "one number",
+                found=str(len(values)) if is_vector else "one number",
                 fix=f"give {', '.join(group)}",
             )
         out |= dict(zip(group, values, strict=True))
     return out
 
 
-def _three(given: Sequence[float] | float) -> tuple[float, ...]:
-    return (float(given),) * 3 if isinstance(given, int | float) else tuple(given)
+def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
+    return (float(value),) * 3 if isinstance(value, int | float) else tuple(value)
 
 
-def _check_sd(where: str, sds: Sequence[float], mosts: Sequence[float]) -> None:
-    for sd, most in zip(sds, mosts, strict=True):
-        if not 0.0 < sd <= most < math.inf:
+def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:
+    for sd, bound in zip(sds, bounds, strict=True):
+        if not 0.0 < sd <= bound < math.inf:
             missing = math.isnan(sd)
             raise InputError.at(
                 where,
                 wanted="a standard deviation sd above 0, and none above sd_max",
-                found="no sd" if missing else f"sd {sd:g}, sd_max {most:g}",
+                found="no sd" if missing else f"sd {sd:g}, sd_max {bound:g}",
                 fix="say how far the start may be off, as sd=0.5",
             )

@@ -1,4 +1,4 @@
-"""What the derivation needs of a Kalman filter: its layout, and what its author wrote."""
+"""Interface of a Kalman filter for the derivation: its layout and the author's methods."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ class Filter(Protocol):
     errors, places : list of str
         Of each error state, a row of P: its name, and where it is declared.
     initial_sd, most : list of float
-        Its standard deviation: at the start, and what it never exceeds.
+        Its standard deviation: initial and largest.
     held, least_noise : list of float
         Variances: beyond the first it grows no more; the second is added in every update.
     groups : dict of str to tuple of str
         Names of the error states that the name of a state or vector stands for.
     part : str
-        The part of an update that it is, of `PARTS`; empty: all of it.
+        Part of the update that it computes, of `PARTS`; empty: the whole update.
     covariance_states : dict of str to (int, int)
         States that are elements of P, i <= j.
     considered : frozenset of int
         Error states that are never corrected.
     counters : mapping of str to int
-        Counters among ``memory``: after how many updates each begins anew.
+        Counters among ``memory``: number of updates after which each starts again.
     dither : bool
         Whether the rounding of the predicted P is random; ``memory`` has a word for it then.
     """
@@ -62,7 +62,7 @@ class Filter(Protocol):
 
     @property
     def f(self) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
-        """See `Kalman`, as the others."""
+        """See `Kalman`, as for the other methods."""
         ...
 
     @property

@@ -38,18 +38,18 @@ class Kalman(Estimator):
     lies within sd_i sd_j of zero, L_i within sd_i. A variance near its largest is held: its row of
     F is that of a constant then and its noise is none, so that P stays F P F^T + Q of some F.
 
-    On the object, `states` has all that the core keeps: the author's (an attitude as its four
+    On the object, `states` has all states of the core: the author's (an attitude as its four
     components), those of `memory`, and P as ``p_A_B`` of two states A and B.
 
     Attributes
     ----------
     states : tuple of State or Attitude
-        What is estimated.
+        Estimated states.
     memory : tuple of boresight.State
-        Further values that are kept and not estimated; `f` returns what replaces them.
+        Further states that are not estimated; `f` returns their next values.
     counters : mapping of str to int
-        Further ones that count updates, by name: from 0, which `measure` sees in the first update,
-        to this number less 1, and anew. For rates, and rows in turn (`in_turn`).
+        Further values that count updates, by name: from 0 in the first update to this number less
+        1, then again. For rates, and rows in turn (`in_turn`).
     outputs : tuple of Output
         Names of states, ``nis``, or what `shown` returns; by default all states.
     prior : bool
@@ -76,7 +76,7 @@ class Kalman(Estimator):
     dither: bool = False
 
     def __init__(self) -> None:
-        #: What the author declared.
+        #: States as declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
         self.memory = (*self.memory, *(self._counter(*c) for c in self.counters.items()))
@@ -87,34 +87,34 @@ class Kalman(Estimator):
         self.places: list[str] = []
         self.initial_sd: list[float] = []
         self.most: list[float] = []
-        kept: list[declarations.State] = []
+        states: list[declarations.State] = []
         #: Names of the error states that a name stands for.
         self.groups: dict[str, tuple[str, ...]] = {}
         for s in self.estimated:
             if isinstance(s, Attitude):
-                names, sds, mosts = s.errors, s.sds, s.mosts
-                kept += [
+                names, sds, bounds = s.errors, s.sds, s.mosts
+                states += [
                     declarations.State(name, -1.0, 1.0, "", c, line=s.line)
                     for name, c in zip(s.components, s.initial, strict=True)
                 ]
             else:
-                names, sds, mosts = (s.name,), (s.sd,), (s.most,)
-                kept.append(s)
+                names, sds, bounds = (s.name,), (s.sd,), (s.most,)
+                states.append(s)
             self.groups[s.name] = tuple(names)
             self.errors += names
             self.places += [s.line] * len(names)
-            self.most += [math.sqrt(_BELOW) * most for most in mosts]
+            self.most += [math.sqrt(_BELOW) * bound for bound in bounds]
             self.initial_sd += map(min, sds, self.most[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
-        of_errors = {s.name: s for s in self.estimated if isinstance(s, State)}
+        scalars = {s.name: s for s in self.estimated if isinstance(s, State)}
         #: Error states that are never corrected.
         self.considered = frozenset(
-            i for i, e in enumerate(self.errors) if e in of_errors and of_errors[e].consider
+            i for i, e in enumerate(self.errors) if e in scalars and scalars[e].consider
         )
         #: Variances: beyond the first no element grows, the second is added in every update.
-        self.held = [_HELD * most * most for most in self.most]
-        self.least_noise = [self.floor * n * most * most for most in self.most]
+        self.held = [_HELD * bound * bound for bound in self.most]
+        self.least_noise = [self.floor * n * bound * bound for bound in self.most]
         self.covariance_states = {
             f"p_{a}_{b}": (i, j)
             for i, a in enumerate(self.errors)
@@ -124,9 +124,9 @@ class Kalman(Estimator):
             name: (self.errors[i], self.errors[j])
             for name, (i, j) in self.covariance_states.items()
         }
-        self.states = (*kept, *self.memory, *map(self._covariance_state, self.covariance_states))
+        self.states = (*states, *self.memory, *map(self._covariance_state, self.covariance_states))
         if not self.outputs:
-            self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in kept)
+            self.outputs = tuple(Output(s.name, s.unit, line=s.line) for s in states)
 
     def _counter(self, name: str, updates: int) -> declarations.State:
         if not (isinstance(updates, int) and 2 <= updates <= 2**16):
@@ -141,11 +141,11 @@ class Kalman(Estimator):
 
     def _covariance_state(self, name: str) -> declarations.State:
         i, j = self.covariance_states[name]
-        most = self.most[i] * self.most[j]
-        low, initial = (0.0, self.initial_sd[i] * self.initial_sd[i]) if i == j else (-most, 0.0)
+        bound = self.most[i] * self.most[j]
+        low, initial = (0.0, self.initial_sd[i] * self.initial_sd[i]) if i == j else (-bound, 0.0)
         units = [self._unit(k) for k in (i, j)]
         unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
-        return declarations.State(name, low, most, unit, initial, line=self.places[i])
+        return declarations.State(name, low, bound, unit, initial, line=self.places[i])
 
     def _unit(self, error: int) -> str:
         name = self.errors[error]
@@ -241,16 +241,16 @@ class Kalman(Estimator):
             )
             for d in declared
         }
-        made = evaluate(trace, leaves)
-        after = {e.data[1]: made[next_e.number] for e, _, next_e in trace.states}
-        return after, {name: made[e.number] for name, e in trace.outputs.items()}
+        results = evaluate(trace, leaves)
+        after = {e.data[1]: results[next_e.number] for e, _, next_e in trace.states}
+        return after, {name: results[e.number] for name, e in trace.outputs.items()}
 
     @property
     def _trace(self) -> Trace:
-        known: Trace | None = self.__dict__.get("_recorded")
-        if known is None:
-            known = self.__dict__["_recorded"] = self.trace()
-        return known
+        trace: Trace | None = self.__dict__.get("_recorded")
+        if trace is None:
+            trace = self.__dict__["_recorded"] = self.trace()
+        return trace
 
     def textbook(
         self, inputs: FloatArray, params: Mapping[str, float] | None = None

@@ -1,4 +1,4 @@
-"""Derivatives and intervals of what a tracer has recorded so far."""
+"""Derivatives and intervals of the expressions that a tracer has recorded so far."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from boresight.model.lowering.trace import Condition, Expression, Scalar, Tracer
 
 __all__ = ["Intervals", "Slope", "Slopes", "chosen", "is_const", "product", "total"]
 
-#: Derivatives by the number of an error state; what is missing is zero.
+#: Derivatives by the number of an error state; missing ones are zero.
 Slope = dict[int, Scalar]
 
 
@@ -43,10 +43,10 @@ def _times(slope: Mapping[int, Scalar], factor: Scalar) -> Slope:
 
 def chosen(condition: Any, yes: Any, no: Any) -> Any:
     """`ops.where`, without a selection between two that are the same."""
-    same = yes is no or (
+    equal = yes is no or (
         isinstance(yes, Scalar) and yes.kind == "const" and is_const(no, yes.data[0])
     )
-    return yes if same else ops.where(condition, yes, no)
+    return yes if equal else ops.where(condition, yes, no)
 
 
 class Slopes:
@@ -57,35 +57,35 @@ class Slopes:
 
     def __init__(self, tracer: Tracer) -> None:
         self.tracer = tracer
-        self._known: dict[int, Slope] = {}
+        self._slopes: dict[int, Slope] = {}
         self._added: dict[int, Slope] = {}
 
     def seed(self, x: Scalar, error: int) -> None:
-        """``x`` is the state of this error, whatever it was computed from."""
-        self._known[x.number] = {error: self.tracer.const(1.0)}
+        """Let ``x`` be the state of this error, with derivative 1."""
+        self._slopes[x.number] = {error: self.tracer.const(1.0)}
 
     def add(self, x: Scalar, slope: Slope) -> None:
-        """``x`` moves by this too, besides what moves with its arguments."""
+        """Add a derivative of ``x`` to that by its arguments."""
         self._added[x.number] = slope
 
     def of(self, x: Scalar) -> Slope:
         """d x / d error, by error."""
-        needed: dict[int, Expression] = {}
+        pending: dict[int, Expression] = {}
         stack: list[Expression] = [x]
         while stack:
             e = stack.pop()
-            if e.number not in self._known and e.number not in needed:
-                needed[e.number] = e
+            if e.number not in self._slopes and e.number not in pending:
+                pending[e.number] = e
                 stack.extend(e.args)
         before = self.tracer.place
-        for _, e in sorted(needed.items()):
+        for _, e in sorted(pending.items()):
             self.tracer.place = e.line or before
-            self._known[e.number] = total(self._derived(e), self._added.get(e.number, {}))
+            self._slopes[e.number] = total(self._derived(e), self._added.get(e.number, {}))
         self.tracer.place = before
-        return self._known[x.number]
+        return self._slopes[x.number]
 
     def _derived(self, e: Expression) -> Slope:
-        slopes = [self._known[a.number] for a in e.args]
+        slopes = [self._slopes[a.number] for a in e.args]
         if isinstance(e, Condition) or not any(slopes):
             return {}
         assert isinstance(e, Scalar)
@@ -168,22 +168,22 @@ class Slopes:
 
 
 class Intervals:
-    """Intervals of what a tracer has recorded, while it still records."""
+    """Intervals of recorded expressions, while the tracer still records."""
 
     def __init__(self, tracer: Tracer) -> None:
         self._tracer = tracer
         self._graph = Expansion(tracer.name)
-        self._made: list[Any] = []
+        self._nodes: list[Any] = []
 
     def __call__(self, x: Any) -> tuple[float, float]:
         """Least and largest value of a recorded value or number."""
         if not isinstance(x, Scalar):
             return float(x), float(x)
-        for e in self._tracer.expressions[len(self._made) : x.number + 1]:
+        for e in self._tracer.expressions[len(self._nodes) : x.number + 1]:
             self._graph.line = e.line
-            args = (self._made[a.number] for a in e.args)
-            self._made.append(getattr(self._graph, e.kind)(*args, *e.data))
-        node = self._made[x.number]
+            args = (self._nodes[a.number] for a in e.args)
+            self._nodes.append(getattr(self._graph, e.kind)(*args, *e.data))
+        node = self._nodes[x.number]
         return node.low, node.high
 
     def size(self, x: Any) -> float:

@@ -1,8 +1,8 @@
 """The same filter as in a textbook, in float64, to compare a derived one with.
 
 Jacobians are differences of f and h themselves, five points each; all measurements of an update are
-taken at once, and P is updated in Joseph's form. Of the derivation it shares what its author wrote
-and the meaning of an attitude's error, nothing else.
+taken at once, and P is updated in Joseph's form. With the derivation it shares only the author's
+methods and the definition of an attitude's error.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = ["Textbook", "TextbookRun"]
 
 #: Step of a difference, as a share of the largest standard deviation.
 _STEP = 2.0**-10
-#: Information, as a share of what the largest standard deviation stands for, that counts as none.
+#: Information that counts as none, as a share of that of the largest standard deviation.
 _UNSEEN = 1e-6
 #: Largest element of the product of F.
 _GROWN = 1e6
@@ -39,7 +39,7 @@ _STENCIL = {-2: 1.0 / 12.0, -1: -2.0 / 3.0, 1: 2.0 / 3.0, 2: -1.0 / 12.0}
 
 @dataclass(frozen=True)
 class TextbookRun:
-    """What a textbook's filter gave.
+    """Result of a textbook's filter.
 
     Attributes
     ----------
@@ -72,15 +72,17 @@ class _Function:
 
         x = leaves("state", kalman.states)
         u, p = leaves("input", kalman.inputs), leaves("param", kalman.params)
-        seen = grouped([*kalman.states], Values("state", x))
+        states = grouped([*kalman.states], Values("state", x))
         for s in kalman.estimated:
             if isinstance(s, Attitude):
-                about = [tracer.leaf("state", f"{c} estimate", -1.0, 1.0) for c in s.components]
-                seen[s.name] = AttitudeView(tracer, [x[c] for c in s.components], estimate=about)
+                estimate = [tracer.leaf("state", f"{c} estimate", -1.0, 1.0) for c in s.components]
+                states[s.name] = AttitudeView(
+                    tracer, [x[c] for c in s.components], estimate=estimate
+                )
         inputs = Values("input", grouped(kalman.inputs, Values("input", u)))
-        found = record(tracer, Values("state", seen), inputs, Values("parameter", p))
-        self.trace = Trace(tracer, [], {k: tracer.lift(v) for k, v in found.items()})
-        self.names = list(found)
+        results = record(tracer, Values("state", states), inputs, Values("parameter", p))
+        self.trace = Trace(tracer, [], {k: tracer.lift(v) for k, v in results.items()})
+        self.names = list(results)
 
     def __call__(self, leaves: Mapping[tuple[str, str], Any]) -> dict[str, Any]:
         values = evaluate(self.trace, leaves)
@@ -95,14 +97,14 @@ class Textbook:
         self.measurements: list[Measurement] = []
         self._next = _Function(kalman, self._motion)
         self._noise = _Function(kalman, self._variances)
-        self._seen = _Function(kalman, self._measured)
+        self._measurement = _Function(kalman, self._measured)
         self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
         #: Of each measurement: updates in which it was valid, and in which it was taken.
         self._valid = np.zeros((2, len(self.measurements)), dtype=int)
         #: Of each error state, updates in which its variance was near its largest, and in which it
         #: had process noise.
         self._held, self._noisy = np.zeros((2, len(kalman.most)), dtype=int)
-        self._sight = _Sight(np.array(kalman.most))
+        self._observability = _Observability(np.array(kalman.most))
 
     # -- what the author wrote, as functions ----------------------------------------------------
 
@@ -113,8 +115,8 @@ class Textbook:
 
     def _variances(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
         k = self.kalman
-        found = noise_of(k, k.noise(x, u, p), Intervals(tracer))
-        return {f"{i} {j}": v for (i, j), v in found.items()}
+        noise = noise_of(k, k.noise(x, u, p), Intervals(tracer))
+        return {f"{i} {j}": v for (i, j), v in noise.items()}
 
     def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
         self.measurements = checked_measurements(self.kalman, self.kalman.measure(x, u, p))
@@ -137,38 +139,38 @@ class Textbook:
         """
         k = self.kalman
         self._valid[:] = self._held[:] = self._noisy[:] = 0
-        self._sight = _Sight(np.array(k.most))
+        self._observability = _Observability(np.array(k.most))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
         fixed = {("param", name): v for name, v in k.param_values(params).items()}
         rows, covariances = [], []
-        for one in inputs:
-            leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, one, strict=True)}
+        for record in inputs:
+            leaves = fixed | {("input", i.name): v for i, v in zip(k.inputs, record, strict=True)}
             x, cov = self._predicted(x, cov, leaves)
-            prior = x = self._with(x, cov)
+            prior = x = self._with_covariance(x, cov)
             x, cov, nis = self._corrected(x, cov, leaves)
-            x = self._with(x, cov)
+            x = self._with_covariance(x, cov)
             shown = prior if k.prior else x
-            known = {**shown, "nis": nis, **self._shown(self._leaves(shown, leaves))}
-            rows.append([float(known[o.name]) for o in k.outputs])
+            values = {**shown, "nis": nis, **self._shown(self._leaves(shown, leaves))}
+            rows.append([float(values[o.name]) for o in k.outputs])
             covariances.append(cov)
         columns = np.array(rows).T
         outputs = {o.name: c for o, c in zip(k.outputs, columns, strict=True)}
         return TextbookRun(outputs, np.array(covariances), self._remarks(len(inputs)))
 
     def _remarks(self, updates: int) -> list[str]:
-        """What a run shows of the model, one line each, with the author's place."""
+        """Remarks of a run about the model, one line each, with the source location."""
         k, texts = self.kalman, []
-        for m, valid, taken in zip(self.measurements, *self._valid, strict=True):
-            what = placed(m.line, "measurement")
+        for m, valid, accepted in zip(self.measurements, *self._valid, strict=True):
+            subject = placed(m.line, "measurement")
             if not valid:
-                texts.append(f"{what}: not valid in any of {updates} updates")
-            elif not taken:
+                texts.append(f"{subject}: not valid in any of {updates} updates")
+            elif not accepted:
                 texts.append(
-                    f"{what}: wanted innovations within the gate of {m.gate:g} standard "
+                    f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
                     f"deviations, found none in {valid} updates; raise r, sd or the gate"
                 )
-        unseen = self._sight.unseen()
+        unseen = self._observability.unseen()
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
         for i in np.flatnonzero((self._held > 0) & shown):
             texts.append(
@@ -183,31 +185,31 @@ class Textbook:
         for direction in unseen:
             at = np.flatnonzero(np.abs(direction) > 0.05)
             parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at)
-            what = f"{parts}, in shares of sd_max," if len(at) > 1 else k.errors[at[0]]
+            subject = f"{parts}, in shares of sd_max," if len(at) > 1 else k.errors[at[0]]
             texts.append(
                 f"{placed(k.places[at[0]], 'state')}: no measurement of {updates} updates shows "
-                f"{what.strip('+')}; measure it, let it move what is measured, or leave it out"
+                f"{subject.strip('+')}; measure it, let it move what is measured, or leave it out"
             )
         return texts
 
-    def _with(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
-        """States, and elements of P as an author's method sees them."""
+    def _with_covariance(self, x: Mapping[str, Any], cov: FloatArray) -> dict[str, Any]:
+        """States and elements of P, as an author's method gets them."""
         return {**x, **{name: cov[pair] for name, pair in self.kalman.covariance_states.items()}}
 
-    def _leaves(self, x: Mapping[str, Any], leaves: Mapping[Any, Any], about: Any = None) -> Any:
-        about = about or x
-        own = {("state", name): v for name, v in x.items()}
+    def _leaves(self, x: Mapping[str, Any], leaves: Mapping[Any, Any], estimate: Any = None) -> Any:
+        estimate = estimate or x
+        values = {("state", name): v for name, v in x.items()}
         for s in self.kalman.estimated:
             if isinstance(s, Attitude):
-                own |= {("state", f"{c} estimate"): about[c] for c in s.components}
-        return {**leaves, **own}
+                values |= {("state", f"{c} estimate"): estimate[c] for c in s.components}
+        return {**leaves, **values}
 
     def _predicted(
         self, x: dict[str, Any], cov: FloatArray, leaves: Mapping[Any, Any]
     ) -> tuple[dict[str, Any], FloatArray]:
         """x = f(x), P = F P F^T + Q."""
         k = self.kalman
-        now = self._next(self._leaves(x, leaves))
+        next_x = self._next(self._leaves(x, leaves))
         slope = self._jacobian(self._next, k.errors, x, leaves)
         f, q, after = slope.copy(), np.zeros_like(cov), dict(x)
         for s in k.estimated:
@@ -216,62 +218,62 @@ class Textbook:
                 quaternion = np.array([x[c] for c in s.components], dtype=float)
                 f[at : at + 3] = _matrix(quaternion) @ slope[at : at + 3]
                 f[at : at + 3, at : at + 3] += np.eye(3)
-                turn = np.array([now[e] for e in s.errors], dtype=float)
-                after |= zip(s.components, _times(quaternion, _of_turn(turn)), strict=True)
+                turn = np.array([next_x[e] for e in s.errors], dtype=float)
+                after |= zip(s.components, _times(quaternion, _quaternion_of(turn)), strict=True)
             else:
-                after[s.name] = ops.wrap_ht(now[s.name]) if s.unit == "ht" else now[s.name]
-        after |= {s.name: now[s.name] for s in k.memory}
+                after[s.name] = ops.wrap_ht(next_x[s.name]) if s.unit == "ht" else next_x[s.name]
+        after |= {s.name: next_x[s.name] for s in k.memory}
         for pair, value in self._noise(self._leaves(x, leaves)).items():
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
         q += np.diag(k.least_noise)
         self._noisy += np.diag(q) > 0.0
-        self._sight.move(f)
-        held = np.diag(cov) > np.array(k.held)
-        self._held += held
-        f[held] = np.eye(len(f))[held]
-        q[held] = q[:, held] = 0.0
+        self._observability.move(f)
+        is_held = np.diag(cov) > np.array(k.held)
+        self._held += is_held
+        f[is_held] = np.eye(len(f))[is_held]
+        q[is_held] = q[:, is_held] = 0.0
         return after, f @ cov @ f.T + q
 
     def _corrected(
         self, x: dict[str, Any], cov: FloatArray, leaves: Mapping[Any, Any]
     ) -> tuple[dict[str, Any], FloatArray, float]:
-        """All measurements at once, but for those beyond their gate given the ones before."""
+        """All measurements at once, but for those beyond their gate after the ones before."""
         k = self.kalman
-        now = self._seen(self._leaves(x, leaves))
+        measured = self._measurement(self._leaves(x, leaves))
         numbers = range(len(self.measurements))
-        h = self._jacobian(self._seen, [f"excess {n}" for n in numbers], x, leaves)
-        r = np.array([float(now[f"r {n}"]) for n in numbers])
-        nu = np.array([-float(now[f"excess {n}"]) for n in numbers])
+        h = self._jacobian(self._measurement, [f"excess {n}" for n in numbers], x, leaves)
+        r = np.array([float(measured[f"r {n}"]) for n in numbers])
+        nu = np.array([-float(measured[f"excess {n}"]) for n in numbers])
         for n, m in enumerate(self.measurements):
             nu[n] = ops.wrap_ht(nu[n]) if m.wrap else nu[n]
-        there = [n for n in numbers if now[f"valid {n}"] >= 0.5]
-        self._valid[0, there] += 1
+        valid = [n for n in numbers if measured[f"valid {n}"] >= 0.5]
+        self._valid[0, valid] += 1
         if k.considered:
-            return self._one_by_one(x, cov, there, h, r, nu)
+            return self._sequential(x, cov, valid, h, r, nu)
         s = h @ cov @ h.T + np.diag(r)
-        taken: list[int] = []
-        for n in there:
+        accepted: list[int] = []
+        for n in valid:
             gate = self.measurements[n].gate
-            known = np.linalg.solve(s[np.ix_(taken, taken)], s[taken, n])
-            variance, rest = s[n, n] - known @ s[taken, n], nu[n] - known @ nu[taken]
-            if gate is None or rest * rest <= gate**2 * variance:
-                taken.append(n)
-        self._valid[1, taken] += 1
-        h, r, nu = h[taken], r[taken], nu[taken]
-        s = s[np.ix_(taken, taken)]
-        self._sight.see(h, r)
+            weights = np.linalg.solve(s[np.ix_(accepted, accepted)], s[accepted, n])
+            variance, residual = s[n, n] - weights @ s[accepted, n], nu[n] - weights @ nu[accepted]
+            if gate is None or residual * residual <= gate**2 * variance:
+                accepted.append(n)
+        self._valid[1, accepted] += 1
+        h, r, nu = h[accepted], r[accepted], nu[accepted]
+        s = s[np.ix_(accepted, accepted)]
+        self._observability.see(h, r)
         gain = np.linalg.solve(s, h @ cov).T
-        change, left = gain @ nu, np.eye(len(cov)) - gain @ h
+        change, complement = gain @ nu, np.eye(len(cov)) - gain @ h
         after = _moved_by(k, x, change)
-        joseph = left @ cov @ left.T + gain @ np.diag(r) @ gain.T
+        joseph = complement @ cov @ complement.T + gain @ np.diag(r) @ gain.T
         return after, joseph, float(nu @ np.linalg.solve(s, nu))
 
-    def _one_by_one(
+    def _sequential(
         self,
         x: dict[str, Any],
         cov: FloatArray,
-        there: Sequence[int],
+        valid: Sequence[int],
         h: FloatArray,
         r: FloatArray,
         nu: FloatArray,
@@ -279,18 +281,18 @@ class Textbook:
         """One measurement after the other: with states that are considered, their order counts."""
         k, nis, change = self.kalman, 0.0, np.zeros(len(cov))
         corrected = np.array([i not in k.considered for i in range(len(cov))])
-        for n in there:
+        for n in valid:
             gate, row = self.measurements[n].gate, h[n]
-            variance, rest = row @ cov @ row + r[n], nu[n] - row @ change
-            if gate is not None and rest * rest > gate**2 * variance:
+            variance, residual = row @ cov @ row + r[n], nu[n] - row @ change
+            if gate is not None and residual * residual > gate**2 * variance:
                 continue
             self._valid[1, n] += 1
-            self._sight.see(h[n : n + 1], r[n : n + 1])
+            self._observability.see(h[n : n + 1], r[n : n + 1])
             gain = corrected * (cov @ row) / variance
-            left = np.eye(len(cov)) - np.outer(gain, row)
-            change += gain * rest
-            cov = left @ cov @ left.T + r[n] * np.outer(gain, gain)
-            nis += float(rest * rest / variance)
+            complement = np.eye(len(cov)) - np.outer(gain, row)
+            change += gain * residual
+            cov = complement @ cov @ complement.T + r[n] * np.outer(gain, gain)
+            nis += float(residual * residual / variance)
         return _moved_by(k, x, change), cov, nis
 
     def _jacobian(
@@ -300,16 +302,16 @@ class Textbook:
         k, n = self.kalman, len(self.kalman.errors)
         steps = np.array(k.most) * _STEP
         change = np.concatenate([np.diag(steps * times) for times in _STENCIL])  # (4 n, n)
-        several = {name: np.full(len(change), value) for name, value in x.items()}
-        varied = function(self._leaves(_moved_by(k, several, change.T), leaves, about=several))
+        stacked = {name: np.full(len(change), value) for name, value in x.items()}
+        varied = function(self._leaves(_moved_by(k, stacked, change.T), leaves, estimate=stacked))
         middle = function(self._leaves(x, leaves))
         weights = np.array([*_STENCIL.values()])[:, None] / steps
         rows = []
         for name in names:
-            apart = np.broadcast_to(varied[name] - middle[name], len(change))
+            differences = np.broadcast_to(varied[name] - middle[name], len(change))
             if self._is_angle(name):
-                apart = ops.wrap_ht(apart)
-            rows.append((apart.reshape(-1, n) * weights).sum(axis=0))
+                differences = ops.wrap_ht(differences)
+            rows.append((differences.reshape(-1, n) * weights).sum(axis=0))
         return np.array(rows)
 
     def _is_angle(self, name: str) -> bool:
@@ -319,41 +321,41 @@ class Textbook:
         return any(s.name == name and s.unit == "ht" for s in self.kalman.states)
 
 
-class _Sight:
-    """What measurements tell of the state at the start: sum of (H Phi)^T R^-1 H Phi, scaled.
+class _Observability:
+    """Information of measurements about the initial state: sum of (H Phi)^T R^-1 H Phi, scaled.
 
-    An error of one is the largest standard deviation; information 1 leaves half of its variance.
+    The unit of an error is its largest standard deviation; information 1 halves that variance.
     """
 
-    def __init__(self, most: FloatArray) -> None:
-        self._most = most
-        self._phi, self._told = np.eye(len(most)), np.zeros((len(most), len(most)))
+    def __init__(self, sd_max: FloatArray) -> None:
+        self._sd_max = sd_max
+        self._phi, self._information = np.eye(len(sd_max)), np.zeros((len(sd_max), len(sd_max)))
 
     def move(self, f: FloatArray) -> None:
         """The state moves by F."""
-        self._phi = (f * self._most / self._most[:, None]) @ self._phi
+        self._phi = (f * self._sd_max / self._sd_max[:, None]) @ self._phi
         size = np.abs(self._phi).max()  # of a growing state only the direction counts
         self._phi /= max(size / _GROWN, 1.0)
 
     def see(self, h: FloatArray, r: FloatArray) -> None:
-        """It is measured."""
-        row = (h * self._most) @ self._phi / np.sqrt(r)[:, None]
-        self._told += row.T @ row
+        """Add the information of measurements."""
+        row = (h * self._sd_max) @ self._phi / np.sqrt(r)[:, None]
+        self._information += row.T @ row
 
     def unseen(self) -> Sequence[FloatArray]:
         """Directions of less than `_UNSEEN` information: states themselves first."""
-        values, vectors = np.linalg.eigh(self._told)
-        least = max(_UNSEEN, 1e-13 * values[-1])
-        alone = [i for i, told in enumerate(np.diag(self._told)) if told < least]
-        out = [*np.eye(len(values))[alone]]
-        rest = np.delete(np.arange(len(values)), alone)
-        if len(rest):
-            values, vectors = np.linalg.eigh(self._told[np.ix_(rest, rest)])
+        values, vectors = np.linalg.eigh(self._information)
+        threshold = max(_UNSEEN, 1e-13 * values[-1])
+        states = [i for i, element in enumerate(np.diag(self._information)) if element < threshold]
+        out = [*np.eye(len(values))[states]]
+        remaining = np.delete(np.arange(len(values)), states)
+        if len(remaining):
+            values, vectors = np.linalg.eigh(self._information[np.ix_(remaining, remaining)])
             for value, vector in zip(values, vectors.T, strict=True):
-                if value < least:
-                    whole = np.zeros(len(self._most))
-                    whole[rest] = vector * np.sign(vector[np.abs(vector).argmax()])
-                    out.append(whole)
+                if value < threshold:
+                    direction = np.zeros(len(self._sd_max))
+                    direction[remaining] = vector * np.sign(vector[np.abs(vector).argmax()])
+                    out.append(direction)
         return out
 
 
@@ -378,7 +380,7 @@ def _times(p: FloatArray, q: FloatArray) -> FloatArray:
     return np.concatenate([(p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0))[None], v])
 
 
-def _of_turn(turn: FloatArray) -> FloatArray:
+def _quaternion_of(turn: FloatArray) -> FloatArray:
     """Quaternion of a rotation vector."""
     half = 0.5 * float(np.linalg.norm(turn))
     return np.concatenate([[np.cos(half)], 0.5 * np.sinc(half / np.pi) * turn])

@@ -1,7 +1,7 @@
 """One update of a Kalman filter, as it is recorded: prediction, then a scalar update for each row.
 
-What is recorded for the author carries the author's line: an element of P that of the state of its
-row, an update that of its `Measurement`.
+Recorded expressions carry a line of the author: an element of P the line of its row's state, an
+update the line of its `Measurement`.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ _REACH = 64.0
 _MOVE = 64.0
 #: Name of the state that holds the random word of `Kalman.dither`.
 DITHER = "dither"
-#: The next one is wrap(factor word + added): all 2^32 words in turn.
+#: The next word is wrap(factor word + added): all 2^32 words in turn.
 _FACTOR, _ADDED = 69069.0, 1327217885.0 * 2.0**-31
-#: A sum with this ends at the bit 2^-13 of a word of 32, and is exact in float64.
+#: A sum with this number ends at the bit 2^-13 of a word of 32, and is exact in float64.
 _COARSE = 2.0**17
 #: When an element leaves the bounds that it has in a covariance.
 INDEFINITE = "rounding or nonlinearity make P indefinite"
@@ -58,7 +58,7 @@ class Update:
         self.wide = list(kalman.most)
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
-        #: Elements of P that some updates have been subtracted from, and how many.
+        #: Elements of P from which updates have been subtracted, and how many.
         self.left: dict[tuple[int, int], tuple[Any, int]] = {}
         #: Of each update: its L, the innovation over its standard deviation, whether it counts.
         self.gains: list[list[Any]] = []
@@ -70,10 +70,10 @@ class Update:
         """Next states and outputs, by name."""
         k = self.kalman
         if k.part == UPDATE:
-            own = {s.name for s in k.memory}
-            names = [n for n in self.before if n not in own and n not in k.covariance_states]
+            memory = {s.name for s in k.memory}
+            names = [n for n in self.before if n not in memory and n not in k.covariance_states]
             self.states = {name: self.before[name] for name in names}
-            self.memory = {name: self.before[name] for name in own}
+            self.memory = {name: self.before[name] for name in memory}
         else:
             self._predict()
         prior = self._outputs(self.states) if k.prior else None
@@ -96,9 +96,9 @@ class Update:
         for i, name in enumerate(k.errors):
             if name in self.before:
                 self.slopes.seed(self.before[name], i)
-        seen = self._seen(self.before)
-        after = moved(k, k.f(seen, self.u, self.p), self.before)
-        noise = noise_of(k, k.noise(seen, self.u, self.p), self.intervals)
+        view = self._view(self.before)
+        after = moved(k, k.f(view, self.u, self.p), self.before)
+        noise = noise_of(k, k.noise(view, self.u, self.p), self.intervals)
         self.memory = {s.name: after[s.name] for s in k.memory}
         rows: list[Slope] = []
         for s in k.estimated:
@@ -107,22 +107,22 @@ class Update:
                 turn = [after[e] for e in s.errors]
                 q = [self.before[c] for c in s.components]
                 self.states |= zip(s.components, turned(q, turn), strict=True)
-                rows += self._rows_of_turn(s, getattr(seen, s.name), turn)
+                rows += self._rows_of_turn(s, getattr(view, s.name), turn)
             else:
                 value = self.tracer.lift(after[s.name])
                 rows.append(self.slopes.of(value))
-                self.states[s.name] = value if value is self.before[s.name] else _within(value, s)
+                self.states[s.name] = value if value is self.before[s.name] else _in_range(value, s)
         self._propagate(rows, noise)
 
     def _rows_of_turn(self, s: Attitude, view: AttitudeView, turn: Sequence[Any]) -> list[Slope]:
         """Rows of F of an attitude's error: e + C d(turn)."""
         first = self.kalman.errors.index(s.errors[0])
-        by = [self.slopes.of(self.tracer.lift(t)) for t in turn]
+        slopes = [self.slopes.of(self.tracer.lift(t)) for t in turn]
         rows = []
         for a in range(3):
             row: Slope = {first + a: self.tracer.const(1.0)}
             for b in range(3):
-                for j, d in by[b].items():
+                for j, d in slopes[b].items():
                     part = product(d, self.tracer.lift(view.matrix[a][b]))
                     row[j] = row[j] + part if j in row else part
             rows.append(row)
@@ -131,8 +131,8 @@ class Update:
     def _propagate(self, rows: list[Slope], noise: dict[tuple[int, int], Any]) -> None:
         """F P F^T + Q, each row of F held where the variance is near its largest.
 
-        F is a product of factors that each change some states by others which are still as they
-        were; those whose equations need each other change together.
+        F is a product of factors: each changes some states by others that have not changed yet;
+        states whose equations need each other change together.
         """
         k = self.kalman
         self.random = self._random() if k.dither else None
@@ -147,21 +147,21 @@ class Update:
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
             self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
             self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
-        done: set[int] = set()
+        changed: set[int] = set()
         for block in _blocks(rows):
-            done |= {*block}
+            changed |= {*block}
             added = {
-                (i, j): q for (i, j), q in noise.items() if {i, j} <= done and {i, j} & {*block}
+                (i, j): q for (i, j), q in noise.items() if {i, j} <= changed and {i, j} & {*block}
             }
             self._change(block, added)
 
     def _entry(self, i: int, m: int, entry: Scalar) -> Scalar:
         """An element of F in a word 32 times as fine as its share of P needs: shorter products."""
         k = self.kalman
-        enough = math.ldexp(2.0**-5, math.frexp(k.most[i] / k.most[m])[1])
-        if entry.kind == "const" or self.intervals.size(entry) >= enough:
+        limit = math.ldexp(2.0**-5, math.frexp(k.most[i] / k.most[m])[1])
+        if entry.kind == "const" or self.intervals.size(entry) >= limit:
             return entry
-        coarse: Scalar = ops.bounded(entry, -enough, enough, "standard deviations")
+        coarse: Scalar = ops.bounded(entry, -limit, limit, "standard deviations")
         return coarse
 
     def _change(self, block: Sequence[int], noise: Mapping[tuple[int, int], Any]) -> None:
@@ -171,11 +171,11 @@ class Update:
         for i in block:
             self.tracer.place = k.places[i]
             for j in self.range:
-                along[i, j] = self._across(i, j, [before[m, j] for m in self.range])
+                along[i, j] = self._row_product(i, j, [before[m, j] for m in self.range])
                 if j not in block:
                     added = noise.get((min(i, j), max(i, j)), 0.0)
-                    along[i, j] = self._sized(along[i, j], i, j, before)
-                    self.cov[i, j] = self.cov[j, i] = self._noisy(along[i, j], i, j, added)
+                    along[i, j] = self._bounded(along[i, j], i, j, before)
+                    self.cov[i, j] = self.cov[j, i] = self._with_noise(along[i, j], i, j, added)
         for n, i in enumerate(block):
             for j in block[n:]:
                 self.tracer.place = k.places[i]
@@ -183,41 +183,41 @@ class Update:
                 column = [along.get((a, m), before[a, m]) for m in self.range]
                 added = noise.get((i, j), 0.0)
                 if i == j:
-                    value = self._across(b, a, column, added + k.least_noise[i])
+                    value = self._row_product(b, a, column, added + k.least_noise[i])
                 else:
-                    value = self._noisy(self._across(b, a, column), i, j, added)
-                self.cov[i, j] = self.cov[j, i] = self._sized(value, i, j, before)
+                    value = self._with_noise(self._row_product(b, a, column), i, j, added)
+                self.cov[i, j] = self.cov[j, i] = self._bounded(value, i, j, before)
 
     def _random(self) -> Any:
         """0 in float64; in words of 32 bits a random number within 2^-14 of it.
 
-        It is what rounding leaves of the word of the state.
+        It is the rounding error of the state's word.
         """
         word = self.before[DITHER]
         coarse = ops.bounded(word + _COARSE, _COARSE - 1.0, _COARSE + 1.0, "a word")
         return ops.saturated(word - ops.bounded(coarse - _COARSE, -1.0, 1.0, "a word"), 2.0**-14)
 
-    def _across(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
-        """Row i of F times column j; what comes of other states, and noise, unless held."""
-        others = added
+    def _row_product(self, i: int, j: int, column: Sequence[Any], added: Any = 0.0) -> Scalar:
+        """Row i of F times column j; terms of other states, and noise, only if it is not held."""
+        coupling = added
         for m in sorted(self.rows[i]):
-            others = others + product(self.rows[i][m], column[m])
-        own: Scalar = product(self.diagonal[i], column[i])
-        if not is_const(others, 0.0):
+            coupling = coupling + product(self.rows[i][m], column[m])
+        result: Scalar = product(self.diagonal[i], column[i])
+        if not is_const(coupling, 0.0):
             if self.random is not None:  # within half of the last bit of a word of 32
                 exponent = math.frexp(self.wide[i] * self.wide[j])[1]
-                others = others + math.ldexp(1.0, exponent - 18) * self.random
-            own = own + ops.where(self.full[i], 0.0, others)
-        return own
+                coupling = coupling + math.ldexp(1.0, exponent - 18) * self.random
+            result = result + ops.where(self.full[i], 0.0, coupling)
+        return result
 
-    def _noisy(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
+    def _with_noise(self, value: Scalar, i: int, j: int, added: Any) -> Scalar:
         """An element of two states with the covariance of their noise, unless one is held."""
         if is_const(added, 0.0):
             return value
         noisy: Scalar = value + ops.where(self.full[i] | self.full[j], 0.0, added)
         return noisy
 
-    def _sized(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
+    def _bounded(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
         """An element that has changed, within what the standard deviations allow."""
         return value if value is before[i, j] else self._element(value, i, j, self.wide)
 
@@ -248,7 +248,7 @@ class Update:
     # -- correction -----------------------------------------------------------------------------
 
     def _correct(self) -> None:
-        """x += L nu / sqrt(s) of every measurement; L of what the ones before it left of P."""
+        """x += L nu / sqrt(s) of every measurement; L of P after the measurements before it."""
         k = self.kalman
         places = {s.name: s.line for s in k.estimated}
         current = dict(self.states)
@@ -260,8 +260,8 @@ class Update:
                 current[name] = self.tracer.new("same", value, data=(f"predicted {name}",))
                 self.slopes.seed(current[name], i)
         self.tracer.place = ""
-        seen = self._seen(current)
-        for m in checked_measurements(k, k.measure(seen, self.u, self.p)):
+        view = self._view(current)
+        for m in checked_measurements(k, k.measure(view, self.u, self.p)):
             self.tracer.place = m.line
             self._update(m)
         for s in k.estimated:
@@ -279,112 +279,112 @@ class Update:
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
                 fix="raise the least value of its parameters" if row else "compute h from x",
             )
-        row = self._limited(m, row)
+        row = self._limited_row(m, row)
         innovation = self._innovation(m)
-        earlier = [self._dot(row, g.__getitem__) for g in self.gains]
+        dots = [self._dot(row, g.__getitem__) for g in self.gains]
         corrected_row = {i: h for i, h in row.items() if i not in k.considered}
-        alone = (
+        corrected_dots = (
             [self._dot(corrected_row, g.__getitem__) for g in self.gains]
             if len(corrected_row) < len(row)
-            else earlier
+            else dots
         )
         spread = self._spread(m, row)
-        whole = [
+        full_column = [
             self._dot(row, [self.cov[j, i] for j in self.range].__getitem__) for i in self.range
         ]
-        column = self._left(whole, row, earlier, alone, spread)
+        column = self._reduced_column(full_column, row, dots, corrected_dots, spread)
         # h P h + r, not of the columns that are still to be reduced: known sooner.
-        variance = self._dot(row, (whole if earlier else column).__getitem__)
-        # (h L)^2 less what two states leave each other that are both only considered.
-        parts = zip(earlier, alone, strict=True)
-        taken_off = [a * a if a is b else b * (2.0 * a - b) for a, b in parts]
-        variance = self._less(variance, taken_off) + m.r
-        if earlier or not _is_unit(row):  # else its interval is as good
+        variance = self._dot(row, (full_column if dots else column).__getitem__)
+        # (h L)^2 without the products of two states that are both only considered.
+        parts = zip(dots, corrected_dots, strict=True)
+        squares = [a * a if a is b else b * (2.0 * a - b) for a, b in parts]
+        variance = self._subtracted(variance, squares) + m.r
+        if dots or not _is_unit(row):  # else its interval is as good
             variance = ops.bounded(
                 variance, low, spread * spread + high, "h P h + r", unless=INDEFINITE
             )
-        pairs = zip(alone, self.moves, strict=True)
-        innovation = self._less(innovation, [a * move for a, move in pairs])
+        pairs = zip(corrected_dots, self.moves, strict=True)
+        innovation = self._subtracted(innovation, [a * move for a, move in pairs])
         weight = ops.rsqrt(variance)
         move = ops.saturated(innovation * weight, _MOVE)
-        taken, gains = m.valid, [c * weight for c in column]
+        valid, gains = m.valid, [c * weight for c in column]
         if m.gate is not None:
             # A condition of its own: cheaper once for each L than wherever these are used.
-            within = ~self._beyond(m.gate, innovation, variance)
-            within = within if taken is None else within & taken
+            within = ~self._exceeds_gate(m.gate, innovation, variance)
+            within = within if valid is None else within & valid
             gains = [ops.where(within, g, 0.0) for g in gains]
-            move, taken = ops.where(within, move, 0.0), None
-        self.nis = self.nis + (move * move if taken is None else ops.where(taken, move * move, 0.0))
+            move, valid = ops.where(within, move, 0.0), None
+        self.nis = self.nis + (move * move if valid is None else ops.where(valid, move * move, 0.0))
         bounds = zip(gains, self.wide, strict=True)
         self.gains.append(
             [ops.bounded(g, -sd, sd, "root of a variance", unless=INDEFINITE) for g, sd in bounds]
         )
         self.moves.append(move)
-        self.taken.append(taken)
+        self.taken.append(valid)
 
-    def _less(self, value: Any, parts: Sequence[Any], first: int = 0) -> Any:
-        """Value less what each update from the first takes of it, if it is taken."""
-        for _, some in groupby(enumerate(parts, first), lambda part: id(self.taken[part[0]])):
-            numbers, each = zip(*some, strict=True)
-            total = sum(each[1:], each[0])
-            taken = self.taken[numbers[0]]
-            value = value - (total if taken is None else ops.where(taken, total, 0.0))
+    def _subtracted(self, value: Any, parts: Sequence[Any], first: int = 0) -> Any:
+        """Value minus the part of each update from ``first`` on that is taken into account."""
+        for _, group in groupby(enumerate(parts, first), lambda part: id(self.taken[part[0]])):
+            numbers, members = zip(*group, strict=True)
+            total = sum(members[1:], members[0])
+            valid = self.taken[numbers[0]]
+            value = value - (total if valid is None else ops.where(valid, total, 0.0))
         return value
 
     def _innovation(self, m: Measurement) -> Any:
         nu = m.z - m.h
         return ops.wrap_ht(nu) if m.wrap else nu
 
-    def _beyond(self, gate: float, innovation: Any, variance: Any) -> Any:
+    def _exceeds_gate(self, gate: float, innovation: Any, variance: Any) -> Any:
         """nu^2 > gate^2 s: known before the root of s."""
         limit = gate * math.sqrt(self.intervals(variance)[1])
-        most = math.ldexp(1.0, math.frexp(limit)[1])
-        nu = ops.saturated(innovation, most)
+        bound = math.ldexp(1.0, math.frexp(limit)[1])
+        nu = ops.saturated(innovation, bound)
         return nu * nu > (gate * gate) * variance
 
-    def _left(
+    def _reduced_column(
         self,
         column: list[Any],
         row: Slope,
-        earlier: Sequence[Scalar],
-        alone: Sequence[Scalar],
+        dots: Sequence[Scalar],
+        corrected_dots: Sequence[Scalar],
         spread: float,
     ) -> list[Any]:
-        """P h of what the updates before have left of P.
+        """P h of P after the updates before.
 
-        ``earlier``: their h L; ``alone``: of the states that are corrected.
+        ``dots``: their h L; ``corrected_dots``: h L of the states that are corrected.
         """
         if _is_unit(row):
-            return [self._element_left(i, *row) for i in self.range]
+            return [self._reduced_element(i, *row) for i in self.range]
         out: list[Any] = []
         for i, (value, sd, *g) in enumerate(zip(column, self.wide, *self.gains, strict=True)):
-            by, most = alone if i in self.kalman.considered else earlier, spread * sd
-            value = self._less(value, [own * a for own, a in zip(g, by, strict=True)])
-            out.append(ops.bounded(value, -most, most, "standard deviations", unless=INDEFINITE))
+            factors, bound = corrected_dots if i in self.kalman.considered else dots, spread * sd
+            value = self._subtracted(value, [a * b for a, b in zip(g, factors, strict=True)])
+            out.append(ops.bounded(value, -bound, bound, "standard deviations", unless=INDEFINITE))
         return out
 
-    def _element_left(self, i: int, j: int) -> Any:
+    def _reduced_element(self, i: int, j: int) -> Any:
         """An element of P after the updates so far; each is subtracted once."""
-        value, done = self.left.get((i, j), (self.cov[i, j], 0))
-        if done < len(self.gains):
-            value = self._element(self._reduced_by(i, j, value, done), i, j, self.wide)
+        value, count = self.left.get((i, j), (self.cov[i, j], 0))
+        if count < len(self.gains):
+            value = self._element(self._reduced_by(i, j, value, count), i, j, self.wide)
             self.left[i, j] = self.left[j, i] = value, len(self.gains)
         return value
 
-    def _reduced_by(self, i: int, j: int, value: Any, done: int) -> Any:
-        """An element of P - L L^T of all updates, of which so many are done.
+    def _reduced_by(self, i: int, j: int, value: Any, count: int) -> Any:
+        """An element of P - L L^T of all updates, of which ``count`` are subtracted already.
 
         Of two states that are only considered it stays: with gain 0 for them, Joseph's form.
         """
         if {i, j} <= self.kalman.considered:
             return value
-        return self._less(value, [g[i] * g[j] for g in self.gains[done:]], done)
+        return self._subtracted(value, [g[i] * g[j] for g in self.gains[count:]], count)
 
-    def _limited(self, m: Measurement, row: Slope) -> Slope:
+    def _limited_row(self, m: Measurement, row: Slope) -> Slope:
         """The derivatives of h, none larger than the author says."""
         k = self.kalman
-        most = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
-        limits = {k.errors.index(name): limit for name, limit in most.items()}
+        slope_max = spread(m.slope_max, k.groups, placed(m.line, "measurement"), "slope_max")
+        limits = {k.errors.index(name): limit for name, limit in slope_max.items()}
         return {
             i: ops.saturated(h, limits[i])
             if self.intervals.size(h) > limits.get(i, math.inf)
@@ -416,14 +416,14 @@ class Update:
         for i in range(at, at + len(self.kalman.groups[s.name])):
             value: Any = 0.0 if isinstance(s, Attitude) else self.states[s.name]
             pairs = zip(self.gains, self.moves, strict=True)
-            sums.append(self._less(value, [-(g[i] * move) for g, move in pairs]))
+            sums.append(self._subtracted(value, [-(g[i] * move) for g, move in pairs]))
         if isinstance(s, Attitude):
             q = corrected(
                 [self.states[c] for c in s.components], [ops.saturated(e, 1.0) for e in sums]
             )
             self.states |= zip(s.components, q, strict=True)
         else:
-            self.states[s.name] = _within(sums[0], s)
+            self.states[s.name] = _in_range(sums[0], s)
 
     def _reduced(self) -> dict[str, Any]:
         """P - sum L L^T, each element once."""
@@ -436,45 +436,44 @@ class Update:
 
     # -- views ----------------------------------------------------------------------------------
 
-    def _seen(self, values: Mapping[str, Any]) -> Values:
-        """States as the author's methods see them."""
-        k, seen = self.kalman, {}
+    def _view(self, values: Mapping[str, Any]) -> Values:
+        """States as arguments of the author's methods."""
+        k, attitudes = self.kalman, {}
         scalars = [s for s in k.estimated if not isinstance(s, Attitude)]
         for s in k.estimated:
             if isinstance(s, Attitude):
                 first = k.errors.index(s.errors[0])
                 q = [values[c] for c in s.components]
                 self.tracer.place = s.line
-                seen[s.name] = AttitudeView(self.tracer, q, self.slopes, first)
+                attitudes[s.name] = AttitudeView(self.tracer, q, self.slopes, first)
         self.tracer.place = ""
         named = Values("state", {**self.before, **self.memory, **values})
         covariance = {name: self.cov[pair] for name, pair in k.covariance_states.items()}
-        return Values("state", {**grouped([*scalars, *k.memory], named), **seen, **covariance})
+        return Values("state", {**grouped([*scalars, *k.memory], named), **attitudes, **covariance})
 
     def _outputs(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Outputs of these states."""
         k = self.kalman
-        known = {"nis": self.nis, **self.memory, **values}
-        known |= k.shown(self._seen(values), self.u, self.p)
-        return {o.name: known[o.name] for o in k.outputs if o.name in known}
+        results = {"nis": self.nis, **self.memory, **values}
+        results |= k.shown(self._view(values), self.u, self.p)
+        return {o.name: results[o.name] for o in k.outputs if o.name in results}
 
 
 def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
-    """States in an order in which each changes while those of its row are as they were.
+    """States in an order in which each changes before the states of its row do.
 
-    Where the equations of some need each other, these are one block; so are those of which none
-    needs another.
+    States whose equations need each other are one block; so are states of which none needs another.
     """
     n = len(rows)
     needs = [{*row} - {i} for i, row in enumerate(rows)]
     for m in range(n):  # of what is needed, too
-        needs = [one | needs[m] if m in one else one for one in needs]
-    left, blocks = {*range(n)}, []
-    while left:
-        users = {i: {k for k in left if i in needs[k]} for i in left}
-        block = [i for i in sorted(left) if users[i] <= needs[i]]
+        needs = [needed | needs[m] if m in needed else needed for needed in needs]
+    remaining, blocks = {*range(n)}, []
+    while remaining:
+        users = {i: {k for k in remaining if i in needs[k]} for i in remaining}
+        block = [i for i in sorted(remaining) if users[i] <= needs[i]]
         blocks.append(block)
-        left -= {*block}
+        remaining -= {*block}
     return blocks
 
 
@@ -492,17 +491,17 @@ def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -
         A name that is no state's.
     """
     derived = {*kalman.counters, *((DITHER,) if kalman.dither else ())}
-    own = [s.name for s in kalman.memory if s.name not in derived]
-    groups = {**kalman.groups, **{name: (name,) for name in own}, **axes_of(own)}
+    memory_names = [s.name for s in kalman.memory if s.name not in derived]
+    groups = {**kalman.groups, **{name: (name,) for name in memory_names}, **axes_of(memory_names)}
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
-    found = spread(given, groups, where, NEXT)
+    values = spread(given, groups, where, NEXT)
     for name, updates in kalman.counters.items():
         following = ops.where(before[name] > updates - 1.5, 0.0, before[name] + 1.0)
-        found[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")
+        values[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")
     if kalman.dither:
-        found[DITHER] = ops.wrap_ht(_FACTOR * before[DITHER] + _ADDED)
+        values[DITHER] = ops.wrap_ht(_FACTOR * before[DITHER] + _ADDED)
     names = (*kalman.errors, *(s.name for s in kalman.memory))
-    return {name: found.get(name, before.get(name, 0.0)) for name in names}
+    return {name: values.get(name, before.get(name, 0.0)) for name in names}
 
 
 def noise_of(
@@ -554,13 +553,13 @@ def checked_measurements(kalman: Filter, given: Any) -> list[Measurement]:
     InputError
         No measurement, or something else.
     """
-    several = isinstance(given, tuple | list)
-    wrong = [m for m in given if not isinstance(m, Measurement)] if several else [given]
-    if wrong or not given:
+    is_sequence = isinstance(given, tuple | list)
+    invalid = [m for m in given if not isinstance(m, Measurement)] if is_sequence else [given]
+    if invalid or not given:
         raise InputError.at(
             placed(place_of_function(kalman.measure), f"measure of {kalman.name}"),
             wanted="a list of Measurement(z, h, r)",
-            found=f"a {type(wrong[0]).__name__}" if wrong else "none",
+            found=f"a {type(invalid[0]).__name__}" if invalid else "none",
             fix="return one for each scalar that is measured",
         )
     return list(given)
@@ -573,9 +572,9 @@ def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:
     return [ops.bounded(c, -1.0, 1.0, "unit quaternion") for c in after]
 
 
-def _within(value: Any, s: Any) -> Any:
+def _in_range(value: Any, s: Any) -> Any:
     """A next value of a state in its range."""
     if s.unit == "ht":
         return value if isinstance(value, Scalar) and value.kind == "wrap" else ops.wrap_ht(value)
-    beyond = "model or measurement take it beyond; then its word saturates"
-    return ops.bounded(value, s.low, s.high, "range of the state", unless=beyond)
+    reason = "model or measurement take it beyond; then its word saturates"
+    return ops.bounded(value, s.low, s.high, "range of the state", unless=reason)

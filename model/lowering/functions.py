@@ -76,7 +76,7 @@ class Functions:
         groups, arith = self._groups, self._groups.arith
         root = kind == "rsqrt"
         table = tables.RSQRT if root else tables.RECIPROCAL
-        more = groups.frac(x) - (arith.word - 1)
+        exponent = groups.frac(x) - (arith.word - 1)
         if (kind, x) not in self._mantissas:
             name = groups.values[x].name
             negative = groups.values[x].low < 0.0 and not root
@@ -86,7 +86,7 @@ class Functions:
                         Product(
                             x,
                             scale=Scale.EVEN if root else Scale.FULL,
-                            exponent=more,
+                            exponent=exponent,
                             negate=Negate.IF if negative else Negate.NO,
                         )
                     ],
@@ -103,4 +103,4 @@ class Functions:
                 frac=table.result_format(arith).frac,
                 exact=True,
             )
-        return self._mantissas[kind, x], more // 2 if root else more
+        return self._mantissas[kind, x], exponent // 2 if root else exponent

@@ -32,10 +32,10 @@ _KINDS = {
     "rsqrt": "this inverse root",
     "const": "this constant",
 }
-#: From the least word to the negative of the next one, of the fewest bits: so that a complement has
-#: the format of its argument, and what is chosen from it keeps its last bit.
+#: Largest over least word, without sign, in the shortest words: a complement has the format of its
+#: argument, and a selection from it keeps its last bit.
 _BELOW = 1.0 - 2.0**-17
-#: From where on a divisor needs an upper limit too, for its word.
+#: Ratio of the limits from which a divisor needs an upper limit too, for its word.
 _SPAN = 2.0**16
 #: How far a number may be moved to be limited, in halves of the range between the limits: what one
 #: accumulator holds. Farther ones are first limited by a word.
@@ -82,7 +82,7 @@ class Node:
 
     @property
     def said(self) -> str:
-        """What it is for its author: the name, or what makes it."""
+        """Description for its author: the name, or the kind of expression."""
         return self.name or self.title or _KINDS.get(self.kind, self.kind)
 
     @property
@@ -132,7 +132,7 @@ class Graph:
         return self._new("const", key=value, value=value, low=value, high=value, source="constant")
 
     def outside(self, a: Node, wanted: str, fix: str) -> InputError:
-        """That the range of a function's argument is not what it has to be."""
+        """Error: the range of an argument is not one that the function accepts."""
         at = f" of {a.line}" if a.line and a.line != self.line and not a.name else ""
         return InputError.at(
             self.line or self.name, wanted=wanted, found=f"{a.said}{at} in {a.range}", fix=fix
@@ -145,7 +145,7 @@ class Graph:
         return a
 
     def same(self, a: Node, tag: str) -> Node:
-        """``a``; only the record tells them apart."""
+        """``a``; the two differ only in the record."""
         return a
 
     # -- arithmetic -----------------------------------------------------------------------------
@@ -314,7 +314,7 @@ class Graph:
         return self._new("wrap", a, key=period, **limits)
 
     def bounded(self, a: Node, low: float, high: float, reason: str, unless: str = "") -> Node:
-        """``a``, known (or made, by saturation) to lie in [low, high]."""
+        """``a`` in [low, high], as declared; a word outside saturates."""
         if a.kind == "const" and low <= a.value <= high:
             return a
         limits = {"low": low, "high": high, "source": f"declared: {reason}", "unless": unless}
@@ -323,16 +323,16 @@ class Graph:
     def limited(self, a: Node, low: float, high: float) -> Node:
         """``a`` of one sign, held off zero by comparison: at least ``low``, or at most ``high``.
 
-        What has no finite range gets one by the word's own overflow, at a power of two; what spans
-        more than the word of a divisor, too, and there the flag tells.
+        A value without a finite range is clamped by the word's own overflow, at a power of two; one
+        that spans more than a divisor's word is bounded, which raises the saturation flag.
         """
         near, far = sorted((abs(low), abs(high)))
         limit, size = math.ldexp(2.0, rounded.binary_exponent(far)), max(-a.low, a.high)
         if not math.isfinite(a.low + a.high):
             a = self.saturated(a, limit)
         elif near > 0.0 and size > max(_SPAN * near, limit):
-            least, most = max(a.low, -limit), min(a.high, limit)
-            a = self.bounded(a, least, most, "as far as runs came, and more")
+            smallest, largest = max(a.low, -limit), min(a.high, limit)
+            a = self.bounded(a, smallest, largest, "as far as runs came, and more")
         return self.larger(a, self.const(low)) if low >= 0.0 else self.smaller(a, self.const(high))
 
     def saturated(self, a: Node, limit: float) -> Node:
@@ -354,23 +354,23 @@ class Graph:
 
         and the result is high - 2^k - z, exact at the limits and between, as far as words are.
         """
-        beyond, above = a.low < low, a.high > high
-        least, most = max(a.low, low), min(a.high, high)
-        if not (beyond or above):
+        below, above = a.low < low, a.high > high
+        smallest, largest = max(a.low, low), min(a.high, high)
+        if not (below or above):
             return a
-        if least >= most:
-            return self.const(low if beyond else high)
-        size, span = max(abs(least), abs(most)), (most - least) / _BELOW
+        if smallest >= largest:
+            return self.const(low if below else high)
+        size, span = max(abs(smallest), abs(largest)), (largest - smallest) / _BELOW
         half = math.ldexp(1.0, rounded.binary_exponent(span)) if math.isfinite(span) else 0.0
         if _FAR * half < max(-a.low, a.high) < math.inf > size:
             a = self.saturated(a, math.ldexp(2.0, rounded.binary_exponent(size)))
         if size > _FAR * half:  # moved so far, a word would lose its last bits
-            a = self.larger(a, self.const(low)) if beyond else a
+            a = self.larger(a, self.const(low)) if below else a
             a = self.smaller(a, self.const(high)) if above else a
-            return self.bounded(a, least, most, "clip")
-        lower, upper = self.const(least + half), self.const(most - half)
-        if beyond:
+            return self.bounded(a, smallest, largest, "clip")
+        lower, upper = self.const(smallest + half), self.const(largest - half)
+        if below:
             a = self.add(self.saturated(self.sub(a, lower), half), lower)
         if above:
             a = self.sub(upper, self.saturated(self.sub(upper, a), half))
-        return self.bounded(a, least, most, "clip")
+        return self.bounded(a, smallest, largest, "clip")

@@ -30,7 +30,7 @@ _COARSEST_FRAC = -200
 
 @dataclass(frozen=True)
 class Target:
-    """What is known of a group's result before its format; ``line`` is its author's."""
+    """A group's result before its format is chosen; ``line`` is its author's."""
 
     name: str
     low: float
@@ -61,7 +61,7 @@ class Groups:
         self._names: set[str] = set()
         self._constants: dict[tuple[int, int], int] = {}
         self._coarse: dict[tuple[int, int], int] = {}
-        #: What each operation computes, and the products that stand apart, by their values.
+        #: Forms of operations, and products computed as values of their own, by value number.
         self.forms: dict[int, Form] = {}
         self.apart: dict[int, Product] = {}
 
@@ -122,8 +122,8 @@ class Groups:
             placed = self._place(form, products, frac)
             if isinstance(placed, int):
                 p = products[placed]
-                alone = len(products) == 1 and form.constant == 0.0
-                if (alone and p.scale is not Scale.NONE) or self._constant_of(p) is not None:
+                is_single = len(products) == 1 and form.constant == 0.0
+                if (is_single and p.scale is not Scale.NONE) or self._constant_of(p) is not None:
                     products[placed] = self._coarser(form, p, frac, target)
                 else:
                     products[placed] = self._separate(form, p, target)
@@ -184,8 +184,8 @@ class Groups:
     ) -> list[_Placed] | int | None:
         """Shifts for a result of ``frac`` fraction bits.
 
-        Returns the number of a product that only a group of its own can compute, or None if the
-        binary point is too fine.
+        Returns the number of a product that needs a group of its own, or None if the binary point
+        is too fine.
         """
         arith = self.arith
         total = 1 << (arith.guard - 1)
@@ -228,8 +228,8 @@ class Groups:
                 empty = False
                 yield number, p
         if form.constant != 0.0 or empty:
-            own = Format.for_range(self.arith.word, form.constant, form.constant).frac
-            yield len(products), Product(self.constant(form.constant, min(own, last)))
+            constant_frac = Format.for_range(self.arith.word, form.constant, form.constant).frac
+            yield len(products), Product(self.constant(form.constant, min(constant_frac, last)))
 
     def _append(self, form: Form, placed: Sequence[_Placed], target: Target, frac: int) -> int:
         terms = self._terms(placed)
@@ -274,13 +274,13 @@ class Groups:
         """``form`` in the finest format that works, then shifted up to ``frac`` step by step."""
         if target.overflow is Overflow.WRAP:  # a coarser word wraps at a multiple of the period
             fmt = Format(self.arith.word, frac - 1)
-            wide = replace(target, low=fmt.min, high=fmt.max)
+            wide_target = replace(target, low=fmt.min, high=fmt.max)
         else:
             bound = math.fsum(
                 [abs(form.constant), *(self._magnitude(form, p) for p in form.products)]
             )
-            wide = replace(target, low=-bound, high=bound)
-        part = self.group(form, replace(wide, name=f"{target.name}_part"))
+            wide_target = replace(target, low=-bound, high=bound)
+        part = self.group(form, replace(wide_target, name=f"{target.name}_part"))
         step = min(self.arith.norm_max, self.arith.headroom - 1)
         while self.frac(part) + step < frac:
             part = self.group(
@@ -301,9 +301,9 @@ class Groups:
                 math.ldexp(x * y, p.exponent) for x in (a.low, a.high) for y in (b.low, b.high)
             ]
             low, high = min(corners), max(corners)
-        alone = Form([replace(p, negate=Negate.NO, when=When.ALWAYS)], norm=form.norm)
+        separate = Form([replace(p, negate=Negate.NO, when=When.ALWAYS)], norm=form.norm)
         number = self.group(
-            alone, Target(f"{target.name}_part", low, high, "interval", line=target.line)
+            separate, Target(f"{target.name}_part", low, high, "interval", line=target.line)
         )
         self.apart[number] = p
         return Product(number, negate=p.negate, when=p.when)
@@ -311,12 +311,12 @@ class Groups:
     def _coarser(self, form: Form, p: Product, frac: int, target: Target) -> Product:
         """A product that is too fine for its result, with a coarser copy of its last factor.
 
-        Or with a coarser constant: what that leaves out is half of the accumulator's last bit.
+        Or with a coarser constant: its error is half of the accumulator's last bit.
         """
         excess = self.excess(p, 0 if p.times_one else self._second(form, p)[0], frac)
         if (constant := self._constant_of(p)) is not None:
-            known = self.values[constant]
-            coarse = self.constant(math.ldexp(known.initial, -known.frac), known.frac - excess)
+            value = self.values[constant]
+            coarse = self.constant(math.ldexp(value.initial, -value.frac), value.frac - excess)
             return replace(p, a=coarse) if constant == p.a else replace(p, b=coarse)
         if p.b is None:
             return replace(p, a=self.coarse(p.a, excess, target.line))
@@ -339,11 +339,11 @@ class Groups:
 
     def _constant_of(self, p: Product) -> int | None:
         """The constant factor of a product of two words."""
-        both = [] if p.b is None else [p.b, p.a]
-        return next((n for n in both if self.values[n].kind is Kind.CONST), None)
+        factors = [] if p.b is None else [p.b, p.a]
+        return next((n for n in factors if self.values[n].kind is Kind.CONST), None)
 
     def _coarsest(self, form: Form, products: Sequence[Product]) -> int | None:
-        """The product of two words with the fewest fraction bits: the one to compute apart."""
+        """The product of two words with the fewest fraction bits, to be computed separately."""
         bits = {
             k: self.frac(p.a) + self._second(form, p)[0] - p.exponent - self._slack(p.scale)
             for k, p in enumerate(products)
@@ -361,7 +361,7 @@ class Groups:
         ]
 
     def _bound(self, number: int, is_fraction: bool) -> int:
-        """Largest magnitude the word can have, whatever happens."""
+        """Largest magnitude of the word, whatever its declared range."""
         if is_fraction:
             return 1 << self.arith.fraction_bits
         v = self.values[number]

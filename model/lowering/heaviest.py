@@ -40,8 +40,8 @@ def heaviest(traced: Sequence[tuple[Program, Mapping[int, Node]]]) -> str:
         return ""
     counts = Counter[str]()
     for program, nodes in traced:
-        of = f"{program.name}, " if len(traced) > 1 else ""
+        prefix = f"{program.name}, " if len(traced) > 1 else ""
         for line, count in operations_by_line(program, nodes).items():
-            counts[of + line] += count
+            counts[prefix + line] += count
     named = ", ".join(f"{line} ({count})" for line, count in counts.most_common(_NAMED))
     return f"; most of its {total} operations: {named}"

@@ -27,7 +27,7 @@ __all__ = ["lower"]
 
 
 def _pruned(program: Program) -> tuple[Program, dict[int, int]]:
-    """``program`` without what nothing needs, and the new numbers of the values that stay."""
+    """``program`` without unused operations and constants, and the new numbers of its values."""
     used = {*program.outputs, *(after for _, after in program.states)}
     ops: list[Op] = []
     for op in reversed(program.ops):
@@ -72,13 +72,13 @@ def deep(nodes: int) -> Iterator[None]:
 
 def _count_uses(roots: Sequence[Node]) -> None:
     """Set `Node.uses`: by how many live nodes and roots each node is used."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     stack = list(roots)
     while stack:
         node = stack.pop()
         node.uses += 1
-        if node.number not in seen:
-            seen.add(node.number)
+        if node.number not in visited:
+            visited.add(node.number)
             stack += node.args
 
 
@@ -90,35 +90,35 @@ _TIES = 6
 
 def _fit(
     graph: Graph,
-    made: Sequence[Node | Flag],
+    expanded: Sequence[Node | Flag],
     profile: Profile,
     after: Sequence[Node],
     states: Sequence[Range],
 ) -> None:
     """Give nodes the ranges of a profile, for their formats; see `Node.fit`.
 
-    Nodes inside of a function, which no expression stands for, get what follows from those of their
-    arguments. What replaces a state has that state's format: see `Fusion.limit`.
+    Nodes inside a function, which have no expression, get the range that follows from those of
+    their arguments. A next state has its state's format: see `Fusion.limit`.
     """
-    recorded = [value.node if isinstance(value, Flag) else value for value in made]
+    recorded = [value.node if isinstance(value, Flag) else value for value in expanded]
     for number, range_ in profile.ranges.items():
         if (node := recorded[number]) not in after:
-            _give(node, range_, profile)
+            _set_fit(node, range_, profile)
     of_expressions = {*recorded}
     for node in graph.nodes:
-        if node not in of_expressions and (following := _following(node)) is not None:
-            _give(node, following, profile)
+        if node not in of_expressions and (span := _span(node)) is not None:
+            _set_fit(node, span, profile)
     _round_once(graph.nodes, after, states)
 
 
 def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[Range]) -> None:
-    """What is copied or added to replace a state gets no format that is a few bits finer.
+    """Words that are copied or added into a next state get no format a few bits finer than its own.
 
     Rounded to the state's format a second time, a share 2^-k of the words with k bits more lies on
     a tie and goes up: in each update the state creeps by 2^-(k + 1) of its last bit.
     """
-    for root, (least, most) in zip(after, states, strict=True):
-        top = math.ldexp(1.0, binary_exponent(_size((least, most))))
+    for root, (state_low, state_high) in zip(after, states, strict=True):
+        top = math.ldexp(1.0, binary_exponent(_size((state_low, state_high))))
         reached = {root}
         for node in reversed(nodes):  # after all that use it
             if node in reached and node.kind in ("select", "bounded", "sum"):
@@ -128,7 +128,7 @@ def _round_once(nodes: Sequence[Node], after: Sequence[Node], states: Sequence[R
                         reached.add(arg)
                         if arg.fit is not None and size < top:
                             low, high = arg.fit
-                            low, high = min(low, least), max(high, most)
+                            low, high = min(low, state_low), max(high, state_high)
                             arg.fit = max(arg.low, low), min(arg.high, high)
 
 
@@ -136,14 +136,14 @@ def _size(range_: Range) -> float:
     return max(abs(end) for end in range_)
 
 
-def _give(node: Node, range_: Range, profile: Profile) -> None:
+def _set_fit(node: Node, range_: Range, profile: Profile) -> None:
     low, high = max(range_[0], node.low), min(range_[1], node.high)
     if node.kind not in _PRESCRIBED and low < high and (low, high) != (node.low, node.high):
         node.fit, node.source = (low, high), profile.source
 
 
-def _following(node: Node) -> Range | None:
-    """What a node reaches while its arguments stay in their spans; None: not known."""
+def _span(node: Node) -> Range | None:
+    """Range of a node whose arguments stay in their spans; None: unknown."""
     spans = [arg.span for arg in node.args]
     if node.kind == "sum":
         ends = [sorted((k * a, k * b)) for (a, b), k in zip(spans, node.signs, strict=True)]
@@ -174,12 +174,12 @@ def lower(
         An argument's range exceeds what its function takes, a range is not finite, or a term
         passes the accumulator: the message names the line, the value and a cure.
     """
-    graph, made = expand(trace.tracer, None if profile is None else profile.limits)
+    graph, expanded = expand(trace.tracer, None if profile is None else profile.limits)
     low = Fusion(graph, arithmetic)
-    results = [made[e.number] for e in trace.outputs.values()]
-    after = [made[e.number] for _, _, e in trace.states]
+    results = [expanded[e.number] for e in trace.outputs.values()]
+    after = [expanded[e.number] for _, _, e in trace.states]
     if profile is not None:
-        _fit(graph, made, profile, after, [e.data[2:4] for e, _, _ in trace.states])
+        _fit(graph, expanded, profile, after, [e.data[2:4] for e, _, _ in trace.states])
     for (state, _, _), node in zip(trace.states, after, strict=True):
         if profile is not None and math.isinf(_size((node.low, node.high))):
             node.fit = state.data[2:4]
@@ -188,10 +188,12 @@ def lower(
     for name, node in zip(trace.outputs, results, strict=True):
         node.title = node.title or (f"{name}_out" if name in leaves else name)
     _count_uses([*results, *after])
-    inputs = tuple(low.leaf(made[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs)
+    inputs = tuple(
+        low.leaf(expanded[e.number], frac=trace.fracs.get(e.data[1])) for e in trace.inputs
+    )
     for e, default, meaning in trace.params:
-        low.leaf(made[e.number], default, meaning)
-    states = [low.leaf(made[e.number], initial) for e, initial, _ in trace.states]
+        low.leaf(expanded[e.number], default, meaning)
+    states = [low.leaf(expanded[e.number], initial) for e, initial, _ in trace.states]
     for number, node in zip(states, after, strict=True):
         low.limit(node, number)
     with deep(len(graph.nodes)):

@@ -1,7 +1,7 @@
 """What a recorded value cannot do, and what to write instead.
 
-A step runs once on values that have no numbers yet. What would need one, or would lose the record,
-is refused with the line that asks for it.
+A step runs once on values that have no numbers yet. An operation that needs a number, or would lose
+the record, is refused with its line.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from boresight.model.places import author_line
 
 __all__ = ["NO_CONDITION", "NO_NUMBER", "Refuses", "repeatable"]
 
-#: What is asked for by one of these methods, and what to write instead.
+#: The operation of these methods, and what to write instead.
 Refused = Mapping[tuple[str, ...], tuple[str, str]]
 
 _TRUTH = (
@@ -68,7 +68,7 @@ NO_CONDITION: Refused = {
 def repeatable(same: bool, line: str = "") -> None:
     """Refuse a step that computes something else when it runs again, unless it is the same.
 
-    ``line`` says where; by default the line that is at work.
+    ``line``: source location, by default the author's line that runs.
 
     Raises
     ------

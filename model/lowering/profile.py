@@ -36,14 +36,13 @@ class Profile:
     estimator : str
         Name.
     record : str
-        `record_digest` of what it was made of.
+        `record_digest` of the step that was run.
     logs : sequence of str
         Names of the logs, or the world, that were run.
     ranges : mapping of int to (float, float)
         For the formats, by the number of the expression; of a comparison that of the difference.
     limits : mapping of int to (float, float)
-        In which the last argument of a division or root is held, since no interval keeps it off
-        zero.
+        Limits of the last argument of a division or root whose interval does not exclude zero.
     place : str
         The file that it was read from.
     """
@@ -86,18 +85,18 @@ def record_digest(trace: Trace, inputs: Sequence[Input]) -> str:
     """
     ranges = {i.name: [i.low, i.high] for i in inputs}
 
-    def said(e: Any) -> list[Any]:
+    def description(e: Any) -> list[Any]:
         if e.kind == "leaf" and e.data[0] == "input":
             return [*e.said[:-3], *ranges[e.data[1]], *e.said[-1:]]
         return [*e.said]
 
-    things = [
-        [said(e) for e in trace.tracer.expressions],
+    content = [
+        [description(e) for e in trace.tracer.expressions],
         [[e.number for e in trace.inputs], {n: e.number for n, e in trace.outputs.items()}],
         [[e.number, default] for e, default, _ in trace.params],
         [[e.number, initial, after.number] for e, initial, after in trace.states],
     ]
-    return hashlib.sha256(json.dumps(things).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
 
 def read_profile(path: str | Path) -> Profile:

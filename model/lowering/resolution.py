@@ -14,7 +14,7 @@ from boresight.model.words.program import Kind, Op, Program, Scale, Term, Value
 __all__ = ["check_resolution", "limits"]
 
 
-#: Share of its bits that what reaches a state has to leave it.
+#: Share of a state's bits that the words reaching it must leave exact.
 _LEFT = 0.25
 
 
@@ -27,17 +27,17 @@ def limits(program: Program, nodes: Mapping[int, Node]) -> Iterator[tuple[int, f
     for number, port in zip(program.outputs, program.ports, strict=True):
         tolerance = None if port.unit in EXACT_UNITS else port.tolerance
         yield number, tolerance or math.inf, f"the tolerance of output {port.name}"
-    spare = math.floor(program.arithmetic.word * (1.0 - _LEFT))
+    bits = math.floor(program.arithmetic.word * (1.0 - _LEFT))
     for state, after in program.states:
-        limit = math.ldexp(1.0, spare - program.values[state].frac)
+        limit = math.ldexp(1.0, bits - program.values[state].frac)
         yield after, limit, f"a quarter of the bits of state {declared_name(program, nodes, state)}"
 
 
 def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
-    """Refuse words whose last bit is too coarse for what is made of them.
+    """Refuse words whose last bit is too coarse for the outputs and states computed from them.
 
-    That is one that reaches an output or a next state, as a copy, a term of a sum, a side of a
-    selection or times a constant, with more than that may be off (`limits`).
+    Such a word reaches an output or a next state, as a copy, a term of a sum, a side of a selection
+    or times a constant, and its last bit there exceeds the limit (`limits`).
 
     Parameters
     ----------
@@ -50,12 +50,12 @@ def check_resolution(program: Program, nodes: Mapping[int, Node]) -> None:
         See above; with the line that computes the word.
     """
     walk = _Walk(program, nodes)
-    for number, limit, of in limits(program, nodes):
-        walk.refuse(number, limit, of)
+    for number, limit, reason in limits(program, nodes):
+        walk.refuse(number, limit, reason)
 
 
 class _Walk:
-    """From a value to all that it is made of by sums, selections, constant factors and states."""
+    """Walks from a value to its sources, by sums, selections, constant factors and states."""
 
     def __init__(self, program: Program, nodes: Mapping[int, Node]) -> None:
         self.program, self.nodes = program, nodes
@@ -63,31 +63,31 @@ class _Walk:
         self.after = dict(program.states)
         values: dict[int | None, Value] = dict(enumerate(program.values))
         self.values = values
-        #: What is not rounded, and how often two divides its words: constants, and what is chosen
-        #: or summed of them.
+        #: Values that are not rounded (constants, their sums and selections), and how often two
+        #: divides their words.
         self.exact: dict[int | None, int] = {
             n: _twos(v.initial) for n, v in values.items() if v.kind is Kind.CONST
         }
         for op in program.ops:
             if all(n in self.exact for t in op.terms for n in (t.a, t.b)):
                 twos = [self.exact[t.a] + self.exact[t.b] + self._power(op, t) for t in op.terms]
-                least = min(twos) + values[op.dest].frac
-                if least >= 0 and op.dest in nodes and self._is_whole(op):
-                    self.exact[op.dest] = least
+                exponent = min(twos) + values[op.dest].frac
+                if exponent >= 0 and op.dest in nodes and self._is_whole(op):
+                    self.exact[op.dest] = exponent
 
-    def refuse(self, number: int, limit: float, of: str) -> None:
+    def refuse(self, number: int, limit: float, reason: str) -> None:
         """Raise InputError if a last bit reaches a value with more than ``limit``."""
         for value, share in self._parts(number):
-            said = self.program.values[value]
-            last = math.ldexp(1.0, -said.frac)
+            declared = self.program.values[value]
+            last = math.ldexp(1.0, -declared.frac)
             if last * share > limit:
-                span = self.nodes.get(value, said)
+                span = self.nodes.get(value, declared)
                 line = self._line(value)
                 raise InputError.at(
-                    placed(line, f"{self.program.name}, value {said.name}"),
-                    wanted=f"a last bit of at most {limit / share:.3g}, for {of}",
+                    placed(line, f"{self.program.name}, value {declared.name}"),
+                    wanted=f"a last bit of at most {limit / share:.3g}, for {reason}",
                     found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
-                    fix=self._cure(value),
+                    fix=self._remedy(value),
                 )
 
     def _line(self, value: int) -> str:
@@ -97,15 +97,15 @@ class _Walk:
                 value = op.dest
         return self.nodes[value].line if value in self.nodes else ""
 
-    def _cure(self, value: int) -> str:
-        """What gives a value a finer last bit."""
-        said, states = self.program.values[value], self.program.states
-        if said.kind is not Kind.OP:
+    def _remedy(self, value: int) -> str:
+        """Remedy: how a value gets a finer last bit."""
+        declared, states = self.program.values[value], self.program.states
+        if declared.kind is not Kind.OP:
             return "narrow its range, or widen the tolerance"
         for number, after in states:
             state = self.program.values[number]
-            same = self.nodes.get(after) is self.nodes.get(value) is not None
-            if same and said.frac == state.frac:
+            is_next_state = self.nodes.get(after) is self.nodes.get(value) is not None
+            if is_next_state and declared.frac == state.frac:
                 name = declared_name(self.program, self.nodes, number)
                 ends = f"[{state.low:g}, {state.high:g}]"
                 return f"narrow the range {ends} of state {name}, or widen the tolerance"
@@ -115,16 +115,16 @@ class _Walk:
         )
 
     def _parts(self, number: int) -> Iterator[tuple[int, float]]:
-        """Values that reach one, each once, and how much of an error of theirs does."""
-        ahead, seen = [(number, 1.0)], {*self.exact}
-        for value, share in ahead:
-            if value not in seen:
-                seen.add(value)
+        """Values that reach a value, each once, and the share of their error that does."""
+        queue, visited = [(number, 1.0)], {*self.exact}
+        for value, share in queue:
+            if value not in visited:
+                visited.add(value)
                 yield value, share
                 if value in self.op_of:
-                    ahead += self._terms(self.op_of[value], share)
+                    queue += self._terms(self.op_of[value], share)
                 elif value in self.after:  # as the last update left it
-                    ahead.append((self.after[value], share))
+                    queue.append((self.after[value], share))
 
     def _terms(self, op: Op, share: float) -> Iterator[tuple[int, float]]:
         values = self.program.values

@@ -23,8 +23,8 @@ FEWEST = 4
 
 
 @dataclass(frozen=True)
-class _Apart:
-    """A product that stands apart: its value, that of its sum, and the bits that are too many."""
+class _Separate:
+    """A product with a value of its own: that, the value of its sum, and the excess bits."""
 
     number: int
     of: int
@@ -33,7 +33,7 @@ class _Apart:
 
     @property
     def copies(self) -> set[tuple[int, int]]:
-        """What would take it back: a factor with so many bits less; one more serves more."""
+        """Coarser factors that return it to its sum; an even number of bits is removed."""
         assert self.product.b is not None
         bits = self.excess + self.excess % 2
         return {(self.product.a, bits), (self.product.b, bits)}
@@ -41,39 +41,39 @@ class _Apart:
 
 def share(groups: Groups) -> None:
     """Take products back into their sums where `FEWEST` or more share a coarser factor."""
-    those = [*_apart(groups)]
-    while those:
-        [(copy, count)] = Counter(c for a in those for c in sorted(a.copies)).most_common(1)
+    candidates = [*_separate_products(groups)]
+    while candidates:
+        [(copy, count)] = Counter(c for a in candidates for c in sorted(a.copies)).most_common(1)
         if count < FEWEST:
             break
-        _take_back(groups, *copy, [a for a in those if copy in a.copies])
-        those = [a for a in those if copy not in a.copies]
+        _merge(groups, *copy, [a for a in candidates if copy in a.copies])
+        candidates = [a for a in candidates if copy not in a.copies]
 
 
-def _apart(groups: Groups) -> Iterator[_Apart]:
-    """Products of two words that stand apart and are added once."""
+def _separate_products(groups: Groups) -> Iterator[_Separate]:
+    """Products of two words that have values of their own and are added once."""
     readers: dict[int, list[int]] = {}
     for op in groups.ops:
         for operand in op.operands():
             if operand in groups.apart:
                 readers.setdefault(operand, []).append(op.dest)
     for number, p in groups.apart.items():
-        of = readers.get(number, [])
-        if len(of) == 1 and p.b is not None and p.scale is Scale.NONE:
-            excess = groups.excess(p, groups.frac(p.b), groups.frac(of[0]))
+        sums = readers.get(number, [])
+        if len(sums) == 1 and p.b is not None and p.scale is Scale.NONE:
+            excess = groups.excess(p, groups.frac(p.b), groups.frac(sums[0]))
             if excess > 0:
-                yield _Apart(number, of[0], p, excess)
+                yield _Separate(number, sums[0], p, excess)
 
 
-def _take_back(groups: Groups, factor: int, bits: int, those: list[_Apart]) -> None:
+def _merge(groups: Groups, factor: int, bits: int, candidates: list[_Separate]) -> None:
     """Exchange what the sums add for products with a copy of ``factor``, made before the first."""
     before = len(groups.ops)
     copy = groups.coarse(factor, bits)
-    made = groups.ops[before:]
+    copy_ops = groups.ops[before:]
     del groups.ops[before:]
     place = {op.dest: k for k, op in enumerate(groups.ops)}
     first = before
-    for a in those:
+    for a in candidates:
         k = place[a.of]
         p = a.product
         coarser = replace(p, a=copy) if p.a == factor else replace(p, b=copy)
@@ -82,4 +82,4 @@ def _take_back(groups: Groups, factor: int, bits: int, those: list[_Apart]) -> N
         if op is not None:
             groups.ops[k] = op
             first = min(first, k)
-    groups.ops[first:first] = made
+    groups.ops[first:first] = copy_ops

@@ -1,8 +1,8 @@
-"""What an estimator's ``step`` becomes when it runs on recording scalars.
+"""Record of an estimator's ``step``, which runs on recording scalars.
 
 Every expression is recorded once, as its author wrote it: ranges, words and fixed point do not
-exist here. The floating-point C is written from this record; `model.lowering.expand` makes of
-it what becomes the fixed-point program.
+exist here. The floating-point C is written from this record; `model.lowering.expand` expands it
+for the fixed-point program.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Expression:
 
     @property
     def said(self) -> tuple[Any, ...]:
-        """What it computes, in numbers of the expressions that it is computed from."""
+        """Kind, numbers of the arguments, and data: equal for equal expressions."""
         return (self.kind, *(a.number for a in self.args), *self.data)
 
 
@@ -146,9 +146,9 @@ class Scalar(Refuses, Expression, refused=NO_NUMBER):
 
 
 class Condition(Refuses, Expression, refused=NO_CONDITION):
-    """A truth value; such combine with ``& | ^ ~ == !=``, also with Python's and numpy's bools.
+    """A truth value; ``& | ^ ~ == !=`` combine conditions, also with Python's and numpy's bools.
 
-    What bools decide is a bool of numpy.
+    A result that bools decide is a bool of numpy.
     """
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
@@ -213,45 +213,45 @@ class Tracer:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        #: Where what is recorded belongs, if not to the line of an author that is at work.
+        #: Source location of new expressions; "": the author's line that runs.
         self.place = ""
         self.expressions: list[Expression] = []
-        self._known: dict[Any, Any] = {}
+        self._unique: dict[Any, Any] = {}
 
     def new(self, kind: str, *args: Expression, data: tuple[Any, ...] = ()) -> Scalar:
-        """A number as it is, whatever it is computed from."""
-        return self._once(Scalar, kind, args, data)
+        """Record a number, without simplification."""
+        return self._record(Scalar, kind, args, data)
 
     def condition(self, kind: str, *args: Any) -> Condition:
         """Conditions combined."""
-        return self._once(Condition, kind, tuple(map(_conditional, args)))
+        return self._record(Condition, kind, tuple(map(_conditional, args)))
 
     def differs(self, a: Condition, b: Any) -> Any:
         """Whether one of two conditions holds and the other does not."""
-        sides, odd = [a, _conditional(b)], False
+        sides, inverted = [a, _conditional(b)], False
         for k, side in enumerate(sides):
             if side.kind == "invert":
-                sides[k], odd = side.args[0], not odd
+                sides[k], inverted = side.args[0], not inverted
         if sides[0] is sides[1]:
-            return np.bool_(odd)
-        either = self.condition("differs", *sorted(sides, key=lambda side: side.number))
-        return ~either if odd else either
+            return np.bool_(inverted)
+        difference = self.condition("differs", *sorted(sides, key=lambda side: side.number))
+        return ~difference if inverted else difference
 
     def less(self, a: Scalar, b: Scalar) -> Condition:
         """a < b."""
-        return self._once(Condition, "less", (a, b))
+        return self._record(Condition, "less", (a, b))
 
-    def _once(
-        self, made: type[_E], kind: str, args: tuple[Expression, ...], data: tuple[Any, ...] = ()
+    def _record(
+        self, cls: type[_E], kind: str, args: tuple[Expression, ...], data: tuple[Any, ...] = ()
     ) -> _E:
         for arg in args:
             repeatable(arg.tracer is self)
         key = (kind, *(a.number for a in args), *data)
-        if key not in self._known:
+        if key not in self._unique:
             line = (self.place or author_line()) if args else ""
-            self._known[key] = made(self, len(self.expressions), kind, args, data, line)
-            self.expressions.append(self._known[key])
-        expression: _E = self._known[key]
+            self._unique[key] = cls(self, len(self.expressions), kind, args, data, line)
+            self.expressions.append(self._unique[key])
+        expression: _E = self._unique[key]
         return expression
 
     def leaf(self, kind: str, name: str, low: float, high: float, unit: str = "") -> Scalar:
@@ -388,7 +388,7 @@ class Trace:
 
     @property
     def needed(self) -> list[Expression]:
-        """What states or outputs need, in an order in which it can be computed."""
+        """Expressions on which states or outputs depend, in the order of computation."""
         wanted = {
             e.number for e in (*self.outputs.values(), *(after for _, _, after in self.states))
         }
@@ -416,8 +416,8 @@ def finite(number: float, where: Callable[[], str]) -> float:
 
 def _objects(inputs: Sequence[Any]) -> list[Any]:
     """Arrays of Python's objects."""
-    plain = (i.item() if isinstance(i, np.generic) else i for i in inputs)
-    return [np.asarray(i, dtype=object) for i in plain]
+    objects = (i.item() if isinstance(i, np.generic) else i for i in inputs)
+    return [np.asarray(i, dtype=object) for i in objects]
 
 
 def _conditional(x: Any) -> Condition:

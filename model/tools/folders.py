@@ -34,13 +34,13 @@ def matplotlib_environment() -> dict[str, str]:
     return _unless_writable("MPLCONFIGDIR", "matplotlib", [Path(base) / "matplotlib"])
 
 
-def _unless_writable(variable: str, name: str, also: list[Path]) -> dict[str, str]:
+def _unless_writable(variable: str, name: str, folders: list[Path]) -> dict[str, str]:
     """Set a variable, unless the user has set it or all folders of the tool can be written."""
     if variable in os.environ:
         return {}
     folder = cache_folder(name)
-    closed = private_folder() in folder.parents or not all(map(_writable, also))
-    return {variable: str(folder)} if closed else {}
+    unwritable = private_folder() in folder.parents or not all(map(_writable, folders))
+    return {variable: str(folder)} if unwritable else {}
 
 
 @functools.cache

@@ -59,15 +59,15 @@ _LINES = {
 }
 
 
-def _runs(*command: str, text: str = "") -> bool:
+def _succeeds(*command: str, text: str = "") -> bool:
     """Whether a command is installed and succeeds."""
     try:
-        done = subprocess.run(
+        completed = subprocess.run(
             command, input=text.encode(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
     except OSError:
         return False
-    return done.returncode == 0
+    return completed.returncode == 0
 
 
 def _program(name: str) -> Callable[[Path], bool]:
@@ -77,12 +77,12 @@ def _program(name: str) -> Callable[[Path], bool]:
 def _compiler(name: str, language: str, header: str) -> Callable[[Path], bool]:
     """Test for a compiler with the headers of its library."""
     command = (name, "-x", language, "-fsyntax-only", "-")
-    return lambda environment: _runs(*command, text=f"#include <{header}>\n")
+    return lambda environment: _succeeds(*command, text=f"#include <{header}>\n")
 
 
 def _perl(environment: Path) -> bool:
     # Debian's essential perl-base has a perl without the modules that Verilator's launcher uses.
-    return _runs("perl", "-MPod::Usage", "-MGetopt::Long", "-MFindBin", "-e", "1")
+    return _succeeds("perl", "-MPod::Usage", "-MGetopt::Long", "-MFindBin", "-e", "1")
 
 
 def _riscv(environment: Path) -> bool:
@@ -217,15 +217,15 @@ def missing(names: tuple[str, ...], environment: Path) -> list[str]:
 
 def _debian_package(name: str, into: Path) -> Path:
     """Unpack a Debian package of this Python's exact version; the folder is empty if that fails."""
-    ours = f"python{_VERSION}-minimal"
+    python_package = f"python{_VERSION}-minimal"
     try:
         owner = subprocess.run(
             ["dpkg-query", "-S", os.path.realpath(sys.executable)], capture_output=True, text=True
         ).stdout.partition(":")[0]
         version = subprocess.run(
-            ["dpkg-query", "-W", "-f", "${Version}", ours], capture_output=True, text=True
+            ["dpkg-query", "-W", "-f", "${Version}", python_package], capture_output=True, text=True
         ).stdout
-        if owner != ours or not version:
+        if owner != python_package or not version:
             return into / "usr"
         fetch = ["apt-get", "download", "-q", f"{name}={version}"]
         subprocess.run(fetch, cwd=into, check=True, capture_output=True, timeout=60)

@@ -84,18 +84,18 @@ def _tuple(hints: tuple[Any, ...], data: Any, location: str) -> tuple[Any, ...]:
     return tuple(typed(kinds[k], x, f"{location}[{k}]") for k, x in enumerate(data))
 
 
-def _record(of: Any, data: Any, location: str) -> Any:
+def _record(record_type: Any, data: Any, location: str) -> Any:
     if not isinstance(data, dict):
         raise Malformed(location, data)
     values = {}
-    for field in fields(of):
+    for field in fields(record_type):
         optional = field.default is not MISSING or field.default_factory is not MISSING
         if field.name in data or not optional:
             at = f"{location}, {field.name}"
-            values[field.name] = typed(_hints(of)[field.name], data.get(field.name), at)
-    return of(**values)
+            values[field.name] = typed(_hints(record_type)[field.name], data.get(field.name), at)
+    return record_type(**values)
 
 
 @cache
-def _hints(of: type) -> dict[str, Any]:
-    return get_type_hints(of, include_extras=True)
+def _hints(record_type: type) -> dict[str, Any]:
+    return get_type_hints(record_type, include_extras=True)

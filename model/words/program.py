@@ -274,10 +274,10 @@ class Program:
         words) and the meaning of its ports (names, units, declared ranges), but not the names and
         derived ranges of values in between.
         """
-        plain = {**_plain(self), "values": [_identity(v) for v in self.values]}
+        content = {**_plain(self), "values": [_identity(v) for v in self.values]}
         documentation = {"in_ports", "ports", "urgent", "shares"}
         documentation |= set() if self.linked else {"links"}
-        text = json.dumps({key: plain[key] for key in plain if key not in documentation})
+        text = json.dumps({key: content[key] for key in content if key not in documentation})
         return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -285,45 +285,45 @@ class Program:
 _PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
 
 
-#: Types that are JSON's, most of what a program holds.
+#: Types that JSON has, too; most fields of a program.
 _PLAIN = {str, int, float, type(None)}
 
 
 @cache
-def _names(of: type) -> tuple[str, ...]:
+def _names(record_type: type) -> tuple[str, ...]:
     """Fields of a dataclass, sorted."""
-    return tuple(sorted(f.name for f in fields(of)))
+    return tuple(sorted(f.name for f in fields(record_type)))
 
 
 def _plain(x: Any) -> Any:
     """``x`` in JSON's types, keys in order."""
-    of: Any = type(x)
-    if of in _PLAIN:
+    type_: Any = type(x)
+    if type_ in _PLAIN:
         return x
     if isinstance(x, tuple):
         return [_plain(y) for y in x]
     if is_dataclass(x):
-        return {name: _plain(getattr(x, name)) for name in _names(of)}
+        return {name: _plain(getattr(x, name)) for name in _names(type_)}
     return x.value if isinstance(x, Enum) else x
 
 
 @cache
-def _hints(of: type) -> dict[str, Any]:
-    return get_type_hints(of)
+def _hints(record_type: type) -> dict[str, Any]:
+    return get_type_hints(record_type)
 
 
-def _read(of: Any, x: Any) -> Any:
+def _read(hint: Any, x: Any) -> Any:
     """Inverse of `_plain` for a type hint."""
-    if isinstance(of, type) and is_dataclass(of):
-        return of(**{name: _read(_hints(of)[name], y) for name, y in x.items()})
-    if get_origin(of) is tuple:
-        return tuple(_read(get_args(of)[0], y) for y in x)
-    return of(x) if isinstance(of, type) and issubclass(of, Enum) else x
+    if isinstance(hint, type) and is_dataclass(hint):
+        return hint(**{name: _read(_hints(hint)[name], y) for name, y in x.items()})
+    if get_origin(hint) is tuple:
+        return tuple(_read(get_args(hint)[0], y) for y in x)
+    return hint(x) if isinstance(hint, type) and issubclass(hint, Enum) else x
 
 
 def _identity(value: Value) -> list[Any]:
     """Part of a value that the digest covers."""
-    inside = [value.kind.value, value.frac, value.initial]
+    identity = [value.kind.value, value.frac, value.initial]
     if value.kind not in _PORTS:
-        return inside
-    return [*inside, value.name, value.unit, float(value.low), float(value.high)]
+        return identity
+    return [*identity, value.name, value.unit, float(value.low), float(value.high)]

@@ -67,16 +67,16 @@ class _Text:
             x = f"(v{op.index} + {self.quarter})" if op.index_quarter else f"v{op.index}"
             segment = f"({x} >> {arith.fraction_bits} & {(1 << arith.INDEX_BITS) - 1})"
             yield f"i = {512 * op.table} + 4 * {segment}"
-        terms, sofar = [self.term(term) for term in op.terms], f"{1 << (arith.guard - 1)}"
+        terms, partial = [self.term(term) for term in op.terms], f"{1 << (arith.guard - 1)}"
         while len(terms) > _MOST:
-            yield f"q = {sofar}{''.join(terms[:_MOST])}"
-            terms, sofar = terms[_MOST:], "q"
-        yield f"q = ({sofar}{''.join(terms)}) >> {arith.guard}"
+            yield f"q = {partial}{''.join(terms[:_MOST])}"
+            terms, partial = terms[_MOST:], "q"
+        yield f"q = ({partial}{''.join(terms)}) >> {arith.guard}"
         if op.overflow is Overflow.WRAP:
             yield f"v{op.dest} = ((q + {self.half}) & {self.mask}) - {self.half}"
             return
-        least, most = -self.half, self.half - 1
-        yield f"v{op.dest} = q if {least} <= q <= {most} else {least} if q < 0 else {most}"
+        lower, upper = -self.half, self.half - 1
+        yield f"v{op.dest} = q if {lower} <= q <= {upper} else {lower} if q < 0 else {upper}"
         if op.overflow is Overflow.SAT:
             yield f"if v{op.dest} != q: clamped.append({op.dest})"
 
@@ -88,8 +88,8 @@ class _Text:
         else:
             b = f"(v{term.b} & {self.low})" if term.fraction_b else f"v{term.b}"
         counts = {Scale.FULL: "n", Scale.EVEN: "(n & ~1)", Scale.HALF: "(n >> 1)"}
-        less = counts.get(term.scale)
-        shift = f"{term.shift}" if less is None else f"max({term.shift} - {less}, 0)"
+        count = counts.get(term.scale)
+        shift = f"{term.shift}" if count is None else f"max({term.shift} - {count}, 0)"
         text = f"({a} * {b} >> {shift})"
         signs = {
             Negate.IF: f"(-{text} if f else {text})",

@@ -2,8 +2,8 @@
 
 Each distinct term is stored once and has a number, so two words with the same number are equal
 for all inputs. The microcode (`gateware.microcode.validation`) and the emitted C
-(`firmware.validation`) are executed on such numbers and compared with `Meaning`, which says what
-the program's operations compute (`model.words.fixed`).
+(`firmware.validation`) are executed on such numbers and compared with `Meaning`: the results of the
+program's operations (`model.words.fixed`).
 
 Equal are sums with the same terms in any order, products with exchanged factors, and a word and its
 copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). The order of a
@@ -69,8 +69,8 @@ class Terms:
 
     def value(self, number: int) -> int | None:
         """Value of a constant; None for any other term."""
-        kind, *rest = self._terms[number]
-        return cast(int, rest[0]) if kind == "word" else None
+        kind, *parts = self._terms[number]
+        return cast(int, parts[0]) if kind == "word" else None
 
     def fraction(self, word: int) -> int:
         """Bits of the word below the segment index."""
@@ -135,10 +135,10 @@ class Terms:
         if len(parts) != 1 or self._terms[parts[0]][0] != "term":  # a symbol has two parts
             return None
         _, shifted, negate, take = self._terms[parts[0]]
-        kind, *of = self._terms[shifted]
+        kind, *operands = self._terms[shifted]
         if kind != "shifted" or (negate, take) != (NEVER, ALWAYS):
             return None
-        product, amount = of
+        product, amount = operands
         kind, *factors = self._terms[product]
         shift = self.value(amount)
         if kind != "product" or shift is None:
@@ -170,16 +170,16 @@ class Terms:
 
     def _signed(self, shifted: int, negate: Condition, take: Condition, depth: int) -> str:
         text = self.text(shifted, depth)
-        for name, (bit, flag), plain in (("minus if", negate, NEVER), ("only if", take, ALWAYS)):
-            if (bit, flag) != plain:
-                of = "" if flag is None else self.text(flag, depth - 1)
-                text += f" {name} {'not ' * (bit and flag is not None)}{of or bit}"
+        for name, (bit, flag), default in (("minus if", negate, NEVER), ("only if", take, ALWAYS)):
+            if (bit, flag) != default:
+                condition = "" if flag is None else self.text(flag, depth - 1)
+                text += f" {name} {'not ' * (bit and flag is not None)}{condition or bit}"
         return text
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a program computes in one update, for all inputs, parameters and states.
+    """Results of a program in one update, for all inputs, parameters and states.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight.gateware.core import Core, build_shared_core, machine_for
+from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator, with_params
@@ -112,18 +112,7 @@ class Build:
 
     @property
     def shortage(self) -> str:
-        """Why no core holds the programs, empty if one does; they are scheduled if in doubt."""
-        machine = machine_for(self.config, self.programs[0])
-        operations = [op for program in self.programs for op in program.ops]
-        states = sum(len(program.states) for program in self.programs)
-        values = sum(len(program.values) for program in self.programs) + states
-        cycles = sum(2 * machine.depth + len(op.terms) for op in operations)  # one by one
-        if (
-            values <= machine.register_words
-            and states <= machine.lanes * machine.state_slots
-            and cycles <= machine.rom_words
-        ):
-            return ""
+        """Why no core holds the programs, empty if one does."""
         with suppress(ScheduleError):  # most often the quick search answers
             build_shared_core(self.programs, self.config, urgents=self.urgents, restarts=0)
             return ""

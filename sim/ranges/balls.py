@@ -1,11 +1,11 @@
 """Upper bounds of polynomials of the components of vectors whose lengths are known.
 
 * The eigenvalues of a quadratic form of one vector;
-* a vector's squares with the same factors, which cannot be negative, are at most its squared length
-  times these, as in (a^2 + b^2) c^2 + d^2 <= r^2 c^2 + d^2;
-* r^2 less the other squares and a rest, which cannot be negative, replaces one square of a vector
-  of length r, and a value that is the sum of squares replaces one of these: what stays has a sign,
-  or an interval.
+* a vector's squares with the same nonnegative factors are at most its squared length times these,
+  as in (a^2 + b^2) c^2 + d^2 <= r^2 c^2 + d^2;
+* r^2 less the other squares and a nonnegative rest replaces one square of a vector of length r, and
+  a value that is a sum of squares replaces one of these: the remaining terms have a sign, or an
+  interval.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ __all__ = ["DEPTH", "TERMS", "Balls", "absorbed", "largest_eigenvalue"]
 
 #: Terms of a polynomial; steps back to what it is computed from.
 TERMS, DEPTH = 100, 24
-#: Terms of an inner product that are parted in every way; share of a bound that rounding explains.
+#: Terms of an inner product that is split in every way; share of a bound that rounding explains.
 _PARTED, _ROUNDING = 6, 1e-9
 
 
 class Balls:
-    """Vectors of known length, and what follows of polynomials of their components.
+    """Vectors of known length, and bounds of polynomials of their components.
 
     Attributes
     ----------
     balls : list of Ball
     used, passed : set of int
-        Nodes whose intervals the bounds since the sets were emptied follow from, and "bounded" ones
-        that count as their arguments.
+        Premises of the bounds since the sets were emptied: nodes whose intervals they use, and
+        "bounded" ones that count as their arguments.
     """
 
     def __init__(self, nodes: Mapping[int, Node]) -> None:
@@ -47,31 +47,31 @@ class Balls:
         self.used: set[int] = set()
         self.passed: set[int] = set()
         self.products: dict[tuple[int, ...], tuple[float, float]] = {}  # ends of monomials
-        self.sums: dict[int, frozenset[int]] = {}  # of squares: of which nodes
+        self.sums: dict[int, frozenset[int]] = {}  # nodes of sums of squares
         for node in nodes.values():
             squares = [*_squares(node)] if node.kind == "sum" else []
             if len({*squares}) == len(squares) > 1 and None not in squares:
                 self.sums[node.number] = frozenset(n for n in squares if n is not None)
 
-    def _best(self, ways: Iterable[Callable[[], float]], wanted: float = -math.inf) -> float:
-        """The least of some bounds, and what tells it; of equal ones that of the fewest claims."""
-        before = self.used, self.passed
-        best, known = math.inf, (set[int](), set[int]())
+    def _best(self, ways: Iterable[Callable[[], float]], goal: float = -math.inf) -> float:
+        """The least of some bounds, with its premises; of equals that with the fewest claims."""
+        outer = self.used, self.passed
+        best, premises = math.inf, (set[int](), set[int]())
         for way in ways:
             self.used, self.passed = set(), set()
             bound = way()
-            fewer = len(self.used & self.said) < len(known[0] & self.said)
+            fewer = len(self.used & self.said) < len(premises[0] & self.said)
             if bound < best * (1.0 - _ROUNDING) or (fewer and bound <= best * (1.0 + _ROUNDING)):
-                best, known = bound, (self.used, self.passed)
-            if best <= wanted:
+                best, premises = bound, (self.used, self.passed)
+            if best <= goal:
                 break
-        self.used, self.passed = before[0] | known[0], before[1] | known[1]
+        self.used, self.passed = outer[0] | premises[0], outer[1] | premises[1]
         return best
 
     def _ball(self, numbers: Sequence[int]) -> Ball | None:
-        """A vector that has these components, and perhaps others."""
-        inside = (ball for ball in self.balls if ball.numbers.issuperset(numbers))
-        return next(inside, None)
+        """A vector that has these components, possibly with others."""
+        candidates = (ball for ball in self.balls if ball.numbers.issuperset(numbers))
+        return next(candidates, None)
 
     def _ball_square(self, numbers: Sequence[int]) -> float:
         ball = self._ball(numbers)
@@ -95,12 +95,12 @@ class Balls:
         """Ends of a product of nodes; a rest, of a negative number, is 0 to 1."""
         ends = 1.0, 1.0
         for number in sorted(set(monomial)):
-            own = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
-            ends = ends_of_product(ends, own, monomial.count(number))
+            base = (0.0, 1.0) if number < 0 else (self.nodes[number].low, self.nodes[number].high)
+            ends = ends_of_product(ends, base, monomial.count(number))
         return ends
 
     def _by_eigenvalues(self, form: Polynomial) -> float:
-        """Of a constant and a quadratic form of one vector."""
+        """Upper bound of a constant and a quadratic form of one vector."""
         numbers = sorted({n for m in form for n in m})
         square = self._ball_square(numbers)
         if not math.isfinite(square) or any(len(m) not in (0, 2) for m in form):
@@ -109,7 +109,7 @@ class Balls:
         return form.get((), 0.0) + largest_eigenvalue(rest, numbers) * square
 
     def _by_absorption(self, form: Polynomial) -> float:
-        """Of what is left where squares of vectors have gone into their lengths."""
+        """Upper bound with the squares of vectors replaced by their lengths."""
 
         def way(ball: Ball) -> float:
             rest = absorbed(form, ball)
@@ -121,12 +121,12 @@ class Balls:
         return self._best(partial(way, ball) for ball in self._overlapping(form))
 
     def _of_absorbed(self, form: Polynomial) -> Iterator[Callable[[], float]]:
-        """Ways to bound what an absorption leaves."""
+        """Ways to bound a polynomial after an absorption."""
         for way in (self._by_signs, self._by_eigenvalues, self._by_absorption):
             yield partial(way, form)
 
     def _by_elimination(self, form: Polynomial) -> float:
-        """Of what is left where one square of each vector, or of a sum of squares, is replaced."""
+        """Upper bound with one square of each vector, or of a sum of squares, replaced."""
         numbers = {n for m in form for n in m}
 
         def way(order: Sequence[Ball]) -> float:
@@ -154,7 +154,7 @@ class Balls:
         )
 
     def _overlapping(self, form: Polynomial) -> list[Ball]:
-        """Vectors of which several components are there, those with the most first."""
+        """Vectors with several components in a polynomial, those with the most first."""
         numbers = {n for m in form for n in m}
         return sorted(
             (ball for ball in self.balls if len(ball.numbers & numbers) > 1),
@@ -162,27 +162,27 @@ class Balls:
         )
 
     def _linear(self, form: Polynomial) -> Iterator[list[int]]:
-        """Sets of nodes of which every term has exactly one."""
-        present = {n for m in form for n in m}
-        inputs = {n for n in present if self.nodes[n].kind == "input"}
-        states = {n for n in present if self.nodes[n].kind == "state"}
-        balls = [present & ball.numbers for ball in self.balls]
-        bound = set().union(*balls)
-        tried = []
-        few = len(form) <= _PARTED and all(0 < len(m) <= 2 for m in form)
-        parted = [*map(set, product(*form))] if few else []
-        for vector in (*balls, inputs, states - bound, present - bound, *parted):
+        """Sets of nodes such that every term has exactly one of them."""
+        numbers = {n for m in form for n in m}
+        inputs = {n for n in numbers if self.nodes[n].kind == "input"}
+        states = {n for n in numbers if self.nodes[n].kind == "state"}
+        balls = [numbers & ball.numbers for ball in self.balls]
+        members = set().union(*balls)
+        visited = []
+        is_small = len(form) <= _PARTED and all(0 < len(m) <= 2 for m in form)
+        partitions = [*map(set, product(*form))] if is_small else []
+        for vector in (*balls, inputs, states - members, numbers - members, *partitions):
             if (
                 vector
-                and vector not in tried
+                and vector not in visited
                 and all(sum(n in vector for n in m) == 1 for m in form)
             ):
-                tried.append(vector)
+                visited.append(vector)
                 yield sorted(vector)
 
 
 def _squares(node: Node) -> Iterator[int | None]:
-    """Of which nodes a sum is the sum of the squares; None, at last: it has another term."""
+    """The nodes whose squares a sum consists of; None at the end: it has another term."""
     for arg, sign in zip(node.args, node.signs, strict=True):
         if arg.kind == "sum" and sign == 1:
             for number in _squares(arg):
@@ -197,29 +197,29 @@ def _squares(node: Node) -> Iterator[int | None]:
 
 
 def largest_eigenvalue(form: Polynomial, numbers: Sequence[int]) -> float:
-    """Of a quadratic form of nodes; not below 0."""
-    at = {n: k for k, n in enumerate(numbers)}
+    """Largest eigenvalue of a quadratic form of nodes; not below 0."""
+    index = {n: k for k, n in enumerate(numbers)}
     matrix = np.zeros((len(numbers), len(numbers)))
     for m, c in form.items():
-        matrix[at[m[0]], at[m[1]]] += 0.5 * c
-        matrix[at[m[1]], at[m[0]]] += 0.5 * c
+        matrix[index[m[0]], index[m[1]]] += 0.5 * c
+        matrix[index[m[1]], index[m[0]]] += 0.5 * c
     return max(0.0, float(np.linalg.eigvalsh(matrix)[-1])) if numbers else 0.0
 
 
 def absorbed(form: Polynomial, ball: Ball) -> Polynomial | None:
-    """A polynomial with the squared length of a vector for its squares; None: of another form."""
+    """A polynomial with a vector's squares replaced by its square; None: of another form."""
     out: Polynomial = {}
-    most: Polynomial = {}
+    largest: Polynomial = {}
     for m, c in form.items():
-        own = [n for n in m if n in ball.numbers]
+        inner = [n for n in m if n in ball.numbers]
         rest = tuple(n for n in m if n not in ball.numbers)
-        if not own:
+        if not inner:
             out[rest] = out.get(rest, 0.0) + c
-        elif len(own) == 2 and own[0] == own[1] and all(rest.count(n) % 2 == 0 for n in rest):
-            most[rest] = max(most.get(rest, 0.0), c)
+        elif len(inner) == 2 and inner[0] == inner[1] and all(rest.count(n) % 2 == 0 for n in rest):
+            largest[rest] = max(largest.get(rest, 0.0), c)
         else:
             return None
-    for rest, c in most.items():
+    for rest, c in largest.items():
         out[rest] = out.get(rest, 0.0) + c * ball.square
     return out
 
@@ -227,8 +227,8 @@ def absorbed(form: Polynomial, ball: Ball) -> Polynomial | None:
 def _replaced(
     form: Polynomial, number: int, squares: Set[int], total: Polynomial
 ) -> Polynomial | None:
-    """A polynomial with a total less the other squares for the square of a node."""
-    by = total | {(n, n): -1.0 for n in squares if n != number}
+    """A polynomial with the square of a node replaced by a total less the other squares."""
+    replacement = total | {(n, n): -1.0 for n in squares if n != number}
     powers: list[Polynomial] = [{(): 1.0}]
     out: Polynomial = {m: c for m, c in form.items() if m.count(number) < 2}
     for m, c in form.items():
@@ -236,12 +236,12 @@ def _replaced(
         if not power:
             continue
         while len(powers) <= power:
-            more = times(powers[-1], by, TERMS)
-            if more is None:
+            next_power = times(powers[-1], replacement, TERMS)
+            if next_power is None:
                 return None
-            powers.append(more)
-        at = m.index(number)
-        rest = m[:at] + m[at + 2 * power :]
+            powers.append(next_power)
+        index = m.index(number)
+        rest = m[:index] + m[index + 2 * power :]
         for n, value in powers[power].items():
             key = tuple(sorted(rest + n))
             out[key] = out.get(key, 0.0) + c * value

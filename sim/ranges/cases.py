@@ -1,8 +1,8 @@
 """Intervals of a step in each case of an input or state that is compared with several numbers.
 
 A row that is one of several kinds is a sum of terms of which all but one are 0. The interval of the
-whole sum, over all kinds, knows nothing of that; the one of each case does. Nothing that is claimed
-with `ops.bounded` is taken for granted: what other nodes read is in the format of its word.
+sum over all kinds does not show that; the interval in each case does. Claims of `ops.bounded` are
+not assumed: the values that other nodes read are in the formats of their words.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ __all__ = ["ends_in_cases"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Fewest and most numbers that make cases worth while.
+#: Fewest and most numbers from which cases are made.
 _FEWEST, _MOST = 2, 64
 
 
 def ends_in_cases(program: Program, nodes: Mapping[int, Node]) -> dict[int, Ends]:
-    """Ends (cases,) of the nodes that results need, by number; of none without such a value.
+    """Ends (cases,) of the nodes that results need, by number; empty without such a value.
 
-    Of several values that are compared with as many numbers, an input comes first.
+    The value that is compared with most numbers makes the cases; of equals, an input.
 
     Parameters
     ----------
@@ -40,37 +40,37 @@ def ends_in_cases(program: Program, nodes: Mapping[int, Node]) -> dict[int, Ends
     formats = {
         node.number: program.format(value) for value, node in nodes.items() if not may_fuse(node)
     }
-    own = live_nodes(program, nodes)
-    compared = {n: at for n, at in _compared(own).items() if _FEWEST <= len(at) <= _MOST}
-    if not compared:
+    live = live_nodes(program, nodes)
+    levels = {n: at for n, at in _levels_in(live).items() if _FEWEST <= len(at) <= _MOST}
+    if not levels:
         return {}
-    leaf, at = max(compared.items(), key=lambda item: (len(item[1]), own[item[0]].kind == "input"))
-    low, high = own[leaf].low, own[leaf].high
-    between = sorted(t for t in at if low < t < high)
-    starts = np.array([low, *between])
-    stops = np.array([*(math.nextafter(t, -math.inf) for t in between), high])
-    known: dict[int, Ends] = {leaf: (starts, stops)}
-    for number, node in own.items():
-        if number in known:
+    leaf, at = max(levels.items(), key=lambda item: (len(item[1]), live[item[0]].kind == "input"))
+    low, high = live[leaf].low, live[leaf].high
+    inner_levels = sorted(t for t in at if low < t < high)
+    starts = np.array([low, *inner_levels])
+    stops = np.array([*(math.nextafter(t, -math.inf) for t in inner_levels), high])
+    ends: dict[int, Ends] = {leaf: (starts, stops)}
+    for number, node in live.items():
+        if number in ends:
             continue
         if node.kind in LEAVES:
-            least, most = np.full(len(starts), node.low), np.full(len(starts), node.high)
+            lower, upper = np.full(len(starts), node.low), np.full(len(starts), node.high)
         else:
             with np.errstate(all="ignore"):
-                least, most = ends_of(node, [known[a.number] for a in node.args])
-            least, most = _known(least, -math.inf), _known(most, math.inf)
+                lower, upper = ends_of(node, [ends[a.number] for a in node.args])
+            lower, upper = _without_nan(lower, -math.inf), _without_nan(upper, math.inf)
         if number in formats:
             form = formats[number]
-            least, most = np.clip(least, form.min, form.max), np.clip(most, form.min, form.max)
-        known[number] = least, most
-    return known
+            lower, upper = np.clip(lower, form.min, form.max), np.clip(upper, form.min, form.max)
+        ends[number] = lower, upper
+    return ends
 
 
-def _known(ends: FloatArray, otherwise: float) -> FloatArray:
+def _without_nan(ends: FloatArray, otherwise: float) -> FloatArray:
     return np.where(np.isnan(ends), otherwise, ends)
 
 
-def _compared(nodes: Mapping[int, Node]) -> dict[int, set[float]]:
+def _levels_in(nodes: Mapping[int, Node]) -> dict[int, set[float]]:
     """The numbers that selections compare each input and state with."""
     out: dict[int, set[float]] = {}
     for node in nodes.values():
@@ -86,7 +86,7 @@ def _compared(nodes: Mapping[int, Node]) -> dict[int, set[float]]:
 
 
 def _parts(condition: Node) -> list[Node]:
-    """A condition, or those that it is made of."""
+    """A condition, or those that it combines."""
     if condition.kind not in ("select", "complement", "flip"):
         return [condition]
     return [part for arg in condition.args for part in _parts(arg)]

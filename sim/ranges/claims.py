@@ -1,9 +1,9 @@
-"""What has to be true for no word of a program to overflow.
+"""The claims that have to be true for no word of a program to overflow.
 
 The interval of every other value follows from those of its arguments, and its format holds it
-(`model.lowering.groups`). Two things are taken on trust when a step is compiled: what its author
-says with `ops.bounded`, or the toolkit where it expands a function, and that a next state stays in
-the declared range of its state.
+(`model.lowering.groups`). Two kinds of claims are assumed when a step is compiled: those stated
+with `ops.bounded`, by its author or by the toolkit where it expands a function, and that a next
+state stays in the declared range of its state.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from boresight.model.words.program import Overflow, Program
 
 __all__ = ["TOLERANCE", "Assumptions", "Claim", "Premises", "Proof", "claims_of", "live"]
 
-#: Share of its size by which a value may pass the end of its range: what rounding explains.
+#: Share of the size of a range by which a value may pass its end, by rounding.
 TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """That a value is in a range.
+    """A claim that a value is in a range.
 
     Attributes
     ----------
@@ -31,17 +31,17 @@ class Claim:
     low, high : float
         The range.
     reason : str
-        Its author's, or "range of the state NAME".
+        That of its author, or "range of the state NAME".
     line : str
         Where it is stated.
     word : int or None
-        Value number of the word that holds it; None: it is part of another operation.
+        Value number of the word that holds it; None: the value is part of another operation.
     state : str
-        Name of the state whose next value it is; empty: of none.
+        Name of the state whose next value it is, or empty.
     bounded : bool
-        Whether `ops.bounded` makes the claim; else the declaration of a state does.
+        Whether `ops.bounded` states the claim; else the declaration of a state does.
     unless : str
-        When its author says that the value leaves the range; empty: never.
+        The exception that its author states, or empty.
     """
 
     node: Node
@@ -66,7 +66,7 @@ class Claim:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The range, and what rounding explains."""
+        """The range, widened by what rounding explains."""
         slack = TOLERANCE * self.size
         return self.low - slack, self.high + slack
 
@@ -78,17 +78,17 @@ class Claim:
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """Of a claim.
+    """A proof of a claim.
 
     Attributes
     ----------
     how : str
-        By what: "interval", "length of vectors".
+        The method: "interval", "length of vectors".
     base : tuple of Node
         The nodes whose intervals in the compiled step it uses.
     passed : tuple of Node
-        "bounded" ones that it takes as their arguments, in this update or, by induction, in those
-        before: their words hold them.
+        "bounded" nodes that it equates with their arguments, in this update or, by induction, in
+        earlier ones: their words hold the arguments.
     """
 
     how: str
@@ -98,7 +98,7 @@ class Proof:
 
 @dataclass
 class Premises:
-    """What a proof rests on, as it is collected.
+    """Premises of a proof, as they are collected.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Premises:
     passed: set[int] = field(default_factory=set)
 
     def proof(self, how: str, nodes: Mapping[int, Node]) -> Proof:
-        """The proof, of a step with these nodes."""
+        """Return the proof, in a step with these nodes."""
         base = sorted(self.base, key=lambda node: node.number)
         return Proof(how, tuple(base), tuple(nodes[n] for n in sorted(self.passed)))
 
@@ -120,16 +120,16 @@ class Premises:
 def live(
     roots: Sequence[Node], needs: Callable[[Node], Sequence[Node]] = lambda node: node.args
 ) -> Iterator[Node]:
-    """Nodes that the roots need, each after its arguments, or those that ``needs`` gives."""
-    seen = {node.number: node for node in roots}
-    stack = list(seen.values())
+    """Nodes that the roots need, each after its arguments, or after those of ``needs``."""
+    visited = {node.number: node for node in roots}
+    stack = list(visited.values())
     while stack:
         node = stack.pop()
         for arg in needs(node):
-            if arg.number not in seen:
-                seen[arg.number] = arg
+            if arg.number not in visited:
+                visited[arg.number] = arg
                 stack.append(arg)
-    yield from (seen[number] for number in sorted(seen))
+    yield from (visited[number] for number in sorted(visited))
 
 
 def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
@@ -140,12 +140,12 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
     program, nodes
         As `Estimator.compile_traced` gives them.
     """
-    replacing = {
-        nodes[after].number: (program.values[state].low, program.values[state].high)
-        for state, after in program.states
-        if after in nodes
+    state_ranges = {
+        nodes[next_state].number: (program.values[state].low, program.values[state].high)
+        for state, next_state in program.states
+        if next_state in nodes
     }
-    results = [*program.outputs, *(after for _, after in program.states)]
+    results = [*program.outputs, *(next_state for _, next_state in program.states)]
     word_of = {node.number: number for number, node in reversed([*nodes.items()])}
     out = [
         Claim(
@@ -158,36 +158,36 @@ def claims_of(program: Program, nodes: Mapping[int, Node]) -> list[Claim]:
             unless=node.unless,
         )
         for node in live([nodes[n] for n in results if n in nodes])
-        if node.kind == "bounded" and replacing.get(node.number) != (node.low, node.high)
+        if node.kind == "bounded" and state_ranges.get(node.number) != (node.low, node.high)
     ]
     clamped = {op.dest for op in program.ops if op.overflow is not Overflow.SAT}
-    for state, after in program.states:
-        declared, node = program.values[state], nodes.get(after)
-        if node is not None and after != state and after not in clamped:
-            bounded = node.kind == "bounded" and replacing[node.number] == (node.low, node.high)
-            said = (declared.name, bounded, node.unless if bounded else "")
-            node = node.args[0] if bounded else node  # of another range it is a claim itself
-            reason = f"range of the state {declared.name}"
-            out.append(Claim(node, declared.low, declared.high, reason, node.line, after, *said))
+    for state, next_state in program.states:
+        value, node = program.values[state], nodes.get(next_state)
+        if node is not None and next_state != state and next_state not in clamped:
+            bounded = node.kind == "bounded" and state_ranges[node.number] == (node.low, node.high)
+            fields = (value.name, bounded, node.unless if bounded else "")
+            node = node.args[0] if bounded else node  # with another range it is a claim itself
+            reason = f"range of the state {value.name}"
+            out.append(Claim(node, value.low, value.high, reason, node.line, next_state, *fields))
     return out
 
 
 class Assumptions:
-    """Which claims proofs assume without a proof.
+    """Unproven claims that proofs assume.
 
     An interval follows from those of its arguments down to a value with a claim, where the claim
-    takes its place. A proven claim hands on what its own proof assumes.
+    replaces it. Where a claim is proven, the assumptions of its proof count instead.
 
     Parameters
     ----------
     claims
         As `claims_of` gives them.
     broken
-        Whether inputs break the claim, in spite of a proof in real numbers. The intervals of
-        states are assumed, too, where that of their next values is broken.
+        Whether inputs break the claim, in spite of a proof in real numbers. Intervals of states
+        are assumed, too, if those of their next values are broken.
     held
-        Whether the format of the word that others read holds it in the range, whatever the value:
-        nothing is assumed then.
+        Whether the format of the word that others read keeps any value in the range: then nothing
+        is assumed.
     needs
         Arguments from whose intervals that of a node follows.
     """
@@ -219,44 +219,44 @@ class Assumptions:
         bases
             Nodes whose intervals each proof uses; None: the claim has no proof.
         passed
-            "bounded" nodes that each proof takes as their arguments: what these assume, it assumes,
-            in the updates before, too.
+            "bounded" nodes that each proof equates with their arguments: it assumes all that these
+            assume, in earlier updates, too.
         wider
-            Of a claim, by index: what proves that its value fits the format, as ``bases`` and
-            ``passed`` say. What takes the word as its argument assumes that, and not the claim.
+            By the index of a claim, the base and the passed nodes of a proof that its value fits
+            the format. A proof that passes the claim's node assumes this instead of the claim.
         """
         count = len(bases)
         sound = [base is not None and not b for base, b in zip(bases, self.broken, strict=True)]
-        fits = {j: count + k for k, j in enumerate(wider)}  # numbered after the claims
+        fit_index = {j: count + k for k, j in enumerate(wider)}  # numbered after the claims
 
-        def taken(nodes: Sequence[Node]) -> set[int]:
-            return {fits.get(j, j) for j in {*map(self._stated, nodes)} if j is not None}
+        def indices(nodes: Sequence[Node]) -> set[int]:
+            return {fit_index.get(j, j) for j in {*map(self._claim_of, nodes)} if j is not None}
 
         proofs = [*zip(bases, passed, strict=True), *wider.values()]
-        needed = [self._of_intervals(base or ()) | taken(nodes) for base, nodes in proofs]
-        sound += [True] * len(fits)
-        assumed = [sum(1 << j for j in each if not sound[j]) for each in needed]  # a bit for each
-        proven = [[j for j in each if sound[j]] for each in needed]
-        before: list[int] = []
-        while before != assumed:  # what a proof assumes of an update before may be proven by it
-            before = [*assumed]
-            for k, each in enumerate(proven):
+        premises = [self._claims_behind(base or ()) | indices(nodes) for base, nodes in proofs]
+        sound += [True] * len(fit_index)
+        assumed = [sum(1 << j for j in each if not sound[j]) for each in premises]  # a bit for each
+        proven_premises = [[j for j in each if sound[j]] for each in premises]
+        previous: list[int] = []
+        while previous != assumed:  # assumptions on an earlier update may be proven by it
+            previous = [*assumed]
+            for k, each in enumerate(proven_premises):
                 for j in each:
                     assumed[k] |= assumed[j]
         return [[j for j in range(count) if each >> j & 1] for each in assumed[:count]]
 
-    def _stated(self, node: Node) -> int | None:
-        """The claim that takes a node's place."""
+    def _claim_of(self, node: Node) -> int | None:
+        """Index of the claim that a node's interval is, or None."""
         if node.kind == "state":
             return self.of_state.get(node.name or "")
         ends = (node.args[0].number, node.low, node.high) if node.kind == "bounded" else None
         return None if ends is None else self.index.get(ends)
 
-    def _of_intervals(self, nodes: Sequence[Node]) -> frozenset[int]:
-        """Claims that the intervals of nodes rest on."""
+    def _claims_behind(self, nodes: Sequence[Node]) -> frozenset[int]:
+        """Claims from which the intervals of nodes follow."""
         key = frozenset(nodes)  # not their numbers: a step without some claims has the same
         if key not in self.known:
-            below = live(nodes, lambda n: () if self._stated(n) is not None else self.needs(n))
-            stated = (self._stated(node) for node in below)
-            self.known[key] = frozenset(j for j in stated if j is not None and not self.held[j])
+            closure = live(nodes, lambda n: () if self._claim_of(n) is not None else self.needs(n))
+            indices = (self._claim_of(node) for node in closure)
+            self.known[key] = frozenset(j for j in indices if j is not None and not self.held[j])
         return self.known[key]

@@ -31,8 +31,8 @@ __all__ = [
 
 #: Conditions of which all sides are tried.
 CONDITIONS = 7
-#: Steps back to what the ends of a coefficient follow from; conditions there, up to which each way
-#: to give sides is tried; share of an interval by which another has to be nearer to be taken.
+#: Steps back from a coefficient to the nodes that decide its ends; most conditions there of which
+#: all sides are tried; share of an interval by which another has to be narrower to replace it.
 _BACK, _SIDES, _NEARER = 6, 3, 1e-3
 #: Sides of conditions, by number: 1 negative, 2 not.
 Sides = Mapping[int, int]
@@ -53,7 +53,7 @@ class Coefficient:
 
     @property
     def root(self) -> Coefficient | None:
-        """The square root, if it is a number or a product of squares; None: it is another."""
+        """The square root of a number or a product of squares; None: of another form."""
         squares = [n.args[0] for n in self.nodes if n.kind == "mul" and n.args[0] is n.args[1]]
         if self.number < 0.0 or len(squares) < len(self.nodes):
             return None
@@ -81,8 +81,8 @@ class Coefficient:
             return 0.0, 0.0
         low = high = self.number
         for node, power in Counter(self.nodes).items():
-            known = _known_ends(node, sides)
-            low, high = ends_of_product((low, high), (known.low, known.high), power)
+            derived = _derived_ends(node, sides)
+            low, high = ends_of_product((low, high), (derived.low, derived.high), power)
         if any(c not in sides for c, _ in self.sides):
             low, high = min(low, 0.0), max(high, 0.0)
         return low, high
@@ -94,7 +94,7 @@ class Coefficient:
         low = high = np.full(1, self.number)
         with np.errstate(invalid="ignore"):  # 0 times infinity
             for node in self.nodes:
-                low, high = product_of((low, high), cases[_chosen(node, sides).number])
+                low, high = product_of((low, high), cases[_selected(node, sides).number])
         if any(c not in sides for c, _ in self.sides):
             low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
         return low, high
@@ -103,8 +103,8 @@ class Coefficient:
 ONE = Coefficient()
 
 
-def _chosen(node: Node, sides: Sides) -> Node:
-    """A node, or what its selections choose on the given sides."""
+def _selected(node: Node, sides: Sides) -> Node:
+    """A node, or the argument that its selections choose on the given sides."""
     while node.kind == "select" and (side := side_of(node.args[0], sides)):
         node = node.args[side]
     return node
@@ -114,14 +114,14 @@ def ends_of_sum(coefficients: Iterable[Coefficient], sides: Sides) -> tuple[floa
     """Least and largest value of a sum of coefficients on the given sides."""
     low = high = 0.0
     for c in coefficients:
-        least, most = c.ends(sides)
-        low, high = low + least, high + most
+        lower, upper = c.ends(sides)
+        low, high = low + lower, high + upper
     return low, high
 
 
 def nodes_behind(coefficients: Iterable[Coefficient]) -> set[Node]:
     """Nodes from whose intervals the ends of coefficients follow, on any sides."""
-    return {known for c in coefficients for node in c.nodes for known in known_from(node)}
+    return {source for c in coefficients for node in c.nodes for source in known_from(node)}
 
 
 def all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
@@ -132,80 +132,80 @@ def all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]
 
 
 @dataclass(frozen=True)
-class _Known:
+class _DerivedEnds:
     """Ends of a node, and the nodes from whose intervals they follow."""
 
     low: float
     high: float
     base: frozenset[Node]
 
-    def within(self, node: Node) -> _Known:
-        """These ends where they are well inside the interval of a node, else its own."""
+    def within(self, node: Node) -> _DerivedEnds:
+        """These ends where they are well inside the interval of a node, else the interval."""
         low, high = (min(max(end, node.low), node.high) for end in (self.low, self.high))
-        least = _NEARER * max(abs(node.low), abs(node.high))
-        nearer = (low > node.low + least, high < node.high - least)
-        if not any(nearer):
-            return _own(node)
-        outside = self.low < node.low or self.high > node.high
-        return _Known(low, high, self.base | {node} if outside else self.base)
+        margin = _NEARER * max(abs(node.low), abs(node.high))
+        is_nearer = (low > node.low + margin, high < node.high - margin)
+        if not any(is_nearer):
+            return _interval_of(node)
+        is_outside = self.low < node.low or self.high > node.high
+        return _DerivedEnds(low, high, self.base | {node} if is_outside else self.base)
 
 
-def _own(node: Node) -> _Known:
-    return _Known(node.low, node.high, frozenset({node}))
+def _interval_of(node: Node) -> _DerivedEnds:
+    return _DerivedEnds(node.low, node.high, frozenset({node}))
 
 
-def _known_ends(node: Node, sides: Sides, left: int = _BACK) -> _Known:
-    """Ends of a node, also as what a claim that is wider than needed is of, on the given sides.
+def _derived_ends(node: Node, sides: Sides, steps: int = _BACK) -> _DerivedEnds:
+    """Ends of a node on the given sides, narrower than a claim where its argument's are narrower.
 
     A constant where x is negative, else x, is not below both 0 and the constant.
     """
-    if left == 0 or not node.args:
-        return _own(node)
-    return _ends_on(node, tuple((n, sides[n]) for n in _conditions_of(node) if n in sides), left)
+    if steps == 0 or not node.args:
+        return _interval_of(node)
+    return _ends_on(node, tuple((n, sides[n]) for n in _conditions_of(node) if n in sides), steps)
 
 
 @lru_cache(maxsize=2**17)
-def _ends_on(node: Node, given: tuple[tuple[int, int], ...], left: int) -> _Known:
-    """The same, of a node that is computed, on these sides of conditions."""
-    sides = dict(given)
+def _ends_on(node: Node, side_pairs: tuple[tuple[int, int], ...], steps: int) -> _DerivedEnds:
+    """Derived ends of a node with arguments, on these sides of conditions."""
+    sides = dict(side_pairs)
     if node.kind in ("bounded", "saturated"):
-        return _known_ends(node.args[0], sides, left).within(node)
+        return _derived_ends(node.args[0], sides, steps).within(node)
     if node.kind == "select" and (side := side_of(node.args[0], sides)):
-        return _known_ends(node.args[side], sides, left - 1)
+        return _derived_ends(node.args[side], sides, steps - 1)
     if node.kind == "select" and node.args[0] is node.args[2] and node.args[1].kind == "const":
-        own = _own(node)
-        return replace(own, low=max(own.low, min(0.0, node.args[1].value)))
+        interval = _interval_of(node)
+        return replace(interval, low=max(interval.low, min(0.0, node.args[1].value)))
     if node.kind not in ("mul", "sum"):
-        return _own(node)
-    found = [_known_ends(arg, sides, left - 1) for arg in node.args]
-    base = frozenset[Node]().union(*(each.base for each in found))
+        return _interval_of(node)
+    arg_ends = [_derived_ends(arg, sides, steps - 1) for arg in node.args]
+    base = frozenset[Node]().union(*(each.base for each in arg_ends))
     if node.kind == "mul":
-        one, other = ((each.low, each.high) for each in found)
-        low, high = ends_of_product(one, other)
-        return _Known(low, high, base).within(node)
+        x, y = ((each.low, each.high) for each in arg_ends)
+        low, high = ends_of_product(x, y)
+        return _DerivedEnds(low, high, base).within(node)
     low = high = 0.0
-    for each, sign in zip(found, node.signs, strict=True):
+    for each, sign in zip(arg_ends, node.signs, strict=True):
         start, end = (each.low, each.high)[::sign]
         low, high = low + sign * start, high + sign * end
-    return _Known(low, high, base).within(node)
+    return _DerivedEnds(low, high, base).within(node)
 
 
 def known_from(node: Node, sides: Sides | None = None) -> Iterator[Node]:
-    """Nodes from whose intervals the known ends of a node follow.
+    """Nodes from whose intervals the derived ends of a node follow.
 
-    ``sides``: those that are given; None: whatever they are.
+    ``sides``: the given sides of conditions; None: any sides.
     """
     if sides is not None:
-        yield from sorted(_known_ends(node, sides).base, key=lambda n: n.number)
+        yield from sorted(_derived_ends(node, sides).base, key=lambda n: n.number)
         return
     conditions = sorted({*conditions_in(node)})
     if len(conditions) > _SIDES:
         yield from _made_of(node)
         return
     base = set[Node]()
-    for each in product((0, 1, 2), repeat=len(conditions)):
-        given = {n: s for n, s in zip(conditions, each, strict=True) if s}
-        base |= _known_ends(node, given).base
+    for choice in product((0, 1, 2), repeat=len(conditions)):
+        fixed = {n: s for n, s in zip(conditions, choice, strict=True) if s}
+        base |= _derived_ends(node, fixed).base
     yield from sorted(base, key=lambda n: n.number)
 
 
@@ -216,27 +216,27 @@ def conditions_in(node: Node) -> Iterator[int]:
 
 @lru_cache(maxsize=2**14)
 def _conditions_of(node: Node) -> tuple[int, ...]:
-    """The same in order, each once, and those that they are made of."""
+    """The same in order, each once, with the conditions that they combine."""
     stack = [n.args[0] for n in _made_of(node) if n.kind == "select"]
-    found = set[int]()
+    visited = set[int]()
     while stack:
         condition = stack.pop()
-        if condition.number not in found:
-            found.add(condition.number)
+        if condition.number not in visited:
+            visited.add(condition.number)
             stack += condition.args if condition.kind == "select" else ()
-    return tuple(sorted(found))
+    return tuple(sorted(visited))
 
 
 def _made_of(node: Node) -> Iterator[Node]:
-    """A node and those that its known ends are computed from."""
-    left = {node.number: _BACK}
+    """A node and those from which its derived ends are computed."""
+    steps_left = {node.number: _BACK}
     stack = [node]
     while stack:
         node = stack.pop()
         yield node
-        steps = left[node.number] - (node.kind not in ("bounded", "saturated"))
+        steps = steps_left[node.number] - (node.kind not in ("bounded", "saturated"))
         if steps >= 0 and node.kind in ("bounded", "saturated", "mul", "select", "sum"):
             for arg in node.args[1:] if node.kind == "select" else node.args:
-                if left.get(arg.number, -1) < steps:
-                    left[arg.number] = steps
+                if steps_left.get(arg.number, -1) < steps:
+                    steps_left[arg.number] = steps
                     stack.append(arg)

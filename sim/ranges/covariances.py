@@ -1,9 +1,9 @@
-"""A check of claims that depend on a matrix of states being a covariance; it proves nothing.
+"""A check, not a proof, of claims that depend on a matrix of states being a covariance.
 
-|P_ij| <= sd_i sd_j (Cauchy-Schwarz) is no property of one state, and no interval holds it.
+|P_ij| <= sd_i sd_j (Cauchy-Schwarz) is no property of one state, and no interval expresses it.
 Therefore random covariances, of any rank and size within the ranges of the states, replace those
 that runs reached; a claim passes if it holds in the next update of all of them, and the next matrix
-is a covariance again, but for rounding.
+is again a covariance, but for rounding.
 """
 
 from __future__ import annotations
@@ -37,31 +37,31 @@ def check_on_covariances(
     claims: Sequence[Claim],
     updates: int,
 ) -> dict[int, str]:
-    """Which claims depend on a covariance among the states and hold on random ones: on which.
+    """Kind of random covariances on which each claim that depends on a covariance holds, by index.
 
-    Empty without a covariance, or where the next matrix is none.
+    Empty without a covariance, or if the next matrix is no covariance.
     """
     try:
         covariance = covariance_of(estimator)
     except InputError:
         return {}
     states = {program.states[k][0] for _, _, k in covariance.elements}
-    depend = _dependent(program, nodes, claims, states)
+    dependent = _dependent(program, nodes, claims, states)
     out: dict[int, str] = {}
     for whole in (False, True):
-        left = [k for k in depend if k not in out]
+        remaining = [k for k in dependent if k not in out]
         draw = Drawn(covariance, program, whole=whole)
         search = Search(
-            estimator, program, nodes, [claims[k] for k in left], drawn_states=draw.states
+            estimator, program, nodes, [claims[k] for k in remaining], drawn_states=draw.states
         )
-        kept = True
-        for _ in range(updates if left else 0):
+        is_invariant = True
+        for _ in range(updates if remaining else 0):
             search.run(1)
-            kept = kept and draw.is_covariance(search.states)
+            is_invariant = is_invariant and draw.is_covariance(search.states)
         limits = "variances that add up to one range" if whole else "variances in their ranges"
-        if kept:
+        if is_invariant:
             how = f"random covariances, {limits}"
-            out |= {k: how for k, r in zip(left, search.reach(), strict=True) if not r.broken}
+            out |= {k: how for k, r in zip(remaining, search.reach(), strict=True) if not r.broken}
     return out
 
 
@@ -76,12 +76,12 @@ def _dependent(
 
 
 class Drawn:
-    """Random covariances in place of those that runs have.
+    """Random covariances that replace those of the runs.
 
     Parameters
     ----------
     whole : bool
-        Shares of the largest variances add up to one at most.
+        Whether the variances, as shares of their largest, add up to one at most.
     """
 
     def __init__(self, covariance: Covariance, program: Program, *, whole: bool) -> None:
@@ -110,13 +110,13 @@ class Drawn:
         return out
 
     def is_covariance(self, states: IntArray) -> bool:
-        """Whether all matrices among state words (n_states, runs) are, but for rounding."""
+        """Whether the matrices of state words (n_states, runs) are covariances, up to rounding."""
         p = np.zeros((states.shape[1], self.axes, self.axes))
         lsb = np.zeros((self.axes, self.axes))
         for (i, j, k), form in zip(self.elements, self.formats, strict=True):
             p[:, i, j] = p[:, j, i] = form.real(states[k])
             lsb[i, j] = lsb[j, i] = form.lsb
-        each = np.arange(self.axes)
-        p[:, each, each] += _ROUNDING * self.axes * lsb.sum(axis=1)
-        sd = np.sqrt(np.maximum(p[:, each, each], 1e-300))
+        diagonal = np.arange(self.axes)
+        p[:, diagonal, diagonal] += _ROUNDING * self.axes * lsb.sum(axis=1)
+        sd = np.sqrt(np.maximum(p[:, diagonal, diagonal], 1e-300))
         return bool((np.linalg.eigvalsh(p / (sd[:, :, None] * sd[:, None, :])) > -1e-9).all())

@@ -1,8 +1,8 @@
 """Proof that a matrix of states stays a covariance, by vectors whose inner products it is.
 
-A covariance P is P_ij = p_i . p_j of some vectors, |p_i|^2 = P_ii. So is what a filter makes of it,
-in whatever order it computes the elements, also where several measurements share one pass: of sums
-(`sums`), noise (`noise`), and what measurements take (`measurements`).
+A covariance P is P_ij = p_i . p_j of some vectors, |p_i|^2 = P_ii. So is the next P of a filter, in
+whatever order it computes the elements, also where several measurements share one pass: of sums
+(`sums`), with noise (`noise`), and less the effect of measurements (`measurements`).
 
 The next matrix is a covariance if its elements are the inner products of one vector each; the first
 one is, and by induction all are. F and h may be any values of the step. The ranges of elements
@@ -10,7 +10,7 @@ follow from the lengths of the vectors (`lengths`). Where one update takes a var
 declared range, but not beyond the format of its word, the induction lets it be as large as that.
 
 That a value is an inner product is an identity of polynomials, checked at random points, with
-selections, limits and functions drawn, too: of one that is false all points would have to be roots.
+selections, limits and functions drawn, too: all points would have to be roots of a false one.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ __all__ = ["ROOM", "Gram"]
 
 #: Decades of the lengths at the points.
 _DECADES = 1.0
-#: Share of a format that is left free by what fits it; updates by which variances grow.
+#: Share of a format that a fitting value leaves free; updates by which variances grow.
 ROOM, _ROUNDS = 1e-5, 8
-#: Kinds of nodes for which a product or selection is taken apart.
+#: Kinds of nodes for whose arguments vectors are found even if they are products or selections.
 _READERS = ("bounded", "saturated", "rsqrt", "reciprocal", "select")
 
 
@@ -60,9 +60,9 @@ class Gram:
     Attributes
     ----------
     proven : bool
-        Whether the next matrix is.
+        Whether the next matrix is a covariance.
     following : list of Vector
-        Whose inner products its elements are.
+        Vectors whose inner products its elements are.
     """
 
     def __init__(
@@ -85,17 +85,17 @@ class Gram:
         self.following: list[Vector] = []
         self.size = max(j for _, j in elements) + 1
         self.needed = {n.number for n in live([*self.after.values()])}
-        before = {ij: state for ij, (state, _) in elements.items()}
-        variances = [before[i, i] for i in range(self.size)]
+        states = {ij: state for ij, (state, _) in elements.items()}
+        variances = [states[i, i] for i in range(self.size)]
         rng = np.random.default_rng(1)
         self.space = Space(3 * self.size + 40)
-        own = [self.space.add(_drawn(v, self.size, rng), variance=v) for v in variances]
+        basis = [self.space.add(_drawn(v, self.size, rng), variance=v) for v in variances]
         self.space.used = self.size
-        self.points = Points(self.nodes, _cone(self.nodes, before.values()), rng)
+        self.points = Points(self.nodes, _cone(self.nodes, states.values()), rng)
         self.pairs = Pairs(self.space, self.points)
-        for (i, j), node in before.items():
-            self.points.let(node, (own[i].at * own[j].at).sum(axis=1))
-            self.pairs.found[node.number] = [(own[i], own[j])]
+        for (i, j), node in states.items():
+            self.points.let(node, (basis[i].at * basis[j].at).sum(axis=1))
+            self.pairs.found[node.number] = [(basis[i], basis[j])]
         self.terms = Terms(self.pairs)
         self.lengths = Lengths(
             self.terms,
@@ -103,13 +103,13 @@ class Gram:
             ends_in_cases(program, nodes),
             {v.number: v.high for v in variances},
         )
-        words = {nodes[s].number: program.format(s) for s, _ in program.states if s in nodes}
+        formats = {nodes[s].number: program.format(s) for s, _ in program.states if s in nodes}
         try:
             self._find()
             self.proven = self._is_covariance()
             if self.proven:
-                self.lengths.let(self.lengths.largest)  # by all that is known now
-                self._widen(variances, words)
+                self.lengths.let(self.lengths.largest)  # with all vectors found
+                self._widen(variances, formats)
         except Full:
             return
 
@@ -119,22 +119,22 @@ class Gram:
         if way is None:
             return None
         pair, rest = way
-        rests_on = self.behind(claim.node, rest)
-        rests_on.base |= self.lengths.base_of(pair)
-        rests_on.passed |= {n for ball in self.lengths.rows_of(pair) for n in ball.passed}
-        return rests_on.proof("inner products of vectors", self.nodes)
+        premises = self.behind(claim.node, rest)
+        premises.base |= self.lengths.base_of(pair)
+        premises.passed |= {n for ball in self.lengths.rows_of(pair) for n in ball.passed}
+        return premises.proof("inner products of vectors", self.nodes)
 
     def way(
         self, claim: Claim, ends: Callable[[Pair, Sequence[Coefficient]], tuple[float, float]]
     ) -> tuple[Pair, Sequence[Coefficient]] | None:
-        """A pair whose inner product, with a rest, a claim's node is, and whose ends it holds."""
+        """A pair and a rest that sum up to the claim's node, with ends within the claim."""
         ways = self.pairs.ways(claim.node) if claim.node.number in self.points.cone else ()
         return next((way for way in ways if claim.holds(*ends(*way))), None)
 
     def behind(self, node: Node, rest: Sequence[Coefficient]) -> Premises:
-        """What a proof of a node with a rest rests on, but for that of its vectors."""
-        own = {n.number for n in live([node])}
-        passed = self.points.passed & (own | self.needed)
+        """Premises of a proof for a node with a rest, without those of its vectors."""
+        numbers = {n.number for n in live([node])}
+        passed = self.points.passed & (numbers | self.needed)
         return Premises(
             self.points.premises.base | nodes_behind(rest), self.points.premises.passed | passed
         )
@@ -144,15 +144,15 @@ class Gram:
         wanted = {a.number for n in self.nodes.values() if n.kind in _READERS for a in n.args}
         wanted |= {n.number for n in self.after.values()}
         for node in self.nodes.values():
-            self.points.evaluate(node, unlimited=self._is_unlimited(node))
+            self.points.evaluate(node, unlimited=self._is_within_limit(node))
             if node.number in self.points.cone:
                 find_vectors(self.terms, node, wanted)
 
-    def _is_unlimited(self, node: Node) -> bool:
-        """Whether what a limit limits is an inner product within it."""
+    def _is_within_limit(self, node: Node) -> bool:
+        """Whether the argument of a limit is an inner product within it."""
         for pair in self.pairs.of(node.args[0]) if node.kind == "saturated" else ():
-            least, most = self.lengths.ends(pair)
-            if -node.value <= least and most <= node.value:
+            lower, upper = self.lengths.ends(pair)
+            if -node.value <= lower and upper <= node.value:
                 self.points.premises.base |= self.lengths.base_of(pair)
                 self.points.premises.passed.update(*(b.passed for b in self.lengths.rows_of(pair)))
                 return True
@@ -160,32 +160,32 @@ class Gram:
 
     def _is_covariance(self) -> bool:
         """Whether the elements of the next matrix are the inner products of one vector each."""
-        own: list[Vector] = []
+        roots: list[Vector] = []
         for j in range(self.size):
-            chosen = next(
+            vector = next(
                 (
                     x
                     for x in self.pairs.roots_of(self.after[j, j])
-                    if all(self.pairs.is_product(self.after[i, j], (own[i], x)) for i in range(j))
+                    if all(self.pairs.is_product(self.after[i, j], (roots[i], x)) for i in range(j))
                 ),
                 None,
             )
-            if chosen is None:
+            if vector is None:
                 return False
-            own.append(chosen)
-        self.following = own
+            roots.append(vector)
+        self.following = roots
         return True
 
-    def _widen(self, variances: Sequence[Node], words: Mapping[int, Format]) -> None:
+    def _widen(self, variances: Sequence[Node], formats: Mapping[int, Format]) -> None:
         """Let variances be as large as an update makes them, where their words hold that."""
         lengths = self.lengths
-        most = {v.number: (1.0 - ROOM) * words[v.number].max for v in variances}
+        limits = {v.number: (1.0 - ROOM) * formats[v.number].max for v in variances}
         for _ in range(_ROUNDS):
             larger = {}
             for i, v in enumerate(variances):
-                end = min(lengths.ends((x, x))[1] for x in self.pairs.roots_of(self.after[i, i]))
-                if lengths.largest[v.number] * (1.0 + TOLERANCE) < end <= most[v.number]:
-                    larger[v.number] = end
+                upper = min(lengths.ends((x, x))[1] for x in self.pairs.roots_of(self.after[i, i]))
+                if lengths.largest[v.number] * (1.0 + TOLERANCE) < upper <= limits[v.number]:
+                    larger[v.number] = upper
             if not larger:
                 return
             lengths.let(lengths.largest | larger)
@@ -202,7 +202,7 @@ def _with_variances(
 
 
 def _drawn(variance: Node, size: int, rng: np.random.Generator) -> FloatArray:
-    """A vector (points, size) of the matrix before, no longer than its variance lets it be."""
+    """A vector (points, size) of the previous matrix, no longer than its variance allows."""
     at = rng.normal(size=(POINTS, size))
     at *= math.sqrt(max(variance.high, 0.0)) / np.linalg.norm(at, axis=1, keepdims=True)
     return at * 10.0 ** (-_DECADES * rng.random((POINTS, 1)))

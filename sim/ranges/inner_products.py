@@ -1,7 +1,7 @@
 """Vectors and their inner products at random points.
 
-An identity of polynomials is checked at the points: of one that is false all of them would have to
-be roots.
+An identity of polynomials is checked at the points: all of them would have to be roots of a false
+one.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ __all__ = [
 FloatArray = npt.NDArray[np.float64]
 #: Random points, and those that are tried first.
 POINTS, _FIRST = 512, 32
-#: Share of the terms by which an identity may fail at a point: rounding; most that terms count for
-#: more than the product of the lengths.
+#: Share of the terms by which an identity may fail at a point by rounding; terms larger than the
+#: product of the lengths count up to this multiple of it.
 _EXACT, _CANCELLED = 1e-12, 1e4
 #: Vectors of one step.
 _VECTORS = 900
@@ -51,26 +51,26 @@ class Vector:
     at : (points, dimensions) array
     length : (points,) array
     parts : tuple of (Coefficient, Vector)
-        Whose sum it is; less the part of that along ``unit``, if there is one.
+        Terms of the sum that it is; less its part along ``unit``, if there is one.
     noise : tuple of Coefficient
-        Whose sum is the square of what it has in a direction of its own.
+        Terms of the squared component in a direction of its own.
     unit : Vector or None
     variance : Node or None
         The state that is its squared length, of a vector of the matrix before.
     measured : Vector or None
-        Of a unit vector: along which one it is.
+        Of a unit vector: the vector along which it is.
     share : bool
-        It is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
+        Whether it is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
     copied : bool
-        It is another one, in directions that only such copies have.
+        Whether it is a copy of another one, in directions that only such copies have.
     along : dict of int to (points,) array
-        Of one with noise: the roots of it in directions that others may share.
+        Of a vector with noise: its roots in directions that others may share.
     noisy : Vector or None
-        The latest that is this one with noise.
+        The latest vector that is this one with noise.
     left : list of Vector
-        What measurements leave of it.
+        This one after measurements.
     of_measurement : bool
-        It has the noise of a measurement, which no element has.
+        Whether it has the noise of a measurement, which no element has.
     """
 
     number: int
@@ -96,11 +96,11 @@ class Vector:
 
     @property
     def coefficients(self) -> tuple[Coefficient, ...]:
-        """Of the vectors whose sum it is, and of its noise."""
+        """Coefficients of its parts and of its noise."""
         return (*(c for c, _ in self.parts), *self.noise)
 
     def most_noise(self, sides: Sides) -> float:
-        """Largest square of what it has in a direction of its own, on the given sides."""
+        """Largest squared component in a direction of its own, on the given sides."""
         return max(0.0, ends_of_sum(self.noise, sides)[1])
 
 
@@ -130,7 +130,7 @@ class Space:
         return self.used - 1
 
     def copy(self, v: Vector) -> Vector:
-        """A vector in directions of its own, with the inner products of the copied ones."""
+        """A copy in directions of its own; copies have the inner products of the originals."""
         at = np.zeros((POINTS, self.dimensions))
         for direction in np.flatnonzero(v.at.any(axis=0)).tolist():
             if direction not in self._copies:
@@ -139,7 +139,7 @@ class Space:
         return self.add(at, parts=((ONE, v),), copied=True)
 
     def find(self, at: FloatArray) -> Vector | None:
-        """The vector that is (points, dimensions), if there is one."""
+        """The vector that equals an array (points, dimensions), if there is one."""
         key, size = self.weights @ at[:_FIRST], _lengths(at)
         scale = 1e-9 * (abs(self.weights) @ size[:_FIRST])
         for k in np.flatnonzero(abs(self.sums[: len(self.vectors)] - key).max(axis=1) <= scale):
@@ -147,13 +147,13 @@ class Space:
                 return self.vectors[k]
         return None
 
-    def add(self, at: FloatArray, **made: Any) -> Vector:
-        """A vector (points, dimensions or fewer), or the one that is the same."""
-        full = np.zeros((POINTS, self.dimensions))
-        full[:, : at.shape[1]] = at
-        if (known := self.find(full)) is not None:
-            return known
-        count, first = len(self.vectors), full[:_FIRST]
+    def add(self, at: FloatArray, **fields: Any) -> Vector:
+        """Add a vector (points, dimensions or fewer), or return the one that equals it."""
+        padded = np.zeros((POINTS, self.dimensions))
+        padded[:, : at.shape[1]] = at
+        if (existing := self.find(padded)) is not None:
+            return existing
+        count, first_points = len(self.vectors), padded[:_FIRST]
         if count >= _VECTORS:
             raise Full
         if count == len(self.flat):
@@ -162,15 +162,15 @@ class Space:
             table = np.zeros((2 * count, 2 * count))
             table[:count, :count] = self.table
             self.table = table
-        vector = Vector(count, full, _lengths(full), **made)
+        vector = Vector(count, padded, _lengths(padded), **fields)
         self.vectors.append(vector)
-        self.flat[count], self.sums[count] = first.ravel(), self.weights @ first
-        products = self.flat[: count + 1] @ (self.weights[:, None] * first).ravel()
+        self.flat[count], self.sums[count] = first_points.ravel(), self.weights @ first_points
+        products = self.flat[: count + 1] @ (self.weights[:, None] * first_points).ravel()
         self.table[count, : count + 1] = self.table[: count + 1, count] = products
         return vector
 
     def less(self, v: Vector, unit: Vector) -> Vector:
-        """A vector less its part along another one; of a ``share`` s: v - b (v . s) s.
+        """A vector less its part along another one; less a ``share`` s: v - b (v . s) s.
 
         With b = (1 - sqrt(1 - |s|^2)) / |s|^2 all inner products x . y are less by (x . s)(s . y).
         """
@@ -179,10 +179,10 @@ class Space:
             square = unit.length * unit.length
             root = np.sqrt(np.maximum(1.0 - square, 0.0))
             along = along / (1.0 + root)
-        left = self.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
-        if left is not v and left not in v.left:
-            v.left.append(left)
-        return left
+        reduced = self.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
+        if reduced is not v and reduced not in v.left:
+            v.left.append(reduced)
+        return reduced
 
     def without_noise(self, v: Vector) -> Vector:
         """A vector without its latest noise, before measurements or after."""
@@ -195,7 +195,7 @@ class Space:
         return v if plain is inner else self.less(plain, v.unit)
 
     def pairs(self, value: FloatArray, size: FloatArray, start: int) -> Iterator[Pair]:
-        """Pairs whose inner product is a value, one of them from a number on."""
+        """Pairs whose inner product is a value, with one vector numbered ``start`` or higher."""
         count = len(self.vectors)
         if start >= count or not value.any():
             return
@@ -212,9 +212,9 @@ class Space:
         """Whether an inner product is a value."""
         x, y = pair
         for part in (slice(_FIRST), slice(_FIRST, None)):
-            off = abs(np.einsum("ij,ij->i", x.at[part], y.at[part]) - value[part])
-            most = x.length[part] * y.length[part]
-            if (off > _EXACT * (np.minimum(size[part], _CANCELLED * most) + most)).any():
+            error = abs(np.einsum("ij,ij->i", x.at[part], y.at[part]) - value[part])
+            bound = x.length[part] * y.length[part]
+            if (error > _EXACT * (np.minimum(size[part], _CANCELLED * bound) + bound)).any():
                 return False
         return True
 
@@ -240,10 +240,10 @@ def of_unit(v: Vector) -> bool:
 
 
 def flat_parts(parts: Parts) -> Iterator[tuple[Coefficient, Vector]]:
-    """A sum of vectors, with what those are the sums of that are sums themselves."""
+    """A sum of vectors, with its parts that are sums expanded."""
     for c, v in parts:
         if v.parts and v.unit is None and not v.noise and not v.copied:
-            yield from flat_parts([(c.times(own), part) for own, part in v.parts])
+            yield from flat_parts([(c.times(inner), part) for inner, part in v.parts])
         else:
             yield c, v
 
@@ -261,11 +261,11 @@ def made_from(
     parts: Callable[[Vector], Iterable[tuple[Coefficient, Vector]]] = lambda v: v.parts,
 ) -> Iterator[Vector]:
     """Vectors and all that they are made from, each once."""
-    stack, seen = [*vectors], set[int]()
+    stack, visited = [*vectors], set[int]()
     while stack:
         v = stack.pop()
-        if v.number not in seen:
-            seen.add(v.number)
+        if v.number not in visited:
+            visited.add(v.number)
             yield v
             stack += [part for _, part in parts(v)]
             stack += [] if v.unit is None or v.unit.measured is None else [v.unit.measured]

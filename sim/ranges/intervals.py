@@ -32,53 +32,53 @@ def interval_needs(
 ) -> Sequence[Node]:
     """Arguments from whose intervals that of a node follows: not a condition that only selects.
 
-    ``sure``: the interval that an argument, by its number, is in all the same; else any.
+    ``sure``: intervals of arguments, by number, that hold in any case; of others any value.
     """
     sure = sure or {}
     if node.kind not in _ENDS:
         return node.args
     ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
-    needed: list[Node] = []
+    arguments: list[Node] = []
     for k, arg in enumerate(node.args):
-        low_high = sure.get(arg.number, (-math.inf, math.inf))
-        known, ends[k] = ends[k], (np.array([low_high[0]]), np.array([low_high[1]]))
+        interval = sure.get(arg.number, (-math.inf, math.inf))
+        arg_ends, ends[k] = ends[k], (np.array([interval[0]]), np.array([interval[1]]))
         with np.errstate(all="ignore"):
             low, high = _ENDS[node.kind](node, ends)
         if not (node.low <= low and high <= node.high):
-            needed.append(arg)
-            ends[k] = known
-    return needed
+            arguments.append(arg)
+            ends[k] = arg_ends
+    return arguments
 
 
 def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Ends of a node from those of its arguments, within its own."""
     ends = [(np.array([low]), np.array([high])) for low, high in args]
     with np.errstate(all="ignore"):
-        least, most = _ENDS[node.kind](node, ends)
-    return float(np.fmax(node.low, least[0])), float(np.fmin(node.high, most[0]))
+        lower, upper = _ENDS[node.kind](node, ends)
+    return float(np.fmax(node.low, lower[0])), float(np.fmin(node.high, upper[0]))
 
 
 def ends_in_order(nodes: Mapping[int, Node]) -> dict[int, tuple[float, float]]:
     """Ends of the nodes of a step, each after its arguments, also of x - f x = (1 - f) x."""
-    known: dict[int, tuple[float, float]] = {}
+    ends: dict[int, tuple[float, float]] = {}
     for number, node in nodes.items():
-        known[number] = node.low, node.high
+        ends[number] = node.low, node.high
         if node.kind in _ENDS:
-            known[number] = interval_of(node, [known[a.number] for a in node.args])
-        part = _part_of(node)
-        if part is not None:
-            (low, high), (least, most) = (known[n.number] for n in part)
-            low, high = ends_of_product((low, high), (1.0 - most, 1.0 - least))
-            known[number] = max(low, known[number][0]), min(high, known[number][1])
-    return known
+            ends[number] = interval_of(node, [ends[a.number] for a in node.args])
+        operands = _part_of(node)
+        if operands is not None:
+            (low, high), (f_low, f_high) = (ends[n.number] for n in operands)
+            low, high = ends_of_product((low, high), (1.0 - f_high, 1.0 - f_low))
+            ends[number] = max(low, ends[number][0]), min(high, ends[number][1])
+    return ends
 
 
 def proof_in_order(claim: Claim, ends: Mapping[int, tuple[float, float]]) -> Proof | None:
-    """Prove a claim by `ends_in_order`: from those of inputs, parameters, states and claims."""
+    """Prove a claim by `ends_in_order`: from the intervals of leaves and other claims."""
     if claim.node.number not in ends or not claim.holds(*ends[claim.node.number]):
         return None
-    ahead = live([claim.node], lambda n: () if n.kind == "bounded" else n.args)
-    return Proof("intervals in order", tuple(n for n in ahead if n.kind in (*LEAVES, "bounded")))
+    nodes = live([claim.node], lambda n: () if n.kind == "bounded" else n.args)
+    return Proof("intervals in order", tuple(n for n in nodes if n.kind in (*LEAVES, "bounded")))
 
 
 def _part_of(node: Node) -> tuple[Node, Node] | None:
@@ -95,15 +95,15 @@ def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
 
 
 def product_of(x: Ends, y: Ends) -> Ends:
-    """Ends of a product; what is 0 times infinity is 0."""
+    """Ends of a product; 0 times infinity is 0."""
     corners = [np.where((a == 0.0) | (b == 0.0), 0.0, a * b) for a in x for b in y]
     return np.minimum.reduce(corners), np.maximum.reduce(corners)
 
 
 def _sum(node: Node, args: list[Ends]) -> Ends:
-    least = sum(a[0] if s > 0 else -a[1] for a, s in zip(args, node.signs, strict=True))
-    most = sum(a[1] if s > 0 else -a[0] for a, s in zip(args, node.signs, strict=True))
-    return np.asarray(least), np.asarray(most)
+    lower = sum(a[0] if s > 0 else -a[1] for a, s in zip(args, node.signs, strict=True))
+    upper = sum(a[1] if s > 0 else -a[0] for a, s in zip(args, node.signs, strict=True))
+    return np.asarray(lower), np.asarray(upper)
 
 
 def _mul(node: Node, args: list[Ends]) -> Ends:
@@ -115,17 +115,17 @@ def _mul(node: Node, args: list[Ends]) -> Ends:
     return product_of(*args)
 
 
-def _even_ends(x: FloatArray, y: FloatArray, through: npt.NDArray[np.bool_]) -> Ends:
+def _even_ends(x: FloatArray, y: FloatArray, crosses_zero: npt.NDArray[np.bool_]) -> Ends:
     """Ends of an even function whose values at the ends are x and y, and 0 at 0."""
-    return np.where(through, 0.0, np.minimum(x, y)), np.maximum(x, y)
+    return np.where(crosses_zero, 0.0, np.minimum(x, y)), np.maximum(x, y)
 
 
 def _select(node: Node, args: list[Ends]) -> Ends:
     (c, d), yes, no = args
     if node.args[0] is node.args[-1]:  # chosen where it is not negative
         no = np.maximum(no[0], 0.0), np.maximum(no[1], 0.0)
-    least = np.where(d < 0.0, yes[0], np.where(c >= 0.0, no[0], np.minimum(yes[0], no[0])))
-    return least, np.where(d < 0.0, yes[1], np.where(c >= 0.0, no[1], np.maximum(yes[1], no[1])))
+    lower = np.where(d < 0.0, yes[0], np.where(c >= 0.0, no[0], np.minimum(yes[0], no[0])))
+    return lower, np.where(d < 0.0, yes[1], np.where(c >= 0.0, no[1], np.maximum(yes[1], no[1])))
 
 
 def _flip(node: Node, args: list[Ends]) -> Ends:
@@ -141,11 +141,11 @@ def _abs(node: Node, args: list[Ends]) -> Ends:
 def _wrap(node: Node, args: list[Ends]) -> Ends:
     a, b = args[0]
     turn = np.floor(a / node.value + 0.5)
-    whole = turn == np.floor(b / node.value + 0.5)
+    same_turn = turn == np.floor(b / node.value + 0.5)
     half = 0.5 * node.value
     return (
-        np.where(whole, a - turn * node.value, -half),
-        np.where(whole, b - turn * node.value, half),
+        np.where(same_turn, a - turn * node.value, -half),
+        np.where(same_turn, b - turn * node.value, half),
     )
 
 
@@ -169,8 +169,8 @@ def _rsqrt(node: Node, args: list[Ends]) -> Ends:
 
 def _reciprocal(node: Node, args: list[Ends]) -> Ends:
     a, b = args[0]
-    through = (a < 0.0) & (b >= 0.0)
-    return np.where(through, -np.inf, 1.0 / b), np.where(through, np.inf, 1.0 / a)
+    crosses_zero = (a < 0.0) & (b >= 0.0)
+    return np.where(crosses_zero, -np.inf, 1.0 / b), np.where(crosses_zero, np.inf, 1.0 / a)
 
 
 _ENDS: dict[str, Callable[[Node, list[Ends]], Ends]] = {

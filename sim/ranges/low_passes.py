@@ -1,4 +1,4 @@
-"""Ranges of linear filters of two states, by all that their samples can add up to.
+"""Ranges of linear filters of two states, by the largest sum of their samples.
 
 A filter s' = A s + B x of the states s = (z, v) is linear. After n samples of at most X
 
@@ -32,16 +32,16 @@ from boresight.sim.ranges.steps import live_nodes
 __all__ = ["Forms", "LowPass", "low_passes_of", "near"]
 
 FloatArray = npt.NDArray[np.float64]
-#: Terms of a polynomial; conditions of a filter; steps from a next state to the states that it is
-#: made of; samples that are added up; share of a number that its rounding explains.
+#: Terms of a polynomial; conditions of a filter; steps from a next state back to states; samples
+#: that are summed; share of a number that its rounding explains.
 _TERMS, _CONDITIONS, _NEAR, _SAMPLES, _EXACT = 40, 3, 8, 100_000, 1e-12
-#: What is left of a state when no more samples are added up; what no filter makes of one.
-_LEFT, _GROWN = 1e-9, 1e6
+#: Remainder of a state at which the sum ends; size of a state in a filter that diverges.
+_REST, _DIVERGED = 1e-9, 1e6
 Sides = dict[int, int]
 
 
 class _Open(Exception):
-    """A condition that has to have a side first."""
+    """A condition that needs a side first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class LowPass:
     mean : tuple of float or None
         (a, b), of a filter that begins as a mean.
     counting : tuple of (int, float, int) or None
-        Condition that it is one, the side of it, and the number of the counter.
+        Condition of the mean, its side, and the number of the counter.
     share : int or None
         Number of g.
     passed : frozenset of int
@@ -74,34 +74,34 @@ class LowPass:
     passed: frozenset[int]
 
     def is_like(self, other: LowPass) -> bool:
-        """Whether two filters differ in nothing but states and samples."""
-        own, its = ((f.matrix, f.column, f.mean, f.counting, f.share) for f in (self, other))
-        return own == its
+        """Whether two filters are the same but for states and samples."""
+        first, second = ((f.matrix, f.column, f.mean, f.counting, f.share) for f in (self, other))
+        return first == second
 
     @cached_property
     def _gains(self) -> Callable[[FloatArray], float]:
         a, b = np.array(self.matrix).reshape(2, 2), np.array(self.column)
         start = np.array(self.mean or (0.0, 0.0))
-        states, moved, whole = [start], [b], np.eye(2)
-        while abs(whole := a @ whole).sum() > _LEFT:
-            if len(states) >= _SAMPLES or not abs(whole).sum() < _GROWN:
+        states, responses, power = [start], [b], np.eye(2)
+        while abs(power := a @ power).sum() > _REST:
+            if len(states) >= _SAMPLES or not abs(power).sum() < _DIVERGED:
                 return lambda e: math.inf
             states.append(a @ states[-1])
-            moved.append(a @ moved[-1])
-        at, by = np.array(states), np.array(moved)
+            responses.append(a @ responses[-1])
+        means, impulses = np.array(states), np.array(responses)
 
         def gain(e: FloatArray) -> float:
-            added = abs(by @ e)
-            before = np.concatenate([[0.0], np.cumsum(added)[:-1]])
-            rest = _LEFT / (1.0 - _LEFT) * (added.sum() + abs(by).sum() + abs(at).sum())
-            return float((abs(at @ e) + before).max() + rest * (1.0 + abs(e).sum()))
+            terms = abs(impulses @ e)
+            sums = np.concatenate([[0.0], np.cumsum(terms)[:-1]])
+            tail = _REST / (1.0 - _REST) * (terms.sum() + abs(impulses).sum() + abs(means).sum())
+            return float((abs(means @ e) + sums).max() + tail * (1.0 + abs(e).sum()))
 
         return gain
 
     def largest(self, form: Polynomial, sides: Mapping[int, int]) -> float:
-        """Upper bound of a form of states and sample, of samples up to one; infinite: of another.
+        """Upper bound of a form of states and sample for samples up to one; else infinite.
 
-        ``sides``: of the conditions under which it is that form.
+        ``sides``: of the conditions under which it has that form.
         """
         z, v, x = ((n.number,) for n in (self.z, self.v, self.sample))
         if {*form} <= {z, v, x}:
@@ -110,13 +110,13 @@ class LowPass:
         if self.mean is None or self.counting is None:
             return math.inf
         condition, side, _ = self.counting
-        found = _mean_of(form, z[0], x[0]) if sides.get(condition) == side else None
-        if found is None or found[0] != self.share:
+        mean = _mean_of(form, z[0], x[0]) if sides.get(condition) == side else None
+        if mean is None or mean[0] != self.share:
             return math.inf
-        return max(abs(found[1] * self.mean[0]), abs(found[2]))
+        return max(abs(mean[1] * self.mean[0]), abs(mean[2]))
 
     def alike(self, form: Polynomial) -> dict[tuple[str, ...], float]:
-        """A form by what its nodes are for the filter: the same for filters that are alike."""
+        """A form by the roles of its nodes in the filter: the same for filters that are alike."""
         names = {self.z.number: "z", self.v.number: "v", self.sample.number: "x"}
         return {tuple(sorted(names.get(n, str(n)) for n in m)): c for m, c in form.items()}
 
@@ -128,8 +128,8 @@ def _mean_of(form: Polynomial, z: int, x: int) -> tuple[int, float, float] | Non
         return None
     (g,) = shares
     p, q = form.get((z,), 0.0), form.get(_key(g, x), 0.0)
-    alike = abs(p + form.get(_key(g, z), 0.0)) <= _EXACT * abs(p)
-    return (g, p, q) if alike and {*form} <= {(z,), _key(g, z), _key(g, x)} else None
+    is_mean = abs(p + form.get(_key(g, z), 0.0)) <= _EXACT * abs(p)
+    return (g, p, q) if is_mean and {*form} <= {(z,), _key(g, z), _key(g, x)} else None
 
 
 def _key(*numbers: int) -> tuple[int, ...]:
@@ -143,26 +143,26 @@ class Forms:
         self.nodes = nodes
         self.leaves: dict[int, frozenset[int]] = {}
         for number, node in nodes.items():
-            own = frozenset[int]() if node.kind == "const" or node.args else frozenset({number})
-            self.leaves[number] = own.union(*(self.leaves[a.number] for a in node.args))
+            leaf = frozenset[int]() if node.kind == "const" or node.args else frozenset({number})
+            self.leaves[number] = leaf.union(*(self.leaves[a.number] for a in node.args))
 
     def of(
         self, node: Node, own: set[int], counter: int | None, passed: set[int]
     ) -> Iterator[tuple[Sides, Polynomial | None]]:
-        """Forms of a node for each side of the conditions that choose among them."""
-        waiting: list[Sides] = [{}]
-        while waiting:
-            sides = waiting.pop()
+        """Form of a node for all sides of the conditions that select it."""
+        stack: list[Sides] = [{}]
+        while stack:
+            sides = stack.pop()
             try:
                 yield sides, self._form(node, own, counter, sides, passed, {})
             except _Open as e:
                 if len(sides) >= _CONDITIONS:
                     yield sides, None
                 else:
-                    waiting += [{**sides, e.args[0]: side} for side in (1, 2)]
+                    stack += [{**sides, e.args[0]: side} for side in (1, 2)]
 
     def _is_weight(self, node: Node, counter: int | None) -> bool:
-        """Whether a node depends on a counter and on conditions alone."""
+        """Whether a node depends only on a counter and on conditions."""
         if node.kind in ("select", "bounded"):
             return all(self._is_weight(arg, counter) for arg in node.args[-2:])
         return self.leaves[node.number] <= {counter}
@@ -174,22 +174,22 @@ class Forms:
         counter: int | None,
         sides: Sides,
         passed: set[int],
-        known: dict[int, Polynomial | None],
+        forms: dict[int, Polynomial | None],
     ) -> Polynomial | None:
-        """One form; ``known`` gets that of each node."""
+        """The form on given sides; ``forms`` gets that of each node."""
         if node.kind == "const":
             return {(): node.value} if node.value else {}
-        if node.number in known:
-            return known[node.number]
+        if node.number in forms:
+            return forms[node.number]
 
         def form_of(other: Node) -> Polynomial | None:
-            return self._form(other, own, counter, sides, passed, known)
+            return self._form(other, own, counter, sides, passed, forms)
 
-        inside = self._is_weight(node, counter) or (
+        is_expanded = self._is_weight(node, counter) or (
             node.kind == "mul" and any(self._is_weight(arg, counter) for arg in node.args)
         )
         out: Polynomial | None = {(node.number,): 1.0}
-        if node.number in own or not (inside or self.leaves[node.number] & own):
+        if node.number in own or not (is_expanded or self.leaves[node.number] & own):
             pass
         elif node.kind == "bounded":
             passed.add(node.number)
@@ -201,9 +201,9 @@ class Forms:
             out = form_of(node.args[sides[condition]])
         elif node.kind in ("sum", "mul"):
             parts = [form_of(arg) for arg in node.args]
-            some = [part for part in parts if part is not None]
-            out = cleared(combined(node, some, _TERMS)) if len(some) == len(parts) else None
-        known[node.number] = out
+            valid = [part for part in parts if part is not None]
+            out = cleared(combined(node, valid, _TERMS)) if len(valid) == len(parts) else None
+        forms[node.number] = out
         return out
 
 
@@ -212,27 +212,27 @@ def low_passes_of(program: Program, nodes: Mapping[int, Node]) -> Iterator[LowPa
     forms = Forms(live_nodes(program, nodes))
     pairs = [(s, a) for s, a in program.states if s in nodes and a in nodes]
     following = {nodes[s].number: nodes[a] for s, a in pairs}
-    first = {
+    initial = {
         nodes[s].number: float(program.format(s).real(program.values[s].initial)) for s, _ in pairs
     }
     for z, node in following.items():
         for v in near(node, following.keys() - {z}):
-            found = _Filter(forms, following, first, z, v).found()
+            found = _Filter(forms, following, initial, z, v).found()
             if found is not None:
                 yield found
 
 
 def near(node: Node, wanted: set[int]) -> set[int]:
-    """Nodes among those that some steps back lead to."""
-    level, seen = [node], set[int]()
+    """The wanted nodes that are at most some steps back."""
+    level, visited = [node], set[int]()
     for _ in range(_NEAR):
-        level = [arg for at in level for arg in at.args if arg.number not in seen]
-        seen |= {at.number for at in level}
-    return seen & wanted
+        level = [arg for node in level for arg in node.args if arg.number not in visited]
+        visited |= {node.number for node in level}
+    return visited & wanted
 
 
 class _Filter:
-    """Whether two states are a filter, and which."""
+    """Search for the filter that two states are."""
 
     def __init__(
         self,
@@ -247,7 +247,7 @@ class _Filter:
         self.passed: set[int] = set()
 
     def found(self) -> LowPass | None:
-        """The filter."""
+        """The filter, if there is one."""
         if self.first[self.z] or self.first[self.v]:
             return None
         counters = {None, *near(self.following[self.z], {*self.following}) - {self.z, self.v}}
@@ -265,18 +265,18 @@ class _Filter:
         for sides, of_z, of_v in self._both(counter):
             if of_z is None or of_v is None:
                 return None
-            held = of_z == {(self.z,): 1.0} and of_v == {(self.v,): 1.0}
-            moves.append((sides, held))
-            if held:
+            is_held = of_z == {(self.z,): 1.0} and of_v == {(self.v,): 1.0}
+            moves.append((sides, is_held))
+            if is_held:
                 continue
-            mean = False
+            is_mean = False
             if counter is not None:
                 phases = [n for n in sides if self._limit(n, counter)]
                 if len(phases) != 1 or (counting is not None and counting[0] != phases[0]):
                     return None
                 counting = phases[0], self._limit(phases[0], counter), counter
-                mean = sides[phases[0]] == counting[1]
-            (means if mean else steady).append((of_z, of_v))
+                is_mean = sides[phases[0]] == counting[1]
+            (means if is_mean else steady).append((of_z, of_v))
         if not steady or any(pair != steady[0] for pair in steady):
             return None
         if (counter is None) == bool(means) or any(pair != means[0] for pair in means):
@@ -285,7 +285,7 @@ class _Filter:
             form = self._condition(counting[0])
             limit = -form[()] / form[counter,]
             if self.first[counter] or not all(
-                self._moves(counter, limit, sides, held=held) for sides, held in moves
+                self._moves(counter, limit, sides, held=is_held) for sides, is_held in moves
             ):
                 return None
         return self._filter(steady[0], means[0] if means else None, counting)
@@ -294,27 +294,27 @@ class _Filter:
         self, counter: int | None
     ) -> Iterator[tuple[Sides, Polynomial | None, Polynomial | None]]:
         """Next z and v, side by side."""
-        own = {self.z, self.v}
-        for sides, of_z in self.forms.of(self.following[self.z], own, counter, self.passed):
-            for more, of_v in self.forms.of(self.following[self.v], own, counter, self.passed):
-                if all(sides.get(n, side) == side for n, side in more.items()):
-                    yield {**sides, **more}, of_z, of_v
+        pair = {self.z, self.v}
+        for sides, of_z in self.forms.of(self.following[self.z], pair, counter, self.passed):
+            for v_sides, of_v in self.forms.of(self.following[self.v], pair, counter, self.passed):
+                if all(sides.get(n, side) == side for n, side in v_sides.items()):
+                    yield {**sides, **v_sides}, of_z, of_v
 
     def _condition(self, condition: int) -> Polynomial:
         return polynomial_of(self.nodes[condition], _TERMS, _NEAR, (), self.passed) or {}
 
     def _limit(self, condition: int, counter: int) -> int:
-        """Side of a condition on which a counter is below a positive limit; 0: of another kind."""
+        """Side of a condition on which a counter is below a positive limit; 0: of another form."""
         form = self._condition(condition)
-        slope, alone = form.get((counter,), 0.0), form.get((), 0.0)
-        if {*form} != {(counter,), ()} or slope * alone >= 0.0:
+        slope, constant = form.get((counter,), 0.0), form.get((), 0.0)
+        if {*form} != {(counter,), ()} or slope * constant >= 0.0:
             return 0
         return 1 if slope > 0.0 else 2
 
     def _moves(self, counter: int, limit: float, sides: Sides, *, held: bool) -> bool:
-        """Whether a counter stays, returns to 0, or is more by a constant, this unless held.
+        """Whether a counter stays, returns to 0, or, unless held, increases by a constant.
 
-        What limits it is no less than the ``limit`` of the mean.
+        Its saturation is not below the ``limit`` of the mean.
         """
         stack = [self.following[counter]]
         while stack:
@@ -328,8 +328,8 @@ class _Filter:
             elif node.kind == "saturated" and node.value >= limit:
                 stack.append(node.args[0])
             else:
-                for more, form in self.forms.of(node, {counter}, counter, self.passed):
-                    if any(sides.get(n, side) != side for n, side in more.items()):
+                for form_sides, form in self.forms.of(node, {counter}, counter, self.passed):
+                    if any(sides.get(n, side) != side for n, side in form_sides.items()):
                         continue
                     step = None if form is None else form.pop((), 0.0)
                     if form == {} and step == 0.0:
@@ -348,28 +348,28 @@ class _Filter:
         if len(samples) != 1 or any(len(m) != 1 for form in steady for m in form):
             return None
         (x,) = samples
-        begin, g = None, None
+        mean, g = None, None
         if means is not None and counting is not None:
-            found = [_mean_of(form, self.z, x) for form in means]
-            if any(f is None for f in found):
+            triples = [_mean_of(form, self.z, x) for form in means]
+            if any(f is None for f in triples):
                 return None
-            (g, p, a), (same, q, b) = (f for f in found if f is not None)
+            (g, p, a), (other_g, q, b) = (f for f in triples if f is not None)
             share = self.nodes[g]
-            if g != same or a <= 0.0 or not 0.0 <= share.low <= share.high <= 1.0:
+            if g != other_g or a <= 0.0 or not 0.0 <= share.low <= share.high <= 1.0:
                 return None
             # The mean that z holds moves by p = 1, and v follows z.
             if abs(p - 1.0) > _EXACT or abs(q * a - b * p) > _EXACT * abs(b):
                 return None
             if not self._is_one_at(share, counting[2]):
                 return None
-            begin = a, b
+            mean = a, b
         return LowPass(
             self.nodes[self.z],
             self.nodes[self.v],
             self.nodes[x],
             tuple(form.get((n,), 0.0) for form in steady for n in (self.z, self.v)),
             tuple(form.get((x,), 0.0) for form in steady),
-            begin,
+            mean,
             counting,
             g,
             frozenset(self.passed | {self.following[n].number for n in (self.z, self.v)}),
@@ -380,5 +380,5 @@ class _Filter:
         cut = [self.nodes[counter]]
         if self.forms.leaves[share.number] != {counter}:
             return False
-        least, most = interval_at(share, cut, 0.0)
-        return abs(least - 1.0) <= _EXACT and abs(most - 1.0) <= _EXACT
+        lower, upper = interval_at(share, cut, 0.0)
+        return abs(lower - 1.0) <= _EXACT and abs(upper - 1.0) <= _EXACT

@@ -1,8 +1,8 @@
-"""What measurements take of vectors: their parts along unit vectors.
+"""Effect of measurements on vectors: they subtract parts along unit vectors.
 
-h P h + v is |m|^2, m = sum_k h_k p_k + sqrt(v) e, and what a measurement takes of each vector is
-its part along the unit vector u = m / |m|: a gain L_i = P_i: h / |m| is p_i . u, and P - L L^T is
-that of p_i - (p_i . u) u, shorter than p_i.
+h P h + v is |m|^2, m = sum_k h_k p_k + sqrt(v) e, and a measurement subtracts from each vector its
+part along the unit vector u = m / |m|: a gain L_i = P_i: h / |m| is p_i . u, and P - L L^T is the
+matrix of the vectors p_i - (p_i . u) u, shorter than p_i.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["find_gain", "find_measured", "find_unit", "gain", "taken"]
 
 
 def find_measured(pairs: Pairs, node: Node) -> list[Vector]:
-    """m, with and without noise, of |m|^2, whose inverse, or that of the root, a node is; or none.
+    """m, with and without noise, of a node that is 1 / |m|^2 or 1 / |m|; empty of another node.
 
     No element has that noise.
     """
@@ -39,7 +39,7 @@ def find_measured(pairs: Pairs, node: Node) -> list[Vector]:
 
 
 def find_unit(pairs: Pairs, node: Node) -> None:
-    """Find the unit vector along m, of the inverse root of |m|^2."""
+    """Find the unit vector along m of a node 1 / |m|."""
     alike = find_measured(pairs, node)
     if alike:
         total = alike[0]
@@ -48,11 +48,11 @@ def find_unit(pairs: Pairs, node: Node) -> None:
 
 
 def find_gain(pairs: Pairs, node: Node) -> bool:
-    """Find whose inner product a gain is: P_i: h times an inverse root; False: it is none."""
-    at = next((k for k, a in enumerate(node.args) if a.number in pairs.units), None)
-    if at is None:
+    """Find the vectors of a gain P_i: h / |m|; False: the node is no gain."""
+    k = next((k for k, a in enumerate(node.args) if a.number in pairs.units), None)
+    if k is None:
         return False
-    pair = gain(pairs, node, node.args[1 - at], *pairs.units[node.args[at].number])
+    pair = gain(pairs, node, node.args[1 - k], *pairs.units[node.args[k].number])
     pairs.found.setdefault(node.number, []).extend([pair] if pair else [])
     return True
 
@@ -60,23 +60,23 @@ def find_gain(pairs: Pairs, node: Node) -> bool:
 def gain(
     pairs: Pairs, node: Node, column: Node, alike: Sequence[Vector], unit: Vector
 ) -> Pair | None:
-    """The inner product with a unit vector, of that with what it is along; None: it is none."""
+    """A vector and the unit vector whose inner product a gain is; None: it is no gain of m."""
     for x, y in pairs.of(column):
-        for one, other in ((x, y), (y, x)):
-            along = None
+        for vector, other in ((x, y), (y, x)):
+            direction = None
             if other in alike:
-                along = unit
+                direction = unit
             elif is_scaled(other):
-                (chosen, whole), *_ = other.parts
-                if whole in alike and chosen.is_choice:
-                    along = pairs.sum_of(((chosen, unit),))
-            if along is not None and pairs.is_product(node, (one, along)):
-                return one, along
+                (chosen, measured), *_ = other.parts
+                if measured in alike and chosen.is_choice:
+                    direction = pairs.sum_of(((chosen, unit),))
+            if direction is not None and pairs.is_product(node, (vector, direction)):
+                return vector, direction
     return None
 
 
 def taken(terms: Terms, products: Sequence[Term]) -> list[tuple[Coefficient, Vector]] | None:
-    """The unit vectors along which products are taken, in order, and when each is.
+    """The unit vectors along which products are subtracted, in order, each with its condition.
 
     None: a product is of another form.
     """
@@ -94,13 +94,13 @@ def _share_of(terms: Terms, term: Term) -> Vector | None:
     """The root of k, times m, of a product k (x . m)(m . y); None: of another form."""
     plain = terms.pairs.space.without_noise
     first, second = ([v for p in terms.pairs.of(f) for v in p] for f in term.factors)
-    own = Coefficient(nodes=term.coefficient.nodes)
-    ways = [(own, plain(m)) for m in first if m in second and own.nodes]
+    coefficient = Coefficient(nodes=term.coefficient.nodes)
+    candidates = [(coefficient, plain(m)) for m in first if m in second and coefficient.nodes]
     for some, others in ((first, second), (second, first)):
         scaled = ((c, plain(m)) for v in some if is_scaled(v) for c, m in v.parts)
-        ways += [(c, m) for c, m in scaled if m in map(plain, others)]
-    ways += [(c, m.parts[0][1]) for c, m in ways if is_scaled(m)]
-    for c, m in ways:
+        candidates += [(c, m) for c, m in scaled if m in map(plain, others)]
+    candidates += [(c, m.parts[0][1]) for c, m in candidates if is_scaled(m)]
+    for c, m in candidates:
         weight = _weight_of(terms, c, m)
         if weight is not None:
             root = np.sqrt(np.maximum(terms.points.at(c), 0.0))
@@ -111,27 +111,27 @@ def _share_of(terms: Terms, term: Term) -> Vector | None:
 
 
 def _weight_of(terms: Terms, c: Coefficient, m: Vector) -> Weight | None:
-    """w and v of a coefficient w / (w |m|^2 + v), neither negative; None: it is another one."""
+    """w and v of a coefficient w / (w |m|^2 + v), neither negative; None: of another form."""
     if c.number != 1.0 or c.sides or len(c.nodes) != 1:
         return None
-    *limits, node = _claims_of(c.nodes[0])
+    *claims, node = _bounded_chain(c.nodes[0])
     factors = node.args if node.kind == "mul" else (node,)
-    inverse = [f for f in factors if f.kind == "reciprocal"]
-    by = Coefficient(nodes=tuple(f for f in factors if f.kind != "reciprocal"))
-    if len(inverse) != 1 or by.ends({})[0] < 0.0:
+    reciprocals = [f for f in factors if f.kind == "reciprocal"]
+    w = Coefficient(nodes=tuple(f for f in factors if f.kind != "reciprocal"))
+    if len(reciprocals) != 1 or w.ends({})[0] < 0.0:
         return None
-    *more, total = _claims_of(inverse[0].args[0])
+    *inner_claims, total = _bounded_chain(reciprocals[0].args[0])
     squares, noise = terms.pairs.sums.get(total.number, ((), ()))
-    scaled = [m] if by == ONE else [v for v in terms.pairs.space.vectors if v.parts == ((by, m),)]
+    scaled = [m] if w == ONE else [v for v in terms.pairs.space.vectors if v.parts == ((w, m),)]
     if not any({x, y} == {v, m} for v in scaled for x, y in squares) or least_of(noise) < 0.0:
         return None
-    terms.points.passed |= {n.number for n in (*limits, *more)}
-    terms.points.premises.base |= nodes_behind((*noise, by))
-    return Weight(by, noise)
+    terms.points.passed |= {n.number for n in (*claims, *inner_claims)}
+    terms.points.premises.base |= nodes_behind((*noise, w))
+    return Weight(w, noise)
 
 
-def _claims_of(node: Node) -> Iterator[Node]:
-    """The claims of a node, one after the other, and what they are of."""
+def _bounded_chain(node: Node) -> Iterator[Node]:
+    """A node, and the arguments of its claims, one after the other."""
     yield node
     while node.kind == "bounded":
         node = node.args[0]

@@ -26,7 +26,7 @@ _ALIKE = 1e-12
 
 
 def with_noise(pairs: Pairs, v: Vector, noise: tuple[Coefficient, ...]) -> Vector | None:
-    """A vector and the root of what is not negative, in a direction of its own; None: it is."""
+    """A vector with the root of noise in a new direction; None: the noise may be negative."""
     square = pairs.points.total(noise)
     if (square < 0.0).any() or least_of(noise) < 0.0:
         return None
@@ -37,7 +37,7 @@ def with_noise(pairs: Pairs, v: Vector, noise: tuple[Coefficient, ...]) -> Vecto
             return other
     at = np.zeros_like(v.at)
     at[:] = v.at
-    along = _along(pairs, v, noise)
+    along = _directions_of(pairs, v, noise)
     for direction, root in along.items():
         at[:, direction] = root
         square = square - root * root
@@ -47,28 +47,28 @@ def with_noise(pairs: Pairs, v: Vector, noise: tuple[Coefficient, ...]) -> Vecto
     return v.noisy
 
 
-def _along(pairs: Pairs, v: Vector, noise: Sequence[Coefficient]) -> dict[int, FloatArray]:
-    """Roots of the terms w a^2 of a noise, by the direction that each has, or shares.
+def _directions_of(pairs: Pairs, v: Vector, noise: Sequence[Coefficient]) -> dict[int, FloatArray]:
+    """Roots of the terms w a^2 of a noise, by direction: a new one, or one shared with others.
 
-    A direction is shared only with what has no part of it: squared lengths add up.
+    A shared direction has no part of v yet: squared lengths add up.
     """
     out: dict[int, FloatArray] = {}
     for root in _roots(pairs.points, noise):
-        shared = (
+        candidates = (
             (direction, sign * root)
-            for other, added in _common(pairs, v)
-            for direction, its in other.along.items()
+            for other, covariance in _common(pairs, v)
+            for direction, other_root in other.along.items()
             for sign in (1.0, -1.0)
-            if np.allclose(sign * root * its, added, rtol=_ALIKE, atol=0.0)
+            if np.allclose(sign * root * other_root, covariance, rtol=_ALIKE, atol=0.0)
             if direction not in out and not v.at[:, direction].any()
         )
-        direction, root = next(shared, (-1, root))
+        direction, root = next(candidates, (-1, root))
         out[pairs.space.direction() if direction < 0 else direction] = root
     return out
 
 
 def _common(pairs: Pairs, v: Vector) -> Iterator[tuple[Vector, FloatArray]]:
-    """Vectors with noise, and what their inner products with v get besides."""
+    """Vectors with noise, and the noise of their inner products with v."""
     for products, rest in pairs.sums.values():
         for x, y in products if rest else ():
             other = y if x is v else x
@@ -77,7 +77,7 @@ def _common(pairs: Pairs, v: Vector) -> Iterator[tuple[Vector, FloatArray]]:
 
 
 def _roots(points: Points, noise: Sequence[Coefficient]) -> list[FloatArray]:
-    """sqrt(w) a of the terms w a^2, if no term of a noise is negative; else none."""
+    """sqrt(w) a of the terms w a^2; empty if a term of the noise may be negative."""
     nodes, values = points.nodes, points.values
     roots: list[FloatArray] = []
     base: set[Node] = set()
@@ -85,16 +85,16 @@ def _roots(points: Points, noise: Sequence[Coefficient]) -> list[FloatArray]:
         form = c.polynomial(_TERMS, _BACK, points.said)
         if form is None:
             return []
-        chosen = points.at(Coefficient(sides=c.sides))
+        indicator = points.at(Coefficient(sides=c.sides))
         for m, factor in form.items():
-            once = [nodes[n] for n in {*m} if m.count(n) % 2]
-            if factor <= 0.0 or any(n.low < 0.0 for n in once):
+            odd = [nodes[n] for n in {*m} if m.count(n) % 2]
+            if factor <= 0.0 or any(n.low < 0.0 for n in odd):
                 return []
-            base |= {*once}
-            twice = [values[n] for n in {*m} for _ in range(m.count(n) // 2)]
-            if twice:
-                square = factor * math.prod((values[n.number] for n in once), start=chosen)
-                roots.append(math.prod(twice, start=np.sqrt(square)))
+            base |= {*odd}
+            roots_of_squares = [values[n] for n in {*m} for _ in range(m.count(n) // 2)]
+            if roots_of_squares:
+                square = factor * math.prod((values[n.number] for n in odd), start=indicator)
+                roots.append(math.prod(roots_of_squares, start=np.sqrt(square)))
     points.premises.base |= base if roots else set()
     return roots
 

@@ -1,7 +1,7 @@
-"""Largest norms of vectors and matrices that are made of quaternions.
+"""Largest norms of vectors and matrices that are computed from quaternions.
 
-A correction is k, q' = (q k) r with r = 1 / sqrt(min(|q k|^2, limit)), and what turns a covariance
-is c = k r or k r^2. With |q k|^2 = |q|^2 |k|^2 and |q| >= 1,
+A correction is k, q' = (q k) r with r = 1 / sqrt(min(|q k|^2, limit)), and a covariance is turned
+by c = k r or k r^2. With |q k|^2 = |q|^2 |k|^2 and |q| >= 1,
 
     |k r|^2 <= max(1, |k|^2 / limit)        |k r^2|^2 <= max(1 / |k|^2, |k|^2 / limit^2)
 
@@ -64,16 +64,16 @@ class Norms:
     def square_of(
         self, matrix: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[float, Ball | None]:
-        """Upper bound of the squared norm of a matrix, None for 0, and what tells it."""
+        """Upper bound of the squared norm of a matrix, None for 0, with its premises."""
         rows = [[None if c is None else _signed(c) for c in row] for row in matrix]
         if len(rows[0]) == 1:
             rows = [[c for (c,) in rows]]
         if len(rows) == 1:
             return self._length([c for c in rows[0] if c is not None])
         if len(rows) == len(rows[0]):
-            found = self._of_quaternion(rows)
-            if found[1] is not None:
-                return found
+            bound = self._of_quaternion(rows)
+            if bound[1] is not None:
+                return bound
         return self._of_rotation(rows)
 
     def _length(self, row: Sequence[Coefficient]) -> tuple[float, Ball | None]:
@@ -94,22 +94,22 @@ class Norms:
             square, ball = self.vectors.square_of(vector)
             square = _exact(square)
             self.used, self.passed = set(), set()
-            other = self._of_correction(vector)
-            if other < square:
+            correction = self._of_correction(vector)
+            if correction < square:
                 square, ball = (
-                    other,
+                    correction,
                     Ball(frozenset(key), frozenset(self.used), frozenset(self.passed)),
                 )
             self.known[key] = square, ball
-        within = [found for other, found in self.known.items() if {*key} <= {*other}]
-        return min(within, key=lambda found: found[0])
+        within = [entry for numbers, entry in self.known.items() if {*key} <= {*numbers}]
+        return min(within, key=lambda entry: entry[0])
 
     # -- matrices ---------------------------------------------------------------------------------
 
     def _of_quaternion(
         self, rows: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[float, Ball | None]:
-        """Of the matrix of a quaternion, or a part of it."""
+        """Squared norm of the matrix of a quaternion, or of a part of it."""
         entries = [c for row in rows for c in row if c is not None]
         if any(len(c.nodes) != 1 or abs(c.number) != 1.0 for c in entries):
             return math.inf, None
@@ -121,17 +121,17 @@ class Norms:
             [{} if c is None else {(c.nodes[0].number,): c.number} for c in row] for row in rows
         ]
         total: Polynomial = {(n, n): 1.0 for n in numbers}
-        left = [[_rest(forms, i, j, total) for j in size] for i in size]
+        residual = [[_rest(forms, i, j, total) for j in size] for i in size]
         diagonal: Polynomial = {}
         for i in size:
-            diagonal = plus(diagonal, left[i][i])
+            diagonal = plus(diagonal, residual[i][i])
         if not is_sum_of_squares(diagonal):
             return math.inf, None
         for i, j, k, m in product(size, repeat=4):
             if i < j and k < m:
                 minor = plus(
-                    times(left[i][k], left[j][m], _TERMS) or {},
-                    scaled(times(left[i][m], left[j][k], _TERMS) or {}, -1.0),
+                    times(residual[i][k], residual[j][m], _TERMS) or {},
+                    scaled(times(residual[i][m], residual[j][k], _TERMS) or {}, -1.0),
                 )
                 if not is_zero(minor):
                     return math.inf, None
@@ -140,7 +140,7 @@ class Norms:
     def _of_rotation(
         self, rows: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[float, Ball | None]:
-        """Of the rotation matrix of a quaternion, transposed or not, or some rows of it."""
+        """Squared norm of a rotation matrix of a quaternion, transposed or not, or of its rows."""
         entries = [c for row in rows for c in row]
         if (
             len(rows[0]) != 3
@@ -151,39 +151,39 @@ class Norms:
         key = tuple((c.number, c.nodes[0].number) for c in entries if c is not None)
         if key not in self.rotations:
             self.rotations[key] = self._quaternion_of(rows)
-        found = self.rotations[key]
-        if found is None:
+        quaternion = self.rotations[key]
+        if quaternion is None:
             return math.inf, None
-        w, *v = found
+        w, *v = quaternion
         passed: set[int] = set()
         for c in entries:
             if c is not None:
                 bare(c.nodes[0], passed)
-        whole, ball = self._square([self.nodes[n] for n in (w, *v)])
-        part, other = self._square([self.nodes[n] for n in v])
-        square = max(1.0, 1.0 + 4.0 * (whole - 1.0) * min(part, whole))
-        used = ball.used | other.used
-        return square, Ball(frozenset(), used, ball.passed | other.passed | passed)
+        q_square, ball = self._square([self.nodes[n] for n in (w, *v)])
+        v_square, v_ball = self._square([self.nodes[n] for n in v])
+        square = max(1.0, 1.0 + 4.0 * (q_square - 1.0) * min(v_square, q_square))
+        used = ball.used | v_ball.used
+        return square, Ball(frozenset(), used, ball.passed | v_ball.passed | passed)
 
     def _quaternion_of(
         self, rows: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[int, ...] | None:
-        """The quaternion of whose rotation matrix these are rows; None: of another matrix."""
-        said = self.vectors.said
+        """The quaternion whose rotation matrix has these rows; None: it is another matrix."""
+        bounded = self.vectors.said
         forms = [
             [
-                scaled(polynomial_of(bare(c.nodes[0]), _TERMS, _DEPTH, said) or {}, c.number)
+                scaled(polynomial_of(bare(c.nodes[0]), _TERMS, _DEPTH, bounded) or {}, c.number)
                 for c in row
                 if c is not None
             ]
             for row in rows
         ]
-        every = {n for row in forms for form in row for m in form for n in m}
-        if len(every) != 4:
+        numbers = {n for row in forms for form in row for m in form for n in m}
+        if len(numbers) != 4:
             return None
-        for w, *v in permutations(sorted(every)):
-            for sign, places in product((1.0, -1.0), permutations(range(3), len(rows))):
-                if _is_rotation(forms, places, w, v, sign):
+        for w, *v in permutations(sorted(numbers)):
+            for sign, indices in product((1.0, -1.0), permutations(range(3), len(rows))):
+                if _is_rotation(forms, indices, w, v, sign):
                     return w, *v
         return None
 
@@ -208,19 +208,19 @@ class Norms:
             parts.append(self.nodes[others[0]] if others else c)
         if root is None or root[1] > 2 or sum(isinstance(k, float) for k in parts) > 1:
             return math.inf
-        limit, least = self._below(root[0].args[0], parts)
-        if least < 1.0:
+        limit, ratio = self._limit_and_ratio(root[0].args[0], parts)
+        if ratio < 1.0:
             return math.inf
         ends = [(k, k) if isinstance(k, float) else (k.low, k.high) for k in parts]
         self.used |= {k.number for k in parts if isinstance(k, Node)}
-        most = sum(max(a * a, b * b) for a, b in ends)
-        few = sum(0.0 if a < 0.0 < b else min(a * a, b * b) for a, b in ends)
+        upper = sum(max(a * a, b * b) for a, b in ends)
+        lower = sum(0.0 if a < 0.0 < b else min(a * a, b * b) for a, b in ends)
         if root[1] == 1:
-            return max(1.0, most / limit)
-        return max(1.0 / few if few else math.inf, most / (limit * limit))
+            return max(1.0, upper / limit)
+        return max(1.0 / lower if lower else math.inf, upper / (limit * limit))
 
-    def _below(self, total: Node, parts: Sequence[Node | float]) -> tuple[float, float]:
-        """Limit of what a root is of, and the least ratio of that without it to |k|^2."""
+    def _limit_and_ratio(self, total: Node, parts: Sequence[Node | float]) -> tuple[float, float]:
+        """Limit of a radicand, and the least ratio of the unlimited one to |k|^2."""
         limit = math.inf
         while total.kind in ("bounded", "saturated"):
             if total.kind == "bounded":
@@ -232,53 +232,53 @@ class Norms:
         numbers = [k.number for k in parts if isinstance(k, Node)]
         if form is None or len({*numbers}) < len(numbers) or not numbers:
             return limit, 0.0
-        by = _over(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
+        factor = _over(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
         square: Polynomial = {(n, n): 1.0 for n in numbers}
         for k in parts:
             if isinstance(k, float):
                 square = plus(square, {(): k * k})
-        rest = plus(form, scaled(times(by, square, _TERMS) or {}, -1.0))
+        rest = plus(form, scaled(times(factor, square, _TERMS) or {}, -1.0))
         if not is_zero(rest):
             return limit, 0.0
-        return limit, self._least_of(by)
+        return limit, self._least_of(factor)
 
     def _least(self, vector: Sequence[Node]) -> float:
-        """Lower bound of the squared length of a vector of nodes; 0: none is known."""
+        """Lower bound of the squared length of a vector of nodes, or 0."""
         limit = math.inf
         inner = []
         for node in vector:
             while node.kind in ("bounded", "saturated"):
                 if node.kind == "bounded":
                     self.passed.add(node.number)
-                else:  # a component at its limit is that long
+                else:  # a component at its limit has this square
                     limit = min(limit, node.value * node.value)
                 node = node.args[0]
             inner.append(node)
         numbers = [n.number for n in inner if n.kind != "const"]
         if len({*numbers}) < len(numbers):
             return 0.0
-        least = 0.0
+        lower = 0.0
         for way in (
-            *(self._of_constants, self._chosen, self._divided, self._turned),
+            *(self._of_constants, self._selected, self._divided, self._sine_cosine),
             *(self._multiplied, self._of_states, self._radial),
         ):
-            least = max(least, way(inner))
-            if least >= 1.0:
+            lower = max(lower, way(inner))
+            if lower >= 1.0:
                 break
-        return min(limit, _exact(least))
+        return min(limit, _exact(lower))
 
     def _of_constants(self, vector: Sequence[Node]) -> float:
         return sum(n.value * n.value for n in vector if n.kind == "const")
 
-    def _chosen(self, vector: Sequence[Node]) -> float:
-        """Of what one condition selects."""
+    def _selected(self, vector: Sequence[Node]) -> float:
+        """Of a vector that one condition selects."""
         conditions = {n.args[0].number for n in vector if n.kind == "select"}
         if len(conditions) != 1 or any(n.kind != "select" for n in vector):
             return 0.0
         return min(self._least([n.args[k] for n in vector]) for k in (1, 2))
 
     def _divided(self, vector: Sequence[Node]) -> float:
-        """Of a vector that is not 0, over its length, or over less."""
+        """Of a vector that is not 0, divided by its length, or by less."""
         for factor in vector[0].args if vector[0].kind == "mul" else ():
             root = factor
             while root.kind == "bounded":
@@ -295,10 +295,10 @@ class Norms:
                 return 1.0
         return 0.0
 
-    def _turned(self, vector: Sequence[Node]) -> float:
+    def _sine_cosine(self, vector: Sequence[Node]) -> float:
         """Of a sine and its cosine."""
         waves = {(n.args[0].number, n.quarter) for n in vector if n.kind == "sin"}
-        return 1.0 if any((of, not quarter) in waves for of, quarter in waves) else 0.0
+        return 1.0 if any((angle, not quarter) in waves for angle, quarter in waves) else 0.0
 
     def _multiplied(self, vector: Sequence[Node]) -> float:
         """Of a product of quaternions."""
@@ -312,7 +312,7 @@ class Norms:
         return 0.0
 
     def _least_of(self, form: Polynomial) -> float:
-        """Of a constant and the squares of a vector; 0 of another polynomial."""
+        """Lower bound of a constant and the squares of a vector; 0 for another polynomial."""
         if any(abs(c - 1.0) > _TINY or m[0] != m[-1] for m, c in form.items() if m):
             return 0.0
         if any(len(m) not in (0, 2) for m in form):
@@ -321,20 +321,20 @@ class Norms:
         return max(0.0, form.get((), 0.0)) + (self._least(vector) if vector else 0.0)
 
     def _of_states(self, vector: Sequence[Node]) -> float:
-        """Of states that begin no shorter than one, and are replaced by what is no shorter."""
+        """Of states that begin no shorter than one and never become shorter."""
         key = frozenset(n.number for n in vector)
         if not key or any(n.number not in self.after for n in vector):
             return 0.0
         if key not in self.long:
-            known = dict(self.long)
+            previous = dict(self.long)
             self.long[key] = Ball(key)  # assumed
-            before, self.used, self.passed = (self.used, self.passed), set(), set()
+            outer, self.used, self.passed = (self.used, self.passed), set(), set()
             numbers = sorted(key)
-            begins = sum(self.first[n] ** 2 for n in numbers) >= 1.0 - _ROUNDING
-            kept = begins and self._least([self.after[n] for n in numbers]) >= 1.0
-            found = Ball(key, frozenset(self.used), frozenset(self.passed))
-            self.long = self.long | {key: found} if kept else known | {key: None}
-            self.used, self.passed = before
+            is_long = sum(self.first[n] ** 2 for n in numbers) >= 1.0 - _ROUNDING
+            is_invariant = is_long and self._least([self.after[n] for n in numbers]) >= 1.0
+            new_ball = Ball(key, frozenset(self.used), frozenset(self.passed))
+            self.long = self.long | {key: new_ball} if is_invariant else previous | {key: None}
+            self.used, self.passed = outer
         ball = self.long[key]
         if ball is None:
             return 0.0
@@ -343,13 +343,13 @@ class Norms:
         return 1.0
 
     def _radial(self, vector: Sequence[Node]) -> float:
-        """Of a vector whose squared length is a polynomial of that of another one."""
-        found = radial(self._squares(vector, ()))
-        if found is None:
+        """Of a vector whose squared length is a polynomial of another squared length."""
+        polynomial = radial(self._squares(vector, ()))
+        if polynomial is None:
             return 0.0
-        most = sum(max(n.low**2, n.high**2) for n in (self.nodes[k] for k in found.numbers))
-        self.used |= {*found.numbers}
-        return found.ends(most)[0]
+        upper = sum(max(n.low**2, n.high**2) for n in (self.nodes[k] for k in polynomial.numbers))
+        self.used |= {*polynomial.numbers}
+        return polynomial.ends(upper)[0]
 
     def _squares(self, vector: Sequence[Node], ends: Sequence[int] | set[int]) -> Polynomial:
         """Sum of the squares of nodes; empty: of too many terms."""
@@ -364,12 +364,12 @@ class Norms:
 
 
 def _exact(square: float) -> float:
-    """A bound of a squared length, one if it is that but for rounding."""
+    """A bound of a squared length, rounded to one if it is close."""
     return 1.0 if abs(square - 1.0) <= _ROUNDING else square
 
 
 def _signed(c: Coefficient) -> Coefficient:
-    """A coefficient, the sign of its node as its own."""
+    """A coefficient with the sign of its node moved to its number."""
     number, nodes = c.number, c.nodes
     while len(nodes) == 1 and nodes[0].kind == "sum" and len(nodes[0].args) == 1:
         number, nodes = number * nodes[0].signs[0], nodes[0].args
@@ -377,7 +377,7 @@ def _signed(c: Coefficient) -> Coefficient:
 
 
 def _factors(node: Node) -> Iterator[Node]:
-    """Factors of the products that a node is the sum of, without their signs."""
+    """Factors of the products whose sum a node is, without their signs."""
     if node.kind in ("sum", "mul"):
         for arg in node.args:
             is_inner = arg.kind == "sum" or (node.kind == "sum" and arg.kind == "mul")
@@ -385,7 +385,7 @@ def _factors(node: Node) -> Iterator[Node]:
 
 
 def _over(form: Polynomial, number: int) -> Polynomial:
-    """The terms with the square of a node, over it."""
+    """The terms with the square of a node, divided by it."""
     return {tuple(k for k in m if k != number): c for m, c in form.items() if m.count(number) == 2}
 
 
@@ -399,21 +399,21 @@ def _rest(forms: Sequence[Sequence[Polynomial]], i: int, j: int, total: Polynomi
 
 def _is_rotation(
     forms: Sequence[Sequence[Polynomial]],
-    places: Sequence[int],
+    indices: Sequence[int],
     w: int,
     v: Sequence[int],
     sign: float,
 ) -> bool:
-    """Whether forms are these rows of 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
-    for row, i in zip(forms, places, strict=True):
+    """Whether forms are rows of 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
+    for row, i in zip(forms, indices, strict=True):
         for j, form in enumerate(row):
             if i == j:
-                wanted: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
+                expected: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
             else:
                 k = 3 - i - j
                 turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
-                wanted = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
-            rest = plus(form, scaled(wanted, -1.0))
+                expected = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
+            rest = plus(form, scaled(expected, -1.0))
             if not is_zero(rest):
                 return False
     return True

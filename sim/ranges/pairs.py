@@ -14,7 +14,7 @@ from boresight.sim.ranges.points import Points
 
 __all__ = ["Pairs"]
 
-#: Pairs that are kept of one value.
+#: Most pairs of one value.
 _PAIRS = 4
 
 
@@ -37,9 +37,9 @@ class Pairs:
     Attributes
     ----------
     found : dict of int to list of Pair
-        Whose inner product a node is.
+        The pairs whose inner product a node is.
     sums : dict of int to (list of Pair, tuple of Coefficient)
-        Whose inner product and a rest it is the sum of.
+        The pairs whose inner product is a node less a rest, and the rest.
     units : dict of int to (list of Vector, Vector)
         Of an inverse root 1 / |m|, by its node: m, with and without noise, and m / |m|.
     weights : dict of (Coefficient, Vector) to Weight
@@ -55,7 +55,7 @@ class Pairs:
         self._searched: dict[int, int] = {}  # how many vectors have been tried
 
     def of(self, node: Node) -> list[Pair]:
-        """Vectors whose inner product a node is: of all there are the latest, with all noise."""
+        """Vectors whose inner product a node is: the latest, with all noise."""
         found = self.found.setdefault(node.number, [])
         start = self._searched.get(node.number, 0)
         if node.number in self.points.cone and start < len(self.space.vectors):
@@ -81,29 +81,29 @@ class Pairs:
 
     def sum_of(self, parts: Parts) -> Vector:
         """The sum of vectors times coefficients."""
-        each = (self.points.at(c)[:, None] * v.at for c, v in parts)
-        return self.space.add(sum(each, np.zeros((POINTS, 1))), parts=tuple(parts))
+        terms = (self.points.at(c)[:, None] * v.at for c, v in parts)
+        return self.space.add(sum(terms, np.zeros((POINTS, 1))), parts=tuple(parts))
 
     def latest(
         self, value: FloatArray, size: FloatArray, start: int = 0, known: Sequence[Pair] = ()
     ) -> list[Pair]:
         """Pairs whose inner product is a value, the latest first."""
-        new = [
+        candidates = [
             pair
             for pair in self.space.pairs(value, size, start)
             if not any(v.of_measurement for v in pair)
         ]
-        new += (self._without(pair, value, size) for pair in known)
-        out = [*dict.fromkeys(self._whole(pair, value, size) for pair in new)]
+        candidates += (self._less_noise(pair, value, size) for pair in known)
+        out = [*dict.fromkeys(self._latest_form(pair, value, size) for pair in candidates)]
         out.sort(key=lambda pair: -pair[0].number - pair[1].number)
         return out[:_PAIRS]
 
-    def _without(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
-        """A pair without noise that has turned out to be that of a measurement."""
+    def _less_noise(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+        """A pair without noise that is now known to belong to a measurement."""
         x, y = (self.space.without_noise(v) if v.of_measurement else v for v in pair)
         return (x, y) if self.space.is_pair((x, y), value, size) else pair
 
-    def _whole(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
+    def _latest_form(self, pair: Pair, value: FloatArray, size: FloatArray) -> Pair:
         """A pair with the noise of its vectors, and after measurements, where that is the same."""
         x, y = (v.noisy if v.noisy and not v.noisy.of_measurement else v for v in pair)
         x, y = (x, y) if self.space.is_pair((x, y), value, size) else pair

@@ -1,6 +1,6 @@
 """Values of the nodes of a step at random points.
 
-What limits, functions and conditions give is drawn: no identity rests on it.
+Results of limits, functions and conditions are drawn: no identity depends on them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["Points"]
 BoolArray = npt.NDArray[np.bool_]
 #: Terms and steps back of a polynomial.
 _LOOSE = 8
-#: Kinds of conditions that are made of others.
+#: Kinds of conditions that combine others.
 _CHOICES = ("select", "complement")
 
 
@@ -35,18 +35,18 @@ class Points:
     nodes : mapping of int to Node
         Of the step, by number.
     cone : set of int
-        Numbers of those that the covariance decides.
+        Numbers of the nodes that depend on the covariance.
     rng
-        Source of what is drawn.
+        Source of random values.
 
     Attributes
     ----------
     values, sizes : dict of int to (points,) array
-        Value of each node, and the size of the terms that it is the sum of.
+        Value of each node, and the size of the terms whose sum it is.
     said, passed : set of int
-        "bounded" nodes, and those that count as their arguments.
+        "bounded" nodes, and those of them that count as their arguments.
     premises : Premises
-        What else it rests on that identities hold.
+        The other premises of the identities.
     """
 
     def __init__(self, nodes: Mapping[int, Node], cone: Set[int], rng: np.random.Generator) -> None:
@@ -78,7 +78,7 @@ class Points:
         return sum((self.at(c) for c in coefficients), np.zeros(POINTS))
 
     def evaluate(self, node: Node, *, unlimited: bool = False) -> None:
-        """Value of a node; ``unlimited``: what it limits is within its limit."""
+        """Compute the value of a node; ``unlimited``: its argument is within its limit."""
         if node.number in self.values:
             return
         args = [self.values[a.number] for a in node.args]
@@ -92,13 +92,13 @@ class Points:
             value, size = args[0], sizes[0]
             if node.kind == "bounded" and node.number in self.cone:
                 self.passed.add(node.number)
-        elif node.kind == "saturated" and self._is_nothing(node.args[0]):
+        elif node.kind == "saturated" and self._is_zero(node.args[0]):
             value = np.zeros(POINTS)
         elif node.kind == "saturated":
             low, high = max(-node.value, node.low), min(node.value, node.high)
             limited = self.rng.uniform(low, high, POINTS)
-            free = (self.rng.random(POINTS) < 0.5) & (abs(args[0]) <= node.value)
-            value = np.where(free, args[0], limited)
+            is_within = (self.rng.random(POINTS) < 0.5) & (abs(args[0]) <= node.value)
+            value = np.where(is_within, args[0], limited)
         elif node.kind == "sum":
             value = sum((s * a for s, a in zip(node.signs, args, strict=True)), np.zeros(POINTS))
             size = sum(sizes, np.zeros(POINTS))
@@ -125,16 +125,16 @@ class Points:
             return value
         return np.where(inside, value, self.rng.uniform(node.low, node.high, POINTS))
 
-    def _is_nothing(self, node: Node) -> bool:
+    def _is_zero(self, node: Node) -> bool:
         """Whether a node is 0, as x - (x + c - c) is, but for rounding."""
-        own: set[int] = set()
-        form = polynomial_of(node, _LOOSE, _LOOSE, (), own)
-        nothing = form is not None and not any(form.values())
-        self.passed |= own if nothing else set()
-        return nothing
+        passed: set[int] = set()
+        form = polynomial_of(node, _LOOSE, _LOOSE, (), passed)
+        is_zero = form is not None and not any(form.values())
+        self.passed |= passed if is_zero else set()
+        return is_zero
 
     def _sign(self, condition: Node) -> BoolArray:
-        """Whether a condition is negative: drawn where it is not made of others."""
+        """Whether a condition is negative: drawn, unless it combines others."""
         number = condition.number
         if number not in self._signs:
             signs = [self._sign(a) for a in condition.args] if condition.kind in _CHOICES else []
@@ -144,9 +144,9 @@ class Points:
                 self._signs[number] = signs[0] ^ signs[1]
             elif condition.kind == "const":
                 self._signs[number] = np.full(POINTS, condition.value < 0.0)
-            elif (said := compared(condition)) is not None and said.value in self._levels:
-                levels, drawn = self._levels[said.value]
-                self._signs[number] = (drawn <= levels.index(said.level)) == said.below
+            elif (test := compared(condition)) is not None and test.value in self._levels:
+                levels, positions = self._levels[test.value]
+                self._signs[number] = (positions <= levels.index(test.level)) == test.below
             elif condition.kind == "input" and condition.low < 0.0 < condition.high:
                 self._signs[number] = self.values[number] < 0.0
             else:
@@ -158,9 +158,9 @@ class Points:
 def _levels_of(
     nodes: Iterable[Node], rng: np.random.Generator
 ) -> dict[object, tuple[list[float], npt.NDArray[np.int64]]]:
-    """What values are compared with, where that is more than one level: they exclude sides.
+    """Levels of each value that is compared with several: they exclude combinations of sides.
 
-    And between which of the levels each value (points,) is: below the one of this number.
+    With them, for each point, the index of the lowest level above the value.
     """
     conditions = live(
         [node.args[0] for node in nodes if node.kind in ("select", "flip")],
@@ -168,10 +168,10 @@ def _levels_of(
     )
     levels: dict[object, set[float]] = {}
     for condition in conditions:
-        if (said := compared(condition)) is not None:
-            levels.setdefault(said.value, set()).add(said.level)
+        if (test := compared(condition)) is not None:
+            levels.setdefault(test.value, set()).add(test.level)
     return {
-        value: (sorted(each), rng.integers(0, len(each) + 1, POINTS))
-        for value, each in sorted(levels.items(), key=repr)
-        if len(each) > 1
+        value: (sorted(thresholds), rng.integers(0, len(thresholds) + 1, POINTS))
+        for value, thresholds in sorted(levels.items(), key=repr)
+        if len(thresholds) > 1
     }

@@ -1,4 +1,4 @@
-"""Nodes as polynomials of what they are computed from."""
+"""Nodes as polynomials of the nodes that they are computed from."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Expansions:
     Parameters
     ----------
     terms : int
-        At most, of each.
+        Most terms of each.
     ends
         Numbers of nodes that stay as they are.
     """
 
     def __init__(self, terms: int, ends: Container[int] = ()) -> None:
         self.terms, self.ends = terms, ends
-        self._known: dict[tuple[Node, int], tuple[Polynomial | None, frozenset[int]]] = {}
+        self._forms: dict[tuple[Node, int], tuple[Polynomial | None, frozenset[int]]] = {}
 
     def of(self, node: Node, left: int, passed: set[int] | None = None) -> Polynomial | None:
         """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
@@ -51,15 +51,15 @@ class Expansions:
         if not left or node.kind not in ("bounded", "sum", "mul") or node.number in self.ends:
             return {(): node.value} if node.kind == "const" else {(node.number,): 1.0}
         key = node, left
-        if key not in self._known:
-            own = set[int]()
-            self._known[key] = self._new(node, left, own), frozenset(own)
-        form, through = self._known[key]
+        if key not in self._forms:
+            bounded = set[int]()
+            self._forms[key] = self._expand(node, left, bounded), frozenset(bounded)
+        form, bounded_nodes = self._forms[key]
         if passed is not None:
-            passed |= through
+            passed |= bounded_nodes
         return form
 
-    def _new(self, node: Node, left: int, passed: set[int]) -> Polynomial | None:
+    def _expand(self, node: Node, left: int, passed: set[int]) -> Polynomial | None:
         if node.kind == "bounded":
             passed.add(node.number)
             return self.of(node.args[0], left, passed)
@@ -75,7 +75,7 @@ class Expansions:
 def polynomial_of(
     node: Node, terms: int, left: int, ends: Container[int] = (), passed: set[int] | None = None
 ) -> Polynomial | None:
-    """One of `Expansions`."""
+    """A single expansion; see `Expansions.of`."""
     return Expansions(terms, ends).of(node, left, passed)
 
 
@@ -124,20 +124,20 @@ def ends_of_product(
     ends: tuple[float, float], by: tuple[float, float], power: int = 1
 ) -> tuple[float, float]:
     """Ends of a product with a power of another factor."""
-    others = [end**power for end in by]
+    powers = [end**power for end in by]
     if power % 2 == 0 and by[0] < 0.0 < by[1]:
-        others.append(0.0)
-    corners = [x * y if x and y else 0.0 for x in ends for y in others]
+        powers.append(0.0)
+    corners = [x * y if x and y else 0.0 for x in ends for y in powers]
     return min(corners), max(corners)
 
 
 def over(form: Polynomial, number: int) -> Polynomial:
-    """The terms that have a node, each over it."""
+    """The terms with a node, each divided by it."""
     out: Polynomial = {}
     for m, c in form.items():
         if number in m:
-            at = m.index(number)
-            out[m[:at] + m[at + 1 :]] = c
+            index = m.index(number)
+            out[m[:index] + m[index + 1 :]] = c
     return out
 
 

@@ -1,4 +1,4 @@
-"""Every claim of an estimator about its ranges, with what is known of it."""
+"""Status of every claim of an estimator about its ranges."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ __all__ = [
     "examine",
 ]
 
-#: What is known of a claim, the best first; and of the range of a state.
+#: Status of a claim, the best first; and of the range of a state.
 STATUSES = ("proven", "conditional", "checked", "tight", "open", "excepted", "refuted")
 STATE_STATUSES = (
     *("invariant", "conditional", "checked", "observed"),
     *("excepted", "left", "refuted"),
 )
-#: How the text counts a status, where its name says too little.
+#: Titles of statuses in the text, where the name alone says too little.
 _TITLES = {
     "conditional": "proven if other claims hold",
     "checked": "checked on covariances",
     "excepted": "with exceptions",
 }
-#: Largest number of claims that hold which the text lists one by one.
+#: Largest number of confirmed claims that the text lists one by one.
 _FEW = 8
-#: What proves a claim, or not.
+#: A method that proves a claim, or returns None.
 _Method = Callable[[Claim], Proof | None]
 #: Share of a range's size from which on a witness shows it to be tight.
 NEAR = 0.9
@@ -60,14 +60,14 @@ NEAR = 0.9
 
 @dataclass(frozen=True)
 class Witness:
-    """Legal parameters and inputs that take a value where it came.
+    """Legal parameters and inputs that lead to an extreme value.
 
     Attributes
     ----------
     params : dict of str to float
-        Those that are not their defaults.
+        Values that are not the defaults.
     inputs : dict of str to list of float
-        One number for each update from a reset on, by input.
+        By input, one number for each update after a reset.
     """
 
     params: dict[str, float]
@@ -75,7 +75,7 @@ class Witness:
 
     @property
     def updates(self) -> int:
-        """Updates from the reset on."""
+        """Number of updates after the reset."""
         return len(next(iter(self.inputs.values())))
 
     @property
@@ -86,12 +86,12 @@ class Witness:
 
 @dataclass(frozen=True)
 class ClaimResult:
-    """A claim and what is known of it.
+    """A claim and its status.
 
     Attributes
     ----------
     value : str
-        The reason that its author gives, or which state it is.
+        The reason that its author gives, or the name of the state.
     line : str
         Where it is stated.
     low, high : float
@@ -99,12 +99,12 @@ class ClaimResult:
     status : str
         One of `STATUSES`; of a state's range one of `STATE_STATUSES`.
     how : str
-        How it is proven or checked; what is refuted may have a proof as well, which leaves out
+        How it is proven or checked; a refuted claim may have a proof, too, which leaves out
         rounding and assumes ``conditions``.
     least, most : float
-        What the search reached.
+        Range that the search reached.
     share : float
-        Largest magnitude reached, as a share of the range's.
+        Largest magnitude reached, as a share of that of the range.
     conditions : tuple of str
         Unproven claims that its proof assumes.
     witness : Witness or None
@@ -140,7 +140,7 @@ class ClaimResult:
 
 @dataclass(frozen=True, eq=False)
 class RangesResult(Answer):
-    """What `boresight.ranges` gives.
+    """Result of `boresight.ranges`.
 
     Attributes
     ----------
@@ -148,11 +148,11 @@ class RangesResult(Answer):
     word : int
     claims : tuple of ClaimResult
     states : tuple of ClaimResult
-        That next states are in their ranges, each with one of `STATE_STATUSES`.
+        Claims that next states are in their ranges, each with one of `STATE_STATUSES`.
     updates : int
         Of the search.
     saturated : dict of str to int
-        Words that saturated in the search, with how often.
+        How often each word saturated in the search.
     """
 
     judged: ClassVar[Mapping[str, Figure]] = {
@@ -169,7 +169,7 @@ class RangesResult(Answer):
 
     @property
     def good(self) -> bool:
-        """Nothing is refuted."""
+        """Whether nothing is refuted."""
         return not self.refuted
 
     @property
@@ -179,13 +179,13 @@ class RangesResult(Answer):
 
     @property
     def proven(self) -> float:
-        """Share of the claims about values that are proven, whatever other claims hold."""
-        good = sum(c.status == "proven" for c in self.claims)
-        return good / len(self.claims) if self.claims else 1.0
+        """Share of the claims about values that are proven unconditionally."""
+        proven = sum(c.status == "proven" for c in self.claims)
+        return proven / len(self.claims) if self.claims else 1.0
 
     @property
     def counts(self) -> dict[str, dict[str, int]]:
-        """Number of ``claims`` and of ``states`` by status, the best first; none left out."""
+        """Number of ``claims`` and of ``states`` for every status, the best first."""
         return {
             "claims": {s: sum(c.status == s for c in self.claims) for s in STATUSES},
             "states": {s: sum(c.status == s for c in self.states) for s in STATE_STATUSES},
@@ -199,23 +199,23 @@ class RangesResult(Answer):
     def __str__(self) -> str:
         lines = [f"{self.estimator}, W = {self.word}: {self.updates:,} updates"]
         titles = (("claim", "claims"), ("range of a state", "ranges of states"))
-        for (one, many), counts in zip(titles, self.counts.values(), strict=True):
-            each = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
+        for (noun, plural), counts in zip(titles, self.counts.values(), strict=True):
+            text = ", ".join(f"{n} {_TITLES.get(s, s)}" for s, n in counts.items() if n)
             count = sum(counts.values())
             lines.append(
-                f"  {count} {one if count == 1 else many}: {each}" if each else f"  no {many}"
+                f"  {count} {noun if count == 1 else plural}: {text}" if text else f"  no {plural}"
             )
         for status in ("refuted", "excepted", "open", "conditional", "observed", "left"):
-            alike: dict[tuple[str, str], list[ClaimResult]] = {}
+            groups: dict[tuple[str, str], list[ClaimResult]] = {}
             for c in (*self.claims, *self.states):
                 if c.status == status:
-                    alike.setdefault((c.value, c.line), []).append(c)
-            for group in alike.values():
+                    groups.setdefault((c.value, c.line), []).append(c)
+            for group in groups.values():
                 farthest = max(group, key=lambda c: c.share)
-                more = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
-                lines.append(f"  {farthest}{more}")
-        held = [c for c in self.claims if c.status in ("proven", "checked", "tight")]
-        lines += [f"  {c}" for c in held] if len(held) <= _FEW else []
+                similar = f" (and {len(group) - 1} like it)" if len(group) > 1 else ""
+                lines.append(f"  {farthest}{similar}")
+        satisfied = [c for c in self.claims if c.status in ("proven", "checked", "tight")]
+        lines += [f"  {c}" for c in satisfied] if len(satisfied) <= _FEW else []
         if self.saturated:
             words = ", ".join(f"{name} {count:,}x" for name, count in self.saturated.items())
             lines.append(f"  saturated: {words}")
@@ -231,7 +231,7 @@ def examine(
     seed: int = 1,
     progress: Callable[[str], None] = lambda text: None,
 ) -> RangesResult:
-    """Prove, or search.
+    """Prove each claim, and search for inputs that refute it.
 
     Parameters
     ----------
@@ -250,30 +250,30 @@ def examine(
     search.run(steps, progress)
     reached = search.reach()
 
-    sure = _sure(program, nodes, claims, reached)
-    conditions = _Conditions(program, claims, reached, prover, sure)
+    state_intervals = _state_intervals(program, nodes, claims, reached)
+    conditions = _Conditions(program, claims, reached, prover, state_intervals)
     proofs = conditions.fewer(proofs, prover.methods)
-    if without := sorted({j for each in conditions.of(proofs) for j in each}):
-        conditions.without = prover.without([claims[j] for j in without], sure)
+    if assumed_claims := sorted({j for each in conditions.of(proofs) for j in each}):
+        conditions.without = prover.without([claims[j] for j in assumed_claims], state_intervals)
         proofs = conditions.fewer(proofs, conditions.without.methods)
     assumed = conditions.of(proofs)
-    rest = [
+    unproven = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
         if proofs[k] is None and not reach.broken and _share(claim, reach) < NEAR
     ]
-    passed = check_on_covariances(
-        estimator, program, nodes, [claims[k] for k in rest], max(1, steps // 4)
+    passed_checks = check_on_covariances(
+        estimator, program, nodes, [claims[k] for k in unproven], max(1, steps // 4)
     )
-    checked = {rest[k]: how for k, how in passed.items()}
+    checked = {unproven[k]: how for k, how in passed_checks.items()}
     results = []
     for k, (claim, reach, proof) in enumerate(zip(claims, reached, proofs, strict=True)):
         how = proof.how if proof else checked.get(k, "")
         share = _share(claim, reach)
         if reach.broken:
             status = "excepted" if claim.unless else "refuted" if claim.bounded else "left"
-            holds = "would hold" if assumed[k] else "holds but for rounding"
-            how = f"{holds} ({how})" if how else ""
+            verb = "would hold" if assumed[k] else "holds but for rounding"
+            how = f"{verb} ({how})" if how else ""
         elif proof and assumed[k]:
             status = "tight" if share >= NEAR and not claim.state else "conditional"
         elif proof:
@@ -299,7 +299,7 @@ def examine(
                 _witness(estimator, search, reach) if reach.broken else None,
             )
         )
-    clamping = {op.dest for op in program.ops if op.overflow is Overflow.SAT}
+    saturating = {op.dest for op in program.ops if op.overflow is Overflow.SAT}
     counts = search.machine.saturations
     return RangesResult(
         estimator=estimator.name,
@@ -310,7 +310,7 @@ def examine(
         saturated={
             program.values[n].name: int(counts[n])
             for n in np.flatnonzero(counts).tolist()
-            if n in clamping
+            if n in saturating
         },
     )
 
@@ -323,7 +323,7 @@ class Prover:
     estimator, program, nodes
         The last two as `Estimator.compile_traced` gives them, or a step without some claims.
     own : mapping of int to Node
-        The nodes of the compiled step, by number; by default those.
+        The nodes of the compiled step, by number; by default those of ``nodes``.
     """
 
     def __init__(
@@ -351,7 +351,7 @@ class Prover:
         self.fitting: dict[tuple[int, Format], Proof | None] = {}
 
     def _in_step(self, method: _Method, claim: Claim) -> Proof | None:
-        """What a method proves of a claim's node in this step, where its word holds every value."""
+        """Proof by a method for the claim's node in this step; None if its word may saturate."""
         node = self.live.get(claim.node.number)
         if node is None or (claim.node.args and not node.args):
             return None
@@ -359,7 +359,7 @@ class Prover:
         return proof and replace(proof, passed=tuple(self.own[n.number] for n in proof.passed))
 
     def fits(self, claim: Claim, form: Format) -> Proof | None:
-        """A proof that what a claim is of does not saturate a format, whatever the claim."""
+        """A proof that the value of a claim does not saturate a format, whatever the claim."""
         key = claim.node.number, form
         if key not in self.fitting:
             ends = ((1.0 - ROOM) * end for end in (form.min, form.max))
@@ -367,9 +367,9 @@ class Prover:
         return self.fitting[key]
 
     def without(self, claims: Sequence[Claim], sure: Mapping[int, tuple[float, float]]) -> Prover:
-        """Of the step without some claims; states, by number, are where they are sure to be."""
-        new = released(self.program, self.nodes, [c for c in claims if not c.state], sure)
-        nodes = {value: new.get(node.number, node) for value, node in self.nodes.items()}
+        """The prover of the step without some claims; ``sure``: intervals of states, by number."""
+        updated = released(self.program, self.nodes, [c for c in claims if not c.state], sure)
+        nodes = {value: updated.get(node.number, node) for value, node in self.nodes.items()}
         return Prover(self.estimator, self.program, nodes, self.own)
 
     def proof_of(self, claim: Claim) -> Proof | None:
@@ -378,12 +378,12 @@ class Prover:
 
 
 class _Conditions:
-    """The claims that proofs assume without a proof.
+    """The unproven claims that proofs assume.
 
     Attributes
     ----------
     prover, without : Prover
-        Of the compiled step, and of that without claims which proofs assume.
+        Of the compiled step, and of the step without the claims that proofs assume.
     """
 
     def __init__(
@@ -392,102 +392,102 @@ class _Conditions:
         claims: Sequence[Claim],
         reached: Sequence[Reach],
         prover: Prover,
-        sure: Mapping[int, tuple[float, float]],
+        state_intervals: Mapping[int, tuple[float, float]],
     ) -> None:
         self.claims, self.reached, self.prover = claims, reached, prover
         self.without: Prover | None = None
-        words = {program.values[state].name: state for state, _ in program.states}
+        state_words = {program.values[state].name: state for state, _ in program.states}
         self.formats = [
-            None if (word := words.get(c.state, c.word)) is None else program.format(word)
+            None if (word := state_words.get(c.state, c.word)) is None else program.format(word)
             for c in claims
         ]
         self.broken = [reach.broken for reach in reached]
-        held = [
+        fits = [
             f is not None and _holds(f, c.ends) for f, c in zip(self.formats, claims, strict=True)
         ]
-        self.assumptions = Assumptions(claims, self.broken, held, _needs_of(sure))
+        self.assumptions = Assumptions(claims, self.broken, fits, _needs_of(state_intervals))
 
     def of(self, proofs: Sequence[Proof | None]) -> list[list[int]]:
-        """Those of each proof; indices."""
+        """Indices of the claims that each proof assumes."""
         bases = [None if proof is None else proof.base for proof in proofs]
         passed = [() if proof is None else proof.passed for proof in proofs]
-        taken = {n.args[0].number for each in passed for n in each}
+        arguments = {n.args[0].number for each in passed for n in each}
 
-        def fitting(
-            wanted: Callable[[int], bool],
+        def fitting_proofs(
+            is_tried: Callable[[int], bool],
         ) -> dict[int, tuple[Sequence[Node], Sequence[Node]]]:
             out: dict[int, tuple[Sequence[Node], Sequence[Node]]] = {}
             each = zip(self.claims, self.formats, self.reached, strict=True)
-            for k, (c, own, reach) in enumerate(each):
-                if own is None or c.node.number not in taken or not wanted(k):
+            for k, (c, form, reach) in enumerate(each):
+                if form is None or c.node.number not in arguments or not is_tried(k):
                     continue
-                if own.min < reach.least and reach.most < own.max:
-                    proof = self._fits(c, own)
+                if form.min < reach.least and reach.most < form.max:
+                    proof = self._fits(c, form)
                     if proof is not None:
                         out[k] = proof.base, proof.passed
             return out
 
-        wider = fitting(lambda k: proofs[k] is None or self.broken[k])
+        wider = fitting_proofs(lambda k: proofs[k] is None or self.broken[k])
         indices = self.assumptions.of(bases, passed, wider)
-        more = fitting(lambda k: k not in wider and bool(indices[k]))
-        if more:  # a proof that the format holds a value may assume less than that of its range
-            less = self.assumptions.of(bases, passed, wider | more)
-            indices = [min(each, key=len) for each in zip(indices, less, strict=True)]
+        optional = fitting_proofs(lambda k: k not in wider and bool(indices[k]))
+        if optional:  # a proof that the format holds a value may assume less than that of its range
+            alternatives = self.assumptions.of(bases, passed, wider | optional)
+            indices = [min(each, key=len) for each in zip(indices, alternatives, strict=True)]
         return indices
 
     def fewer(
         self, proofs: Sequence[Proof | None], methods: Sequence[_Method]
     ) -> list[Proof | None]:
-        """The proofs, and those of other methods in their place that assume fewer claims."""
+        """The proofs, replaced by those of other methods that assume fewer claims."""
         proofs, assumed = [*proofs], self.of(proofs)
-        for method in 2 * [*methods]:  # what one replaces may be all that another assumes
-            others = [
+        for method in 2 * [*methods]:  # a replacement may remove the assumption of another proof
+            trials = [
                 method(c) or p if p and a else p
                 for c, p, a in zip(self.claims, proofs, assumed, strict=True)
             ]
-            if others != proofs:
-                less = [len(b) < len(a) for a, b in zip(assumed, self.of(others), strict=True)]
-                proofs = [o if b else p for p, o, b in zip(proofs, others, less, strict=True)]
+            if trials != proofs:
+                fewer = [len(b) < len(a) for a, b in zip(assumed, self.of(trials), strict=True)]
+                proofs = [o if b else p for p, o, b in zip(proofs, trials, fewer, strict=True)]
                 assumed = self.of(proofs)
         return proofs
 
     def _fits(self, claim: Claim, form: Format) -> Proof | None:
-        """A proof that a format holds a value, in the step without claims if there is one."""
+        """A proof that a format holds a value, if possible in the step without claims."""
         proof = None if self.without is None else self.without.fits(claim, form)
         return proof or self.prover.fits(claim, form)
 
 
-def _sure(
+def _state_intervals(
     program: Program, nodes: Mapping[int, Node], claims: Sequence[Claim], reached: Sequence[Reach]
 ) -> dict[int, tuple[float, float]]:
     """Intervals of the states that leave their ranges, by number.
 
-    Where one leaves it at one end, the other end is sure, and that of its format.
+    The end that a state passes is that of its format, the other that of its range.
     """
-    words = {program.values[state].name: state for state, _ in program.states}
-    sure = {}
+    states = {program.values[state].name: state for state, _ in program.states}
+    out = {}
     for c, reach in zip(claims, reached, strict=True):
         if c.state and reach.broken:
-            form, low, high = program.format(words[c.state]), *c.ends
+            form, low, high = program.format(states[c.state]), *c.ends
             low = form.min if reach.least < low else c.low
-            sure[nodes[words[c.state]].number] = low, form.max if reach.most > high else c.high
-    return sure
+            out[nodes[states[c.state]].number] = low, form.max if reach.most > high else c.high
+    return out
 
 
-def _needs_of(sure: Mapping[int, tuple[float, float]]) -> Callable[[Node], Sequence[Node]]:
-    """Arguments from whose intervals that of a node follows, with states where they are sure."""
-    known: dict[Node, Sequence[Node]] = {}  # a step without some claims has the same numbers
+def _needs_of(intervals: Mapping[int, tuple[float, float]]) -> Callable[[Node], Sequence[Node]]:
+    """Arguments from whose intervals that of a node follows, with these intervals of states."""
+    memo: dict[Node, Sequence[Node]] = {}  # a step without some claims has the same numbers
 
     def needs(node: Node) -> Sequence[Node]:
-        if node not in known:
-            known[node] = interval_needs(node, sure)
-        return known[node]
+        if node not in memo:
+            memo[node] = interval_needs(node, intervals)
+        return memo[node]
 
     return needs
 
 
 def _holds(form: Format, ends: tuple[float, float]) -> bool:
-    """Whether saturation holds a format's words in a range."""
+    """Whether saturation keeps the words of a format in a range."""
     return ends[0] <= form.min and form.max <= ends[1]
 
 

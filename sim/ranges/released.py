@@ -1,8 +1,8 @@
 """A step without some of its claims.
 
-The word of a claim's value holds it within the word's format, whatever the claim, and what has no
-word of its own is its argument. Intervals follow anew from that; a value that may now leave the
-format of its word counts as any number of the format.
+Without its claim, a value is within the format of its word, or is its argument if it has no word.
+Intervals are computed again from that; a value that may now leave the format of its word counts as
+any number of the format.
 """
 
 from __future__ import annotations
@@ -29,57 +29,57 @@ def released(
     claims: Collection[Claim],
     states: Mapping[int, tuple[float, float]],
 ) -> dict[int, Node]:
-    """Nodes by their own numbers; those that rest on none of the claims are the same.
+    """Nodes by their numbers; those that depend on none of the claims are unchanged.
 
     Parameters
     ----------
     program, nodes
         As `Estimator.compile_traced` gives them.
     claims
-        Those without which; of next states, none.
+        The claims to leave out; none of next states.
     states
-        Intervals of states, by number: of those that leave their declared ranges, which count as
-        inputs, or within these.
+        Intervals of states, by number: within their declared ranges, or beyond; the latter count
+        as inputs.
     """
-    free = {(c.node.number, c.low, c.high) for c in claims}
-    forms: dict[int, list[Format]] = {}
+    keys = {(c.node.number, c.low, c.high) for c in claims}
+    formats: dict[int, list[Format]] = {}
     for value, node in nodes.items():
-        forms.setdefault(node.number, []).append(program.format(value))
-    new: dict[int, Node] = {}
+        formats.setdefault(node.number, []).append(program.format(value))
+    released_nodes: dict[int, Node] = {}
     for number, node in live_nodes(program, nodes).items():
         if number in states:
             low, high = states[number]
             kind = node.kind if node.low <= low and high <= node.high else "input"
-            new[number] = replace(node, kind=kind, low=low, high=high)
+            released_nodes[number] = replace(node, kind=kind, low=low, high=high)
             continue
-        args = tuple(new[a.number] for a in node.args)
-        is_free = node.kind == "bounded" and (args[0].number, node.low, node.high) in free
-        if not is_free and all(a is b for a, b in zip(args, node.args, strict=True)):
-            new[number] = node
+        args = tuple(released_nodes[a.number] for a in node.args)
+        is_released = node.kind == "bounded" and (args[0].number, node.low, node.high) in keys
+        if not is_released and all(a is b for a, b in zip(args, node.args, strict=True)):
+            released_nodes[number] = node
             continue
         low, high = node.low, node.high
-        if is_free or node.kind != "bounded":
+        if is_released or node.kind != "bounded":
             ends = [(a.low, a.high) for a in args]
             low, high = _ends(replace(node, args=args), ends, node.args)
-        new[number] = replace(node, args=args, low=low, high=high)
-        for form in forms.get(number, ()):
-            room = 2.0 * form.lsb
-            if low < min(node.low, form.min - room) or high > max(node.high, form.max + room):
+        released_nodes[number] = replace(node, args=args, low=low, high=high)
+        for form in formats.get(number, ()):
+            slack = 2.0 * form.lsb
+            if low < min(node.low, form.min - slack) or high > max(node.high, form.max + slack):
                 low, high = (-math.inf, math.inf) if may_fuse(node) else (form.min, form.max)
-                new[number] = replace(node, kind="input", args=(), low=low, high=high)
+                released_nodes[number] = replace(node, kind="input", args=(), low=low, high=high)
                 break
-    return new
+    return released_nodes
 
 
 def _ends(
-    node: Node, ends: list[tuple[float, float]], before: tuple[Node, ...]
+    node: Node, ends: list[tuple[float, float]], original_args: tuple[Node, ...]
 ) -> tuple[float, float]:
-    """Interval of a node; all numbers where a function is of what it may not be of."""
-    free = replace(node, low=-math.inf, high=math.inf)
-    (low, high), known = ends[0], before[0]
-    if node.kind == "asin" and not known.low <= low <= high <= known.high:
+    """Interval of a node; all numbers where an argument is outside the domain of its function."""
+    unlimited = replace(node, low=-math.inf, high=math.inf)
+    (low, high), argument = ends[0], original_args[0]
+    if node.kind == "asin" and not argument.low <= low <= high <= argument.high:
         return -math.inf, math.inf
     if node.kind == "rsqrt" and low < 0.0 or node.kind == "reciprocal" and low <= 0.0 <= high:
         return -math.inf, math.inf
-    low, high = interval_of(free, ends)
+    low, high = interval_of(unlimited, ends)
     return (-math.inf if np.isnan(low) else low), (math.inf if np.isnan(high) else high)

@@ -1,8 +1,8 @@
-"""Rotation matrices of quaternions that are no longer than one: they lengthen no vector.
+"""Rotation matrices of quaternions of length one or less: they lengthen no vector.
 
 With s = |q|^2 <= 1 and C = 1 + 2 w [v x] + 2 [v x]^2 the squared length of C a is |a|^2 along v,
-and 1 - 4 |v|^2 (1 - s) times it across v. So the components of C a, or some of them, are no longer
-than a is; those of C^T a likewise.
+and 1 - 4 |v|^2 (1 - s) times it across v. So C a, or some components of it, is no longer than a,
+and so is C^T a.
 """
 
 from __future__ import annotations
@@ -43,65 +43,65 @@ class Rotation:
     _forms: dict[int, tuple[Polynomial, set[int]]] = field(default_factory=dict, repr=False)
 
     def turned(self, vector: Sequence[Node], passed: set[int]) -> list[Polynomial] | None:
-        """The vector whose turned components a vector's are, times the largest of their factors.
+        """The vector of which a vector is the rotated one, times the largest of the factors.
 
-        None: they are not. ``passed`` gets the "bounded" nodes that count as their arguments.
+        None: there is none. ``passed`` gets the "bounded" nodes that count as their arguments.
         """
-        for along in (0, 1):
-            own = set(self.passed)
-            rows = [self._row(node, along, own) for node in vector]
-            known = [row for row in rows if row is not None]
-            lines = {line for line, _ in known}
-            if not known or len(known) < len(vector) or len(lines) < len(vector):
+        for axis in (0, 1):
+            bounded = set(self.passed)
+            rows = [self._row(node, axis, bounded) for node in vector]
+            matched = [row for row in rows if row is not None]
+            lines = {line for line, _ in matched}
+            if not matched or len(matched) < len(vector) or len(lines) < len(vector):
                 continue
-            largest = max((parts for _, parts in known), key=_size)
-            if all(_is_multiple(parts, largest) for _, parts in known):
-                passed |= own
+            largest = max((parts for _, parts in matched), key=_size)
+            if all(_is_multiple(parts, largest) for _, parts in matched):
+                passed |= bounded
                 return [*largest.values()]
         return None
 
     def _row(
-        self, node: Node, along: int, passed: set[int]
+        self, node: Node, axis: int, passed: set[int]
     ) -> tuple[int, dict[int, Polynomial]] | None:
-        """Which row or column a component has the elements of, and the factor of each."""
+        """Row or column whose elements a component contains, and the factor of each element."""
         if node.number not in self._forms:
-            own = set[int]()
-            form = polynomial_of(node, _TERMS, _DEPTH, self.at, own)
-            self._forms[node.number] = form or {}, own
-        form, own = self._forms[node.number]
-        passed |= own
+            bounded = set[int]()
+            form = polynomial_of(node, _TERMS, _DEPTH, self.at, bounded)
+            self._forms[node.number] = form or {}, bounded
+        form, bounded = self._forms[node.number]
+        passed |= bounded
         parts: dict[int, Polynomial] = {}
         lines = set()
         for m, c in form.items():
             elements = [n for n in m if n in self.at]
             if len(elements) != 1:
                 return None
-            place = self.at[elements[0]]
-            lines.add(place[along])
+            position = self.at[elements[0]]
+            lines.add(position[axis])
             rest = tuple(n for n in m if n not in self.at)
-            parts.setdefault(place[1 - along], {})[rest] = c
+            parts.setdefault(position[1 - axis], {})[rest] = c
         return (lines.pop(), parts) if len(lines) == 1 else None
 
 
 def rotations_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Rotation]:
-    """The rotation matrices of a step, as far as there are elements of them."""
-    said = [node for node in nodes.values() if node.kind == "bounded"]
-    four = (b for b in balls if len(b.numbers) == 4 and b.square <= 1.0 + _ROUNDING)
-    for numbers, ball in {ball.numbers: ball for ball in four}.items():
+    """The rotation matrices of which a step computes elements."""
+    bounded = [node for node in nodes.values() if node.kind == "bounded"]
+    quaternions = (b for b in balls if len(b.numbers) == 4 and b.square <= 1.0 + _ROUNDING)
+    for numbers, ball in {ball.numbers: ball for ball in quaternions}.items():
         forms: dict[int, Polynomial] = {}
         passed: dict[int, set[int]] = {}
-        for node in said:
-            own = {node.number}
-            form = polynomial_of(node.args[0], _ELEMENT, _STEPS, numbers, own)
+        for node in bounded:
+            through = {node.number}
+            form = polynomial_of(node.args[0], _ELEMENT, _STEPS, numbers, through)
             if form and all(n in numbers for m in form for n in m):
-                forms[node.number], passed[node.number] = form, own
-        at = max((_places(forms, order) for order in permutations(sorted(numbers))), key=len)
-        if len({*at.values()}) > 1:
-            yield Rotation(at, ball, frozenset().union(*(passed[n] for n in at)))
+                forms[node.number], passed[node.number] = form, through
+        places = max((_places(forms, order) for order in permutations(sorted(numbers))), key=len)
+        if len({*places.values()}) > 1:
+            yield Rotation(places, ball, frozenset().union(*(passed[n] for n in places)))
 
 
 def _places(forms: Mapping[int, Polynomial], order: Sequence[int]) -> dict[int, tuple[int, int]]:
-    """Which forms are elements of the matrix of a quaternion with these components."""
+    """Row and column of forms that are elements of the matrix of a quaternion."""
     w, *v = order
     out: dict[int, tuple[int, int]] = {}
     for i, j in product(range(3), repeat=2):
@@ -124,16 +124,16 @@ def _size(parts: Mapping[int, Polynomial]) -> float:
     return max(abs(c) for part in parts.values() for c in part.values())
 
 
-def _is_multiple(parts: Mapping[int, Polynomial], of: Mapping[int, Polynomial]) -> bool:
-    """Whether factors are those of another row, all times a number."""
-    if parts.keys() != of.keys():
+def _is_multiple(parts: Mapping[int, Polynomial], other: Mapping[int, Polynomial]) -> bool:
+    """Whether factors are a multiple of those of another row."""
+    if parts.keys() != other.keys():
         return False
-    by = _size(parts) / _size(of)
+    ratio = _size(parts) / _size(other)
     return any(
         all(
-            part.keys() == of[k].keys()
-            and all(abs(c - s * of[k][m]) <= _SAME * _size(of) for m, c in part.items())
+            part.keys() == other[k].keys()
+            and all(abs(c - s * other[k][m]) <= _SAME * _size(other) for m, c in part.items())
             for k, part in parts.items()
         )
-        for s in (by, -by)
+        for s in (ratio, -ratio)
     )

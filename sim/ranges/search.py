@@ -1,9 +1,9 @@
 """A search for inputs that take values to the ends of their ranges.
 
 Many runs of the integer program side by side, each with legal parameters and inputs: held, drawn
-anew, at their ends, near zero, or moved a little. Every few updates some of the runs go on from
-the updates that took a value farthest so far, with other inputs: so what is rare adds up. Every
-state is one that a run reached from a reset.
+anew, at their ends, near zero, or moved a little. Every few updates some of the runs continue from
+the update that took a value farthest so far, with other inputs, so that rare steps accumulate.
+Every state was reached by a run from a reset.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ __all__ = ["RUNS", "Reach", "Search"]
 
 FloatArray = npt.NDArray[np.float64]
 
-#: Runs side by side; updates after which some go on from elsewhere; one in so many from the
-#: farthest, and from a reset; a claim is a goal until it is this close to its end.
+#: Runs side by side; updates between two selections, in which one run in _FOLLOW continues from a
+#: farthest update and one in _RESET from a reset; share of its range up to which a claim is a goal.
 RUNS, _EVERY, _FOLLOW, _RESET, _CLOSE = 384, 8, 3, 24, 0.99
 
 
@@ -45,7 +45,7 @@ class Reach:
     broken : bool
         Whether its word left the range, or was saturated.
     update, run : int
-        Where it came farthest, or left first.
+        Where it came farthest, or first left the range.
     """
 
     least: float
@@ -56,7 +56,7 @@ class Reach:
 
 
 class Search:
-    """The runs, and what they reached.
+    """The runs, and the values that they reached.
 
     Parameters
     ----------
@@ -66,8 +66,8 @@ class Search:
     claims : sequence of Claim
     seed : int
     drawn_states : callable, optional
-        Replaces some of the states (n_states, runs) before every update, which a reset need not
-        reach then.
+        Replaces some of the states (n_states, runs) before every update; no run from a reset need
+        reach these.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Search:
         self.parents = np.full(RUNS, -1, dtype=np.int64)
 
     def run(self, updates: int, progress: Callable[[str], None] = lambda text: None) -> None:
-        """So many updates of each of the runs."""
+        """Run a number of updates of each run."""
         for k in range(updates):
             self._update()
             if k % _EVERY == _EVERY - 1:
@@ -142,83 +142,83 @@ class Search:
             for n, values in zip(program.inputs, self.inputs, strict=True)
         ]
         machine.update(np.stack(record))
-        now = len(self.log)
+        update = len(self.log)
         self.log.append((self.inputs, self.params, self.parents))
         with np.errstate(all="ignore"):
-            self._observe(Twin(program, self.nodes, machine.values_before_commit()), now)
-        after = [machine.values[n] for n, _ in program.states]
-        self.states = np.array(after, dtype=np.int64).reshape(len(after), RUNS)
-        self.parents = now * RUNS + np.arange(RUNS)
+            self._observe(Twin(program, self.nodes, machine.values_before_commit()), update)
+        next_states = [machine.values[n] for n, _ in program.states]
+        self.states = np.array(next_states, dtype=np.int64).reshape(len(next_states), RUNS)
+        self.parents = update * RUNS + np.arange(RUNS)
 
-    def _observe(self, twin: Twin, now: int) -> None:
-        """What an update's values reached."""
+    def _observe(self, twin: Twin, update: int) -> None:
+        """Extend the reached ranges by the values of an update."""
         for k, claim in enumerate(self.claims):
             low, high = claim.ends
             value = np.broadcast_to(twin.argument(claim.node), RUNS)
             if claim.word is not None:
-                value = self._held(twin, claim, claim.word, value)
+                value = self._effective(twin, claim, claim.word, value)
             value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)
             outside = (value < low) | (value > high)
             run = int(np.where(outside, np.inf, np.abs(value)).argmax())
-            farther = max(-self.least[k], self.most[k]) < abs(value[run])
-            if not self.broken[k] and (farther or outside.any()):
-                self.at[k] = now, run
-                three = (each[:, run].copy() for each in (self.inputs, self.params, self.states))
-                self.champions[k] = (*three, int(self.parents[run]))
+            is_farther = max(-self.least[k], self.most[k]) < abs(value[run])
+            if not self.broken[k] and (is_farther or outside.any()):
+                self.at[k] = update, run
+                copies = (array[:, run].copy() for array in (self.inputs, self.params, self.states))
+                self.champions[k] = (*copies, int(self.parents[run]))
             self.broken[k] |= bool(outside.any())
             self.least[k] = min(self.least[k], value.min())
             self.most[k] = max(self.most[k], value.max())
 
-    def _held(self, twin: Twin, claim: Claim, word: int, value: FloatArray) -> FloatArray:
-        """What counts of a value that a word holds: the word, or beyond it where it saturated."""
+    def _effective(self, twin: Twin, claim: Claim, word: int, value: FloatArray) -> FloatArray:
+        """The word of a value; where it saturated, the value itself, which lies beyond."""
         form, words, real = self.program.format(word), twin.words[word], twin.real(word)
-        room = 2.0 * form.lsb
-        real = np.where((real > claim.high) & (real <= claim.high + room), claim.high, real)
-        real = np.where((real < claim.low) & (real >= claim.low - room), claim.low, real)
-        limits = self.program.arithmetic.max_int, self.program.arithmetic.min_int
-        full = (words == limits[0]) & (value > form.max + room)
-        full |= (words == limits[1]) & (value < form.min - room)
-        return np.where(full, value, real)
+        slack = 2.0 * form.lsb
+        real = np.where((real > claim.high) & (real <= claim.high + slack), claim.high, real)
+        real = np.where((real < claim.low) & (real >= claim.low - slack), claim.low, real)
+        max_min = self.program.arithmetic.max_int, self.program.arithmetic.min_int
+        is_saturated = (words == max_min[0]) & (value > form.max + slack)
+        is_saturated |= (words == max_min[1]) & (value < form.min - slack)
+        return np.where(is_saturated, value, real)
 
     def _next_inputs(self) -> FloatArray:
-        fresh = self._drawn(self.estimator.inputs)
+        redrawn = self._drawn(self.estimator.inputs)
         spans = np.array([[i.low, i.high] for i in self.estimator.inputs])
         low, high = spans[:, :1], spans[:, 1:]
-        step = self.rng.normal(0.0, 0.05, fresh.shape) * (high - low)
-        moved = np.where(
-            self.rng.random(fresh.shape) < 0.3, np.clip(self.inputs + step, low, high), fresh
+        step = self.rng.normal(0.0, 0.05, redrawn.shape) * (high - low)
+        proposals = np.where(
+            self.rng.random(redrawn.shape) < 0.3, np.clip(self.inputs + step, low, high), redrawn
         )
-        return np.where(self.rng.random(fresh.shape) > self.hold, moved, self.inputs)
+        return np.where(self.rng.random(redrawn.shape) > self.hold, proposals, self.inputs)
 
     def _select(self) -> None:
-        """Some runs go on from the farthest, some begin anew."""
+        """Continue some runs from the farthest updates, and restart some from a reset."""
         rng = self.rng
         self.states, self.params = self.states.copy(), self.params.copy()
         self.inputs, self.parents = self.inputs.copy(), self.parents.copy()
         sizes = np.array([c.size for c in self.claims])
-        near = np.maximum(-self.least, self.most) / np.maximum(sizes, 1e-300)
-        goals = [k for k in self.champions if near[k] < _CLOSE] or [*self.champions]
-        chosen = rng.permutation(RUNS)
-        follow, reset = RUNS // _FOLLOW, RUNS // _RESET
-        for run in chosen[: follow if goals else 0]:
+        shares = np.maximum(-self.least, self.most) / np.maximum(sizes, 1e-300)
+        goals = [k for k in self.champions if shares[k] < _CLOSE] or [*self.champions]
+        runs = rng.permutation(RUNS)
+        follow_count, reset_count = RUNS // _FOLLOW, RUNS // _RESET
+        for run in runs[: follow_count if goals else 0]:
             inputs, params, states, parent = self.champions[goals[rng.integers(len(goals))]]
             self.inputs[:, run], self.params[:, run] = inputs, params
             self.states[:, run], self.parents[run] = states, parent
             self.hold[run] = rng.uniform(0.3, 1.0)
-        anew = chosen[follow : follow + reset]
+        reset_runs = runs[follow_count : follow_count + reset_count]
         initial = [self.program.values[s].initial for s, _ in self.program.states]
         if initial:
-            self.states[:, anew] = np.array(initial)[:, None]
-        self.params[:, anew] = self._drawn(self.estimator.params)[:, : len(anew)]
-        self.parents[anew] = -1
+            self.states[:, reset_runs] = np.array(initial)[:, None]
+        self.params[:, reset_runs] = self._drawn(self.estimator.params)[:, : len(reset_runs)]
+        self.parents[reset_runs] = -1
 
-    def _drawn(self, declared: Sequence[Input | Param]) -> FloatArray:
-        """Legal values (declared, runs); of a parameter often the default."""
+    def _drawn(self, declarations: Sequence[Input | Param]) -> FloatArray:
+        """Legal values (declarations, runs); of a parameter often the default."""
         rows = []
-        for d in declared:
-            usual = d.default if isinstance(d, Param) else 0.0
-            row = drawn(self.rng, d, usual, RUNS)
-            if isinstance(d, Param):
-                row = np.where(self.rng.random(RUNS) < 0.4, usual, row)
+        for declaration in declarations:
+            default = declaration.default if isinstance(declaration, Param) else 0.0
+            row = drawn(self.rng, declaration, default, RUNS)
+            if isinstance(declaration, Param):
+                row = np.where(self.rng.random(RUNS) < 0.4, default, row)
             rows.append(row)
-        return np.array(rows).reshape(len(declared), RUNS)
+        return np.array(rows).reshape(len(declarations), RUNS)

@@ -37,7 +37,7 @@ def live_nodes(program: Program, nodes: Mapping[int, Node]) -> dict[int, Node]:
 
 
 def may_fuse(node: Node) -> bool:
-    """Whether some of those that use a node may read no word of it, but compute it themselves."""
+    """Whether readers of a node may compute it themselves instead of reading its word."""
     return node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1)
 
 
@@ -46,7 +46,7 @@ def covariance_elements(
 ) -> dict[tuple[int, int], tuple[Node, Node]]:
     """State and next value of each element (i, j), i <= j, of a covariance among the states.
 
-    Empty without one, where an element is missing, and where the first matrix is none.
+    Empty without a covariance, with a missing element, or if the initial matrix is no covariance.
     """
     try:
         covariance = covariance_of(estimator)
@@ -54,22 +54,22 @@ def covariance_elements(
         return {}
     size = len(covariance.axes)
     elements: dict[tuple[int, int], tuple[Node, Node]] = {}
-    first = np.zeros((size, size))
+    initial = np.zeros((size, size))
     for i, j, k in covariance.elements:
-        state, following = program.states[k]
-        if state not in nodes or following not in nodes:
+        state, next_state = program.states[k]
+        if state not in nodes or next_state not in nodes:
             return {}
-        elements[min(i, j), max(i, j)] = nodes[state], nodes[following]
-        word = program.format(state).real(program.values[state].initial)
-        first[i, j] = first[j, i] = word
-    whole = len(elements) == size * (size + 1) // 2
-    return elements if whole and np.linalg.eigvalsh(first)[0] >= -_ROUNDING else {}
+        elements[min(i, j), max(i, j)] = nodes[state], nodes[next_state]
+        value = program.format(state).real(program.values[state].initial)
+        initial[i, j] = initial[j, i] = value
+    is_complete = len(elements) == size * (size + 1) // 2
+    return elements if is_complete and np.linalg.eigvalsh(initial)[0] >= -_ROUNDING else {}
 
 
 def implied(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> Iterator[tuple[int, int]]:
-    """Sides of conditions, by number, and those of the conditions that one is made of.
+    """Sides of conditions, by number, and those of the conditions that they combine.
 
-    1: negative, 2: not. A condition that a selection makes of two others says both or neither.
+    1: negative, 2: not. A side of a selection of conditions implies sides of two or of none.
     """
     stack = [*sides.items()]
     while stack:
@@ -78,15 +78,15 @@ def implied(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> Iterator[tup
         node = nodes[number]
         if node.kind != "select":
             continue
-        for k, other in ((1, 2), (2, 1)):
-            at = node.args[k]
-            if at.kind == "const" and (at.value < 0.0) != (side == 1):
-                stack += [(node.args[0].number, other), (node.args[other].number, side)]
+        for k, other_side in ((1, 2), (2, 1)):
+            branch = node.args[k]
+            if branch.kind == "const" and (branch.value < 0.0) != (side == 1):
+                stack += [(node.args[0].number, other_side), (node.args[other_side].number, side)]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """That a value is below a level, or that it is not.
+    """A comparison of a value with a level.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Comparison:
 
 
 def compared(condition: Node) -> Comparison | None:
-    """What a condition compares with a constant; None: it is of another form."""
+    """The comparison of a value with a constant that a condition is; None: of another form."""
     form = polynomial_of(condition, _TERMS, _BACK) if condition.kind == "sum" else None
     constant, factor = 0.0, 0.0
     if form is not None:
@@ -115,13 +115,13 @@ def compared(condition: Node) -> Comparison | None:
 
 
 def is_possible(nodes: Mapping[int, Node], sides: Mapping[int, int]) -> bool:
-    """Whether no condition has both sides, by what others are made of."""
-    said = {*implied(nodes, sides)}
-    return len({number for number, _ in said}) == len(said)
+    """Whether the sides imply no condition on both of its sides."""
+    implied_sides = {*implied(nodes, sides)}
+    return len({number for number, _ in implied_sides}) == len(implied_sides)
 
 
 def side_of(condition: Node, sides: Mapping[int, int]) -> int:
-    """The side of a condition, by those of the ones that it is made of; 0: either."""
+    """The side of a condition that the given sides imply; 0: either."""
     if condition.number in sides:
         return sides[condition.number]
     if condition.kind == "const":

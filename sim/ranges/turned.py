@@ -1,8 +1,8 @@
 """Vectors that a matrix with orthogonal rows makes of a vector: a rotation, times a factor.
 
-Rows that are orthogonal whatever the numbers are make A A^T diagonal, so |A v| <= |a| |v| of the
-longest row a. A product of quaternions is such a matrix times either of them. So is what turns sine
-and cosine (s, k) of an angle by a small c, of which two terms of each series are taken::
+Rows that are orthogonal for all numbers make A A^T diagonal, so |A v| <= |a| |v| for the longest
+row a. A product of quaternions is such a matrix times either of them. So is a rotation of sine and
+cosine (s, k) of an angle by a small c, with two terms of each series::
 
     s' = s - s b - k c    k' = k - k b + s c    b = c^2/2
 
@@ -28,7 +28,7 @@ Row = dict[int, Polynomial]
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """A v of v.
+    """The vector A v.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Turned:
     ball : Ball
         v.
     squares : tuple of Polynomial
-        Of the length of each row of A.
+        Squared length of each row of A.
     passed : frozenset of int
         "bounded" nodes that count as their arguments.
     """
@@ -49,9 +49,9 @@ class Turned:
 
 
 def turned_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Turned]:
-    """Those that a step computes of some vectors; limits of a component are another vector."""
-    said = {n.number for n in nodes.values() if n.kind == "bounded"}
-    ends = said.union(*(ball.numbers for ball in balls))
+    """Products A v of vectors v in a step; limited components are another vector."""
+    bounded = {n.number for n in nodes.values() if n.kind == "bounded"}
+    ends = bounded.union(*(ball.numbers for ball in balls))
     forms: dict[int, tuple[Polynomial, set[int]]] = {}
     for node in nodes.values():
         inner = bare(node)
@@ -84,14 +84,14 @@ def turned_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Turn
 
 
 def _row(form: Polynomial, ball: Ball) -> Row:
-    """Factors of a vector's components; none where a term has not exactly one."""
+    """Factors of a vector's components; empty unless every term has exactly one of them."""
     row: Row = {}
     for m, c in form.items():
-        own = [n for n in m if n in ball.numbers]
-        if len(own) != 1:
+        components = [n for n in m if n in ball.numbers]
+        if len(components) != 1:
             return {}
-        rest = tuple(n for n in m if n != own[0])
-        row[own[0]] = plus(row.get(own[0], {}), {rest: c})
+        rest = tuple(n for n in m if n != components[0])
+        row[components[0]] = plus(row.get(components[0], {}), {rest: c})
     return row
 
 

@@ -1,8 +1,8 @@
-"""Vectors of a step that are at most of length one, by what their components are divided by.
+"""Vectors of a step that are at most of length one, by the divisor of their components.
 
 c_i / sqrt(S) with S >= sum of c_i^2, also where the inverse root is one factor of several, and
-where a selection leaves it out. A limit of what S contains is not reached where a condition that
-the selection needs says so.
+where a selection leaves it out. A limit of a term of S is not reached where a condition of that
+selection excludes it.
 
 A c may be a root itself, c = x / sqrt(x) with c^2 = x, as in the sine and cosine of an elevation,
 u / sqrt(S) and sqrt(e^2 + n^2) / sqrt(S) with S = e^2 + n^2 + u^2.
@@ -33,7 +33,7 @@ _TERMS, _DEPTH, _SIDES = 100, 24, 6
 
 @dataclass(frozen=True)
 class Ball:
-    """A vector that is no longer than one, or than a length, and what tells it.
+    """A vector of limited length, with the premises of the limit.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Ball:
     used, passed : frozenset of int
         Nodes whose intervals it follows from, and "bounded" ones that count as their arguments.
     square : float
-        Of the length.
+        Largest squared length.
     """
 
     numbers: frozenset[int]
@@ -61,63 +61,63 @@ class UnitVectors:
 
     def _divided(self) -> Iterator[Ball]:
         """Components that one inverse root divides."""
-        for divisor, found in self._with_factor(lambda node: node.kind == "rsqrt"):
-            each = _alike(found)
-            whole = divisor.args[0].number  # x / sqrt(x) takes all of it
-            others = {number: parts for number, parts in each.items() if number != whole}
-            for chosen in (each, others) if len(others) < len(each) else (each,):
-                for ends in (chosen.keys(), ()):
+        for divisor, products in self._with_factor(lambda node: node.kind == "rsqrt"):
+            groups = _by_multiplicand(products)
+            radicand = divisor.args[0].number  # x / sqrt(x) uses all of it
+            others = {number: parts for number, parts in groups.items() if number != radicand}
+            for selection in (groups, others) if len(others) < len(groups) else (groups,):
+                for ends in (selection.keys(), ()):
                     passed = set[int]()
-                    members = self._squares_below(divisor, chosen, ends, passed)
+                    members = self._squares_below(divisor, selection, ends, passed)
                     if len(members) > 1:
                         yield from _balls(members, set(), passed)
                         break
 
     def _scaled(self) -> Iterator[Ball]:
-        """Components with a factor that is made of an inverse root."""
-        for factor, found in self._with_factor(_has_root):
-            each = _alike(found)
+        """Components with a factor that contains an inverse root."""
+        for factor, products in self._with_factor(_has_root):
+            groups = _by_multiplicand(products)
             used, passed = set[int](), set[int]()
-            if len(each) > 1 and self._largest([*each], [factor], {}, used, passed) <= 1.0:
-                yield from _balls([*each.values()], used, passed)
+            if len(groups) > 1 and self._largest([*groups], [factor], {}, used, passed) <= 1.0:
+                yield from _balls([*groups.values()], used, passed)
 
     def _with_factor(
-        self, wanted: Callable[[Node], bool]
+        self, is_factor: Callable[[Node], bool]
     ) -> Iterator[tuple[Node, dict[int, Node]]]:
-        """Factors of a kind, each with what it multiplies, by the product's number."""
-        found: dict[int, dict[int, Node]] = {}
+        """Factors of a kind, each with its multiplicands, by the number of the product."""
+        products: dict[int, dict[int, Node]] = {}
         for node in self.nodes.values():
             inner = bare(node)
             if inner.kind == "mul":
                 for c, factor in (inner.args, inner.args[::-1]):
-                    if wanted(factor):
-                        found.setdefault(factor.number, {})[node.number] = c
+                    if is_factor(factor):
+                        products.setdefault(factor.number, {})[node.number] = c
                         break
-        for number, parts in found.items():
+        for number, parts in products.items():
             yield self.nodes[number], parts
 
     def _squares_below(
-        self, divisor: Node, each: Mapping[int, list[int]], ends: Container[int], passed: set[int]
+        self, divisor: Node, groups: Mapping[int, list[int]], ends: Container[int], passed: set[int]
     ) -> list[list[int]]:
-        """Components whose squares together are at most what the root is of."""
+        """Components whose squares together are at most the radicand."""
         rest = polynomial_of(divisor.args[0], _TERMS, _DEPTH, ends, passed)
         members = list[list[int]]()
-        for made_from, numbers in each.items():
-            square = self._square(made_from, ends, passed)
+        for multiplicand, numbers in groups.items():
+            square = self._square(multiplicand, ends, passed)
             if rest is None or square is None:
                 continue
-            less = plus(rest, scaled(square, -1.0))
-            if is_sum_of_squares(less):
-                rest, members = less, [*members, numbers]
+            difference = plus(rest, scaled(square, -1.0))
+            if is_sum_of_squares(difference):
+                rest, members = difference, [*members, numbers]
         return members
 
     def _square(self, number: int, ends: Container[int], passed: set[int]) -> Polynomial | None:
-        """The square of a node, or more; of x / sqrt(x), limited or not, x."""
+        """The square of a node or an upper bound: x for x / sqrt(x), limited or not."""
         node = self.nodes[number]
         x = None if number in ends else under_root(node)
         if x is not None:
-            own = polynomial_of(x, _TERMS, _DEPTH, ends, passed)
-            return own if own is not None and is_sum_of_squares(own) else None
+            form = polynomial_of(x, _TERMS, _DEPTH, ends, passed)
+            return form if form is not None and is_sum_of_squares(form) else None
         part = polynomial_of(node, _TERMS, _DEPTH, ends, passed)
         return None if part is None else times(part, part, _TERMS)
 
@@ -154,11 +154,11 @@ class UnitVectors:
             atoms.append(node)
         for k, root in enumerate(atoms):
             if root.kind == "rsqrt" and self._is_below(root.args[0], parts, sides, used, passed):
-                most = 1.0
+                bound = 1.0
                 for node in (*atoms[:k], *atoms[k + 1 :]):
                     used.add(node.number)
-                    most *= max(node.low * node.low, node.high * node.high)
-                return most
+                    bound *= max(node.low * node.low, node.high * node.high)
+                return bound
         return math.inf
 
     def _is_below(
@@ -177,11 +177,11 @@ class UnitVectors:
         form = polynomial_of(total, _TERMS, _DEPTH, ends)
         for (number,) in [m for m in form or {} if len(m) == 1]:
             node = self.nodes[number]
-            if form is not None and node.kind == "saturated" and self._is_free(node, sides):
+            if form is not None and node.kind == "saturated" and self._is_within_limit(node, sides):
                 used.add(node.args[0].number)
-                own = polynomial_of(node.args[0], _TERMS, _DEPTH, ends)
-                by = form.pop((number,))
-                form = None if own is None else plus(form, scaled(own, by))
+                argument = polynomial_of(node.args[0], _TERMS, _DEPTH, ends)
+                factor = form.pop((number,))
+                form = None if argument is None else plus(form, scaled(argument, factor))
         for number in parts:
             square = self._square(number, ends, passed)
             if form is None or square is None:
@@ -189,7 +189,7 @@ class UnitVectors:
             form = plus(form, scaled(square, -1.0))
         return form is not None and is_sum_of_squares(form)
 
-    def _is_free(self, limited: Node, sides: Mapping[int, int]) -> bool:
+    def _is_within_limit(self, limited: Node, sides: Mapping[int, int]) -> bool:
         """Whether sides of conditions keep a value below its upper limit, and it has no other."""
         if limited.args[0].low < -limited.value:
             return False
@@ -198,14 +198,14 @@ class UnitVectors:
             if form is None or not set(form) <= {(), (limited.number,)}:
                 continue
             slope = form.get((limited.number,), 0.0)
-            above = (slope > 0.0 and side == 1) or (slope < 0.0 and side == 2)
-            if above and -form.get((), 0.0) / slope < limited.value:
+            is_upper = (slope > 0.0 and side == 1) or (slope < 0.0 and side == 2)
+            if is_upper and -form.get((), 0.0) / slope < limited.value:
                 return True
         return False
 
 
 def bare(node: Node, passed: set[int] | None = None) -> Node:
-    """What a node is but for limits; ``passed`` gets the "bounded" ones among them."""
+    """A node without its limits; ``passed`` gets the "bounded" ones among them."""
     while node.kind in ("bounded", "saturated"):
         if passed is not None and node.kind == "bounded":
             passed.add(node.number)
@@ -223,7 +223,7 @@ def under_root(node: Node) -> Node | None:
 
 
 def _has_root(node: Node) -> bool:
-    """Whether a factor is a product or a selection of what has an inverse root."""
+    """Whether a factor is a product or a selection that contains an inverse root."""
     inner = bare(node)
     if inner.kind == "rsqrt":
         return inner is not node
@@ -232,12 +232,12 @@ def _has_root(node: Node) -> bool:
     return False
 
 
-def _alike(found: Mapping[int, Node]) -> dict[int, list[int]]:
-    """Products by what they are made from: one may also be there with a limit."""
-    each: dict[int, list[int]] = {}
-    for number, part_of in found.items():
-        each.setdefault(part_of.number, []).append(number)
-    return each
+def _by_multiplicand(products: Mapping[int, Node]) -> dict[int, list[int]]:
+    """Products by their multiplicands: one product may also occur with a limit."""
+    groups: dict[int, list[int]] = {}
+    for number, multiplicand in products.items():
+        groups.setdefault(multiplicand.number, []).append(number)
+    return groups
 
 
 def _balls(members: Sequence[Sequence[int]], used: set[int], passed: set[int]) -> Iterator[Ball]:

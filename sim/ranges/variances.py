@@ -1,11 +1,11 @@
 """Proof that variances stay below limits of their own, and of ranges that follow from that.
 
-`sim.ranges.gram` lets each variance be all that its declared range holds. Often it is never that
-large: what is added to a variance stops where a condition says that it is at a limit, and one
-update adds so much at most. Such limits are proven by induction: they begin as the first variances
-and become what an update can make of them until nothing changes. One that grows for some updates
-becomes what the next condition says of it. Elements, gains and variances of measurements follow
-from such limits as from the ranges.
+`sim.ranges.gram` lets each variance be as large as its declared range. Often it is never that
+large: noise is added only until a condition finds the variance at a limit, and only so much by one
+update. Such limits are proven by induction: they begin as the first variances and grow to the
+largest ones after an update until nothing changes. A limit that grows for several updates is raised
+to the next level of a condition. Elements, gains and variances of measurements follow from such
+limits as from the ranges.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from boresight.sim.ranges.vectors import Vectors
 
 __all__ = ["Variances"]
 
-#: Updates after which the limits have to repeat themselves; after how many those that still grow
-#: become what a condition says that they are less than.
+#: Updates after which the limits have to be constant; updates after which those that still grow are
+#: raised to a level of a condition.
 _ROUNDS, _SLOW = 40, 4
 
 
@@ -44,44 +44,44 @@ class Variances:
         self.gram = gram
         self.limits: dict[int, float] = {}
         if gram.proven:
-            first = {n: vectors.first[n] for n in gram.lengths.largest}
-            self.lengths = Lengths(gram.terms, vectors, gram.lengths.cases, first)
-            self.limits = self._kept(first)
+            initial = {n: vectors.first[n] for n in gram.lengths.largest}
+            self.lengths = Lengths(gram.terms, vectors, gram.lengths.cases, initial)
+            self.limits = self._invariant_limits(initial)
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if it follows from the limits.
 
-        It rests on what the limits rest on: on all that the next matrix is made of.
+        Its premises include those of the limits: all parts of the next matrix.
         """
         gram = self.gram
         way = gram.way(claim, self.lengths.ends) if self.limits else None
         if way is None:
             return None
         pair, rest = way
-        rests_on = gram.behind(claim.node, rest)
-        for each in (pair, *((v, v) for v in gram.following)):
-            rests_on.base |= self.lengths.base_of(each)
-            rests_on.passed |= {n for ball in self.lengths.rows_of(each) for n in ball.passed}
-        return rests_on.proof("limits of variances", gram.nodes)
+        premises = gram.behind(claim.node, rest)
+        for vectors in (pair, *((v, v) for v in gram.following)):
+            premises.base |= self.lengths.base_of(vectors)
+            premises.passed |= {n for ball in self.lengths.rows_of(vectors) for n in ball.passed}
+        return premises.proof("limits of variances", gram.nodes)
 
-    def _kept(self, limits: dict[int, float]) -> dict[int, float]:
-        """Limits that follow for the next matrix from themselves; none: there are none."""
+    def _invariant_limits(self, limits: dict[int, float]) -> dict[int, float]:
+        """Limits that an update keeps, from these on; empty if there are none."""
         ends = {number: self.gram.nodes[number].high for number in limits}
-        said = self._said()
+        levels = self._levels()
         for k in range(1, _ROUNDS):
-            after = self._after(limits)
-            if any(after[number] > end for number, end in ends.items()):
+            following = self._next_variances(limits)
+            if any(following[number] > end for number, end in ends.items()):
                 return {}
-            growing = {number for number, end in limits.items() if after[number] > end}
+            growing = {number for number, end in limits.items() if following[number] > end}
             if not growing:
                 return limits
-            limits = limits | {number: after[number] for number in growing}
+            limits = limits | {number: following[number] for number in growing}
             if k % _SLOW == 0:
-                above = {n: [e for e in said[n] if after[n] < e <= ends[n]] for n in growing}
-                limits |= {number: min(each) for number, each in above.items() if each}
+                above = {n: [e for e in levels[n] if following[n] < e <= ends[n]] for n in growing}
+                limits |= {number: min(values) for number, values in above.items() if values}
         return {}
 
-    def _after(self, limits: Mapping[int, float]) -> dict[int, float]:
+    def _next_variances(self, limits: Mapping[int, float]) -> dict[int, float]:
         """The largest next variances."""
         self.lengths.let(dict(limits))
         return {
@@ -90,8 +90,8 @@ class Variances:
             if v.variance is not None
         }
 
-    def _said(self) -> dict[int, list[float]]:
-        """What conditions say that variances are less than."""
+    def _levels(self) -> dict[int, list[float]]:
+        """Levels that conditions compare variances with."""
         gram = self.gram
         out: dict[int, list[float]] = {number: [] for number in gram.lengths.largest}
         for condition in sorted({n for v in gram.following for n in v.conditions}):

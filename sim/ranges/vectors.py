@@ -1,4 +1,4 @@
-"""Proof of a range by the length of vectors, which no interval holds.
+"""Proof of a range by the length of vectors, which intervals do not express.
 
 The components c_i / sqrt(S), S >= sum of c_i^2, are a vector within the unit ball, and so are the
 sine and cosine of an angle, and states that every update replaces by such a vector. A value is
@@ -9,8 +9,8 @@ expanded to a polynomial of what it is computed from, and its range follows from
 * |p|^2 = |a|^2 |b|^2 of a product of quaternions, and |A p| of `turned`;
 * |C a| <= |a| of the rotation matrix of a quaternion.
 
-A component that a limit, or the format of its word, holds is none the longer: no length rests on
-what is said of a vector's own components.
+A component that is limited, also by the format of its word, is not longer than without: no length
+depends on the claims of a vector's own components.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from boresight.sim.ranges.unit_vectors import Ball, UnitVectors, bare, under_roo
 
 __all__ = ["Vectors"]
 
-#: Steps from a vector to those that tell its length.
+#: Steps from a vector to the vectors from which its length follows.
 _NESTED = 4
 _ROUNDING = 1e-9
 
@@ -66,11 +66,11 @@ class Vectors(Balls):
         self.reductions = [*reductions_of(self.nodes)]
         self.rotations: list[Rotation] = []
         self.lengths: dict[int, Ball] = {}  # why |p|^2 <= 2, by t
-        for found in [*self.reductions]:
-            for t, p in found.along.items():
-                self.used, self.passed = set(), set(found.passed[t])
+        for reduction in [*self.reductions]:
+            for t, p in reduction.along.items():
+                self.used, self.passed = set(), set(reduction.passed[t])
                 if self._square(p) > 2.0:
-                    self.reductions.remove(found)
+                    self.reductions.remove(reduction)
                     break
                 self.lengths[t] = Ball(frozenset(), frozenset(self.used), frozenset(self.passed))
         self.first = {
@@ -83,12 +83,12 @@ class Vectors(Balls):
         count = len(self.balls)
         self.balls += self._turned(self.balls)
         self._count_members()
-        self.balls += self._turned(self.balls[count:])  # what is turned may be turned again
+        self.balls += self._turned(self.balls[count:])  # a turned vector may be turned again
         self._count_members()
         self.rotations = [*rotations_of(self.nodes, self.balls)]
 
     def _count_members(self) -> None:
-        """Forms end at the components of vectors from now on."""
+        """Let forms end at the components of all vectors so far."""
         self.members = self.members.union(*(ball.numbers for ball in self.balls))
         self.ends = self.members, self.members | self.said
         self.known.clear()
@@ -106,89 +106,89 @@ class Vectors(Balls):
         return Proof("length of vectors", base, passed)
 
     def square_of(self, vector: Sequence[Node]) -> tuple[float, Ball]:
-        """An upper bound of the squared length of a vector, and what tells it."""
+        """An upper bound of the squared length of a vector, with the premises of the bound."""
         self.used, self.passed = set(), set()
         square = self._square(vector)
         numbers = frozenset(n.number for n in vector)
         return square, Ball(numbers, frozenset(self.used), frozenset(self.passed))
 
-    # -- which vectors there are ----------------------------------------------------------------
+    # -- vectors of known length ----------------------------------------------------------------
 
     def _states(self) -> Iterator[Ball]:
-        """States that begin as a vector within the unit ball, and are replaced by one each time."""
+        """States that begin as a vector within the unit ball, and whose next values are one."""
         for ball in [*self.balls]:
-            chosen = [
+            states = [
                 s
                 for s, node in self.after.items()
                 if any(part.number in ball.numbers for part in _alternatives(node))
             ]
-            if len(chosen) > 1 and (found := self._kept(chosen, 1.0 + _ROUNDING)) is not None:
-                yield found
+            if len(states) > 1 and (out := self._invariant(states, 1.0 + _ROUNDING)) is not None:
+                yield out
 
     def _reduced_states(self) -> Iterator[Ball]:
-        """States that begin as a vector within the unit ball, and become one that is no longer."""
+        """States that begin as a vector within the unit ball and never become longer."""
         for reduction in self.reductions:
-            chosen = [n.number for n in reduction.base]
-            if not self.after.keys() >= {*chosen} or self._ball(chosen) is not None:
+            states = [n.number for n in reduction.base]
+            if not self.after.keys() >= {*states} or self._ball(states) is not None:
                 continue
-            assumed = Ball(frozenset(chosen))
-            self.balls.append(assumed)
+            assumption = Ball(frozenset(states))
+            self.balls.append(assumption)
             self.known.clear()
-            found = self._kept(chosen, 1.0)
-            self.balls.remove(assumed)
+            out = self._invariant(states, 1.0)
+            self.balls.remove(assumption)
             self.known.clear()
-            if found is not None:
-                yield found
+            if out is not None:
+                yield out
 
     def _turned(self, balls: Sequence[Ball]) -> Iterator[Ball]:
-        """Vectors that matrices with orthogonal rows make of others."""
-        for found in turned_of(self.nodes, [*balls]):
-            self.used, self.passed = {*found.ball.used}, {*found.passed, *found.ball.passed}
-            square = found.ball.square * max(map(self._row_square, found.squares))
+        """Products of matrices with orthogonal rows and other vectors."""
+        for turned in turned_of(self.nodes, [*balls]):
+            self.used, self.passed = {*turned.ball.used}, {*turned.passed, *turned.ball.passed}
+            square = turned.ball.square * max(map(self._row_square, turned.squares))
             if math.isfinite(square):
-                yield Ball(found.numbers, frozenset(self.used), frozenset(self.passed), square)
+                yield Ball(turned.numbers, frozenset(self.used), frozenset(self.passed), square)
 
     def _form_of(self, node: Node, ends: Set[int]) -> Polynomial | None:
-        """A node as a polynomial of some, or of what is not computed by products and sums."""
+        """A node as a polynomial of ``ends``, and of nodes other than products and sums."""
         key = frozenset(ends)
         if key not in self.expansions:
             self.expansions[key] = Expansions(TERMS, key)
         return self.expansions[key].of(node, DEPTH, self.passed)
 
     def _row_square(self, form: Polynomial) -> float:
-        """An upper bound of a sum of squares of polynomials of said values."""
+        """An upper bound of a sum of squares of polynomials."""
 
         def expanded(ends: Set[int]) -> float:
-            whole = self._expanded(form, ends)
-            return math.inf if whole is None else self._most(whole, 0.0)
+            expansion = self._expanded(form, ends)
+            return math.inf if expansion is None else self._upper(expansion, 0.0)
 
         summed = {*self.sums}.union(*self.sums.values())
         ways = (partial(expanded, ends) for ends in (self.members, self.members | summed))
-        return self._best((lambda: self._most(form, 0.0), *ways))
+        return self._best((lambda: self._upper(form, 0.0), *ways))
 
     def _expanded(self, form: Polynomial, ends: Set[int]) -> Polynomial | None:
-        """A polynomial of what the nodes of one are computed from, but for ends."""
+        """A polynomial with its nodes expanded back to ``ends``."""
         out: Polynomial | None = {}
         for m, c in form.items():
             part: Polynomial | None = {(): c}
             for n in m:
-                by = self._form_of(self.nodes[n], ends)
-                part = None if part is None or by is None else times(part, by, TERMS)
+                factor = self._form_of(self.nodes[n], ends)
+                part = None if part is None or factor is None else times(part, factor, TERMS)
             out = None if out is None or part is None else plus(out, part)
         return out
 
-    def _kept(self, states: Sequence[int], most: float) -> Ball | None:
+    def _invariant(self, states: Sequence[int], limit: float) -> Ball | None:
         """States whose first and next values are a vector within the unit ball."""
         self.used, self.passed = set(), set()
         square = self._square([self.after[s] for s in states])
-        if square > most or sum(self.first[s] ** 2 for s in states) > 1.0 + _ROUNDING:
+        if square > limit or sum(self.first[s] ** 2 for s in states) > 1.0 + _ROUNDING:
             return None
         return Ball(frozenset(states), frozenset(self.used), frozenset(self.passed))
 
-    # -- what follows ---------------------------------------------------------------------------
+    # -- bounds ---------------------------------------------------------------------------------
 
-    def _ends(self, node: Node, wanted: tuple[float, float]) -> tuple[float, float]:
-        """Ends of a node; no closer than wanted."""
+    def _ends(self, node: Node, goal: tuple[float, float]) -> tuple[float, float]:
+        """Ends of a node; no closer than the goal."""
         ways: tuple[Callable[[], float], ...] = (
             lambda: self._by_reduction(node, 0),
             lambda: self._by_reduction(node, _NESTED),
@@ -197,29 +197,29 @@ class Vectors(Balls):
         )
         for way in ways:
             self.used, self.passed = set(), set()
-            most = way()
-            if most <= min(-wanted[0], wanted[1]):
-                return -most, most
+            upper = way()
+            if upper <= min(-goal[0], goal[1]):
+                return -upper, upper
         if under_root(node) is not None:
             self.used, self.passed = set(), set()
-            most = math.sqrt(self._square([node]))
-            if most <= wanted[1]:
-                return 0.0, most
-        before: Polynomial = {}
+            upper = math.sqrt(self._square([node]))
+            if upper <= goal[1]:
+                return 0.0, upper
+        previous: Polynomial = {}
         for ends in self.ends:
             self.used, self.passed = set(), set()
             form = self._form_of(node, ends)
-            if form is None or form == before:
+            if form is None or form == previous:
                 continue
-            before = form
-            most = self._most(form, wanted[1])
-            least = -self._most(scaled(form, -1.0), -wanted[0]) if most <= wanted[1] else -math.inf
-            if wanted[0] <= least:
-                return least, most
+            previous = form
+            upper = self._upper(form, goal[1])
+            lower = -self._upper(scaled(form, -1.0), -goal[0]) if upper <= goal[1] else -math.inf
+            if goal[0] <= lower:
+                return lower, upper
         return -math.inf, math.inf
 
     def _by_reduction(self, node: Node, nested: int) -> float:
-        """Of a part that a reduction takes, or of a component that it leaves."""
+        """Upper bound of a coefficient t or a remaining component of a reduction."""
         for reduction in self.reductions:
             parts = [*reduction.along]
             for k, t in enumerate(parts):
@@ -232,16 +232,16 @@ class Vectors(Balls):
                 return math.sqrt(self._reduced([node], nested + 1))
         return math.inf
 
-    def _most(self, form: Polynomial, wanted: float) -> float:
+    def _upper(self, form: Polynomial, goal: float) -> float:
         """An upper bound of a polynomial."""
         ways = (
             *(self._by_signs, self._by_eigenvalues, self._by_length, self._by_product),
             *(self._by_absorption, self._by_elimination),
         )
-        return self._best((partial(way, form) for way in ways), wanted)
+        return self._best((partial(way, form) for way in ways), goal)
 
     def _by_length(self, form: Polynomial) -> float:
-        """Of a constant and squares of the components of one vector."""
+        """Upper bound of a constant and squares of the components of one vector."""
         squares = {m: c for m, c in form.items() if m}
         if not squares or any(len(m) != 2 or m[0] != m[1] or c < 0.0 for m, c in squares.items()):
             return math.inf
@@ -254,16 +254,16 @@ class Vectors(Balls):
 
     def _by_product(self, form: Polynomial) -> float:
         """Cauchy-Schwarz, where every term has one component of a vector."""
-        alone = form.get((), 0.0)
+        constant = form.get((), 0.0)
         form = {m: c for m, c in form.items() if m}
 
         def way(vector: Sequence[int]) -> float:
             rows: dict[int, Polynomial] = {}
             for m, c in form.items():
-                (own,) = (n for n in m if n in vector)
+                (component,) = (n for n in m if n in vector)
                 rest = list(m)
-                rest.remove(own)
-                rows.setdefault(own, {})[tuple(rest)] = c
+                rest.remove(component)
+                rows.setdefault(component, {})[tuple(rest)] = c
             total: Polynomial | None = {}
             for row in rows.values():
                 square = times(row, row, TERMS)
@@ -272,8 +272,8 @@ class Vectors(Balls):
                 return math.inf
             length = self._square([self.nodes[n] for n in vector])
             ways = (self._by_signs, self._by_length, self._by_absorption, self._by_elimination)
-            other = self._best(partial(way, total) for way in ways)
-            return alone + math.sqrt(max(0.0, length * other))
+            row_square = self._best(partial(way, total) for way in ways)
+            return constant + math.sqrt(max(0.0, length * row_square))
 
         vectors = self._linear(form) if len(form) <= TERMS // 2 else ()
         return self._best(partial(way, vector) for vector in vectors)
@@ -282,22 +282,22 @@ class Vectors(Balls):
         """An upper bound of the squared length of a vector of nodes."""
         key = tuple(n.number for n in vector), nested
         if key not in self.known:
-            before = self.used, self.passed
+            outer = self.used, self.passed
             self.used, self.passed = set(), set()
             square = self._new_square(vector, nested)
-            found = frozenset(self.used), frozenset(self.passed)
-            self.known[key] = Ball(frozenset(), *found, square)
-            self.used, self.passed = before
+            premises = frozenset(self.used), frozenset(self.passed)
+            self.known[key] = Ball(frozenset(), *premises, square)
+            self.used, self.passed = outer
         self._take(self.known[key])
         return self.known[key].square
 
     def _new_square(self, vector: Sequence[Node], nested: int) -> float:
         inner = [self._inner(n) for n in vector]
         ways: list[Callable[[], float]] = [lambda: self._by_intervals(vector)]
-        others = [n for n in vector if n.kind != "const"]
-        if others and len(others) < len(vector):
-            alone = sum(n.value * n.value for n in vector if n.kind == "const")
-            ways.append(lambda: alone + self._square(others, nested))
+        variables = [n for n in vector if n.kind != "const"]
+        if variables and len(variables) < len(vector):
+            constants = sum(n.value * n.value for n in vector if n.kind == "const")
+            ways.append(lambda: constants + self._square(variables, nested))
         for parts in (vector, inner):
             if not any(n.kind == "const" for n in parts):
                 ways.append(partial(self._ball_square, [n.number for n in parts]))
@@ -309,7 +309,7 @@ class Vectors(Balls):
         return self._best(ways)
 
     def _inner(self, node: Node) -> Node:
-        """What a node is but for limits, down to a component of a vector of known length."""
+        """A node without its limits, down to a component of a vector of known length."""
         while node.kind in ("bounded", "saturated") and node.number not in self.members:
             node = node.args[0]
         return node
@@ -317,7 +317,7 @@ class Vectors(Balls):
     def _by_intervals(self, vector: Sequence[Node]) -> float:
         total = 0.0
         for node in vector:
-            square, number = min((max(n.low**2, n.high**2), n.number) for n in _limited(node))
+            square, number = min((max(n.low**2, n.high**2), n.number) for n in _limit_chain(node))
             self.used.add(number)
             total += square
         return total
@@ -326,7 +326,7 @@ class Vectors(Balls):
         """Ways to bound the squared length of a vector of nodes."""
         yield lambda: self._filtered(vector)
         if len(vector) == 1:
-            yield lambda: self._alone(vector[0])
+            yield lambda: self._of_component(vector[0])
         conditions = [n.args[0] for n in vector if n.kind == "select"]
         if conditions:
             c = conditions[0]
@@ -350,35 +350,35 @@ class Vectors(Balls):
         total: Callable[[], tuple[Polynomial | None, frozenset[int]]],
         method: Callable[[Polynomial], float],
     ) -> float:
-        """What a method tells of a sum of squares."""
+        """Upper bound of a sum of squares by a method."""
         form, passed = total()
         self.passed |= passed
         return math.inf if form is None else method(form)
 
     def _filtered(self, vector: Sequence[Node]) -> float:
-        """Of a vector whose components low-passes make alike of those of a sample."""
+        """Squared length of a vector whose components are samples after equal low-passes."""
         if not self.low_passes or len({n.number for n in vector}) < len(vector):
             return math.inf
-        found = [self._filter_of(node) for node in vector]
-        known = [f for f in found if f is not None]
-        samples = [low_pass.sample for low_pass, _, _ in known]
-        if len(known) < len(vector) or len({n.number for n in samples}) < len(samples):
+        candidates = [self._filter_of(node) for node in vector]
+        filters = [f for f in candidates if f is not None]
+        samples = [low_pass.sample for low_pass, _, _ in filters]
+        if len(filters) < len(vector) or len({n.number for n in samples}) < len(samples):
             return math.inf
-        (first, gain, forms), *others = known
+        (first, gain, forms), *others = filters
         if any(not first.is_like(other) or forms != its for other, _, its in others):
             return math.inf
         return gain * gain * self._square(samples)
 
     def _filter_of(self, node: Node) -> tuple[LowPass, float, list[Any]] | None:
-        """Of which low-pass a node is a form, the largest of it of samples up to one, and which."""
+        """The low-pass of which a node is a form, its gain for samples up to one, and the forms."""
         for low_pass in self.low_passes:
-            own = {low_pass.z.number, low_pass.v.number}
-            if not near(node, own):
+            states = {low_pass.z.number, low_pass.v.number}
+            if not near(node, states):
                 continue
             counter = low_pass.counting[2] if low_pass.counting else None
             passed = {*low_pass.passed}
             gain, forms = 0.0, list[Any]()
-            for sides, form in self.forms.of(node, own, counter, passed):
+            for sides, form in self.forms.of(node, states, counter, passed):
                 if form is None:
                     break
                 gain = max(gain, low_pass.largest(form, sides))
@@ -390,19 +390,19 @@ class Vectors(Balls):
         return None
 
     def _reduced(self, vector: Sequence[Node], nested: int) -> float:
-        """Of a vector, some components of which are what a reduction leaves."""
+        """Squared length of a vector, some components of which remain from a reduction."""
         for reduction in self.reductions:
             rest = [n for n in vector if self._inner(n).number not in reduction.rest]
-            before = [*rest, *reduction.base]
+            original = [*rest, *reduction.base]
             distinct = len({n.number for n in (*vector, *reduction.base)})
             if len(rest) < len(vector) and distinct == len(vector) + len(reduction.base):
                 for t in reduction.along:
                     self._take(self.lengths[t])
-                return self._square(before, nested - 1)
+                return self._square(original, nested - 1)
         return math.inf
 
     def _rotated(self, vector: Sequence[Node]) -> float:
-        """Of a vector that is another one, turned."""
+        """Squared length of a rotated vector."""
         for rotation in self.rotations:
             passed = set[int]()
             parts = rotation.turned(vector, passed)
@@ -417,7 +417,7 @@ class Vectors(Balls):
         return sum(max(self._by_signs(scaled(p, s)) for s in (1.0, -1.0)) ** 2 for p in vector)
 
     def _by_squares(self, vector: Sequence[Polynomial]) -> float:
-        """The same, with each square of the sine and cosine of an angle, alike, summed to one."""
+        """The same, with s^2 + c^2 = 1 for the sine and cosine of each angle."""
         total: Polynomial = {}
         for p in vector:
             square = times(p, p, TERMS)
@@ -428,8 +428,8 @@ class Vectors(Balls):
             total = absorbed(total, wave) or total
         return self._by_signs(total)
 
-    def _alone(self, node: Node) -> float:
-        """Of one component, by its ends."""
+    def _of_component(self, node: Node) -> float:
+        """Squared length of one component, by its ends."""
         form = self._form_of(node, self.members)
         if form is None:
             return math.inf
@@ -439,22 +439,22 @@ class Vectors(Balls):
         self, vector: Sequence[Node], ends: Set[int]
     ) -> tuple[Polynomial | None, frozenset[int]]:
         """The sum, and the "bounded" nodes that count as their arguments in it."""
-        before, self.passed = self.passed, set()
+        outer, self.passed = self.passed, set()
         total: Polynomial | None = {}
         for node in vector:
             x = None if node.number in ends else under_root(node)
             form = self._form_of(x or node, ends)
             square = form if form is None or x else times(form, form, TERMS)
             if x is not None:
-                self.passed |= {n.number for n in _limited(node) if n.kind == "bounded"}
+                self.passed |= {n.number for n in _limit_chain(node) if n.kind == "bounded"}
             total = None if total is None or square is None else plus(total, square)
             if total is None:
                 break
-        passed, self.passed = frozenset(self.passed), before
+        passed, self.passed = frozenset(self.passed), outer
         return total and {m: c for m, c in total.items() if abs(c) > 1e-12}, passed
 
     def _by_quadratic(self, form: Polynomial, vector: Sequence[Node], nested: int) -> float:
-        """Of a quadratic form of others than the vector that it is the square of."""
+        """Upper bound of a squared length that is a quadratic form of other nodes."""
         numbers = sorted({n for m in form for n in m})
         if any(len(m) != 2 for m in form) or {*numbers} <= {n.number for n in vector}:
             return math.inf
@@ -462,14 +462,14 @@ class Vectors(Balls):
         return largest * self._square([self.nodes[n] for n in numbers], nested - 1)
 
     def _factors(self, form: Polynomial, nested: int) -> float:
-        """Of (sum of a_i^2) g, g without them."""
+        """Upper bound of (sum of a_i^2) g, g without any a_i."""
         best = math.inf
         parts: dict[int, Polynomial] = {}
         for m, c in form.items():
             for k in {k for k in m if m.count(k) == 2}:
                 parts.setdefault(k, {})[tuple(i for i in m if i != k)] = c
         for n in set(next(iter(form), ())):
-            vector = [k for k, part in parts.items() if n in parts and _alike(part, parts[n])]
+            vector = [k for k, part in parts.items() if n in parts and _is_equal(part, parts[n])]
             if len(vector) * len(parts.get(n, ())) != len(form):
                 continue
             rest = min(self._by_signs(parts[n]), self._factors(parts[n], nested))
@@ -486,8 +486,8 @@ def _waves(nodes: Mapping[int, Node]) -> Iterator[Ball]:
             yield Ball(frozenset((number, waves[angle, False])))
 
 
-def _limited(node: Node) -> Iterator[Node]:
-    """A node, and what it is but for limits, one after the other."""
+def _limit_chain(node: Node) -> Iterator[Node]:
+    """A node, and the arguments of its limits, one after the other."""
     yield node
     while node.kind in ("bounded", "saturated"):
         node = node.args[0]
@@ -495,7 +495,7 @@ def _limited(node: Node) -> Iterator[Node]:
 
 
 def _alternatives(node: Node) -> Iterator[Node]:
-    """A node, what it is but for limits, and each side of a selection."""
+    """A node, the arguments of its limits, and each side of a selection."""
     yield node
     if node.kind in ("bounded", "saturated"):
         yield from _alternatives(node.args[0])
@@ -504,5 +504,5 @@ def _alternatives(node: Node) -> Iterator[Node]:
             yield from _alternatives(side)
 
 
-def _alike(a: Polynomial, b: Polynomial) -> bool:
+def _is_equal(a: Polynomial, b: Polynomial) -> bool:
     return a.keys() == b.keys() and all(abs(c - b[m]) <= 1e-12 for m, c in a.items())

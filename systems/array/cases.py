@@ -1,4 +1,4 @@
-"""What is run: the paper's two rates in every reading, and what if something were otherwise."""
+"""Cases: the paper's two rates in every reading, and variations of the assumptions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RATES = {"a": 0.35, "b": 36.0}  #: deg/s, by the paper's experiment.
 class Case:
     """A world and a filter; ``world`` are options of `TurningArray`, ``options`` of the filter.
 
-    ``runs``: at most so many; ``compared``: float64 runs beside.
+    ``runs``: at most this number; ``compared``: with float64.
     """
 
     meaning: str

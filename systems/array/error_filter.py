@@ -26,7 +26,7 @@ __all__ = [
 
 SCALE = 3
 PHI, GYRO, FORCE = (4, 5, 6), (7, 8, 9), (10, 11, 12)
-#: What an element of the diagonal grows by in every propagation, lest rounding outgrow the noise.
+#: Growth of a diagonal element in every propagation, so that rounding stays below the noise.
 FLOOR_NOISE = 2.0**-27
 #: Variance, scaled, from which on a state that others move, and its noise, wait for a measurement.
 LIMITS = {"velocity": 0.2, "tilt": 0.5, "heading": 0.5}
@@ -51,39 +51,39 @@ def propagated(
     # z of end start^-1, twice: the angle turned about up
     w, x, y, z = start
     sine = end[3] * w - end[0] * z + end[2] * x - end[1] * y
-    around = ops.saturated(2.0 * sine, 2.0)
+    turned = ops.saturated(2.0 * sine, 2.0)
 
-    def of(name: str, by: str, value: Any) -> Any:
-        return (UNITS[by] / UNITS[name]) * value
+    def scaled(name: str, source: str, value: Any) -> Any:
+        return (UNITS[source] / UNITS[name]) * value
 
     north, up = (ops.bounded(r, -1e-4, 1e-4, "earth") for r in earth)
     e, n, u = PHI
-    free = {k: p[k][k] < LIMITS[KINDS[k]] for k in (0, 1, 2, *PHI)}
-    time = {k: ops.where(f, seconds, 0.0) for k, f in free.items()}
-    pull = {k: of("velocity", "tilt", G) * time[k] for k in (0, 1)}
-    push = [of("velocity", "force", 1.0) * time[k] for k in range(3)]
+    active = {k: p[k][k] < LIMITS[KINDS[k]] for k in (0, 1, 2, *PHI)}
+    time = {k: ops.where(f, seconds, 0.0) for k, f in active.items()}
+    pull = {k: scaled("velocity", "tilt", G) * time[k] for k in (0, 1)}
+    push = [scaled("velocity", "force", 1.0) * time[k] for k in range(3)]
     force = [
         {k: r * m for k, m in zip(FORCE, row, strict=True)} for r, row in zip(push, c, strict=True)
     ]
     p = sheared(p, {0: {n: -pull[0], **force[0]}, 1: {e: pull[1], **force[1]}, 2: force[2]})
-    drift = [of(KINDS[k], "gyro", -1.0) * time[k] for k in PHI]
+    drift = [scaled(KINDS[k], "gyro", -1.0) * time[k] for k in PHI]
     gyro = [
         {k: r * m for k, m in zip(GYRO, row, strict=True)} for r, row in zip(drift, c, strict=True)
     ]
-    of_e = [ops.where(free[e], w, 0.0) for w in (up, of("tilt", "heading", north))]
-    p = sheared(p, {e: {n: of_e[0], u: -of_e[1], **gyro[0]}})
-    of_n = ops.where(free[n], up, 0.0)
-    of_u = ops.where(free[u], of("heading", "tilt", north), 0.0)
-    moving = ops.where(free[u] & (seconds > 0.0), around, 0.0)
+    row_e = [ops.where(active[e], w, 0.0) for w in (up, scaled("tilt", "heading", north))]
+    p = sheared(p, {e: {n: row_e[0], u: -row_e[1], **gyro[0]}})
+    entry_n = ops.where(active[n], up, 0.0)
+    entry_u = ops.where(active[u], scaled("heading", "tilt", north), 0.0)
+    moving = ops.where(active[u] & (seconds > 0.0), turned, 0.0)
     rows = {
-        n: {e: -of_n, **gyro[1]},
-        u: {e: of_u, SCALE: -of("heading", "scale", moving), **gyro[2]},
+        n: {e: -entry_n, **gyro[1]},
+        u: {e: entry_u, SCALE: -scaled("heading", "scale", moving), **gyro[2]},
     }
     return sheared(p, rows)
 
 
 def moves(update: Update) -> list[Any]:
-    """What the 13 states move by, in their units."""
+    """Corrections of the 13 states, in their units."""
     step = {k: unit * update.move for k, unit in UNITS.items()}
     return [step[k] * g for k, g in zip(KINDS, update.gain, strict=True)]
 
@@ -95,10 +95,10 @@ def first_variances(p: Any) -> dict[str, Any]:
 
 
 def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> list[Any]:
-    """What the 13 variances grow by in a propagation, scaled.
+    """Growth of the 13 variances in a propagation, scaled.
 
-    Those of the instruments, which no measurement may see, stop while their sum is near one, the
-    others each at its own limit. During the erection the accelerometers' begin anew each time.
+    Variances of the instruments, which may be unobservable, stop while their sum is near one, the
+    others each at its own limit. During the erection those of the accelerometers restart each time.
     """
     slow = dot([1.0] * 7, [getattr(x, f"p{k}{k}") for k in "3789abc"])
     floor = ops.where(due, FLOOR_NOISE, 0.0)
@@ -111,7 +111,7 @@ def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> list[Any]:
 
     erected = (1.0 / UNITS["force"]) * p.erected_force
     force = walk("force_walk", "force", slow_time) + slow_floor
-    more = {
+    growth = {
         "velocity": walk("force_noise", "velocity", seconds) + floor,
         "scale": slow_floor,
         "tilt": walk("gyro_noise", "tilt", seconds) + floor,
@@ -120,6 +120,6 @@ def grown(x: Any, p: Any, seconds: Any, due: Any, erecting: Any) -> list[Any]:
         "force": ops.where(erecting & due, erected * erected, force),
     }
     return [
-        ops.where(getattr(x, f"p{i}{i}") < LIMITS[k], more[k], 0.0) if k in LIMITS else more[k]
+        ops.where(getattr(x, f"p{i}{i}") < LIMITS[k], growth[k], 0.0) if k in LIMITS else growth[k]
         for i, k in enumerate(KINDS)
     ]

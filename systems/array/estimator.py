@@ -58,7 +58,7 @@ class ArrayAttitude(Estimator):
     attitude : (pitch, roll, heading)
         Before the first sample [deg].
     reading : str
-        "heading" or "literal": what an index measures.
+        "heading" or "literal": measurement at an index.
     rate : float
         Records a second.
     aided : bool
@@ -93,8 +93,8 @@ class ArrayAttitude(Estimator):
         require(len(attitude) == 3, "array_attitude, attitude", ", ".join(names), attitude)
         for name, value in zip(names, attitude, strict=True):
             _check(name, value, -360.0, 360.0)
-        known = " or ".join(READINGS)
-        require(reading in READINGS, "array_attitude, reading", known, reading, "choose one")
+        readings = " or ".join(READINGS)
+        require(reading in READINGS, "array_attitude, reading", readings, reading, "choose one")
         self.rate, self.dt = rate, 1.0 / rate
         self.literal, self.aided = reading == "literal", aided
         start = [min(c, BELOW) for c in of_angles(*attitude)]
@@ -160,23 +160,23 @@ class ArrayAttitude(Estimator):
         samples = ops.where(due, count, 0.0)
         earth = (samples * now.place.earth[0], samples * now.place.earth[1])
         ends = ([getattr(x, f"from_q{k}") for k in "wxyz"], now.sample.q)
-        ahead = errors.propagated(covariance_of(x, 13), *ends, self.dt * samples, earth)
-        running, known = ~restart, ~(restart | (erecting & due))
-        ahead = kept(ahead, lambda i, j: known if {i, j} & {*errors.FORCE} else running)
+        prior = errors.propagated(covariance_of(x, 13), *ends, self.dt * samples, earth)
+        running, keep_force = ~restart, ~(restart | (erecting & due))
+        prior = kept(prior, lambda i, j: keep_force if {i, j} & {*errors.FORCE} else running)
 
-        wide = x.p66 >= errors.LIMITS["heading"]
+        full = x.p66 >= errors.LIMITS["heading"]
         off = index.offset(u, now.sample, now.seen)
         at_index = index.change(x, p, off, turned) if self.literal else index.fix(p, now.seen, off)
-        measured = _measured(p, now, x.count, at_index, accepted, wide)
-        gate = ops.where(accepted & ~wide, p.index_gate, 2.0 * MOVE_LIMIT)
-        update = updated(ahead, measured, gate)
+        measured = _measured(p, now, x.count, at_index, accepted, full)
+        gate = ops.where(accepted & ~full, p.index_gate, 2.0 * MOVE_LIMIT)
+        update = updated(prior, measured, gate)
 
-        more = errors.grown(x, p, self.dt * samples, due, erecting)
+        growth = errors.grown(x, p, self.dt * samples, due, erecting)
         heading = errors.PHI[2]
-        more[heading] = ops.where(update.beyond & ~wide, REFUSED, more[heading])
+        growth[heading] = ops.where(update.beyond & ~full, REFUSED, growth[heading])
         first = errors.first_variances(p)
-        more = [ops.where(restart, first[k], m) for k, m in zip(KINDS, more, strict=True)]
-        p_after = lowered(ahead, update, more)
+        growth = [ops.where(restart, first[k], m) for k, m in zip(KINDS, growth, strict=True)]
+        p_after = lowered(prior, update, growth)
         moves = errors.moves(update)
         learnt = {
             name: ops.saturated(ops.where(restart, 0.0, getattr(x, name) + moves[k]), limit)
@@ -199,7 +199,7 @@ class ArrayAttitude(Estimator):
             2: arrived & ~working,
             3: (arrived & working & ~accepted) | update.beyond,
             4: sd.beyond(u),
-            5: wide,
+            5: full,
             6: used,
             7: angle >= 3.0,
         }
@@ -208,7 +208,7 @@ class ArrayAttitude(Estimator):
 
 @dataclass(frozen=True)
 class _Now:
-    """What a sample's strapdown gave; ``up``: the turn about up [rad]."""
+    """Results of a sample's strapdown; ``up``: the turn about up [rad]."""
 
     restart: Any
     sample: sd.Sample
@@ -220,7 +220,7 @@ class _Now:
 
 @dataclass(frozen=True)
 class _Filtered:
-    """States and outputs of the filter; what the 13 states move by; whether P was propagated."""
+    """States and outputs of the filter; moves of the 13 states; whether P was propagated."""
 
     states: dict[str, Any]
     told: dict[str, Any]
@@ -228,8 +228,8 @@ class _Filtered:
     due: Any
 
 
-def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, wide: Any) -> Measured:
-    """What a sample measures: an index, a velocity in its turn, or nothing where it cuts.
+def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, full: Any) -> Measured:
+    """Measurement of a sample: an index, a velocity in its turn, or none where it cuts.
 
     ``count``: samples since the latest propagation, before this one.
     """
@@ -237,7 +237,7 @@ def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, wide
     turns = [b - a for a, b in zip(early, early[1:], strict=False)]
     row = {k: ops.where(used, 0.0, turn) for k, turn in enumerate(turns)}
     zero = dot(list(row.values()), [(1.0 / UNITS["velocity"]) * v for v in now.v])
-    cut = wide & (count > 2.5) & ~used
+    cut = full & (count > 2.5) & ~used
     row |= {k: ops.where(cut, h, 0.0) for k, h in index.heading_row(now.seen).items()}
     row |= {k: ops.where(used, h, row.get(k, 0.0)) for k, h in at_index.row.items()}
     zupt = (1.0 / UNITS["velocity"]) * p.zupt_sd

@@ -63,7 +63,7 @@ class Array(Experiment):
             figures[f"array_attitude_latency_cycles_{config}"] = float(schedule.latency)
         targets = targets_of("boresight.systems.array", figures, spreads_of(flown, "array_"))
         hourly = {
-            name: [result.hourly.tolist() for result in of.each] for name, of in flown.items()
+            name: [result.hourly.tolist() for result in group.each] for name, group in flown.items()
         }
         return Result(
             figures=figures,
@@ -77,13 +77,13 @@ def figures_of(flown: Mapping[str, Runs], words: Mapping[str, Runs]) -> dict[str
     """Every number, by name."""
     figures = seeds.figures_of(flown, "array_") | seeds.figures_of(words, "array_words_")
 
-    def of(end: str) -> list[float]:
+    def values(end: str) -> list[float]:
         return [figures[f"array_{name}_{end}"] for name in flown]
 
-    figures["array_fixed_float_arcsec_rms"] = max(of("fixed_float_rms"))
-    figures["array_fixed_float_arcsec_max"] = max(of("fixed_float_max"))
-    figures["array_least_eigenvalue_lsb"] = min(of("eigenvalue_min"))
-    figures["array_saturated"] = sum(of("saturated_sum"))
+    figures["array_fixed_float_arcsec_rms"] = max(values("fixed_float_rms"))
+    figures["array_fixed_float_arcsec_max"] = max(values("fixed_float_max"))
+    figures["array_least_eigenvalue_lsb"] = min(values("eigenvalue_min"))
+    figures["array_saturated"] = sum(values("saturated_sum"))
     for key, end in (("a", "_slow"), ("b", "")):
         without, aided = (figures[f"array_{key}_{n}_heading_rms"] for n in ("none", "index"))
         figures[f"array_index_gain{end}"] = without / aided

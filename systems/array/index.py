@@ -1,4 +1,4 @@
-"""What an index of the azimuth measures, in both readings; scaled as the filter's states are."""
+"""Measurement by an index of the azimuth, in both readings; scaled as the filter's states are."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def fix(p: Any, seen: Angles, off: Any) -> Measured:
 
 def change(x: Any, p: Any, off: Any, turned: Any) -> Measured:
     """The scale factor, (change - 360 deg)/360 deg over one turn; after more or less, nothing."""
-    once = (turned < 3.0) & (turned > -3.0)
-    more = ops.flip(turned < 0.0, ops.wrap_ht(off - x.last_off))
-    z = ops.saturated((0.5 / UNITS["scale"]) * ops.where(once, more, 0.0), 8.0)
+    full_turn = (turned < 3.0) & (turned > -3.0)
+    difference = ops.flip(turned < 0.0, ops.wrap_ht(off - x.last_off))
+    z = ops.saturated((0.5 / UNITS["scale"]) * ops.where(full_turn, difference, 0.0), 8.0)
     root = ops.saturated((math.sqrt(0.5) / math.pi / UNITS["scale"]) * p.index_sd, 1.0)
-    return Measured({SCALE: ops.where(once, 1.0, 0.0)}, z, root * root)
+    return Measured({SCALE: ops.where(full_turn, 1.0, 0.0)}, z, root * root)
 
 
 def corrected(off: Any, seen: Angles, update: Update) -> Any:

@@ -1,4 +1,4 @@
-"""What `ArrayAttitude` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+"""Interface of `ArrayAttitude`: inputs, parameters, states, outputs, status bits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LEARNT = (
     *((f"nabla_{a}", 2.0**-5, "m/s^2") for a in AXES),
 )
 #: Name and limit of those, by number of the filter's state.
-LEARNT = {k: one[:2] for k, one in zip((3, *range(7, 13)), _LEARNT, strict=True)}
+LEARNT = {k: row[:2] for k, row in zip((3, *range(7, 13)), _LEARNT, strict=True)}
 
 #: The states of the filter, by kind.
 KINDS = (*["velocity"] * 3, "scale", "tilt", "tilt", "heading", *["gyro"] * 3, *["force"] * 3)
@@ -37,7 +37,7 @@ UNITS = {
     "force": 2.0**-7,  # m/s^2
 }
 WIDEST = 0.7  #: largest first standard deviation, in these units.
-#: First standard deviations, and what they are in.
+#: Initial standard deviations, and their units.
 FIRST = {
     "velocity": (0.01, "m/s"),
     "scale": (2e-5, ""),

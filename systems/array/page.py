@@ -71,9 +71,9 @@ def render(flown: Mapping[str, Runs], words: Mapping[str, Runs], targets: Sequen
     old.append(["root of the sum of squares", *np.sqrt((parts[:-1] ** 2).sum(axis=0)).tolist()])
     rates = [f"{deg_s:g} deg/s" for deg_s in RATES.values()]
     bands = [(rate, _bands(flown, key)) for key, rate in zip(RATES, rates, strict=True)]
-    hourly = [f"{rate}, {what}" for rate in rates for what in ("paper", "plus", "draws, rms")]
+    hourly = [f"{rate}, {column}" for rate in rates for column in ("paper", "plus", "draws, rms")]
     three = "arcsec: pitch, roll, heading"
-    sections = (
+    contents = (
         ("Errors over the hours", _OVER, (), (), bands),
         ("Tables 4 and 5: errors after each hour", _FLOOR, (three, *hourly), _hours(flown), ()),
         ('What "1 sigma" means', sigma, (three, *rates), _meaning(flown), ()),
@@ -82,8 +82,8 @@ def render(flown: Mapping[str, Runs], words: Mapping[str, Runs], targets: Sequen
         ("Cases", _CASES, ("", "runs", *_COLUMNS), _cases(flown), ()),
     )
     names = ("title", "text", "columns", "rows", "figures")
-    made = [Section(**dict(zip(names, texts, strict=True))) for texts in sections]  # type: ignore[arg-type]
-    return page("array", _INTRO, targets, made)
+    sections = [Section(**dict(zip(names, texts, strict=True))) for texts in contents]  # type: ignore[arg-type]
+    return page("array", _INTRO, targets, sections)
 
 
 def _hours(flown: Mapping[str, Runs]) -> list[list[str | float]]:
@@ -103,13 +103,13 @@ def _hours(flown: Mapping[str, Runs]) -> list[list[str | float]]:
 def _meaning(flown: Mapping[str, Runs]) -> list[list[str | float]]:
     """Statistics of the paper's hourly values, and of ours."""
     printed = {key: statistics(hourly) for key, hourly in HOURLY.items()}
-    ours = {key: flown[f"{key}_index"].pooled() for key in RATES}
+    results = {key: flown[f"{key}_index"].pooled() for key in RATES}
     kinds = {"sigma": "deviation of the hours", "rms": "root mean square", "max": "most"}
     rows: list[list[str | float]] = [["printed as 1 sigma", *map(numbers, SIGMA.values())]]
     for kind, name in kinds.items():
         rows.append([f"printed, {name}", *(numbers(printed[k][kind]) for k in RATES)])
     for kind, name in kinds.items():
-        figures = [[ours[key][f"{axis}_{kind}"] for axis in ANGLES] for key in RATES]
+        figures = [[results[key][f"{axis}_{kind}"] for axis in ANGLES] for key in RATES]
         rows.append([f"ours, {name}", *map(numbers, figures)])
     return rows
 

@@ -1,4 +1,4 @@
-"""What the paper prints, and what its numbers say of themselves."""
+"""Numbers that the paper prints, and their own statistics."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ _COUNTED = ("saturated", "used", "refused", "records")
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """What stays of a run of hours.
+    """Result of a run of hours.
 
     Attributes
     ----------
@@ -77,38 +77,38 @@ def turned(
     estimator, level = build.estimators[0], make_level("c", build)
     real = make_level("float", build) if compared else None
     covariance = covariance_of(estimator) if watched else None
-    square, most = dict.fromkeys(ANGLES * compared, 0.0), dict.fromkeys(ANGLES * compared, 0.0)
+    square, largest = dict.fromkeys(ANGLES * compared, 0.0), dict.fromkeys(ANGLES * compared, 0.0)
     counts: Counter[str] = Counter()
-    least, errors = math.inf, []
+    smallest, errors = math.inf, []
     for part in drive(world, level):
         run, n = part.run, len(part.inputs)
         if covariance is not None and run.states is not None:
             rows = sorted({*range(_LOOKED_AT - 1, n, _LOOKED_AT), n - 1})
             p = covariance.of_words(level.program, run.states[rows])
-            least = min(least, float(np.linalg.eigvalsh(p).min()))
+            smallest = min(smallest, float(np.linalg.eigvalsh(p).min()))
         if real is not None:
-            beside = real.run(part.inputs).outputs
-            for d in differences(estimator.outputs, run.outputs, {k: beside[k] for k in ANGLES}):
+            reference = real.run(part.inputs).outputs
+            for d in differences(estimator.outputs, run.outputs, {k: reference[k] for k in ANGLES}):
                 square[d.output] += d.rms**2 * d.samples
-                most[d.output] = max(most[d.output], d.largest)
+                largest[d.output] = max(largest[d.output], d.largest)
         if "status" in run.outputs:
             status = np.rint(run.outputs["status"]).astype(np.int64)
             counts["refused"] += int(np.count_nonzero(status >> 3 & 1))
             counts["used"] += int(np.count_nonzero(status >> 6 & 1))
         counts["saturated"] += run.n_saturated
         # The record after the restart is sample 0; kept are the last of each `EVERY` that turn.
-        left = ERECTED + EVERY - counts["records"]
-        rows_kept = slice(left if left >= 0 else left % EVERY, None, EVERY)
-        errors.append({name: values[rows_kept].copy() for name, values in run.outputs.items()})
+        first = ERECTED + EVERY - counts["records"]
+        selection = slice(first if first >= 0 else first % EVERY, None, EVERY)
+        errors.append({name: values[selection].copy() for name, values in run.outputs.items()})
         counts["records"] += n
     outputs = {name: np.concatenate([part[name] for part in errors]) for name in errors[0]}
     square = {name: total / counts["records"] for name, total in square.items()}
     error = errors_of(world, outputs)
-    return Turned(outputs, error, square, most, least, **{n: counts[n] for n in _COUNTED})
+    return Turned(outputs, error, square, largest, smallest, **{n: counts[n] for n in _COUNTED})
 
 
 def errors_of(world: TurningArray, outputs: Mapping[str, FloatArray]) -> FloatArray:
-    """Told less true pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
+    """Errors of pitch, roll, heading (n, 3) [arcsec] of each `EVERY`-th sample that turns."""
     truth = world.truth(ERECTED, world.samples, EVERY) / math.pi
     angles = np.stack([outputs[n] for n in ANGLES], axis=1)
     return ARCSEC * wrapped(angles - truth, 2.0)

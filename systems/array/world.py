@@ -91,7 +91,7 @@ class TurningArray(World):
         wrong: float = 0.0,
         truths: bool = True,
     ) -> None:
-        for good, where, wanted, found in (
+        for valid, where, wanted, found in (
             (0.0 < deg_s <= 44.0, "deg_s", "above 0, to 44", deg_s),
             (0.0 < hours <= 100.0, "hours", "above 0, to 100", hours),
             (errors >= 0.0, "errors", "0 or more", errors),
@@ -99,14 +99,14 @@ class TurningArray(World):
             (nods_arcsec >= 0.0, "nods_arcsec", "0 or more", nods_arcsec),
             (16 <= counts_bits <= 48, "counts_bits", "16 to 48", counts_bits),
         ):
-            require(good, f"turning_array, {where}", wanted, found)
+            require(valid, f"turning_array, {where}", wanted, found)
         self.deg_s, self.errors, self.plus, self.nods_arcsec = deg_s, errors, plus, nods_arcsec
         self.truths = truths
         self.mark = Mark(mark_deg, index, missed, doubled, wrong)
         full = (2.0**-7, 2.0**-2)
         self.noise = [
-            sensors.Noise(noise * of.white, noise * of.walk, lsb * 2.0 ** (1 - counts_bits))
-            for of, lsb in zip((sensors.FIBRE_OPTIC, sensors.ACCELEROMETER), full, strict=True)
+            sensors.Noise(noise * grade.white, noise * grade.walk, lsb * 2.0 ** (1 - counts_bits))
+            for grade, lsb in zip((sensors.FIBRE_OPTIC, sensors.ACCELEROMETER), full, strict=True)
         ]
         self.samples = ERECTED + round(hours * 3600.0 / DT)
         self.draw(seed)
@@ -157,16 +157,16 @@ class TurningArray(World):
             true = self.motion.increments(first, last)
             for k, triad in enumerate(triads):
                 table[:, 3 * k : 3 * k + 3] = triad.read(true[:, 3 * k : 3 * k + 3])
-            own = slice(*np.searchsorted(self.pulses.sample + ERECTED, (first, last)))
-            at = self.pulses.sample[own] + ERECTED - first
-            table[at, 6], table[at, 7] = self.pulses.azimuth[own], self.pulses.share[own]
+            span = slice(*np.searchsorted(self.pulses.sample + ERECTED, (first, last)))
+            at = self.pulses.sample[span] + ERECTED - first
+            table[at, 6], table[at, 7] = self.pulses.azimuth[span], self.pulses.share[span]
             table[:, 8] = np.searchsorted((ALIGNED, ERECTED), np.arange(first, last), side="right")
             yield _columns(table, self.truth(first, last) if self.truths else None)
 
 
 def _columns(table: FloatArray, truth: FloatArray | None) -> dict[str, FloatArray]:
     """Columns of `array_attitude` (n, 9) by name, angles in half turns, with truths (n, 3)."""
-    names = [f"{what}_{axis}" for what in ("dtheta", "dv") for axis in "xyz"]
+    names = [f"{kind}_{axis}" for kind in ("dtheta", "dv") for axis in "xyz"]
     columns = dict(zip((*names, "azimuth", "index_time", "phase"), table.T, strict=True))
     columns["azimuth"] = wrapped(columns["azimuth"] / math.pi, 2.0)
     if truth is not None:

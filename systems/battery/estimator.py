@@ -84,18 +84,18 @@ class Battery(Kalman):
 
     def f(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         """Charge drawn, and the voltages of both elements."""
-        by = self._by_current(p)
+        G = self._by_current(p)
         return {
-            "z": x.z + by["z"] * u.i,
-            "v_fast": x.v_fast - p.gone_fast * x.v_fast + by["v_fast"] * u.i,
-            "v_slow": x.v_slow - p.gone_slow * x.v_slow + by["v_slow"] * u.i,
+            "z": x.z + G["z"] * u.i,
+            "v_fast": x.v_fast - p.gone_fast * x.v_fast + G["v_fast"] * u.i,
+            "v_slow": x.v_slow - p.gone_slow * x.v_slow + G["v_slow"] * u.i,
         }
 
     def noise(self, x: Any, u: Any, p: Any) -> dict[Any, Any]:
         """One error of the current moves all three: G G^T var_i."""
-        by = self._by_current(p)
-        out: dict[Any, Any] = {(a, b): by[a] * by[b] * p.var_i for a in by for b in by if a < b}
-        out |= {a: g * g * p.var_i + (0.0 if a == "z" else p.q_v) for a, g in by.items()}
+        G = self._by_current(p)
+        out: dict[Any, Any] = {(a, b): G[a] * G[b] * p.var_i for a in G for b in G if a < b}
+        out |= {a: g * g * p.var_i + (0.0 if a == "z" else p.q_v) for a, g in G.items()}
         return out
 
     def measure(self, x: Any, u: Any, p: Any) -> list[Measurement]:
@@ -115,7 +115,7 @@ class Battery(Kalman):
 
     @staticmethod
     def _by_current(p: Any) -> dict[str, Any]:
-        """What a mean current of 1 A changes in a step."""
+        """Changes of the states in a step, per ampere of mean current."""
         return {
             "z": (-DT / 3600.0) / p.capacity,
             "v_fast": p.r_fast * p.gone_fast,

@@ -64,8 +64,8 @@ class Battery(CasesExperiment):
             lower.plot(hours, z - truth, color=COLOUR["pitch"], linewidth=0.8)
             for side in (-3.0, 3.0):
                 lower.plot(hours, side * sd, color=COLOUR["grey"], linewidth=0.6)
-            most = 1.2 * float(np.abs((z - truth)[len(z) // 12 :]).max())
-            lower.set_ylim(-most, most)
+            limit = 1.2 * float(np.abs((z - truth)[len(z) // 12 :]).max())
+            lower.set_ylim(-limit, limit)
             upper.set_ylabel("charge")
             lower.set_ylabel("error")
             lower.set_xlabel("time, h")

@@ -22,7 +22,7 @@ SETTLED_S = 600.0  #: time before which the charge is not judged.
 
 @dataclass(frozen=True)
 class Case:
-    """A cell, and what the filter's parameters are besides its defaults."""
+    """A cell, and the filter's parameters that differ from its defaults."""
 
     meaning: str
     cell: str
@@ -58,10 +58,10 @@ def figures_of(case: Case, loop: Loop) -> Runs:
     """
     assert loop.run.saturated is not None
     z, truth, runs = loop.outputs["z"], loop.truth["z"], loop.truth["z"].shape[1]
-    error, begun = z - truth, round(SETTLED_S / DT)
-    near = np.abs(error) < 0.02
-    lasting = np.logical_and.accumulate(near[::-1])[::-1]
-    known = np.where(lasting.any(axis=0), lasting.argmax(axis=0), len(near))
+    error, start = z - truth, round(SETTLED_S / DT)
+    within = np.abs(error) < 0.02
+    lasting = np.logical_and.accumulate(within[::-1])[::-1]
+    settling_steps = np.where(lasting.any(axis=0), lasting.argmax(axis=0), len(within))
     current = loop.inputs[..., [i.name for i in Battery.inputs].index("i")]
     capacity = 3600.0 * case.params.get("capacity", CAPACITY)
     counted = truth[0] - np.cumsum(DT * current[1:], axis=0) / capacity - truth[1:]
@@ -69,11 +69,11 @@ def figures_of(case: Case, loop: Loop) -> Runs:
         Battery(), [loop.inputs[:, 0]], params=case.params, levels=("float",)
     )
     figures = {
-        "charge_rms": np.sqrt(np.mean(error[begun:] ** 2, axis=0)),
-        "charge_max": np.abs(error[begun:]).max(axis=0),
+        "charge_rms": np.sqrt(np.mean(error[start:] ** 2, axis=0)),
+        "charge_max": np.abs(error[start:]).max(axis=0),
         "counted_max": np.abs(counted).max(axis=0),
-        "known_s_max": DT * known,
-        "nis": loop.outputs["nis"][begun:].mean(axis=0),
+        "known_s_max": DT * settling_steps,
+        "nis": loop.outputs["nis"][start:].mean(axis=0),
         "fixed_float_max": np.full(runs, np.abs(z[:, 0] - reference.outputs["z"]).max()),
         "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
     }

@@ -108,9 +108,9 @@ class Discharge(World):
             r_0 = cell.resistance * (0.1562 * np.exp(-24.37 * z) + 0.07446)
             v = open_voltage(z) + 4.0 * cell.curve_v * z * (1.0 - z) - r_0 * i - fast - slow
             truth[:, k] = z, fast, slow, v
-        seen = (1.0 + cell.scale) * current + cell.offset_a + cell.noise_a * noise[:, 0]
+        measured = (1.0 + cell.scale) * current + cell.offset_a + cell.noise_a * noise[:, 0]
         yield {
-            "i": seen,
+            "i": measured,
             "v": truth[3] + cell.noise_v * noise[:, 1],
             **{"z_true": truth[0], "v_fast_true": truth[1], "v_slow_true": truth[2]},
         }
@@ -119,13 +119,13 @@ class Discharge(World):
         self, z: FloatArray, fast: FloatArray, slow: FloatArray, i: FloatArray, h: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The published circuit after h seconds of a current: each element exactly."""
-        more, slower = self.cell.resistance, self.cell.slower
+        resistance, slower = self.cell.resistance, self.cell.slower
         r_fast = 0.3208 * np.exp(-29.14 * z) + 0.04669
         r_slow = 6.603 * np.exp(-155.2 * z) + 0.04984
         tau_fast = slower * r_fast * (703.6 - 752.9 * np.exp(-13.51 * z))
         tau_slow = slower * r_slow * (4475.0 - 6056.0 * np.exp(-27.12 * z))
-        fast = more * r_fast * i + (fast - more * r_fast * i) * np.exp(-h / tau_fast)
-        slow = more * r_slow * i + (slow - more * r_slow * i) * np.exp(-h / tau_slow)
+        fast = resistance * r_fast * i + (fast - resistance * r_fast * i) * np.exp(-h / tau_fast)
+        slow = resistance * r_slow * i + (slow - resistance * r_slow * i) * np.exp(-h / tau_slow)
         return z - h / (3600.0 * CAPACITY * self.cell.capacity) * i, fast, slow
 
     def _loads(self, draw: np.random.Generator) -> FloatArray:

@@ -23,7 +23,7 @@ __all__ = ["DT", "GRAVITY_NED", "KINDS", "UNITS", "Ekf2", "Ekf2Motion", "Ekf2Row
 
 DT = 0.01  #: s
 GRAVITY_NED = np.array([0.0, 0.0, GRAVITY])  #: m/s^2, north, east, down.
-#: What is measured, by the number in the input ``kind``; 0 is nothing.
+#: Kinds of measurements, by the number in the input ``kind``; 0 is none.
 KINDS = (
     "nothing",
     "velocity",  # axis . v
@@ -46,7 +46,7 @@ UNITS = {name: 1.0 for name in KINDS} | {
 }
 SLOWEST = 8.0  #: m/s forward through the air for sideslip; a 32nd of a gauss north for declination.
 LOWEST = 2.0  #: m above ground for optical flow.
-#: Largest derivatives of what is measured, in its parts of `UNITS`: of the axis along the wind and
+#: Largest derivatives of the measurements, in parts of `UNITS`: of the axis along the wind and
 #: the drag, and of optical flow that sees 9 m/s from 3 m above ground.
 STEEPEST = {"q": 64.0, "v": 4.0, "pd": 1.0, "terrain": 1.0, "wind_n": 1.0, "wind_e": 1.0}
 _EPSILON = 0.125  #: m/s, of the norm of the airspeed.
@@ -114,24 +114,24 @@ class Ekf2(Kalman):
         return {"q": p.q_g, "v": p.q_a} | walks
 
     def measure(self, x: Any, u: Any, p: Any) -> list[Measurement]:
-        """The row that ``kind`` says: the sum of all, each by its unit or 0."""
+        """The row of ``kind``: the sum of all rows, each times its unit or 0."""
         axis = np.array([u.axis_x, u.axis_y, u.axis_z])
         at = {name: u.kind < n + 0.5 for n, name in enumerate(KINDS)}
-        here = {name: at[name] & ~at[KINDS[n]] for n, name in enumerate(KINDS[1:])}
-        by = {name: ops.where(here[name], UNITS[name], 0.0) for name in here}
-        seen = x.q.to_nav(axis)  # an axis of the body
+        active = {name: at[name] & ~at[KINDS[n]] for n, name in enumerate(KINDS[1:])}
+        units = {name: ops.where(active[name], UNITS[name], 0.0) for name in active}
+        axis_nav = x.q.to_nav(axis)  # an axis of the body
         above = x.terrain - x.pd
         # velocity along it: over ground, or through the air
-        through = here["sideslip"] | here["drag"]
+        in_air = active["sideslip"] | active["drag"]
         wind = np.array([x.wind_n, x.wind_e, 0.0])
         air = np.array([ops.saturated(c, 32.0) for c in x.v - wind])
         speed = ops.sqrt(air @ air + _EPSILON * _EPSILON)
-        moving = np.array([ops.where(through, a, v) for a, v in zip(air, x.v, strict=True)])
-        along = ops.saturated(seen @ moving, 64.0)
+        moving = np.array([ops.where(in_air, a, v) for a, v in zip(air, x.v, strict=True)])
+        along = ops.saturated(axis_nav @ moving, 64.0)
         upright = x.q.to_nav((0.0, 0.0, 1.0))[2]
         flow = ops.saturated(along, 16.0) * upright * (1.0 / ops.maximum(above, LOWEST))
         dragged = -(p.drag * speed + p.rotor) * along
-        angle = math.pi * self._angle(x, air, along, here["declination"])
+        angle = math.pi * self._angle(x, air, along, active["declination"])
         # PX4's heading: the innovation is a turn about down
         nose = x.q.matrix
         turned = ops.wrap_ht(
@@ -141,19 +141,19 @@ class Ekf2(Kalman):
         field = np.array([x.mn, x.me, x.md])
         body = np.array([x.mbx, x.mby, x.mbz])
         h = (
-            (by["velocity"] * axis) @ x.v
-            + (by["position"] * axis) @ x.p
-            + by["range"] * above
-            + by["heading"] * down
-            + by["airspeed"] * speed
-            + by["field"] * (seen @ field + axis @ body)
-            + (by["declination"] + by["sideslip"]) * angle
-            + by["drag"] * dragged
-            + by["flow"] * flow
-            + by["body_velocity"] * along
-            - by["gravity"] * seen[2]
+            (units["velocity"] * axis) @ x.v
+            + (units["position"] * axis) @ x.p
+            + units["range"] * above
+            + units["heading"] * down
+            + units["airspeed"] * speed
+            + units["field"] * (axis_nav @ field + axis @ body)
+            + (units["declination"] + units["sideslip"]) * angle
+            + units["drag"] * dragged
+            + units["flow"] * flow
+            + units["body_velocity"] * along
+            - units["gravity"] * axis_nav[2]
         )
-        z = ops.where(here["heading"], (UNITS["heading"] * math.pi) * turned, u.z)
+        z = ops.where(active["heading"], (UNITS["heading"] * math.pi) * turned, u.z)
         return [Measurement(z, h, u.r, gate=5.0, sd_max=64.0, slope_max=STEEPEST)]
 
     def _angle(self, x: Any, air: Any, along: Any, declination: Any) -> Any:

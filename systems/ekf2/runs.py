@@ -57,29 +57,29 @@ def figures_of(world: Flight, loop: Loop) -> Runs:
     """
     assert loop.run.saturated is not None
     out, truth = loop.outputs, loop.truth
-    begun, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
+    start, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
     attitude = np.degrees(angle_between(attitude_of(out), attitude_of(truth)))
     parts = {"v": ("vn", "ve", "vd"), "p": ("pn", "pe", "pd"), "wind": ("wind_n", "wind_e")}
-    apart = {
-        what: np.sqrt(sum((out[n] - truth[n]) ** 2 for n in names)) for what, names in parts.items()
+    errors = {
+        kind: np.sqrt(sum((out[n] - truth[n]) ** 2 for n in names)) for kind, names in parts.items()
     }
     begin, end = world.outage
     blind = (begin <= t) & (t < end + 2.0) if end > begin else np.zeros(len(t), dtype=bool)
-    seen, lost = ~blind, blind.copy()
-    seen[:begun] = lost[:begun] = False
+    aided, unaided = ~blind, blind.copy()
+    aided[:start] = unaided[:start] = False
     ((reference,),) = run_forms(Ekf2(), [loop.inputs[:, 0]], levels=("float",))
     fixed = angle_between(attitude_of(out)[:, 0], attitude_of(reference.outputs))
     ground = out["terrain"] - truth["terrain"]
     figures = {
-        "attitude_rms": np.sqrt(np.mean(attitude[begun:] ** 2, axis=0)),
-        "attitude_max": attitude[begun:].max(axis=0),
-        "velocity_rms": np.sqrt(np.mean(apart["v"][seen] ** 2, axis=0)),
-        "position_rms": np.sqrt(np.mean(apart["p"][seen] ** 2, axis=0)),
-        "wind_rms": np.sqrt(np.mean(apart["wind"][begun:] ** 2, axis=0)),
-        "terrain_rms": np.sqrt(np.mean(ground[begun:] ** 2, axis=0)),
-        "drift_max": apart["p"][lost].max(axis=0, initial=0.0),
+        "attitude_rms": np.sqrt(np.mean(attitude[start:] ** 2, axis=0)),
+        "attitude_max": attitude[start:].max(axis=0),
+        "velocity_rms": np.sqrt(np.mean(errors["v"][aided] ** 2, axis=0)),
+        "position_rms": np.sqrt(np.mean(errors["p"][aided] ** 2, axis=0)),
+        "wind_rms": np.sqrt(np.mean(errors["wind"][start:] ** 2, axis=0)),
+        "terrain_rms": np.sqrt(np.mean(ground[start:] ** 2, axis=0)),
+        "drift_max": errors["p"][unaided].max(axis=0, initial=0.0),
         "fixed_float_max": np.full(world.runs, np.degrees(fixed.max())),
         "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
     }
-    shown = {name: values[:, 0] for name, values in apart.items()}
+    shown = {name: values[:, 0] for name, values in errors.items()}
     return Runs(figures, {"attitude": attitude[:, 0], **shown})

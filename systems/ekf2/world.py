@@ -50,15 +50,15 @@ ROWS = (
 
 def _timetable() -> list[tuple[str, FloatArray]]:
     """Row of each of the steps of a second, each spread evenly; the steps left have none."""
-    due = sorted(
-        ((k + 0.5) / often, n) for n, (_, _, often) in enumerate(ROWS) for k in range(often)
+    entries = sorted(
+        ((k + 0.5) / count, n) for n, (_, _, count) in enumerate(ROWS) for k in range(count)
     )
     steps = round(1.0 / DT)
-    if len(due) > steps:
-        raise ValueError(f"rows must be at most {steps} a second, not {len(due)}")
+    if len(entries) > steps:
+        raise ValueError(f"rows must be at most {steps} a second, not {len(entries)}")
     table: list[tuple[str, FloatArray]] = [("nothing", _NONE)] * steps
-    for k, (_, n) in enumerate(due):
-        table[k * steps // len(due)] = ROWS[n][:2]
+    for k, (_, n) in enumerate(entries):
+        table[k * steps // len(entries)] = ROWS[n][:2]
     return table
 
 
@@ -158,10 +158,10 @@ class Flight(World):
             if kind == "velocity" or (kind == "position" and not axis[2]):
                 begin, end = self.outage
                 at = at[(DT * at < begin) | (DT * at >= end)]
-            value, there = measured(
+            value, valid = measured(
                 {k: x[at] if len(x) == n else x for k, x in truth.items()}, kind, axis
             )
-            at, value = at[there], value[there]
+            at, value = at[valid], value[valid]
             sd = BARO if kind == "position" and axis[2] else NOISE.get(kind, 1.0)
             columns["kind"][at] = float(KINDS.index(kind))
             for c, part in zip("xyz", axis, strict=True):
@@ -174,7 +174,7 @@ class Flight(World):
 def measured(
     truth: Mapping[str, FloatArray], kind: str, axis: FloatArray
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """What a kind of measurement is without noise (n,), and when there is one."""
+    """Measurements of a kind without noise (n,), and when there is one."""
     q, air = truth["q"], truth["air"]
     always = np.ones(len(q), dtype=bool)
     nose, wing, along = (rotate(q, a) for a in (_X, _Y, axis))
@@ -190,8 +190,8 @@ def measured(
     if kind == "declination":
         return always * np.arctan2(truth["m"][1], truth["m"][0]), always
     if kind == "sideslip":
-        across, ahead = np.sum(wing * air, axis=1), np.sum(nose * air, axis=1)
-        return np.arctan2(across, ahead), ahead > SLOWEST + 1.0
+        across, forward = np.sum(wing * air, axis=1), np.sum(nose * air, axis=1)
+        return np.arctan2(across, forward), forward > SLOWEST + 1.0
     if kind == "drag":
         drag, rotor = (p.default for p in Ekf2.params if p.name in ("drag", "rotor"))
         return -(drag * speed + rotor) * np.sum(along * air, axis=1), always

@@ -72,15 +72,15 @@ class InsGnss(Kalman):
         """Position and velocity of the antenna when the fix was taken."""
         lever = np.array([p.lever_x, p.lever_y, p.lever_z])
         sweep = [ops.saturated(c, LARGEST) for c in np.cross(u.g, lever)]
-        since = [ops.saturated(c, LARGEST) for c in u.a * p.delay]
-        late = 0.5 * p.delay
-        offset = [k + late * a - p.delay * s for k, a, s in zip(lever, since, sweep, strict=True)]
-        place = x.p - p.delay * x.v + x.q.to_nav(offset) - (late * p.delay) * GRAVITY
-        moving = [s - a for s, a in zip(sweep, since, strict=True)]
+        delta_v = [ops.saturated(c, LARGEST) for c in u.a * p.delay]
+        half = 0.5 * p.delay
+        offset = [k + half * a - p.delay * s for k, a, s in zip(lever, delta_v, sweep, strict=True)]
+        place = x.p - p.delay * x.v + x.q.to_nav(offset) - (half * p.delay) * GRAVITY
+        moving = [s - a for s, a in zip(sweep, delta_v, strict=True)]
         speed = x.v + x.q.to_nav(moving) + p.delay * GRAVITY
-        seen = ((u.gnss_p, place, p.r_p), (u.gnss_v, speed, p.r_v))
+        fixes = ((u.gnss_p, place, p.r_p), (u.gnss_v, speed, p.r_v))
         return [
             Measurement(z, h, r, valid=u.new > 0.5)
-            for measured, expected, r in seen
+            for measured, expected, r in fixes
             for z, h in zip(measured, expected, strict=True)
         ]

@@ -30,7 +30,7 @@ _TUNNELS = tuple((15.0 * k, 15.0 * k + 5.0) for k in range(1, 8))
 
 @dataclass(frozen=True)
 class Case:
-    """Options of `Journey`, and what the filter's parameters are besides its defaults."""
+    """Options of `Journey`, and the filter's parameters that differ from its defaults."""
 
     meaning: str
     world: Mapping[str, Any]
@@ -63,28 +63,28 @@ def figures_of(case: Case, world: Journey, loop: Loop) -> Runs:
     """
     assert loop.run.saturated is not None
     out, truth = loop.outputs, loop.truth
-    begun, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
+    start, t = round(SETTLED_S / DT), DT * np.arange(len(loop.inputs))
     attitude = np.degrees(angle_between(attitude_of(out), attitude_of(truth)))
-    apart = {
-        what: np.sqrt(sum((out[what + c] - truth[what + c]) ** 2 for c in "enu")) for what in "vp"
+    errors = {
+        kind: np.sqrt(sum((out[kind + c] - truth[kind + c]) ** 2 for c in "enu")) for kind in "vp"
     }
     blind = np.zeros(len(t), dtype=bool)
     for begin, end in world.outages:
         blind |= (begin <= t) & (t < end + 2.0)
-    seen, lost = ~blind, blind.copy()
-    seen[:begun] = lost[:begun] = False
+    aided, unaided = ~blind, blind.copy()
+    aided[:start] = unaided[:start] = False
     ((reference,),) = run_forms(
         InsGnss(), [loop.inputs[:, 0]], params=case.params, levels=("float",)
     )
     fixed = angle_between(attitude_of(out)[:, 0], attitude_of(reference.outputs))
     figures = {
-        "attitude_rms": np.sqrt(np.mean(attitude[begun:] ** 2, axis=0)),
-        "attitude_max": attitude[begun:].max(axis=0),
-        "velocity_rms": np.sqrt(np.mean(apart["v"][seen] ** 2, axis=0)),
-        "position_rms": np.sqrt(np.mean(apart["p"][seen] ** 2, axis=0)),
-        "drift_max": apart["p"][lost].max(axis=0, initial=0.0),
+        "attitude_rms": np.sqrt(np.mean(attitude[start:] ** 2, axis=0)),
+        "attitude_max": attitude[start:].max(axis=0),
+        "velocity_rms": np.sqrt(np.mean(errors["v"][aided] ** 2, axis=0)),
+        "position_rms": np.sqrt(np.mean(errors["p"][aided] ** 2, axis=0)),
+        "drift_max": errors["p"][unaided].max(axis=0, initial=0.0),
         "fixed_float_max": np.full(world.runs, np.degrees(fixed.max())),
         "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
     }
-    shown = {"attitude": attitude[:, 0], "v": apart["v"][:, 0], "p": apart["p"][:, 0]}
+    shown = {"attitude": attitude[:, 0], "v": errors["v"][:, 0], "p": errors["p"][:, 0]}
     return Runs(figures, shown)

@@ -1,4 +1,4 @@
-"""A vehicle and a drone: inertial sensors, and a receiver whose fixes are late and may be gone."""
+"""A vehicle and a drone: inertial sensors, and a receiver with late and missing fixes."""
 
 from __future__ import annotations
 
@@ -128,17 +128,17 @@ class Journey(World):
             axis=1,
         )[:n]
         k = np.arange(n)
-        gone = k % FIX_STEPS != 0
+        missing = k % FIX_STEPS != 0
         for begin, end in self.outages:
-            gone |= (begin <= DT * k) & (DT * k < end)
-        fix[gone] = np.nan
-        here = slice(first - 1, first - 1 + n)
-        gyro = rate[here] + draw.normal(0.0, GYRO_BIAS, 3) + draw.normal(0.0, GYRO_NOISE, (n, 3))
-        acc = force[here] + draw.normal(0.0, ACC_BIAS, 3) + draw.normal(0.0, ACC_NOISE, (n, 3))
-        of_axes = {"g": ("xyz", gyro), "a": ("xyz", acc)}
-        of_axes |= {"gnss_p": ("enu", fix[:, :3]), "gnss_v": ("enu", fix[:, 3:])}
-        named = {f"{n}{c}": x[:, i] for n, (axes, x) in of_axes.items() for i, c in enumerate(axes)}
-        truth = {"q": ("wxyz", q[here]), "v": ("enu", v[here]), "p": ("enu", p[here])}
+            missing |= (begin <= DT * k) & (DT * k < end)
+        fix[missing] = np.nan
+        span = slice(first - 1, first - 1 + n)
+        gyro = rate[span] + draw.normal(0.0, GYRO_BIAS, 3) + draw.normal(0.0, GYRO_NOISE, (n, 3))
+        acc = force[span] + draw.normal(0.0, ACC_BIAS, 3) + draw.normal(0.0, ACC_NOISE, (n, 3))
+        parts = {"g": ("xyz", gyro), "a": ("xyz", acc)}
+        parts |= {"gnss_p": ("enu", fix[:, :3]), "gnss_v": ("enu", fix[:, 3:])}
+        named = {f"{n}{c}": x[:, i] for n, (axes, x) in parts.items() for i, c in enumerate(axes)}
+        truth = {"q": ("wxyz", q[span]), "v": ("enu", v[span]), "p": ("enu", p[span])}
         return named | {
             f"{n}{c}_true": x[:, i] for n, (axes, x) in truth.items() for i, c in enumerate(axes)
         }

@@ -1,4 +1,4 @@
-"""What is run: the filter as corrected and as printed, other sensors, other decks."""
+"""Cases: the filter as corrected and as printed, other sensors, other decks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Case:
 
 
 _SPREAD = SensorErrors(gyro_bias=(0.0, 0.0, 0.0), bias_spread=0.2)
-_FOLLOWS = {"gyro_sd": 0.2}  # rad/s: what a bias of 0.2 deg/s leaves is small
+_FOLLOWS = {"gyro_sd": 0.2}  # rad/s: the remainder of a bias of 0.2 deg/s is small
 _ROLLING: dict[str, Any] = {"motion": "rolling", "steered": True}
 _FREE = {"norm": "free", "innovation": "printed"}
 

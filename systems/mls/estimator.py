@@ -1,6 +1,6 @@
 """Attitude of a deck under a landing-system array: quaternion Kalman filter at 1 kHz.
 
-Wang Ding et al. (2018), section 3, with what was misprinted put right. Reference axes are magnetic
+Wang Ding et al. (2018), section 3, with misprints corrected. Reference axes are magnetic
 north, west, up; C = C(q), body to reference, Rz(heading) Ry(pitch) Rx(roll); (n) is their equation.
 
 * q' = q w / 2 (20), a step of Picard's third order (19), or the fourth of (21), D = |w| dt::
@@ -105,9 +105,9 @@ class MlsAttitude(Estimator):
         chosen = {name: legal[0] for name, legal in _OPTIONS.items()} | options
         for name, value in chosen.items():
             legal = _OPTIONS.get(name, ())
-            one_of = f"one of {', '.join(map(str, legal or _OPTIONS))}"
-            wrong = value if legal else name
-            require(value in legal, f"mls_attitude, {name}", one_of, wrong)
+            choices = f"one of {', '.join(map(str, legal or _OPTIONS))}"
+            found = value if legal else name
+            require(value in legal, f"mls_attitude, {name}", choices, found)
         self.fourth, self.free = chosen["picard"] == 4, chosen["norm"] == "free"
         self.printed = {name for name, value in chosen.items() if value == "printed"}
         self.order = 4 if self.free else 3
@@ -144,28 +144,28 @@ class MlsAttitude(Estimator):
         # Steps to the attitude, then their mean: the k-th counts 1/k.
         average = ops.maximum(MEAN_FROM + MEAN_SLOPE * progress, STEP_NOISE)
         average = ops.bounded(average, 0.0, MEAN_FROM, "while aligning")
-        done: list[Any] = [0.0] * self.order  # correction so far
+        error: list[Any] = [0.0] * self.order  # correction so far
         for z, unit, v, longest, bad, sd in (
             ((u.ax, u.ay, u.az), 0.5 / GRAVITY, (0.0, 0.0, 1.0), 1.0, None, p.acc_sd),
             (field, 0.5 / FIELD_UNIT, site, FIELD_LIMIT / FIELD_UNIT, no_field, p.mag_sd),
         ):
-            most = (NORM_LIMIT if self.free else 1.0) * longest
-            r = [ops.bounded(norm * k, -most, most, "field") for k in conjugate_turn(c_nb, v)]
-            said = [norm * k for k in turn(c_nb, v)] if "measurement" in self.printed else r
+            bound = (NORM_LIMIT if self.free else 1.0) * longest
+            r = [ops.bounded(norm * k, -bound, bound, "field") for k in conjugate_turn(c_nb, v)]
+            predicted = [norm * k for k in turn(c_nb, v)] if "measurement" in self.printed else r
             noise = ops.saturated(unit * p.scale * sd, NOISE_LIMIT)
             variance = ops.where(aligning, average, noise * noise)
             # z - h over 2 |V|, h = n^2 C^T V; as printed z - H q = z - 2 h
             share = 1.0 if "innovation" in self.printed else 0.5
-            nu = [unit * m - share * (norm * h) for m, h in zip(z, said, strict=True)]
-            a, done = self._updated(a, done, r, most * most, variance, nu, bad)
+            nu = [unit * m - share * (norm * h) for m, h in zip(z, predicted, strict=True)]
+            a, error = self._updated(a, error, r, bound * bound, variance, nu, bad)
 
-        lead = ops.saturated(norm + done[0], NORM_LIMIT) if self.free else 1.0
-        correction = [lead, *(ops.saturated(c, MOVE_LIMIT) for c in done[-3:])]
+        lead = ops.saturated(norm + error[0], NORM_LIMIT) if self.free else 1.0
+        correction = [lead, *(ops.saturated(c, MOVE_LIMIT) for c in error[-3:])]
         raw = [ops.saturated(c, 2.0) for c in multiply(q, correction)]
-        most = 8.0 if self.free else 2.0  # of |correction|^2: above 1 or 4, and 3/4
-        q_new, shrink = parts.normalised(raw, most)
+        bound = 8.0 if self.free else 2.0  # of |correction|^2: above 1 or 4, and 3/4
+        q_new, shrink = parts.normalised(raw, bound)
         half = ops.saturated(0.5 * shrink, 1.0)
-        angles = roll_pitch_heading_ht(scaled_matrix(raw, most), 4.0 * (half * half))
+        angles = roll_pitch_heading_ht(scaled_matrix(raw, bound), 4.0 * (half * half))
         p0 = ops.saturated(0.5 * p.p0_sd * p.scale, P0_LIMIT)
         count = ops.where(no_field, progress, progress + 1.0 / ALIGN_STEPS)
         count = ops.minimum(count, 0.0)
@@ -213,7 +213,7 @@ class MlsAttitude(Estimator):
     def _updated(
         self,
         a: Symmetric,
-        done: list[Any],
+        error: list[Any],
         r: list[Any],
         square: float,
         variance: Any,
@@ -233,20 +233,20 @@ class MlsAttitude(Estimator):
             column = [parts.sum_of(sign * (r[m] * a[i][j]) for j, sign, m in row) for i in states]
             s = variance
             for n, (i, sign, m) in enumerate(row):
-                for j, other, o in row[n:]:
-                    s = s + (sign * other * (1.0 + (i != j))) * (squares[m][o] * a[i][j])
+                for j, sign_j, o in row[n:]:
+                    s = s + (sign * sign_j * (1.0 + (i != j))) * (squares[m][o] * a[i][j])
             if bad is not None:
                 column = [ops.where(bad, 0.0, c) for c in column]
             column = [ops.bounded(c, -8.0, 8.0, "P H") for c in column]
             gains: list[list[Any]] = []
             moves: list[Any] = []
-            off = off - parts.sum_of(sign * (r[m] * done[j]) for j, sign, m in row)
+            off = off - parts.sum_of(sign * (r[m] * error[j]) for j, sign, m in row)
             parts.update(gains, moves, column, s, off, NOISE_LIMIT * NOISE_LIMIT + square)
             a = reduced(a, gains[0])
-            done = [
-                ops.saturated(d + g * moves[0], 2.0) for d, g in zip(done, gains[0], strict=True)
+            error = [
+                ops.saturated(d + g * moves[0], 2.0) for d, g in zip(error, gains[0], strict=True)
             ]
-        return a, done
+        return a, error
 
     def _turned(
         self, a: Symmetric, correction: list[Any], fresh: Any, first: Any

@@ -1,4 +1,4 @@
-"""The landing-system array: what the paper shows in Figures 3 to 7, with figures of our own."""
+"""The landing-system array: Figures 3 to 7 of the paper, with figures of our own."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Mls(Experiment):
                 figures |= {f"array{elements}_{name}_{k}": v for k, v in trial.figures.items()}
         cases = [(n, case, runs if case.full else min(runs, FEW)) for n, case in CASES.items()]
         flights = run_cases(flown, cases, seed=seed, at_once=AT_ONCE, jobs=self.jobs, say=say)
-        pooled_runs = {name: pooled(of_case) for name, of_case in flights.items()}
+        pooled_runs = {name: pooled(case_runs) for name, case_runs in flights.items()}
         figures |= {f"mls_{name}_{k}": v for name, f in pooled_runs.items() for k, v in f.items()}
         figures |= {f"mls_{axis}_deg": pooled_runs["corrected"][f"{axis}_deg"] for axis in AXES}
         figures |= {f"mls_beam_{k}_deg": pooled_runs["rolling"][f"beam_{k}_deg"] for k in AZIMUTHS}

@@ -1,4 +1,4 @@
-"""A linear array of antennas: pattern, elements out of place, main lobe of what is received.
+"""A linear array of antennas: pattern, elements out of place, main lobe of a received signal.
 
 The elements stand on the y axis, k = 0 the first; directions are e(azimuth, elevation), x ahead,
 z up; the azimuth 0 is ahead. Fields are over that of all elements in phase; (n) are the equations
@@ -47,9 +47,9 @@ class Array:
     def closed_form(self, sine: npt.ArrayLike, of: float = 0.0) -> FloatArray:
         """(5), (6): |sin(N u/2) / (N sin(u/2))|, u = 2 pi d/lambda (sine - ``of``)."""
         half = np.pi * self.spacing * (np.asarray(sine, dtype=np.float64) - of)
-        near = np.abs(np.sin(half)) < 1e-12
-        below = np.where(near, 1.0, self.elements * np.sin(half))
-        return np.where(near, 1.0, np.abs(np.sin(self.elements * half) / below))
+        singular = np.abs(np.sin(half)) < 1e-12
+        denominator = np.where(singular, 1.0, self.elements * np.sin(half))
+        return np.where(singular, 1.0, np.abs(np.sin(self.elements * half) / denominator))
 
     def displacements(
         self, axis: int, b: float, draws: int, rng: np.random.Generator
@@ -99,16 +99,16 @@ def lobe(angle_deg: FloatArray, amplitude: FloatArray, main_deg: float) -> Lobe:
     edges = []
     for step in (-1, 1):
         order = np.arange(m)[::step]
-        beyond = (flat[:, order] < peak[:, None] * np.sqrt(0.5)) & (
+        outside = (flat[:, order] < peak[:, None] * np.sqrt(0.5)) & (
             (order - top[:, None]) * step > 0
         )
-        some = beyond.any(axis=1)
-        k = np.where(some, order[beyond.argmax(axis=1)], order[-1])
+        crossed = outside.any(axis=1)
+        k = np.where(crossed, order[outside.argmax(axis=1)], order[-1])
         inside = np.clip(k - step, 0, m - 1)
         a, b = flat[rows, k], flat[rows, inside]
-        share = np.where(some, (b - peak * np.sqrt(0.5)) / np.where(some, b - a, 1.0), 1.0)
+        share = np.where(crossed, (b - peak * np.sqrt(0.5)) / np.where(crossed, b - a, 1.0), 1.0)
         edges.append(angle_deg[inside] + share * (angle_deg[k] - angle_deg[inside]))
-    away = np.abs(angle_deg - angle_deg[top][:, None]) > main_deg
-    side = np.where(away, flat, 1e-9).max(axis=1)
+    sidelobes = np.abs(angle_deg - angle_deg[top][:, None]) > main_deg
+    side = np.where(sidelobes, flat, 1e-9).max(axis=1)
     figures = ((edges[0] + edges[1]) / 2.0, edges[1] - edges[0], peak, 20.0 * np.log10(side / peak))
     return Lobe(*(np.asarray(x).reshape(shape) for x in figures))

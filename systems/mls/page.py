@@ -63,8 +63,8 @@ def render(
     pulses = [(_PULSES.format(a.upper()) + _AXES[a], _pulses(patterns[64], a)) for a in "xyz"]
     trials: list[list[str | float]] = [
         [f"{n}, {_words(name)}", *trial.figures.values()]
-        for n, of in patterns.items()
-        for name, trial in of.items()
+        for n, by_name in patterns.items()
+        for name, trial in by_name.items()
     ]
     columns = ("elements, axis, b, azimuth", *map(_words, patterns[64]["x_01_0"].figures))
     table, beams = _table(flights["corrected"], flights["lag_5ms"]), _beams(flights["rolling"])
@@ -117,31 +117,31 @@ def _pulses(patterns: Mapping[str, Trial], axis: str) -> str:
         return svg(figure, f"pulses-{axis}")
 
 
-def _table(good: Runs, late: Runs) -> str:
+def _table(nominal: Runs, late: Runs) -> str:
     """Figure 6: the encoder and the filter, and the error."""
-    truth, error = good.shown["truth"], good.shown["error"]
+    truth, error = nominal.shown["truth"], nominal.shown["error"]
     encoder = ENCODER_DEG * np.round(truth / ENCODER_DEG)
-    some = slice(SETTLED // 10, None, 8)
-    t = (np.arange(len(truth)) / RATE_HZ)[some]
+    samples = slice(SETTLED // 10, None, 8)
+    t = (np.arange(len(truth)) / RATE_HZ)[samples]
     with settings():
         figure, (upper, lower) = figure_and_axes(4.4, 2, sharex=True)
         for k, axis in enumerate(AXES):
             colour = {"color": COLOUR[axis]}
-            upper.plot(t, encoder[some, k], color=COLOUR["grey"], linewidth=2.4, alpha=0.6)
-            upper.plot(t, (truth + error)[some, k], label=axis, **colour)
-            lower.plot(t, error[some, k], **colour)
-            lower.plot(t, late.shown["error"][some, k], linewidth=0.5, **colour)
+            upper.plot(t, encoder[samples, k], color=COLOUR["grey"], linewidth=2.4, alpha=0.6)
+            upper.plot(t, (truth + error)[samples, k], label=axis, **colour)
+            lower.plot(t, error[samples, k], **colour)
+            lower.plot(t, late.shown["error"][samples, k], linewidth=0.5, **colour)
         upper.set_ylabel("angle, deg (grey: encoder)")
         lower.set(xlabel="time, s", ylabel="error, deg", ylim=(-2.0, 2.0))
         legend(upper, 3)
         return svg(figure, "table")
 
 
-def _beams(of: Runs) -> str:
+def _beams(runs: Runs) -> str:
     """Figure 7: pulses with and without compensation."""
     with settings():
         figure, row = figure_and_axes(2.4, 1, 3, sharey=True)
-        for axes, (key, pulses) in zip(row, of.shown["pulses"].items(), strict=True):
+        for axes, (key, pulses) in zip(row, runs.shown["pulses"].items(), strict=True):
             azimuth = AZIMUTHS[key]
             axes.axvline(azimuth, color=COLOUR["amber"], linewidth=2.5, alpha=0.5)
             for (scan, amplitude), name in zip(pulses, ("grey", "heading"), strict=True):

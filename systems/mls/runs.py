@@ -42,9 +42,9 @@ _POOLING = {"max_deg": "max", "fixed_float_deg": "max", "norm": "mean", "saturat
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Decks, errors of what was told (n, runs, 3) [deg], told quaternions (n, runs, 4).
+    """Decks, errors of the estimates (n, runs, 3) [deg], estimated quaternions (n, runs, 4).
 
-    ``own``: what the levels themselves have to say, figures (runs,) by name.
+    ``own``: figures of the levels (runs,) by name.
     """
 
     decks: Sequence[Deck]
@@ -57,29 +57,29 @@ def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
     """All runs of a case on the integer C, or of its reference."""
     decks = [deck(case.motion, seconds, seed) for seed in seeds]
     rows = np.stack([records(d, s, case.errors) for d, s in zip(decks, seeds, strict=True)], axis=1)
-    own = dict.fromkeys(
+    figures = dict.fromkeys(
         ("fixed_float_deg", "fixed_float_rms_deg", "saturated"), 0.0 * rows[0, :, 0]
     )
-    own["norm"] = np.ones(len(seeds))
+    figures["norm"] = np.ones(len(seeds))
     if case.reference == "gyro":
         q = prototype(rows, np.stack([d.q[0] for d in decks]), p0=0.0, r_sd=1e6)
     elif case.reference:
-        (begun,) = run_forms(MlsAttitude(), rows[:ALIGN_STEPS].swapaxes(0, 1), levels=("c",))
-        start = np.stack([attitude_of(r.outputs) for r in begun], axis=1)
+        (aligned,) = run_forms(MlsAttitude(), rows[:ALIGN_STEPS].swapaxes(0, 1), levels=("c",))
+        start = np.stack([attitude_of(r.outputs) for r in aligned], axis=1)
         q = np.concatenate([start, prototype(rows[ALIGN_STEPS:], start[-1], p0=_P0)])
     else:
         filter = MlsAttitude(**case.options)
         c, real = run_forms(filter, rows.swapaxes(0, 1), params=case.params)
         q = np.stack([attitude_of(r.outputs) for r in c], axis=1)
         pairs = zip(c, real, strict=True)
-        off = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
-        error = 180.0 * off[:, :, SETTLED:]
-        own["fixed_float_deg"] = np.abs(error).max(axis=(1, 2))
-        own["fixed_float_rms_deg"] = _rms(error, (1, 2))
-        own["saturated"] = np.array([float(r.n_saturated) for r in c])
-        own["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
+        difference = np.array([differences_of(r.outputs, f.outputs, AXES, 2.0) for r, f in pairs])
+        error = 180.0 * difference[:, :, SETTLED:]
+        figures["fixed_float_deg"] = np.abs(error).max(axis=(1, 2))
+        figures["fixed_float_rms_deg"] = _rms(error, (1, 2))
+        figures["saturated"] = np.array([float(r.n_saturated) for r in c])
+        figures["norm"] = np.array([r.outputs.get("norm", [1.0])[-1] for r in c])
     truth = np.stack([d.euler for d in decks], axis=1)
-    return Flight(decks, wrapped(np.degrees(angles_of(q) - truth), 360.0), q, own)
+    return Flight(decks, wrapped(np.degrees(angles_of(q) - truth), 360.0), q, figures)
 
 
 def flown(case: Case, seeds: range) -> Runs:
@@ -90,13 +90,13 @@ def flown(case: Case, seeds: range) -> Runs:
 def figures_of(flight: Flight, steered: bool = False) -> Runs:
     """Figures of each run after three seconds, if ``steered`` of its beams too.
 
-    Kept of each run: what delays leave of the error (lags, 3); shown of the first: truth and error
-    (n, 3) [deg], pulses by azimuth.
+    Kept of each run: spread of the error for each delay (lags, 3); shown of the first: truth and
+    error (n, 3) [deg], pulses by azimuth.
     """
     error, shown = flight.error[SETTLED:], {}
     truth = np.degrees(np.stack([d.euler for d in flight.decks], axis=1))
     angles, n = truth + flight.error, len(truth)
-    # The delay at which truth explains best what was told, a constant error apart.
+    # The delay at which the truth explains the estimate best, but for a constant error.
     delayed = (truth[MOST_LAG - lag : n - lag] for lag in range(MOST_LAG))
     spread = np.stack([(angles[MOST_LAG:] - late).std(axis=0) for late in delayed], axis=1)
     coarse = wrapped(angles - ENCODER_DEG * np.round(truth / ENCODER_DEG), 360.0)[SETTLED:]
@@ -135,25 +135,25 @@ def phases_of(array: Array, q: FloatArray, beams: FloatArray) -> FloatArray:
 def beam_errors(
     flight: Flight, array: Array, azimuth_deg: float, elevation_deg: float, instants: int = 24
 ) -> tuple[FloatArray, FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
-    """Where a receiver finds itself less where it is (runs, instants) [deg], by -3 dB gates.
+    """Error of a receiver's position angle (runs, instants) [deg], by -3 dB gates.
 
     With phases turned by the filter's attitude, and with those of a level array; then scan [deg]
     and amplitude of both, level first, at the last instant of the first run.
     """
     at = np.linspace(SETTLED, len(flight.q) - 1, instants).astype(int)
-    whole = np.linspace(-SCAN_DEG, SCAN_DEG, 621)
-    near = azimuth_deg + np.linspace(-3.0, 3.0, 61)
-    fixed = phases_of(array, np.tile(LEVEL, (len(whole), 1)), direction(whole, elevation_deg))
-    beams = np.tile(direction(near, elevation_deg), (instants, 1))
+    wide = np.linspace(-SCAN_DEG, SCAN_DEG, 621)
+    narrow = azimuth_deg + np.linspace(-3.0, 3.0, 61)
+    fixed = phases_of(array, np.tile(LEVEL, (len(wide), 1)), direction(wide, elevation_deg))
+    beams = np.tile(direction(narrow, elevation_deg), (instants, 1))
     level, steered = [], []
-    for run, what in enumerate(flight.decks):
-        seen = rotate(quaternion_conjugate(what.q[at]), direction(azimuth_deg, elevation_deg))
-        turned = phases_of(array, flight.q[at, run].repeat(len(near), axis=0), beams)
-        level.append(np.abs(array.field(fixed, seen)))
-        fields = map(array.field, np.split(turned, instants), seen)
+    for run, motion in enumerate(flight.decks):
+        receiver = rotate(quaternion_conjugate(motion.q[at]), direction(azimuth_deg, elevation_deg))
+        turned = phases_of(array, flight.q[at, run].repeat(len(narrow), axis=0), beams)
+        level.append(np.abs(array.field(fixed, receiver)))
+        fields = map(array.field, np.split(turned, instants), receiver)
         steered.append(np.abs(np.stack(list(fields))))
     before, after = (
         lobe(scan, np.stack(errors), 2.0).centre - azimuth_deg
-        for scan, errors in ((whole, level), (near, steered))
+        for scan, errors in ((wide, level), (narrow, steered))
     )
-    return after, before, ((whole, level[0][-1]), (near, steered[0][-1]))
+    return after, before, ((wide, level[0][-1]), (narrow, steered[0][-1]))

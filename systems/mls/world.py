@@ -53,11 +53,11 @@ class OnDeck(World):
     def __init__(
         self, motion: str = "sea_5", seed: int = 1, seconds: float = 10.0, heading_deg: float = 0.0
     ) -> None:
-        what = deck(motion, seconds, seed, heading_deg)
+        deck_motion = deck(motion, seconds, seed, heading_deg)
         names = [i.name for i in MlsAttitude.inputs]
         names += [f"{n}_true" for n in ("roll", "pitch", "heading", "qw", "qx", "qy", "qz")]
-        angles = wrapped(what.euler / math.pi, 2.0)
-        rows = np.concatenate([records(what, seed), angles, what.q], axis=1)
+        angles = wrapped(deck_motion.euler / math.pi, 2.0)
+        rows = np.concatenate([records(deck_motion, seed), angles, deck_motion.q], axis=1)
         self.columns = dict(zip(names, rows.T, strict=True))
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
@@ -97,22 +97,22 @@ class Landing(World):
         require(abs(elevation_deg) <= 45.0, "landing, elevation_deg", "-45 to 45", elevation_deg)
         require(beams >= 8, "landing, beams", "8 or more", beams)
         self.array, self.beams, self.elevation = Array(elements, spacing), beams, elevation_deg
-        what = deck(motion, seconds, seed)
-        toward = quaternion_conjugate(what.q)
+        deck_motion = deck(motion, seconds, seed)
+        toward = quaternion_conjugate(deck_motion.q)
         self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
-        ((run,),) = run_forms(MlsAttitude(), [records(what, seed)], levels=("c",))
+        ((run,),) = run_forms(MlsAttitude(), [records(deck_motion, seed)], levels=("c",))
         self.told = attitude_of(run.outputs)
         if not compensated:
             self.told[:] = [1.0, 0.0, 0.0, 0.0]
 
     def start(self) -> None:
-        """Begin anew."""
+        """Restart."""
         self._scan, self._beam, self._centre, self._half = 0, 0, 0.0, SCAN_DEG
         self._amplitude = np.zeros(self.beams)
         self.angles: list[float] = []
 
     @property
-    def _now(self) -> int:
+    def _sample(self) -> int:
         """Sample of the deck at this scan."""
         return round((SETTLED_S + self._scan / SCANS_HZ) * RATE_HZ)
 
@@ -125,20 +125,20 @@ class Landing(World):
         """The next beam; see `World`."""
         if outputs is not None:
             self._received(outputs)
-        if self._now >= len(self.told):
+        if self._sample >= len(self.told):
             return None
         beam = direction(self._scanned()[self._beam], self.elevation)
         names = (*(f"q{a}" for a in "wxyz"), *(f"beam_{a}" for a in "xyz"))
-        return dict(zip(names, [*self.told[self._now].tolist(), *beam.tolist()], strict=True))
+        return dict(zip(names, [*self.told[self._sample].tolist(), *beam.tolist()], strict=True))
 
     def _received(self, outputs: Mapping[str, float]) -> None:
-        """What the last beam's phases sent to the receiver; at the end of a scan, where it is."""
+        """Receive the signal of the last beam; at the end of a scan, locate the receiver."""
         n = sum(name.startswith("phase_") for name in outputs)
         wanted = f"as many as the estimator has phases, {n}"
         fix = f"write Landing(elements={n}), or ArrayPhases of as many"
         require(n == self.array.elements, "landing, elements", wanted, self.array.elements, fix)
         phases = np.array([[outputs[f"phase_{k}"] for k in range(n)]])
-        self._amplitude[self._beam] = abs(self.array.field(phases, self.receiver[self._now])[0])
+        self._amplitude[self._beam] = abs(self.array.field(phases, self.receiver[self._sample])[0])
         self._beam += 1
         if self._beam < self.beams:
             return

@@ -110,26 +110,26 @@ class Pmsm(Observer):
 
     def f(self, x: Any, u: Any, p: Any) -> dict[str, Any]:
         """The filter's prediction, and the voltage of the period that begins."""
-        ahead = super().f(x, u, p)
-        return ahead | self._controlled(ahead, x, u, p)
+        prior = super().f(x, u, p)
+        return prior | self._controlled(prior, x, u, p)
 
-    def _controlled(self, ahead: dict[str, Any], x: Any, u: Any, p: Any) -> dict[str, Any]:
+    def _controlled(self, prior: dict[str, Any], x: Any, u: Any, p: Any) -> dict[str, Any]:
         """Speed and current controllers, in rotor axes in the middle of its period."""
         forced = u.forced > 0.5
-        most = ops.where(forced, p.start_slew, p.slew)
-        wanted = x.wanted + ops.clip(u.target - x.wanted, -most, most)
+        slew = ops.where(forced, p.start_slew, p.slew)
+        wanted = x.wanted + ops.clip(u.target - x.wanted, -slew, slew)
         error = wanted - x.omega
         speed_sum = ops.saturated(x.speed_sum + p.ki_w * error, CURRENT)
         torque = ops.saturated(p.kp_w * error + speed_sum, CURRENT)
         turn = ops.wrap_ht(x.turn + (DT / PI) * wanted)
-        sine, cosine = ops.sincos_ht(ops.where(forced, turn, ahead["theta"]))
-        apart_d = ops.where(forced, p.start_current, 0.0) - (
-            cosine * ahead["ia"] + sine * ahead["ib"]
+        sine, cosine = ops.sincos_ht(ops.where(forced, turn, prior["theta"]))
+        error_d = ops.where(forced, p.start_current, 0.0) - (
+            cosine * prior["ia"] + sine * prior["ib"]
         )
-        apart_q = ops.where(forced, 0.0, torque) - (cosine * ahead["ib"] - sine * ahead["ia"])
-        sum_d = ops.saturated(x.sum_d + p.ki_i * apart_d, VOLTAGE)
-        sum_q = ops.saturated(x.sum_q + p.ki_i * apart_q, VOLTAGE)
-        v_d, v_q = p.kp_i * apart_d + sum_d, p.kp_i * apart_q + sum_q
+        error_q = ops.where(forced, 0.0, torque) - (cosine * prior["ib"] - sine * prior["ia"])
+        sum_d = ops.saturated(x.sum_d + p.ki_i * error_d, VOLTAGE)
+        sum_q = ops.saturated(x.sum_q + p.ki_i * error_q, VOLTAGE)
+        v_d, v_q = p.kp_i * error_d + sum_d, p.kp_i * error_q + sum_q
         return {
             "wanted": wanted,
             "turn": turn,

@@ -39,22 +39,22 @@ def figures_of(loop: Loop, floating: Loop) -> Runs:
     runs = out["theta"].shape[1]
     angle = 180.0 * wrapped(out["theta"] - truth["theta"], 2.0)
     speed = out["omega"] - truth["omega"]
-    begun, back = round(SETTLED_S / DT), round(REVERSAL_S / DT)
+    start, back = round(SETTLED_S / DT), round(REVERSAL_S / DT)
     first, last = (round(t / DT) for t in LOADS_S[0])
     turned = truth["omega"][back:] < -0.9 * SPEED
     loops = truth["omega"][:, 0] - floating.truth["omega"]
     ((reference,),) = run_forms(Pmsm(), [loop.inputs[:, 0]], levels=("float",))
-    apart = differences_of({"theta": out["theta"][:, 0]}, reference.outputs, ("theta",), 2.0)
+    differences = differences_of({"theta": out["theta"][:, 0]}, reference.outputs, ("theta",), 2.0)
     figures = {
         "start_max": np.abs(angle[round(START_S / DT)]),
-        "angle_rms": np.sqrt(np.mean(angle[begun:] ** 2, axis=0)),
-        "angle_max": np.abs(angle[begun:]).max(axis=0),
-        "speed_rms": np.sqrt(np.mean(speed[begun:] ** 2, axis=0)),
+        "angle_rms": np.sqrt(np.mean(angle[start:] ** 2, axis=0)),
+        "angle_max": np.abs(angle[start:]).max(axis=0),
+        "speed_rms": np.sqrt(np.mean(speed[start:] ** 2, axis=0)),
         "dip_max": SPEED - truth["omega"][(first + last) // 2 : last].min(axis=0),
         "reversal_max": DT * np.where(turned.any(axis=0), turned.argmax(axis=0), len(turned)),
         "saturated_sum": loop.run.saturated.sum(axis=0).astype(float),
-        "fixed_float_max": np.full(runs, 180.0 * np.abs(apart).max()),
-        "loops_max": np.full(runs, np.abs(loops[begun:]).max()),
+        "fixed_float_max": np.full(runs, 180.0 * np.abs(differences).max()),
+        "loops_max": np.full(runs, np.abs(loops[start:]).max()),
     }
     shown = {"angle": angle[:, 0], "speed": np.stack([out["omega"], truth["omega"]], 2)[:, 0]}
     return Runs(figures, shown)

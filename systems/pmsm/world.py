@@ -111,11 +111,11 @@ class Motor(World):
             self.v = np.clip(np.rint(wanted / PWM_V) * PWM_V, -VOLTAGE, VOLTAGE)
         t = self._k * DT
         self._turn(t)
-        seen = self.i + self.machine.offset + self._noise[self._k]
-        seen = np.clip(np.rint(seen / ADC_A) * ADC_A, -40.0, 40.0)
+        measured = self.i + self.machine.offset + self._noise[self._k]
+        measured = np.clip(np.rint(measured / ADC_A) * ADC_A, -40.0, 40.0)
         self._k += 1
         return {
-            **{"v_a": self.v[0], "v_b": self.v[1], "i_a": seen[0], "i_b": seen[1]},
+            **{"v_a": self.v[0], "v_b": self.v[1], "i_a": measured[0], "i_b": measured[1]},
             "target": np.array([SPEED if t < REVERSAL_S else -SPEED]),
             "forced": np.array([float(t < START_S)]),
             **{"ia_true": self.i[0], "ib_true": self.i[1], "omega_true": self.omega},
@@ -132,7 +132,7 @@ class Motor(World):
             emf[0], emf[1] = -sine, cosine
             emf *= self.omega * m.psi
             torque = 1.5 * PAIRS * m.psi * (cosine * self.i[1] - sine * self.i[0])
-            against = load * np.tanh(self.omega) + 2e-4 * self.omega
+            load_torque = load * np.tanh(self.omega) + 2e-4 * self.omega
             self.i = self.i + h / m.l * (v - m.r * self.i - emf)
             self.theta = self.theta + h * self.omega
-            self.omega = self.omega + h * PAIRS / m.inertia * (torque - against)
+            self.omega = self.omega + h * PAIRS / m.inertia * (torque - load_torque)

@@ -1,4 +1,4 @@
-"""What no estimator can beat: the Cramer-Rao bound of two radars' biases from one target."""
+"""The Cramer-Rao bound of two radars' biases from one target."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def jacobian(site: Sequence[float], seen: FloatArray) -> FloatArray:
 
 
 def information(jacobians: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
-    """What the records up to each say of the six biases, (n, 6, 6): sum of H^T R^-1 H.
+    """Information of the records up to each about the six biases, (n, 6, 6): sum of H^T R^-1 H.
 
     With H = [J_1, -J_2] and R = H diag(noise)^2 H^T, the target being unknown.
     """
@@ -46,11 +46,11 @@ def covariances(
     # In units of the noise, where the matrices are near one.
     total = information(jacobians, noise) * np.outer(noise, noise) + np.diag((noise / prior) ** 2)
     values, vectors = np.linalg.eigh(total)
-    known = values[:, :1] > 1e-13 * values[:, -1:]
-    inverse = np.where(known, 1.0 / np.where(known, values, 1.0), np.inf)
+    determined = values[:, :1] > 1e-13 * values[:, -1:]
+    inverse = np.where(determined, 1.0 / np.where(determined, values, 1.0), np.inf)
     with np.errstate(invalid="ignore"):
         scaled = np.einsum("nij,nj,nkj->nik", vectors, inverse, vectors) * np.outer(noise, noise)
-    return np.asarray(np.where(known[:, :, None], scaled, np.inf))
+    return np.asarray(np.where(determined[:, :, None], scaled, np.inf))
 
 
 def deviations(p: FloatArray) -> FloatArray:

@@ -142,16 +142,16 @@ class Registration(Estimator):
         sd = [[getattr(p, f"{n}_sd_{i}") for n in ("range", "elevation", "azimuth")] for i in "12"]
         first = [getattr(p, f"p0_{b}") for b in BIASES]
         units = [
-            ops.saturated(f * s, most)
-            for f, s, most in zip(first, [*sd[0], *sd[1]], MOST, strict=True)
+            ops.saturated(f * s, high)
+            for f, s, high in zip(first, [*sd[0], *sd[1]], MOST, strict=True)
         ]
         state = [getattr(x, f"bias_{k}") for k in range(6)]
-        before = [ops.saturated(b * s, most) for b, s, most in zip(state, units, MOST, strict=True)]
+        before = [ops.saturated(b * s, high) for b, s, high in zip(state, units, MOST, strict=True)]
         beams = [_Beam(at, before[3 * i : 3 * i + 3]) for i, at in enumerate(expected)]
 
         # Innovation and H along the beam of radar 1; whitened, and in units of p0.
         separation = [ops.saturated(a - b, APART) for a, b in zip(*samples, strict=True)]
-        near = sum_of(ops.absolute(c) for c in separation) < p.gate
+        within_gate = sum_of(ops.absolute(c) for c in separation) < p.gate
         h, z = self._measured(
             beams, sd, [ops.saturated(c, APART) for c in turn(self.axes[0], separation)]
         )
@@ -166,7 +166,7 @@ class Registration(Estimator):
         root = [[getattr(x, f"s{i}{j}") for j in range(6)] for i in range(6)]
         visible = beams[0].good & beams[1].good
         young = fresh | (x.memory > YOUNG)
-        live = both & ~young & visible & near
+        live = both & ~young & visible & within_gate
         update = potter(root, rows, white, live, restart)
         weight = ops.where(update.wide, 2.0**-5 * x.weight + LEAST, 4.0 * x.weight)
         after = {
@@ -180,15 +180,15 @@ class Registration(Estimator):
 
         # Outputs.
         biases = [
-            ops.saturated(after[f"bias_{k}"] * s, most)
-            for k, (s, most) in enumerate(zip(units, MOST, strict=True))
+            ops.saturated(after[f"bias_{k}"] * s, high)
+            for k, (s, high) in enumerate(zip(units, MOST, strict=True))
         ]
         correcting = x.time + dt >= p.correct_from
         flags = {
             0: ~both,
             1: young,
             2: ~visible,
-            3: ~near,
+            3: ~within_gate,
             4: dot(state, state) > IMPLAUSIBLE,
             5: correcting,
         }
@@ -215,17 +215,17 @@ class Registration(Estimator):
         half = 0.5 * (dt * dt)
         after: dict[str, Any] = {}
         expected = []
-        for i, seen in enumerate((u.seen_1 > 0.5, u.seen_2 > 0.5)):
+        for i, detected in enumerate((u.seen_1 > 0.5, u.seen_2 > 0.5)):
             origin = turn(self.axes[i], self.places[i])
             at = []
             for k, a in enumerate("enu"):
                 name = f"{i + 1}{a}"
                 v, acc = getattr(x, f"vel_{name}"), getattr(x, f"acc_{name}")
                 local = ops.saturated(dot(self.axes[i][k], samples[i]) - origin[k], REACH)
-                ahead = ops.saturated(getattr(x, f"pos_{name}") + dt * v + half * acc, REACH)
-                r = ops.saturated(ops.where(seen, local - ahead, 0.0), APART)
+                predicted = ops.saturated(getattr(x, f"pos_{name}") + dt * v + half * acc, REACH)
+                r = ops.saturated(ops.where(detected, local - predicted, 0.0), APART)
                 after[f"pos_{name}"] = ops.saturated(
-                    ops.where(begin, local, ahead + gain_p * r), REACH
+                    ops.where(begin, local, predicted + gain_p * r), REACH
                 )
                 after[f"vel_{name}"] = ops.saturated(
                     ops.where(begin, 0.0, v + dt * acc + gain_v * r), 2.0**16
@@ -233,7 +233,7 @@ class Registration(Estimator):
                 after[f"acc_{name}"] = ops.saturated(
                     ops.where(begin, 0.0, acc + gain_a * r), 2.0**18
                 )
-                at.append(ahead)
+                at.append(predicted)
             expected.append(at)
         return after, expected
 
@@ -245,19 +245,19 @@ class Registration(Estimator):
             [s[0], *(ops.saturated(arm * a, SPREAD) for arm, a in zip(b.arms, s[1:], strict=True))]
             for b, s in zip(beams, sd, strict=True)
         ]
-        other = [
+        unit_2 = [
             [ops.bounded(c, -1.0, 1.0, "unit vector") for c in turn(self.between, b)]
             for b in beams[1].unit
         ]
         h, z = [], []
         for k, along in enumerate(beams[0].unit):
-            m = [ops.bounded(dot(along, b), -1.0, 1.0, "cosine") for b in other]
-            own = [noise[0][k] if j == k else 0.0 for j in range(3)]
-            seen = [
+            m = [ops.bounded(dot(along, b), -1.0, 1.0, "cosine") for b in unit_2]
+            row_1 = [noise[0][k] if j == k else 0.0 for j in range(3)]
+            row_2 = [
                 ops.bounded(-(c * d), -SPREAD, SPREAD, "noise")
                 for c, d in zip(m, noise[1], strict=True)
             ]
-            h.append([*own, *seen])
+            h.append([*row_1, *row_2])
             z.append(
                 ops.saturated(
                     dot(along, local) - beams[0].moved[k] + dot(m, beams[1].moved), SURPRISE
@@ -294,7 +294,7 @@ class _Beam:
         l(p) - l(d) = (c_rho - rho (1 - cos c_e) - h cos(e_d) (1 - cos c_n),
                        rho sin c_e + h sin(e_d) (1 - cos c_n), h sin c_n)      h = rho cos e, of p
 
-    ``arms``: rho, rho cos e of d [m]; ``moved``: what the bias moves, linear beyond `KNOWN` [m];
+    ``arms``: rho, rho cos e of d [m]; ``moved``: shift by the bias, linear beyond `KNOWN` [m];
     ``good``: above the horizon and away from the zenith.
     """
 
@@ -302,16 +302,16 @@ class _Beam:
         east, north, up = at
         level_sq = ops.bounded(east * east + north * north, 0.0, 2.0 * REACH * REACH, "square")
         far = "the target is beyond reach"
-        most = 2.0 * REACH * REACH
-        square = ops.bounded(level_sq + up * up, 0.0, most, "square", unless=far)
-        by_level, by_range = ops.rsqrt(level_sq), ops.rsqrt(square)
-        level = ops.bounded(level_sq * by_level, 0.0, 1.5 * REACH, "distance")
-        distance = ops.bounded(square * by_range, 0.0, 1.5 * REACH, "distance", unless=far)
-        sin_n, cos_n = (ops.saturated(c * by_level, 1.0) for c in (east, north))
-        sin_e = ops.saturated(up * by_range, 1.0)
-        cos_e = ops.bounded(level * by_range, 0.0, 1.0, "cosine of the elevation")
-        (sin_e, cos_e), climb, climb_bent, climb_rest = _less(sin_e, cos_e, bias[1])
-        (sin_n, cos_n), swing, swing_bent, swing_rest = _less(sin_n, cos_n, bias[2])
+        high = 2.0 * REACH * REACH
+        square = ops.bounded(level_sq + up * up, 0.0, high, "square", unless=far)
+        inverse_level, inverse_distance = ops.rsqrt(level_sq), ops.rsqrt(square)
+        level = ops.bounded(level_sq * inverse_level, 0.0, 1.5 * REACH, "distance")
+        distance = ops.bounded(square * inverse_distance, 0.0, 1.5 * REACH, "distance", unless=far)
+        sin_n, cos_n = (ops.saturated(c * inverse_level, 1.0) for c in (east, north))
+        sin_e = ops.saturated(up * inverse_distance, 1.0)
+        cos_e = ops.bounded(level * inverse_distance, 0.0, 1.0, "cosine of the elevation")
+        (sin_e, cos_e), climb, climb_bent, climb_rest = _subtract_angle(sin_e, cos_e, bias[1])
+        (sin_n, cos_n), swing, swing_bent, swing_rest = _subtract_angle(sin_n, cos_n, bias[2])
         flat = [ops.bounded(c * cos_e, -1.0, 1.0, "unit vector") for c in (sin_n, cos_n)]
         rise = [ops.bounded(-(c * sin_e), -1.0, 1.0, "unit vector") for c in (sin_n, cos_n)]
         self.unit: Matrix = [[*flat, sin_e], [*rise, cos_e], [cos_n, -sin_n, 0.0]]
@@ -326,7 +326,7 @@ class _Beam:
         self.good = sin_e * cos_e - ZENITH * sin_e > 0.0
 
 
-def _less(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any, Any, Any]:
+def _subtract_angle(sine: Any, cosine: Any, angle: Any) -> tuple[list[Any], Any, Any, Any]:
     """Sine and cosine of an angle less c; c, for its sine; 1 - cos c; what ``angle`` has beyond."""
     c = ops.saturated(angle, KNOWN)
     bent = ops.bounded(0.5 * (c * c), 0.0, 0.5 * KNOWN * KNOWN, "square of a small angle")

@@ -1,4 +1,4 @@
-"""Two-radar registration: the paper's table and figures, and what the bound says of them."""
+"""Two-radar registration: the paper's table and figures, compared with the bound."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `Registration` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+"""Interface of `Registration`: inputs, parameters, states, outputs, status bits."""
 
 from __future__ import annotations
 

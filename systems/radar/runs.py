@@ -71,7 +71,7 @@ def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """What theory says after each record (n, 6), in the biases' units.
+    """Theory after each record (n, 6), in the biases' units.
 
     ``free``: bound without a prior; ``bayes``: with the prior, over biases drawn from it; ``sd``,
     ``mean``: spread and mean error of the best linear filter at biases that are given, of which a
@@ -93,17 +93,17 @@ def predicted(world: TwoRadars, range_m: float, angle_deg: float) -> Predicted:
     """Theory of a world and a prior."""
     noise, jacobians = np.array(NOISE) * UNITS, world.jacobians()
     prior = np.array([range_m, angle_deg, angle_deg] * 2) * UNITS
-    known = information(jacobians, noise)
+    fisher = information(jacobians, noise)
     p = covariances(jacobians, noise, prior)
     both = np.concatenate([np.eye(3), np.eye(3)])
     unit = noise[:3]
-    term = (both.T @ known @ both) * np.outer(unit, unit)
-    values, vectors = np.linalg.eigh(known[-1] * np.outer(noise, noise))
+    term = (both.T @ fisher @ both) * np.outer(unit, unit)
+    values, vectors = np.linalg.eigh(fisher[-1] * np.outer(noise, noise))
     free = covariances(jacobians, noise, np.full(6, np.inf))
     return Predicted(
         deviations(free),
         deviations(p),
-        deviations(p @ known @ p),
+        deviations(p @ fisher @ p),
         -np.einsum("nij,j->ni", p, world.bias / prior**2),
         deviations(np.linalg.pinv(term, hermitian=True)) * unit,
         vectors[:, 0] * np.sign(vectors[np.argmax(np.abs(vectors[:, 0])), 0]),

@@ -87,7 +87,7 @@ class TwoRadars(World):
         late_s: float = 0.0,
         sites: Sequence[Sequence[float]] = SITES,
     ) -> None:
-        for good, where, wanted, found in (
+        for valid, where, wanted, found in (
             (0.01 <= dt < 1.0, "dt", "0.01 to 1 s", dt),
             (dt <= seconds <= 1000.0, "seconds", "dt to 1,000 s", seconds),
             (noise >= 0.0, "noise", "0 or more", noise),
@@ -96,7 +96,7 @@ class TwoRadars(World):
             (len(bias) == len(noises) == 6, "bias and noises", "six numbers each", bias),
             (len(sites) == 2, "sites", "two radars", sites),
         ):
-            if not good:
+            if not valid:
                 raise InputError.at(
                     f"two_radars, {where}", wanted=wanted, found=repr(found), fix="correct it"
                 )
@@ -127,8 +127,8 @@ class TwoRadars(World):
             self.bias = draw * spread * _UNITS
         self.reported = np.empty((2, n, 3))
         for i, (site, seen) in enumerate(zip(self.sites, self.seen, strict=True)):
-            own = slice(3 * i, 3 * i + 3)
-            measured = seen + self.bias[own] + self.noises[own] * white[i]
+            block = slice(3 * i, 3 * i + 3)
+            measured = seen + self.bias[block] + self.noises[block] * white[i]
             self.reported[i] = placed(site, measured)
         luck[:, 0] = 1.0  # both begin with a sample
         self.reported[luck < self.missed] = np.nan
@@ -142,8 +142,8 @@ class TwoRadars(World):
         self._k += 1
         data = {"dt": self.dt if k else -self.dt}
         for i, reported in enumerate(self.reported[:, k].tolist()):
-            for axis, seen, true in zip(AXES, reported, self.place[k].tolist(), strict=True):
-                data |= {f"{axis}{i + 1}": seen, f"{axis}{i + 1}_corrected_true": true}
+            for axis, value, true in zip(AXES, reported, self.place[k].tolist(), strict=True):
+                data |= {f"{axis}{i + 1}": value, f"{axis}{i + 1}_corrected_true": true}
         data |= {f"{b}_bias_true": float(v) for b, v in zip(BIASES, self.bias, strict=True)}
         return data
 

@@ -1,4 +1,4 @@
-"""What is flown: the cases of the claims, and what if something were otherwise."""
+"""Cases of the claims, and variations of their assumptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drives of a vehicle with a satellite antenna: what it does, and what shadows the satellite."""
+"""Drives of a vehicle with a satellite antenna: its motion, and shadows on the satellite."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ def city_drive(rate_hz: float = 50.0, seed: int = 1) -> Drive:
         }
         kind = str(rng.choice(list(corner)))
         slow = 0.7 * gain if kind != "bend" else 0.0
-        cruise, gone = rng.uniform(8.0, 40.0), gain / a
-        parts += [(gone, a, 0.0), (cruise, 0.0, 0.0), (max(slow, 0.1) / 2.0, -2.0, 0.0)]
+        cruise, rise = rng.uniform(8.0, 40.0), gain / a
+        parts += [(rise, a, 0.0), (cruise, 0.0, 0.0), (max(slow, 0.1) / 2.0, -2.0, 0.0)]
         if kind == "bump":
-            bumps.append(start + gone + cruise + slow / 2.0 + 1.5)
+            bumps.append(start + rise + cruise + slow / 2.0 + 1.5)
         parts += [*corner[kind], ((gain - slow) / 2.0, -2.0, 0.0), (rng.uniform(1, 10), 0.0, 0.0)]
     accel, turn = profile(parts, rate_hz)[:, : int(1800 * rate_hz)]
     t = np.arange(len(accel)) / rate_hz
@@ -110,11 +110,11 @@ def drive(name: str, rate_hz: float = 50.0) -> Drive:
     InputError
         No such drive, another rate.
     """
-    for good, where, wanted, found in (
+    for valid, where, wanted, found in (
         (name in DRIVES, "drive", f"one of {', '.join(DRIVES)}", name),
         (10.0 <= rate_hz <= 1000.0, "drive, rate_hz", "10 to 1000 Hz", rate_hz),
     ):
-        if not good:
+        if not valid:
             raise InputError.at(where, wanted=wanted, found=repr(found), fix="correct it")
     return DRIVES[name](rate_hz)
 

@@ -1,6 +1,6 @@
 """Attitude for a satellite antenna on a vehicle: EKF of quaternion and gyro bias, tracking error.
 
-Patent CN104880189 (2015), with what it lost or misprinted put right; navigation north-east-down,
+Patent CN104880189 (2015), with omissions and misprints corrected; navigation north-east-down,
 body front-right-down, C = Rz(psi) Ry(theta) Rx(phi), specific force f (at rest C^T (0, 0, -g)).
 
 * State q and gyro bias b: q <- q dq, Phi = [Phi_4, -(dt/2) Xi(q); 0, 1],
@@ -127,10 +127,10 @@ class Satcom(Estimator):
         half_scale = 0.5 * p.scale
         a = self._predicted(covariance_of(x, 6), c_nb, dt, p, half_scale)
         known_sd = ops.saturated(p.tilt_known_sd * half_scale, 1.0)
-        known = a[0][0] + a[1][1] < known_sd * known_sd
+        tilt_known = a[0][0] + a[1][1] < known_sd * known_sd
         force = turn(c_nb, (u.ax, u.ay, u.az))
         down = force[2] - GRAVITY if self.printed_detector else force[2] + GRAVITY
-        moving = known & (
+        moving = tilt_known & (
             (ops.absolute(force[0]) > p.delta_x)
             | (ops.absolute(force[1]) > p.delta_y)
             | (ops.absolute(down) > p.delta_z)
@@ -148,7 +148,7 @@ class Satcom(Estimator):
         pitch_off = unit_angle_ht(
             sine * cos_theta + cosine * c_nb[2][0], cosine * cos_theta - sine * c_nb[2][0]
         )
-        far = ~known & (roll_off * roll_off + pitch_off * pitch_off > FAR * FAR)
+        far = ~tilt_known & (roll_off * roll_off + pitch_off * pitch_off > FAR * FAR)
         heading_off = ops.wrap_ht(loop["heading_pi"] - psi)
         half_cosine = (0.5 * math.pi) * cos_theta
 
@@ -222,20 +222,20 @@ class Satcom(Estimator):
     def _heading_loop(x: Any, u: Any, p: Any, dt: Any, heading_rate: Any) -> dict[str, Any]:
         """One step of the PI loop [half turns]."""
         turn_rate = (1.0 / math.pi) * ops.saturated(heading_rate, 16.0) - x.drift
-        ahead = ops.wrap_ht(x.heading_pi + dt * turn_rate)
+        predicted = ops.wrap_ht(x.heading_pi + dt * turn_rate)
         tracked = u.tracking > 0.5
-        beyond = ops.absolute(u.e_psi) > p.tracking_gate
-        used = tracked & ~beyond
-        error = (1.0 / math.pi) * u.e_psi + ops.wrap_ht(ahead - u.beam)
+        outside = ops.absolute(u.e_psi) > p.tracking_gate
+        used = tracked & ~outside
+        error = (1.0 / math.pi) * u.e_psi + ops.wrap_ht(predicted - u.beam)
         since = ops.saturated(x.since + dt, 1.0)
         weight = ops.where(used, p.cutoff * since, 0.0)
         pull = ops.saturated(2.0 * p.damping * ops.saturated(weight, 8.0), 1.0)
         drift = x.drift + (p.cutoff * ops.saturated(weight, 8.0)) * error
         return {
             "tracked": tracked,
-            "beyond": tracked & beyond,
+            "beyond": tracked & outside,
             "used": used,
-            "heading_pi": ops.wrap_ht(ahead - pull * error),
+            "heading_pi": ops.wrap_ht(predicted - pull * error),
             "drift": ops.saturated(drift, DRIFT_LIMIT),
             "since": ops.where(used, 0.0, since),
         }
@@ -244,7 +244,7 @@ class Satcom(Estimator):
     def _predicted(p0: Symmetric, c_nb: Any, dt: Any, p: Any, half_scale: Any) -> Symmetric:
         """P a step later; where its trace is at the limit it does not grow."""
         full = p0[0][0] + p0[1][1] + p0[2][2] >= TRACE_LIMIT
-        wide = p0[3][3] + p0[4][4] + p0[5][5] >= TRACE_LIMIT
+        bias_full = p0[3][3] + p0[4][4] + p0[5][5] >= TRACE_LIMIT
         step = ops.saturated(ops.where(full, 0.0, (0.5 / BIAS_UNIT) * dt), 2.0**-4)
         g = [
             [ops.bounded(step * c, -(2.0**-4), 2.0**-4, "half a step") for c in row] for row in c_nb
@@ -252,7 +252,7 @@ class Satcom(Estimator):
         white = ops.saturated(ops.where(full, 0.0, p.gyro_sd * half_scale * dt), STEP_LIMIT)
         walk = ops.saturated((2.0 * BIAS_UNIT) * p.bias_density * half_scale, STEP_LIMIT)
         white_noise = white * white + ops.where(full, 0.0, FLOOR_NOISE)
-        walk_noise = ops.where(wide, 0.0, walk * walk * dt + FLOOR_NOISE)
+        walk_noise = ops.where(bias_full, 0.0, walk * walk * dt + FLOOR_NOISE)
         return drifted(p0, g, white_noise, walk_noise)
 
     @staticmethod

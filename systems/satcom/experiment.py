@@ -1,4 +1,4 @@
-"""The satcom tracker: what the patent claims, with the figures that it does not print."""
+"""The satcom tracker: the patent's claims, with the figures that it does not print."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Satcom"]
 UPDATES = 4_500_000  #: most updates of one task, by memory.
 FEW = 25  #: most runs of a case of `WHAT_IF`.
 
-#: Figures that are asked for by name: of which case, which.
+#: Figures with names of their own: by case and figure.
 _NAMED = {
     **{f"{axis}_deg": f"adaptive_{axis}_rms" for axis in ANGLES},
     **{"fixed_r_deg": "fixed_r_worst_rms", "bias_error_deg_s": "adaptive_bias_error_max"},

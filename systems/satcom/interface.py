@@ -1,4 +1,4 @@
-"""What `Satcom` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+"""Interface of `Satcom`: inputs, parameters, states, outputs, status bits."""
 
 from __future__ import annotations
 

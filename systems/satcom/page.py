@@ -1,4 +1,4 @@
-"""The page of the satcom experiment: targets, cases, and what one vehicle did."""
+"""The page of the satcom experiment: targets, cases, and the drive of one vehicle."""
 
 from __future__ import annotations
 
@@ -88,14 +88,14 @@ def _history(result: Runs, case: Case, name: str) -> str:
             upper.plot(t, error[::step, k], color=COLOUR[axis], label=axis, linewidth=0.8)
             middle.plot(t, off[::step, k], color=COLOUR[axis], linewidth=0.8)
         lower.plot(t, loss[::step], color=COLOUR["grey"])
-        for axes, label, most in (
+        for axes, label, limit in (
             (upper, "error, deg", 0.5),
             (middle, "bias, deg/s", 0.2),
             (lower, "loss, dB", 0.5),
         ):
             axes.set_ylabel(label)
             if np.abs(error[50:]).max() < 3.0:
-                axes.set_ylim(0.0 if axes is lower else -most, most)
+                axes.set_ylim(0.0 if axes is lower else -limit, limit)
         lower.set_xlabel("time, s")
         legend(upper, 3)
         return svg(figure, name)

@@ -35,9 +35,9 @@ class Receiver:
     ) -> None:
         self.link, self.every, self.squint = link, every, squint
         self.snr = link.cn0 * dwell_s
-        here, beyond = (float(link.pattern(np.array(s))) for s in (squint, squint + 1e-6))
-        self.slope = (here - beyond) / 1e-6 / (2.0 * here)  # of the difference over the sum
-        self.least = self.snr * here * 10.0 ** (-lock_db / 10.0)
+        gain, next_gain = (float(link.pattern(np.array(s))) for s in (squint, squint + 1e-6))
+        self.slope = (gain - next_gain) / 1e-6 / (2.0 * gain)  # of the difference over the sum
+        self.least = self.snr * gain * 10.0 ** (-lock_db / 10.0)
         self.reset()
 
     def reset(self) -> None:

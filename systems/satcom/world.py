@@ -67,7 +67,7 @@ class Vehicles(World):
     Raises
     ------
     InputError
-        A rate or output that there is not; no place on earth; the satellite is below the horizon.
+        Unknown rate or output; no place on earth; the satellite is below the horizon.
     """
 
     drive: Drive
@@ -88,13 +88,13 @@ class Vehicles(World):
         self._up = toward / np.linalg.norm(toward)
         elevation = -math.degrees(math.asin(self._up[2]))
         inside = abs(latitude) <= 0.5 and abs(longitude) <= 1.0 and abs(satellite) <= 1.0
-        for good, where, wanted, found in (
+        for valid, where, wanted, found in (
             (0.0 <= self.tracking_hz <= rate, "tracking_hz", f"0 to {rate:g} Hz", self.tracking_hz),
             (self.beam in BEAMS, "beam", " or ".join(BEAMS), self.beam),
             (inside, "place", "up to 90 deg of latitude, 180 of both longitudes", self.place),
             (elevation > 0.0, "place", "a satellite above the horizon", f"{elevation:.1f} deg"),
         ):
-            if not good:
+            if not valid:
                 raise InputError.at(
                     f"satcom, {where}", wanted=wanted, found=repr(found), fix="correct it"
                 )
@@ -102,7 +102,7 @@ class Vehicles(World):
         self.start()
 
     def start(self) -> None:
-        """Begin anew."""
+        """Restart."""
         ride, e = self.drive.ride, self.errors
         n = len(ride.q)
         draws = [np.random.default_rng([seed, 2015]) for seed in self.seeds]

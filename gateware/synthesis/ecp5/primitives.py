@@ -62,7 +62,7 @@ _IN_SLICE: Final = frozenset(
         ("CCU2C", "COUT", "CCU2C", "CIN"),
     }
 )
-#: What can be in front of the flip-flop of a slice.
+#: Outputs that can be in front of the flip-flop of a slice.
 _BEFORE: Final = frozenset(
     {("LUT4", "Z"), ("PFUMX", "Z"), ("L6MUX21", "Z"), ("CCU2C", "S0"), ("CCU2C", "S1")}
 )
@@ -124,8 +124,8 @@ def _carry(t: CellTiming) -> None:
 
 def _memory(cell: Cell, t: CellTiming) -> None:
     for port in cell.outputs:
-        held = cell.text(f"REGMODE_{port[2]}", "NOREG") == "OUTREG"
-        t.launches.append(Launch(port, "memory", ("memory_reg" if held else "memory",)))
+        registered = cell.text(f"REGMODE_{port[2]}", "NOREG") == "OUTREG"
+        t.launches.append(Launch(port, "memory", ("memory_reg" if registered else "memory",)))
     for port in cell.inputs:
         if not port.startswith("CLK"):
             kind = port.rstrip("0123456789AB")
@@ -133,19 +133,19 @@ def _memory(cell: Cell, t: CellTiming) -> None:
 
 
 def _multiplier(cell: Cell, t: CellTiming) -> None:
-    held = {r: cell.text(f"REG_{r}_CLK", "NONE") != "NONE" for r in ("INPUTA", "INPUTB", "OUTPUT")}
+    used = {r: cell.text(f"REG_{r}_CLK", "NONE") != "NONE" for r in ("INPUTA", "INPUTB", "OUTPUT")}
     outputs = [port for port in cell.outputs if port.startswith("P")]
     for port in outputs:
-        if held["OUTPUT"]:
+        if used["OUTPUT"]:
             t.launches.append(Launch(port, "P", ("product_reg",)))
     for port in cell.inputs:
         if port[0] not in "AB":
             continue
-        if held[f"INPUT{port[0]}"]:
+        if used[f"INPUT{port[0]}"]:
             t.setups.append(Setup(port, None, port[0], ("factor_setup",)))
-            if not held["OUTPUT"]:
+            if not used["OUTPUT"]:
                 t.launches += [Launch(out, port[0], ("factor_reg_product",)) for out in outputs]
-        elif held["OUTPUT"]:
+        elif used["OUTPUT"]:
             t.setups.append(Setup(port, None, "P", ("factor_product_setup",)))
         else:
             t.arcs += [Arc(port, None, out, ("factor_product",)) for out in outputs]
@@ -156,8 +156,8 @@ def _route(netlist: Netlist, bit: int, driver: Pin, load: Pin, fanout: int) -> H
     source, target = netlist.cells[driver.cell].type, netlist.cells[load.cell].type
     if (source, driver.port, target, load.port) in _IN_SLICE:
         return Hop("")
-    held = target == "TRELLIS_FF" and load.port == "DI" and fanout == 1
-    if held and (source, driver.port) in _BEFORE:
+    direct = target == "TRELLIS_FF" and load.port == "DI" and fanout == 1
+    if direct and (source, driver.port) in _BEFORE:
         return Hop("", in_slice=True)
     return Hop(fanout_key(fanout))
 

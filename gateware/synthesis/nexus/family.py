@@ -40,8 +40,8 @@ def _flip_flop(cell: dict[str, Any]) -> FlipFlop | None:
     )
 
 
-def _multiplier(pins: str, register: str, of: str, *, output: bool = False) -> Absorption:
-    """A register of MULT18X18; ``of``: its enable and reset."""
+def _multiplier(pins: str, register: str, suffix: str, *, output: bool = False) -> Absorption:
+    """A register of MULT18X18; ``suffix``: of its enable and reset."""
     return Absorption(
         cell="MULT18X18",
         pins=(pins,),
@@ -49,9 +49,9 @@ def _multiplier(pins: str, register: str, of: str, *, output: bool = False) -> A
         applies=lambda p: p.get(register) == "BYPASS",
         parameters={register: "REGISTER"},
         clock="CLK",
-        enables=(f"CE{of}",),
+        enables=(f"CE{suffix}",),
         wires={},
-        idle=(f"RST{of}",),
+        idle=(f"RST{suffix}",),
     )
 
 

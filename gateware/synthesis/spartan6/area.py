@@ -138,7 +138,7 @@ def count_area(netlist: Netlist) -> Area:
 
 def _route_through(netlist: Netlist) -> int:
     """Count the CARRY4.S and MUXF7 data bits that no LUT or inverter drives."""
-    needed = 0
+    count = 0
     for cell in netlist.cells.values():
         ports = {"CARRY4": ("S",), "MUXF7": ("I0", "I1")}.get(cell.type, ())
         for port in ports:
@@ -147,5 +147,5 @@ def _route_through(netlist: Netlist) -> int:
                     continue
                 driver = netlist.drivers.get(bit)
                 if driver is None or netlist.cells[driver.cell].type not in LUTS | {"INV"}:
-                    needed += 1
-    return needed
+                    count += 1
+    return count

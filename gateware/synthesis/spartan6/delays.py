@@ -89,20 +89,20 @@ _SCALED = "borrowed from the -3 value, times about 1.15"
 
 
 def _pair(
-    what: str, ns2: float, ns3: float, guess2: str = "", guess3: str = ""
+    arc: str, ns2: float, ns3: float, guess2: str = "", guess3: str = ""
 ) -> tuple[Delay, Delay]:
     """Make the -2 and -3 records of one constant; a non-empty guess text marks a guess."""
 
     def delay(grade: int, ns: float, guess: str) -> Delay:
         if guess:
-            return Delay(ns, f"{what}: guess, {guess}", True)
-        return Delay(ns, f"{what}: {_REPORTS[grade]}")
+            return Delay(ns, f"{arc}: guess, {guess}", True)
+        return Delay(ns, f"{arc}: {_REPORTS[grade]}")
 
     return delay(2, ns2, guess2), delay(3, ns3, guess3)
 
 
-def _guess(what: str, ns2: float, ns3: float, why: str, why2: str = "") -> tuple[Delay, Delay]:
-    return _pair(what, ns2, ns3, why2 or why, why)
+def _guess(arc: str, ns2: float, ns3: float, why: str, why2: str = "") -> tuple[Delay, Delay]:
+    return _pair(arc, ns2, ns3, why2 or why, why)
 
 
 def _slice_delays() -> dict[str, tuple[Delay, Delay]]:
@@ -230,8 +230,8 @@ _NEAR: Final = "no report showed this arc; set from arcs of the same length"
 def _dsp_pin_delays() -> dict[str, tuple[Delay, Delay]]:
     """DSP48A1, from its pins. A register named in a key is the end of the arc."""
 
-    def seen3(what: str, ns2: float, ns3: float) -> tuple[Delay, Delay]:
-        return _pair(what, ns2, ns3, guess2=_SCALED)
+    def seen3(arc: str, ns2: float, ns3: float) -> tuple[Delay, Delay]:
+        return _pair(arc, ns2, ns3, guess2=_SCALED)
 
     return {
         # pin to first register

@@ -22,8 +22,8 @@ def _device(
 ) -> Device:
     """A part: slices of four LUT6 and eight flip-flops each, every other one with a carry chain."""
 
-    def count(count: int, unit: str, more: str = "") -> Resource:
-        return Resource(count=count, unit=unit, source=source + more)
+    def count(count: int, unit: str, note: str = "") -> Resource:
+        return Resource(count=count, unit=unit, source=source + note)
 
     return Device(
         name=name,

@@ -81,7 +81,7 @@ def dsp_timing(cell: Cell) -> CellTiming:
 
 
 class _Slice:
-    """Builds the timing of one cell; attributes hold what the builder steps share."""
+    """Builds the timing of one cell; attributes hold data common to the builder's steps."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
@@ -142,7 +142,7 @@ class _Slice:
         self.timing.insides.append(Inside(source.name, end, (*source.extra, key)))
 
     def _register(self, source: _Source, name: str, key: str) -> _Source:
-        """Put ``source`` into register ``name`` if that is in use; return what comes out."""
+        """Put ``source`` into register ``name`` if that is in use; return the output's source."""
         if not self.has[name]:
             return source
         if source.port:
@@ -191,7 +191,7 @@ class _Slice:
                 self.timing.launches.append(Launch(node, s.name, (*s.extra, reg)))
 
     def _product(self, sources: list[_Source]) -> tuple[list[_Source], _Route]:
-        """Return what leaves the multiplier, behind MREG if there is one."""
+        """Return the source of the multiplier's output, behind MREG if there is one."""
         if not self.has["MREG"]:
             if self._used("M"):
                 self._reach("M", sources, pin="dsp_ab_m", reg="dsp_abreg_m")

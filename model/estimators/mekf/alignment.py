@@ -32,9 +32,9 @@ def turns(
 ) -> tuple[tuple[Any, ...], tuple[Any, Any]]:
     """Level quaternion, and w and z of the turn about the vertical to north.
 
-    Where ``anew`` of the unit vectors ``up`` and ``east``, else the second is that of the cosine
-    and sine. Norms 1.4 to 2 and 0.7 to 2; tan(a/2) = sin(a)/(1 + cos(a)) = (1 - cos(a))/sin(a): of
-    the two the one that is far from 0/0.
+    Where ``anew`` holds, of the unit vectors ``up`` and ``east``; else the turn is that of the
+    cosine and sine. Norms 1.4 to 2 and 0.7 to 2. Of tan(a/2) = sin(a)/(1 + cos(a)) =
+    (1 - cos(a))/sin(a), the form that is far from 0/0 is taken.
     """
     top = 1.0 + up[2]
     size = ops.where(anew, 0.5 * top, 1.0)

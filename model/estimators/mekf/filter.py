@@ -91,9 +91,9 @@ WALK_LIMIT = 1.0  #: rad^2/s, largest random walk of the attitude.
 JUMP = 0.875
 FASTEST_FORGET = 0.25  #: 1/s, how fast the largest squared rate of late is forgotten.
 LATE = 0.5  #: part of gyro_most_sq: a rate was at full scale of late while the largest exceeds it.
-#: What an axis misses at full scale grows by this part of the slope: 0.7 of a parabola's turn.
+#: The rate missed at full scale grows by this part of the slope: 0.7 of a parabola's turn.
 BEYOND = 0.7 / 3.0
-#: (m/s^2)^2, squared change of the force from which on it tells nothing of a turn.
+#: (m/s^2)^2, squared change of the force from which on it carries no information about a turn.
 GENTLE_SQ = 200.0
 MISSED_SQ_LIMIT = 64.0  #: (rad/s)^2, largest square of a missed rate that counts.
 FULL_YOUTH = 4.0  #: s, how fast youth grows per squared missed rate, in (rad/s)^2.
@@ -106,7 +106,7 @@ MEMORY_YOUTH = 4.0  #: by how much the memory of the field's deviation is forgot
 YOUTH_LSB = 2.0**-20  #: 1/s, what youth loses in a sample at least, so that it ends.
 
 
-def _three(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
+def _vector(x: Any, name: str, axes: str) -> tuple[Any, Any, Any]:
     first, second, third = (getattr(x, f"{name}_{a}") for a in axes)
     return first, second, third
 
@@ -166,14 +166,14 @@ class Mekf(Estimator):
             self.states = tuple(s for s in STATES if s.name not in FIELD_ONLY)
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-        """One sample: update with what earlier samples left, then predict with this one."""
+        """One sample: update with the means of earlier samples, then predict with this one."""
         nothing = 0.0 * u.dt
         if not self.magnetic:  # what these decide is left out of the program
             dark = {name: nothing + value for name, value in FIELD_ONLY.items()}
-            x, u, p = (SimpleNamespace(**{**dark, **vars(given)}) for given in (x, u, p))
+            x, u, p = (SimpleNamespace(**{**dark, **vars(values)}) for values in (x, u, p))
         field, force = (u.mx, u.my, u.mz), (u.ax, u.ay, u.az)
-        bias, rate = _three(x, "bias", "xyz"), _three(x, "rate", "xyz")
-        # Begun anew, with all that it knew or but for the bias; or a gap of known length.
+        bias, rate = _vector(x, "bias", "xyz"), _vector(x, "rate", "xyz")
+        # A new start, of all states or of all but the bias; or a gap of known length.
         since_last = ops.where(x.rest_s < 0.0, -LONGEST_STEP_S, u.dt)
         forgotten, leveling = since_last < FORGET_BELOW_S, since_last < ANEW_BELOW_S
         gap = u.dt < 0.0
@@ -182,14 +182,14 @@ class Mekf(Estimator):
         enough_field = _excess(dot(field, field), p.field_min_sq)
         no_field = enough_field < 0.0
 
-        # An axis at full scale: what it misses is the time there, in units of `BEYOND`, times the
+        # An axis at full scale: the rate missed is the time there, in units of `BEYOND`, times the
         # slope, the rate's distance from its low-pass r. A jump is false: w - (w - r) stands in.
-        told = (u.gx, u.gy, u.gz)
-        speed_sq = ops.named("speed_sq", dot(told, told))
+        gyro = (u.gx, u.gy, u.gz)
+        speed_sq = ops.named("speed_sq", dot(gyro, gyro))
         jumped = speed_sq - x.fastest_sq > JUMP * p.gyro_most_sq
         late = LATE * p.gyro_most_sq < x.fastest_sq
         slope = [
-            ops.where(p.gyro_most_sq < w * w, w - c, 0.0) for w, c in zip(told, rate, strict=True)
+            ops.where(p.gyro_most_sq < w * w, w - c, 0.0) for w, c in zip(gyro, rate, strict=True)
         ]
         slope_sq = dot(slope, slope)
         r_share = p.gyro_rate_per_s * dt
@@ -201,7 +201,7 @@ class Mekf(Estimator):
         beyond_dt = beyond * dt
         stale = ~(ops.where(leveling, enough_field, x.field_left) > 0.0)
         heading_unknown = leveling | (x.horizontal < 0.0)
-        # Begun anew without a field, the attitude that it had is better than none.
+        # At a new start without a field the old attitude is better than none.
         anew = leveling & (~no_field | (x.rest_s < 0.0))
         no_heading, aligning = heading_unknown | stale, heading_unknown & ~stale
 
@@ -211,17 +211,17 @@ class Mekf(Estimator):
         h = (first, ops.bounded(1.0 - first - last, 0.0, 1.0, "one of three"), last)
         since = ops.bounded(x.turn + first - last + dt, 0.0, 1.0, "two steps at most")
         since = ops.named("since", since)
-        due = since >= p.update_s
-        step = ops.named("update_step", ops.where(due, since, 0.0))
+        update_due = since >= p.update_s
+        step = ops.named("update_step", ops.where(update_due, since, 0.0))
 
         # Directions of the mean force and of the field of the last sample; at the first one those
         # of itself, half a turn about x where it hangs upside down.
         over = force[2] < 0.0
         f_first = turned_over(over, force, FIRST_FORCE_LIMIT)
         m_first = turned_over(over, field, FIRST_FIELD_LIMIT)
-        pairs = zip(f_first, _three(x, "force", "enu"), strict=True)
+        pairs = zip(f_first, _vector(x, "force", "enu"), strict=True)
         f = [ops.where(anew, first, mean) for first, mean in pairs]
-        m = _three(x, "field", "enu")
+        m = _vector(x, "field", "enu")
         eighth = [0.125 * c for c in f_first]
         east = [ops.saturated(c, FIRST_FIELD_LIMIT) for c in cross(m_first, eighth)]
         f_sq, m_sq = dot(f, f), m[0] * m[0] + m[1] * m[1]
@@ -233,7 +233,7 @@ class Mekf(Estimator):
         up = [ops.saturated(c * f_inverse, 1.0) for c in f]
         sine, cosine = (ops.saturated(c * m_inverse, 1.0) for c in m[:2])
         east = [ops.saturated(c * m_inverse, 1.0) for c in east]
-        level, around = turns(anew, up, east, cosine, sine)
+        level, yaw = turns(anew, up, east, cosine, sine)
 
         # How odd the field is: squared deviation from the reference over the horizontal field,
         # the most of late.
@@ -245,7 +245,7 @@ class Mekf(Estimator):
         odd_now = ops.named("odd_now", odd_now)
         young = ops.saturated(ops.where(gap, speed_sq, x.youth), 64.0)
         grown = ops.named("grown", ops.saturated(young * dt, 0.5))
-        # The reference survives a rate at full scale: it tells the field from a magnet's after it.
+        # The reference survives a rate at full scale: it distinguishes the field from a magnet's.
         # The memory does not: while the attitude was off, every field was odd.
         settling = ops.where(late, 0.0, grown)
         forget = p.field_forget_per_s * dt + FIELD_YOUTH * settling + MEMORY_YOUTH * grown
@@ -275,7 +275,7 @@ class Mekf(Estimator):
         trusted = p.heading_var + odd_var + p.dip_trust_s * (dip * dip * x.p_nn)
         trusted = ops.saturated(trusted, NOISE_LIMIT)
         variance = ops.where(heading_turn, ops.where(no_heading, NOISE_LIMIT, trusted), p.tilt_var)
-        # Nothing is measured below zero: a heading that nothing tells, no vertical.
+        # Below zero nothing is measured: a heading without information, no vertical.
         idle = ops.where(no_heading, x.p_uu - HEADING_LIMIT, 0.0)
         measured = ops.where(heading_turn, idle, enough_force)
         span = ops.where(measured < 0.0, 0.0, 3.0 * step)
@@ -303,14 +303,14 @@ class Mekf(Estimator):
         ]
 
         # Attitude: correction (or alignment), then the gyro's step, then |q| = 1.
-        correction = self._correction(anew, aligning, level, around, turned)
+        correction = self._correction(anew, aligning, level, yaw, turned)
         half = tuple(
             ops.saturated(0.5 * (w * dt + beyond_dt * s - b * dt), HALF_STEP_LIMIT)
-            for w, s, b in zip(told, slope, bias, strict=True)
+            for w, s, b in zip(gyro, slope, bias, strict=True)
         )
         first = (ops.where(over, 0.0, 1.0), ops.where(over, 1.0, 0.0), 0.0, 0.0)
         pairs = zip(first, (getattr(x, f"q{a}") for a in "wxyz"), strict=True)
-        before = [ops.saturated(ops.where(anew, start, kept), 1.0) for start, kept in pairs]
+        before = [ops.saturated(ops.where(anew, start, old), 1.0) for start, old in pairs]
         q = tuple(ops.saturated(c, 1.0) for c in product(before, _increment(half)))
         q = tuple(ops.saturated(c, 1.0) for c in product(correction, q))
         norm = ops.rsqrt(ops.bounded(dot(q, q), 0.0, 1.0, "norms of at most 1.1, 0.57 and 1"))
@@ -330,7 +330,7 @@ class Mekf(Estimator):
             ops.saturated(a - c, FORCE_STEP_LIMIT) for a, c in zip(turn(C, force), f, strict=True)
         ]
         f_rate = p.force_rate_per_s * dt + FORCE_YOUTH * grown
-        # A force that is as far off as full scale says nothing: the mean stays.
+        # A force that is as far off as full scale carries no information: the mean stays.
         change_sq = dot(f_change, f_change)
         # Part of what was missed at full scale is unknown: the means grow younger again, unless
         # the force is far from gravity.
@@ -347,13 +347,13 @@ class Mekf(Estimator):
             for c, d, t in zip(f, f_change, cross(turned, f), strict=True)
         ]
         m_after = [
-            ops.where(no_field, kept, new) for kept, new in zip(m, turn(C, field), strict=True)
+            ops.where(no_field, old, new) for old, new in zip(m, turn(C, field), strict=True)
         ]
         m_after[:2] = [ops.saturated(c, HORIZONTAL_LIMIT) for c in m_after[:2]]
         r_keep = 1.0 + r_follow
         r_after = [
             ops.saturated(r_keep * c - r_follow * w, RATE_LIMIT)
-            for w, c in zip(told, rate, strict=True)
+            for w, c in zip(gyro, rate, strict=True)
         ]
 
         # Reference of the field; its horizontal part is negative until the heading is known.
@@ -371,8 +371,8 @@ class Mekf(Estimator):
         rest_s = ops.where(leveling & no_vertical, -1.0, ops.where(leveling, 0.0, rest_s))
 
         # That field is turned by the old heading: after an alignment it is not used again.
-        left = ops.where(heading_unknown, 0.0, x.field_left) - dt
-        field_left = ops.saturated(left, FIELD_AGE_LIMIT)
+        remaining = ops.where(heading_unknown, 0.0, x.field_left) - dt
+        field_left = ops.saturated(remaining, FIELD_AGE_LIMIT)
         # The fastest of late; a jump is none.
         slower = ~forgotten & (ops.where(jumped, -1.0, speed_sq - x.fastest_sq) < 0.0)
         forgotten_sq = x.fastest_sq - FASTEST_FORGET * dt * x.fastest_sq
@@ -400,7 +400,7 @@ class Mekf(Estimator):
             "youth": ops.where(leveling | aligning, YOUTH_START, older),
             "odd_sq": odd_sq,
             "turn": ops.bounded(
-                ops.where(leveling, -1.0, ops.where(due, h[1] - h[2], x.turn + dt)),
+                ops.where(leveling, -1.0, ops.where(update_due, h[1] - h[2], x.turn + dt)),
                 -1.0,
                 1.5,
                 "one of three, and a time",
@@ -411,19 +411,19 @@ class Mekf(Estimator):
             "field_left": ops.where(no_field, field_left, FIELD_AGE),
         }
         out = named_outputs((pitch, roll, heading), q, status)
-        kept = {s.name for s in self.states}
-        return {name: value for name, value in states.items() if name in kept}, out
+        names = {s.name for s in self.states}
+        return {name: value for name, value in states.items() if name in names}, out
 
     @staticmethod
-    def _correction(anew: Any, aligning: Any, level: Any, around: Any, turned: Any) -> list[Any]:
+    def _correction(anew: Any, aligning: Any, level: Any, yaw: Any, turned: Any) -> list[Any]:
         """Quaternion of norm 0.2 to 1.1 that turns the attitude about navigation axes.
 
-        The product of the turn ``around`` the vertical, where the heading aligns, and of ``level``
+        The product of ``yaw`` about the vertical, where the heading aligns, and of ``level``
         at the first sample, then of the correction (1, d/2).
         """
         a = [
-            ops.where(aligning, there, other)
-            for there, other in zip(around, (2.0, 0.0), strict=True)
+            ops.where(aligning, component, identity)
+            for component, identity in zip(yaw, (2.0, 0.0), strict=True)
         ]
         b = [
             ops.where(anew, first, later)

@@ -1,4 +1,4 @@
-"""What the `Mekf` reads, keeps and tells: inputs, parameters, states, outputs, status bits."""
+"""Interface of the `Mekf`: inputs, parameters, states, outputs, status bits."""
 
 from __future__ import annotations
 
@@ -221,7 +221,7 @@ STATES = (
     State("field_left", -0.25, 0.2499, "s"),  # for how long the field's direction is still used
 )
 
-#: Inputs, states and parameters that only a field needs, and what they are without one.
+#: Inputs, states and parameters that only a field needs, with their values without one.
 FIELD_ONLY = {
     **{f"m{a}": 0.0 for a in "xyz"},
     **{f"field_{a}": 0.0 for a in "enu"},

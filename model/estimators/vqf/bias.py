@@ -76,7 +76,7 @@ def measured(
 
 
 def _reduced(
-    p: Symmetric, gain: list[Any], column: list[Any], most: float, anew: tuple[Any, float] | None
+    p: Symmetric, gain: list[Any], column: list[Any], bound: float, anew: tuple[Any, float] | None
 ) -> Symmetric:
     """P - k c^T, or a diagonal start."""
 
@@ -84,7 +84,7 @@ def _reduced(
         value = p[i][j] - gain[i] * column[j]
         if anew is not None:
             value = ops.where(anew[0], anew[1] if i == j else 0.0, value)
-        return ops.bounded(value, 0.0 if i == j else -most, most, "covariance")
+        return ops.bounded(value, 0.0 if i == j else -bound, bound, "covariance")
 
     return symmetric(3, element)
 
@@ -102,9 +102,9 @@ def bias_of(
 ) -> tuple[list[Any], Symmetric, dict[str, Any]]:
     """Bias and P after a sample, and the states of the low-passes of C and of C b.
 
-    At rest the low-passed gyro is the bias. In motion what corrects the inclination in a step is
-    the mean of C times the bias that is left, and a weak measurement of zero about the vertical,
-    of which nothing is known, lets that forget::
+    At rest the low-passed gyro is the bias. In motion the correction of the inclination in a step
+    is the mean of C times the remaining bias; a weak measurement of zero about the vertical, where
+    the bias is not observable, lets it forget::
 
         e_e = -n/Ts + mean(C b)_e - mean(C)_e b     e_n = e/Ts + mean(C b)_n - mean(C)_n b
         e_u = -mean(C)_u b
@@ -133,10 +133,10 @@ def bias_of(
         rows.append([ops.where(resting, float(i == j), R[i][j]) for j in range(3)])
     motion = settings.motion_weight
     level = ops.named("weight", ops.where(resting, 1.0, motion))
-    about = ops.named("weight_up", ops.where(resting, 1.0, _VERTICAL_WEIGHT * motion))
-    start, most = settings.start_variance, settings.start_variance + settings.growth
-    P = grown(symmetric(3, lambda i, j: getattr(x, f"p{i}{j}")), start, settings.growth, most)
-    change, P = measured(P, rows, errors, [level, level, about], most, (restart, start))
+    up_weight = ops.named("weight_up", ops.where(resting, 1.0, _VERTICAL_WEIGHT * motion))
+    start, bound = settings.start_variance, settings.start_variance + settings.growth
+    P = grown(symmetric(3, lambda i, j: getattr(x, f"p{i}{j}")), start, settings.growth, bound)
+    change, P = measured(P, rows, errors, [level, level, up_weight], bound, (restart, start))
     learnt = [
         ops.saturated(ops.where(restart, 0.0, b + d), 1.0)
         for b, d in zip(bias, change, strict=True)
@@ -151,13 +151,13 @@ def _averaged(
     across = [ops.bounded(dot(row, bias), -ROOT_3, ROOT_3, "bias of unit size") for row in C[:2]]
     out: list[Any] = []
     states: dict[str, Any] = {}
-    for kind, parts, samples, most in (
+    for kind, parts, samples, bound in (
         ("c", [f"{a}{b}" for a in "enu" for b in "xyz"], [c for row in C for c in row], 1.0),
         ("b", ["e", "n"], across, ROOT_3),
     ):
         before = [(getattr(x, f"{kind}_z_{n}"), getattr(x, f"{kind}_v_{n}")) for n in parts]
-        found, after = filtered(weights, settings.vertical, before, samples, most)
-        out += found
+        outputs, after = filtered(weights, settings.vertical, before, samples, bound)
+        out += outputs
         states |= {f"{kind}_z_{n}": s[0] for n, s in zip(parts, after, strict=True)}
         states |= {f"{kind}_v_{n}": s[1] for n, s in zip(parts, after, strict=True)}
     return [out[:3], out[3:6], out[6:9]], out[9:], states

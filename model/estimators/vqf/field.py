@@ -19,7 +19,7 @@ _REFERENCE_MOST = 2.0 * FIELD_MOST  #: uT, of a low-passed one
 
 @dataclass(frozen=True)
 class Heading:
-    """What a magnetometer sample leaves: angle of the averaging frame, states, status."""
+    """Result of a magnetometer sample: angle of the averaging frame, states, status."""
 
     delta: Any
     states: dict[str, Any]
@@ -66,8 +66,8 @@ def heading_of(
 
     # Gain: 1/n at first, none while a disturbance is rejected, half of it once that lasts too long.
     rejecting = x.patience > settings.impatient
-    usual = ops.where(disturbed, ops.where(rejecting, 0.0, 0.5 * p.mag_gain), p.mag_gain)
-    gain = ops.where(count < settings.first_samples - 0.5, inverse, usual)
+    steady_gain = ops.where(disturbed, ops.where(rejecting, 0.0, 0.5 * p.mag_gain), p.mag_gain)
+    gain = ops.where(count < settings.first_samples - 0.5, inverse, steady_gain)
     gain = ops.named("gain", ops.where(missing, 0.0, gain))
     delta = ops.wrap_ht(x.delta + gain * ops.wrap_ht(angle - x.delta))
 
@@ -99,7 +99,7 @@ def _judged(
     x: Any, norm: Any, dip: Any, missing: Any, turning: Any, p: Any, settings: Settings
 ) -> tuple[Any, dict[str, Any]]:
     """Whether the field is disturbed, and the next reference and candidate for a new one."""
-    enough_first, enough = settings.candidate_samples
+    first_samples, samples = settings.candidate_samples
 
     def near(d_norm: Any, d_dip: Any, norm: Any) -> Any:
         return (ops.absolute(d_norm) < p.norm_share * norm) & (ops.absolute(d_dip) < p.dip_limit)
@@ -118,11 +118,11 @@ def _judged(
         unless="the low-pass overshoots, where a strong field ends",
     )
     new_dip = ops.bounded(x.new_dip + search * d_new[1], -1.0, 1.0, "a mean")
-    longer = ops.where(turning, counted(x.new_turning, enough), x.new_turning)
+    longer = ops.where(turning, counted(x.new_turning, samples), x.new_turning)
     turned = ops.where(at_candidate, longer, 0.0)
     turned = ops.named("turned_for", ops.where(missing, x.new_turning, turned))
-    needed = ops.where(x.ref_norm > 0.0, enough - 0.5, enough_first - 0.5)
-    accepted = ~quiet & (turned > needed)
+    threshold = ops.where(x.ref_norm > 0.0, samples - 0.5, first_samples - 0.5)
+    accepted = ~quiet & (turned > threshold)
     after = {
         "ref_norm": ops.where(accepted, new_norm, x.ref_norm + follow * d_ref[0]),
         "ref_dip": ops.where(accepted, new_dip, x.ref_dip + follow * d_ref[1]),

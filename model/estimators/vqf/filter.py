@@ -5,8 +5,8 @@ magnetic disturbance rejection", Information Fusion 91:187, 2023, doi 10.1016/j.
 the filter for real time, with the paper's numbers.
 
 One sample, in the paper's order: the gyro turns the attitude; the specific force, turned by it and
-low-passed, is made vertical by the shortest turn; that turn tells the bias in motion, the gyro's
-mean at rest; the field turns the heading by a share of what is missing, unless it is disturbed.
+low-passed, is made vertical by the shortest turn; the bias follows from that turn in motion, from
+the gyro's mean at rest; the field corrects a share of the heading's error, unless it is disturbed.
 
 The paper averages the force in the frame that the gyro alone turns and keeps the inclination's
 correction as a second quaternion. Here there is one, q, and every correction turns the low-pass
@@ -102,9 +102,9 @@ class Vqf(Estimator):
         self.rates_hz = _rates(self.settings)
 
     def for_rates(self, rates_hz: Mapping[str, float]) -> Vqf:
-        """With its time constants, for these rates; itself where they differ by a thousandth."""
+        """Filter with the same time constants for these rates; itself if they differ by 0.1 %."""
         now = self.settings
-        # Six digits, so that logs of one sensor share what is made of it.
+        # Six digits, so that logs of one sensor share one compiled program.
         rate, field = (float(f"{rates_hz.get(n, rates_hz['dt']):.6g}") for n in ("dt", "mx"))
         field = min(field, rate) if now.magnetic else rate
         if abs(rate / now.rate_hz - 1.0) < 1e-3 and abs(field / now.mag_rate_hz - 1.0) < 1e-3:
@@ -169,11 +169,11 @@ class Vqf(Estimator):
         pitch, roll, heading = pitch_roll_heading_ht(C)
         if settings.magnetic:
             turning = mean_rate_sq > _TURNING_SQ
-            found = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)
-            states |= found.states
-            flags |= {1: found.unknown, 3: found.missing, 4: found.disturbed}
-            heading = ops.wrap_ht(heading + found.delta)
-            s, c = ops.sincos_ht(0.5 * found.delta)
+            update = heading_of(x, restart, C, (u.mx, u.my, u.mz), turning, p, settings)
+            states |= update.states
+            flags |= {1: update.unknown, 3: update.missing, 4: update.disturbed}
+            heading = ops.wrap_ht(heading + update.delta)
+            s, c = ops.sincos_ht(0.5 * update.delta)
             # Of the turn by delta about the vertical, (c, 0, 0, s), and q.
             q = [
                 ops.saturated(v, 1.0)

@@ -1,4 +1,4 @@
-"""What a `Vqf` reads, keeps and tells: inputs, parameters, states, status bits."""
+"""Interface of a `Vqf`: inputs, parameters, states, status bits."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _inputs(settings: Settings) -> tuple[Input, ...]:
 
 def _params(settings: Settings) -> tuple[Param, ...]:
     """Thresholds and gains that may be written while the filter runs."""
-    rest = (
+    rest_params = (
         Param(
             "rest_gyr",
             2.0 * DEGREE,
@@ -58,9 +58,9 @@ def _params(settings: Settings) -> tuple[Param, ...]:
         Param("rest_acc", 0.5, 0.0, 0.9, "m/s^2", "least deviation from the mean force in motion"),
     )
     if not settings.magnetic:
-        return rest
+        return rest_params
     return (
-        *rest,
+        *rest_params,
         Param(
             "mag_gain",
             settings.mag_gain,
@@ -95,22 +95,22 @@ def _channels(low_pass: LowPass, name: str, parts: str, largest: float, unit: st
     """States of a low-pass, by channel."""
     _, z, v = (c * largest for c in low_pass.largest)
     return [
-        State(f"{name}_{kind}_{part}".rstrip("_"), -most, most, unit)
+        State(f"{name}_{kind}_{part}".rstrip("_"), -bound, bound, unit)
         for part in parts.split()
-        for kind, most in (("z", z), ("v", v))
+        for kind, bound in (("z", z), ("v", v))
     ]
 
 
 def _states(settings: Settings) -> tuple[State, ...]:
     """Everything that is carried from sample to sample."""
     p0 = settings.start_variance
-    most = p0 + settings.growth
+    bound = p0 + settings.growth
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
     states = [
         *(State(f"q{a}", -1.0, BELOW_ONE, "", v) for a, v in zip("wxyz", START, strict=True)),
         *(State(f"bias_{a}", -1.0, BELOW_ONE, "") for a in "xyz"),
         *(
-            State(f"p{i}{j}", 0.0 if i == j else -most, most, "", p0 if i == j else 0.0)
+            State(f"p{i}{j}", 0.0 if i == j else -bound, bound, "", p0 if i == j else 0.0)
             for i, j in pairs
         ),
         *_channels(settings.rest, "gyr", "x y z", RATE_MOST, "rad/s"),
@@ -122,7 +122,7 @@ def _states(settings: Settings) -> tuple[State, ...]:
         State("still", 0.0, counter_limit(settings.rest_samples), ""),
     ]
     if settings.magnetic:
-        norm, most = 2.0 * FIELD_MOST, settings.patience
+        norm, bound = 2.0 * FIELD_MOST, settings.patience
         states += [
             State("delta", -1.0, 1.0, "ht"),  # heading of the frame in which the force is averaged
             *_channels(settings.field, "norm", "_", FIELD_MOST, "uT"),
@@ -133,7 +133,7 @@ def _states(settings: Settings) -> tuple[State, ...]:
             State("new_dip", -1.0, 1.0, "ht"),
             State("new_turning", 0.0, counter_limit(settings.candidate_samples[1]), ""),
             State("calm", 0.0, counter_limit(settings.calm_samples), ""),
-            State("patience", 0.0, most, "", most - settings.rejected_samples),
+            State("patience", 0.0, bound, "", bound - settings.rejected_samples),
             State("mag_count", 0.0, counter_limit(settings.first_samples), ""),
         ]
     return tuple(states)

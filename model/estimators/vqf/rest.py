@@ -28,10 +28,10 @@ def rest_of(
     moving: dict[str, Any] = {}
     beginning = x.count < low_pass.mean_samples - 0.5
     weights = low_pass.weights(beginning, inverse)
-    for kind, most, limit in (("gyr", RATE_MOST, p.rest_gyr), ("acc", ACC_MOST, p.rest_acc)):
+    for kind, bound, limit in (("gyr", RATE_MOST, p.rest_gyr), ("acc", ACC_MOST, p.rest_acc)):
         samples = [getattr(u, f"{kind[0]}{a}") for a in "xyz"]
         before = [(getattr(x, f"{kind}_z_{a}"), getattr(x, f"{kind}_v_{a}")) for a in "xyz"]
-        means[kind], after = filtered(weights, low_pass, before, samples, most)
+        means[kind], after = filtered(weights, low_pass, before, samples, bound)
         deviation = [ops.saturated(s - m, 1.0) for s, m in zip(samples, means[kind], strict=True)]
         moving[kind] = ~(ops.saturated(dot(deviation, deviation) - limit * limit, 1.0) < 0.0)
         states |= {f"{kind}_z_{a}": s[0] for a, s in zip("xyz", after, strict=True)}

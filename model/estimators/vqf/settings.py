@@ -1,4 +1,4 @@
-"""What a `Vqf` is built for: rates, time constants, and the numbers that follow from them."""
+"""Settings of a `Vqf`: rates, time constants, and the numbers that follow from them."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Settings:
 
     @cached_property
     def vertical(self) -> LowPass:
-        """Low-pass of the specific force, and of what is compared with it."""
+        """Low-pass of the specific force, and of the values compared with it."""
         return LowPass(self.acc_tau_s, self.step_s)
 
     @cached_property
@@ -142,7 +142,7 @@ class Settings:
 
     @property
     def impatient(self) -> float:
-        """What is left of it when the field is followed again, and half a sample less."""
+        """Patience left when the field is followed again, minus half a sample."""
         return self.patience - self.rejected_samples - 0.5
 
     @cached_property

@@ -308,17 +308,21 @@ def test_a_next_value_beyond_its_state_has_the_states_format(sign: float) -> Non
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
-def test_a_next_value_of_two_states_has_the_format_of_the_wider(order: tuple[int, int]) -> None:
-    g = Tracer("two")
+def test_a_next_value_of_states_has_the_format_of_the_widest(order: tuple[int, int]) -> None:
+    """Of two of one format, the range of the first."""
+    g = Tracer("three")
     u = g.leaf("input", "u", -99.0, 99.0)
     both = [g.leaf("state", "narrow", -1.0, 1.0), g.leaf("state", "wide", -4.0, 4.0)]
     after = ops.named("after", both[0] + u)
     states = [(both[k], 0.0, after) for k in order]
+    states.append((g.leaf("state", "last", -5.0, 5.0), 0.0, after))
     program = lower(Trace(g, [u], {"y": 0.5 * after}, states=states), Arithmetic())[0]
-    assert program.values[program.find("after")].frac == 28
+    said = program.values[program.find("after")]
+    assert (said.frac, said.low, said.high) == (28, -4.0, 4.0)
     assert {program.values[n].name: program.values[m].frac for n, m in program.states} == {
         "narrow": 30,
         "wide": 28,
+        "last": 28,
     }
 
 

@@ -365,6 +365,8 @@ def test_pieces_give_the_same_figures(rows: int, monkeypatch: pytest.MonkeyPatch
         assert firsts[0] == firsts[1]
     made = {d.output: d for d in whole.result()}
     assert made["qx"].samples == n - 1
+    apart = values["qx"] - right["qx"]
+    assert made["qx"].rms == pytest.approx(math.sqrt(np.nanmean(apart**2)))
     judge = Differences(outputs, right)
     judge.add(values, right)
     decided = next(d.decided for d in judge.result() if d.output == "s")

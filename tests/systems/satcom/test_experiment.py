@@ -155,7 +155,7 @@ def test_figures_of_known_errors(adaptive, monkeypatch) -> None:
     fleet.losses_db.extend(np.linspace(0.0, 1.0, n)[:, None] * [1.0, 2.0])
     saturated = np.arange(n)[:, None] < [3, 4]
     known = dataclasses.replace(loops, run=Run(outputs, saturated=saturated))
-    monkeypatch.setattr(flight, "_beside_float", lambda *a: ({"apart": 1.0}, []))
+    monkeypatch.setattr(flight, "_float_errors", lambda *a: ({"apart": 1.0}, []))
     outcome = figures_of(CASES["adaptive"], fleet, known).figures
     assert outcome["roll_rms"] == pytest.approx([3.0, 3.0])
     assert outcome["pitch_rms"] == pytest.approx([1.0, 3.0]) == outcome["pitch_max"]
