@@ -161,7 +161,7 @@ def write_project(
     Returns
     -------
     Routed or None
-        What was placed and routed.
+        The placed and routed design.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class DepthChoice:
     us : mapping of int to float
         Time by depth [us].
     source : str
-        Where the clocks come from.
+        Source of the clocks.
     """
 
     target: str

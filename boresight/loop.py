@@ -25,7 +25,7 @@ __all__ = ["LoopResult", "simulate_world"]
 
 @dataclass(frozen=True, eq=False)
 class LoopResult(Answer):
-    """What `simulate_world` gives.
+    """Result of `simulate_world`.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class LoopResult(Answer):
         Integer levels do not part, the outputs are as near to float64 as accepted, nothing
         saturates and no state leaves its declared range.
     records : int
-        Of the first loop.
+        Records of the first loop.
     records_per_s : int
         Its rate.
     parting : str or None
-        Where the levels part.
+        First difference of the levels.
     accuracy, truth : tuple of Difference
         Outputs from float64 on the same records, and from the world's truths.
     clamped : mapping of str to int

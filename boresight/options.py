@@ -61,14 +61,14 @@ Outcome: TypeAlias = tuple[int, Any, str]
 
 @dataclass(frozen=True)
 class Option:
-    """What the command line has of a parameter, where its name, type and docstring do not say it.
+    """Properties of an option that name, type and docstring of its parameter do not give.
 
     Attributes
     ----------
     flags : tuple of str
         The long one last.
     metavar : str
-        What stands for a value.
+        Placeholder of a value.
     help : str
         If the docstring of the function has none.
     required : bool
@@ -119,20 +119,20 @@ _KINDS = {bool, int, float, str, Any, Path, Mapping, Sequence, Collection}
 
 @dataclass(frozen=True)
 class Argument:
-    """A parameter as the command line has it.
+    """A parameter as an argument of the command line.
 
     Attributes
     ----------
     name : str
-        Of what argparse gives.
+        Name in the result of argparse.
     flags : tuple of str
-        None of a positional one.
+        Empty for a positional one.
     settings : dict
         For `ArgumentParser.add_argument`.
     text : str
-        What it is.
+        Its help.
     convert : callable
-        From what argparse gives to what the function takes.
+        From the value of argparse to that of the function.
     option : Option
     """
 
@@ -145,7 +145,7 @@ class Argument:
 
     @property
     def shown(self) -> str:
-        """Its flags, and what stands for its value."""
+        """Its flags, and the placeholder of its value."""
         value = "" if "const" in self.settings else self.settings["metavar"] or self.name.upper()
         return " ".join(filter(None, (", ".join(self.flags), value)))
 
@@ -168,7 +168,7 @@ PROFILED = (
 
 
 def parameter_texts(function: Callable[..., Any]) -> dict[str, str]:
-    """What the section Parameters of a docstring says, by name, without marks."""
+    """Texts of the section Parameters of a docstring, by name, without backquotes."""
     section = re.search(
         r"^Parameters\n-+\n(.*?)(?=\n[^\n]+\n---|\Z)", inspect.getdoc(function) or "", re.M | re.S
     )
@@ -184,7 +184,7 @@ def parameter_texts(function: Callable[..., Any]) -> dict[str, str]:
 
 
 def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
-    """What the command line has of a function, by name."""
+    """Arguments of the command line for a function's parameters, by name."""
     texts = parameter_texts(function)
     arguments: list[Argument] = []
     for p in inspect.signature(function, eval_str=True).parameters.values():
@@ -237,7 +237,7 @@ def _split(text: str) -> list[str]:
     return text.split(",")
 
 
-#: What each of `PROFILED` takes besides.
+#: Further arguments of each of `PROFILED`.
 PROFILE_ARGUMENTS = (
     Argument(
         "profile",
@@ -261,7 +261,7 @@ PROFILE_ARGUMENTS = (
 #: Verbs that judge, or refuse, by the tolerances of outputs.
 JUDGES = ("check", "compile", "report", "fit")
 
-#: What each of `JUDGES` takes besides.
+#: Further arguments of each of `JUDGES`.
 TOLERANCE_ARGUMENTS = (
     Argument(
         "tolerance",
@@ -282,7 +282,7 @@ def _log_argument(flag: str, metavar: str, text: str, kind: type = str) -> Argum
     return Argument(f"log_{flag}", (f"--{flag}",), settings, text, _same, Option())
 
 
-#: What each of `READS_LOGS` takes besides.
+#: Further arguments of each of `READS_LOGS`.
 LOG_ARGUMENTS = (
     _log_argument("from", "TIME", "Begin of the slice of each log, 10s, from its first row on."),
     _log_argument("to", "TIME", "End of the slice."),
@@ -295,7 +295,7 @@ LOG_ARGUMENTS = (
 
 
 def chosen_rows(parsed: Mapping[str, Any]) -> AbstractContextManager[None]:
-    """Where only the rows of logs that were asked for are read; raises InputError."""
+    """Context in which only the selected rows of logs are read; raises InputError."""
     names = ("from", "to", "every", "gaps", "map")
     values = [parsed.get(f"log_{name}") for name in names]
     if all(value is None for value in values):
@@ -326,14 +326,14 @@ def chosen_profiles(parsed: Mapping[str, Any]) -> list[str] | None:
 
 @dataclass
 class Arguments:
-    """What was typed.
+    """Arguments as typed.
 
     Attributes
     ----------
     known : mapping of str to Argument
-        What the verb takes.
+        Arguments of the verb.
     typed : dict
-        Of these by name, as argparse gives it.
+        Values by name, as argparse gives them.
     json, quiet : bool
     """
 
@@ -375,9 +375,9 @@ class Arguments:
         Parameters
         ----------
         wanted, found : str
-            What these options belong to, and what is run.
+            Use that these options belong to, and the use that is run.
         instead : str
-            What else could be done, before "leave it out".
+            Another remedy, before "leave it out".
 
         Raises
         ------
@@ -392,7 +392,7 @@ class Arguments:
                 raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
 
     def call(self, function: Callable[..., Any], *positional: Any, **more: Any) -> Any:
-        """Call a function with what was typed.
+        """Call a function with the typed arguments.
 
         Parameters
         ----------
@@ -450,7 +450,7 @@ class Verb:
     Parameters
     ----------
     modes : functions
-        What it can do: their parameters are its arguments and options.
+        Functions whose parameters are its arguments and options.
     call : callable, optional
         From `Arguments` to an outcome, where there are several modes or something more to say; its
         own parameters are arguments too, positional ones instead of those of the modes.
@@ -469,7 +469,7 @@ class Verb:
 
     @cached_property
     def arguments(self) -> dict[str, Argument]:
-        """All that it takes, by name."""
+        """All its arguments, by name."""
         argument_sets = [self.own, *map(arguments_of, self.modes)]
         first = next((a for a in argument_sets if any(not x.flags for x in a.values())), {})
         positional = {name: a for name, a in first.items() if not a.flags}
@@ -479,7 +479,7 @@ class Verb:
         return positional
 
     def run(self, parsed: Mapping[str, Any]) -> Outcome:
-        """Do it with what argparse gives."""
+        """Run it with the result of argparse."""
         typed = {name: value for name, value in parsed.items() if name in self.arguments}
         arguments = Arguments(self.arguments, typed, json=parsed["json"], quiet=parsed["quiet"])
         if self.call is None:

@@ -27,7 +27,7 @@ def baseline(
     result : Answer
         Of `boresight.check`, `compile` or `accuracy`.
     file : path
-        What the verb printed with ``--json``; or ``json.dumps(result.to_json())``.
+        Output of the verb with ``--json``; or ``json.dumps(result.to_json())``.
     allow : mapping of str to float
         Accepted shares of worsening other than `boresight.sim.answer.SHARES`, by kind of figure.
 
