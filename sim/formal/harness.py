@@ -1,4 +1,4 @@
-"""Harnesses: what surrounds a component; words chosen by the solver, past values, covers."""
+"""Harnesses around a component: words chosen by the solver, past values, covers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class Harness(Elaboratable, Generic[T]):
-    """A component, and what a proof puts around it: inputs, assumptions, claims.
+    """A component, with the inputs, assumptions and claims of a proof.
 
     Parameters
     ----------

@@ -307,7 +307,7 @@ class Updates(Harness[Conductor]):
         with m.If(heard & (core.program == inertial) & dut.o.payload.last):
             m.d.sync += step_sign.eq(core.data[-1])
 
-        # The followed place: what is to be there, what the controller has written.
+        # The followed place: its expected word, and the word that the controller has written.
         place = fixed(m, 6, "place")
         wanted, stored = Signal(1 + plan.word, name="wanted"), Signal(1 + plan.word, name="stored")
         raw = Mux(core.taken == RAW.index("stamp"), Place.STAMP, Place.RAWS + core.taken)

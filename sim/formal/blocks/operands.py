@@ -153,7 +153,7 @@ class OneWord(Harness[Operands]):
     def _read(
         self, m: Module, name: str, chosen: Value, word: Value, out: Value, raw: Value
     ) -> None:
-        """What a port shows after the enabled cycles in which it read the word."""
+        """The word at a port after the enabled cycles of reading it."""
         was_read, value = chosen, word
         for k in range(1, self.machine.stages.read + 1):
             was_read_before, was_read = was_read, Signal(name=f"{name}_chosen{k}", reset_less=True)
