@@ -53,7 +53,7 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     InputError
         The file is damaged; a topic or a field is not there; several topics could be meant.
     ToolMissing
-        What reads the file is not installed.
+        The package that reads the file is not installed.
     """
     recording = read(path, {source.wanted for source in sources})
     notes = list(recording.notes)

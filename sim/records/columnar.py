@@ -184,8 +184,8 @@ def parse_mat(path: Path, content: bytes) -> Record:
     load = _module("scipy.io", "MAT").loadmat
     try:
         contents = load(io.BytesIO(content))
-        struct = contents.pop("units", None)
-        units = {n: str(struct[n].item().item()) for n in struct.dtype.names} if _of(struct) else {}
+        raw = contents.pop("units", None)
+        units = {n: str(raw[n].item().item()) for n in raw.dtype.names} if _is_struct(raw) else {}
         arrays = [
             (f"{n}[{units[n]}]" if n in units else n, _vector(n, array))
             for n, array in contents.items()
@@ -203,7 +203,7 @@ def parse_mat(path: Path, content: bytes) -> Record:
     return record_of_arrays(path, arrays)
 
 
-def _of(struct: Any) -> bool:
+def _is_struct(struct: Any) -> bool:
     return struct is not None and struct.dtype.names is not None
 
 

@@ -27,7 +27,7 @@ class _Rule:
     implausible: Callable[[float], bool]
     looks: str
     wants_triple: bool = False
-    #: Largest declared range; what is declared wider is no such sensor.
+    #: Largest declared range of such a sensor.
     most: float = math.inf
 
 

@@ -153,7 +153,7 @@ def _location(path: Path, first_line: int, row: int, column: str) -> str:
 
 
 def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
-    """Parse a CSV log in pieces, which together are what `parse_csv` gives.
+    """Parse a CSV log in pieces, which together are the result of `parse_csv`.
 
     Raises
     ------

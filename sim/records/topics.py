@@ -112,11 +112,11 @@ def _earlier(stamps: IntArray) -> tuple[BoolArray, BoolArray]:
     if not len(stamps):
         return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
     greatest = np.maximum.accumulate(stamps)[:-1]
-    same, before = stamps[1:] == greatest, stamps[1:] < greatest
-    return np.concatenate([[False], same]), np.concatenate([[False], before])
+    repeated, earlier = stamps[1:] == greatest, stamps[1:] < greatest
+    return np.concatenate([[False], repeated]), np.concatenate([[False], earlier])
 
 
 def increasing(stamps: IntArray) -> BoolArray:
     """Samples later than every one before them."""
-    same, before = _earlier(stamps)
-    return ~(same | before)
+    repeated, earlier = _earlier(stamps)
+    return ~(repeated | earlier)
