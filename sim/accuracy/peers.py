@@ -156,7 +156,7 @@ def _contiguous(*arrays: FloatArray) -> list[FloatArray]:
 
 def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
     step = float(np.median(log.dt))
-    # What is missing in a gap is the next sample, again and again.
+    # The samples of a gap are copies of the next one.
     times = np.clip(np.rint(log.dt / step), 1, _LONGEST_GAP_S / step).astype(np.int64)
     rows, last = np.repeat(np.arange(len(log)), times), np.cumsum(times) - 1
     gyr, acc = log.gyr[rows], log.acc[rows]

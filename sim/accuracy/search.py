@@ -29,7 +29,7 @@ __all__ = [
     "tunable",
 ]
 
-#: Values are tried with so many significant digits, so that what is printed is what was measured.
+#: Values are tried with so many significant digits, as they are printed.
 DIGITS = 4
 #: First factor of a step, its largest, and the one below which a parameter rests.
 FIRST_FACTOR, LARGEST_FACTOR, LAST_FACTOR = 2.0, 8.0, 1.04

@@ -52,12 +52,12 @@ class Trial:
         return self.log.first
 
     def fed(self, estimator: Estimator) -> tuple[Estimator, Feed | LongFeed]:
-        """The estimator made for the log's rates, and what it reads of it."""
+        """The estimator made for the log's rates, and its inputs from the log."""
         return self.feeds.get(estimator.name) or _fed(estimator, self.log)
 
 
 def _fed(estimator: Estimator, log: Log) -> tuple[Estimator, Feed | LongFeed]:
-    """The estimator made for the rates of a log, or of its first part, and what it reads."""
+    """The estimator made for the rates of a log, or of its first part, and its inputs."""
     member = fitted(estimator, log.first)
     return member, feed_of(member, log)
 

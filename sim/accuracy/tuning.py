@@ -35,7 +35,7 @@ def means(scores: Sequence[Score]) -> dict[str, float]:
 def weights_of(
     figures: Mapping[str, str], chosen: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """Weights of figures (units by name): ``chosen`` on top of what the module says.
+    """Weights of figures (units by name): ``chosen`` on top of the module's defaults.
 
     Raises
     ------
@@ -97,7 +97,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold: indices of its trials, what was tuned on the others, scores of the tests."""
+    """One fold: indices of its trials, result of tuning on the others, scores of the tests."""
 
     test: tuple[int, ...]
     train: tuple[int, ...]
@@ -163,7 +163,7 @@ class Tuning:
         return results
 
     def around(self, values: Mapping[str, float], factor: float = 2.0) -> list[Sensitivity]:
-        """What each parameter over and times a factor does, over all trials."""
+        """Errors with each parameter over and times a factor, over all trials."""
         indices = range(len(self.scorer.feeds))
 
         def errors(moved: Mapping[str, float]) -> dict[str, float]:

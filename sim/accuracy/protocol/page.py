@@ -27,7 +27,7 @@ _STYLES = (
 )
 
 
-#: What the field does: key of `worse.field_off`, label, colour.
+#: Deviations of the field: key of `worse.field_off`, label, colour.
 _FIELD = (
     ("field_heading", "from north, deg", "#CC79A7"),
     ("field_dip", "dip from its median, deg", "#009E73"),
@@ -95,7 +95,7 @@ def strip(data: Mapping[str, Any], name: str, salt: str) -> str:
 
 
 def story(run: Mapping[str, Any], name: str, rival: str, salt: str) -> str:
-    """Both errors over the time of a run, and what the field did in truth; rest is shaded."""
+    """Both errors over the time of a run, and the true deviations of the field; rest is shaded."""
     curves = {n: np.array(v, dtype=np.float64) for n, v in run["curves"].items()}
     t, rest = curves["t"], curves["moves"] < 0.5
     with settings():
@@ -118,7 +118,7 @@ def story(run: Mapping[str, Any], name: str, rival: str, salt: str) -> str:
 
 
 def render_page(data: Mapping[str, Any]) -> str:
-    """HTML text of what `boresight accuracy --protocol` gives."""
+    """HTML text of the result of `boresight accuracy --protocol`."""
     names, groups = _plotted(data), data["groups"]
     limit = f"{SETTLED_DEG[1]:g}"
     errors = [(g["group"], {n: g["rows"][n][g["judged"]] for n in names}) for g in groups]

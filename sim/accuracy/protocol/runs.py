@@ -153,7 +153,7 @@ def settled_s(t: FloatArray, error: FloatArray, limit: float) -> float | None:
     t, above = t[is_finite], error[is_finite] >= limit
     if not len(t):
         return None
-    # What begins at the start, and after each sample above the limit; and how long it lasts.
+    # Spans that begin at the start or with a sample above the limit, and their durations.
     starts = np.concatenate([[t[0]], t[above]])
     durations = np.diff(np.concatenate([starts, [t[-1]]]))
     settled = np.flatnonzero(durations >= SETTLED_FOR_S)
@@ -177,7 +177,7 @@ def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
 def run_ours(
     campaign: Campaign, name: str, log: NineAxis, full_scale: Sequence[str] = ()
 ) -> tuple[Estimator, list[Run]]:
-    """One of ours, made for the log's rates, and what it gives in fixed point and in float64.
+    """One of ours, made for the log's rates, and its runs in fixed point and in float64.
 
     ``full_scale``: see `Case`.
     """

@@ -19,7 +19,7 @@ RIVAL = "vqf_online"
 WORSE = 1.15
 #: A ratio to the rival on one trial is left out where both are below this, degrees.
 SMALL_DEG = 0.5
-#: What is added to the name of a filter in float64.
+#: Suffix of the name of a filter in float64.
 FLOAT = " float64"
 
 Row = Mapping[str, Any]
@@ -164,7 +164,7 @@ def _deg(x: float | None) -> str:
 
 
 def text(data: Mapping[str, Any]) -> str:
-    """What `summary` found, for people."""
+    """The result of `summary` as text."""
     filters, width = data["filters"], max(len(g["group"]) for g in data["groups"]) + 2
     lines = [
         "Root mean square error in degrees, mean over trials; the first second is left out.",

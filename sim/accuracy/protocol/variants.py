@@ -308,7 +308,7 @@ def gaps(share: float = 0.02, longest: int = 20) -> Variant:
 
 
 def noisier(factor: float = 3.0) -> Variant:
-    """White noise so many times as large: what lacks is added.
+    """White noise so many times as large, by adding the difference.
 
     The noise of a sensor is estimated from its second differences where they are small: the
     quietest tenth of the log in stretches of a tenth of a second.

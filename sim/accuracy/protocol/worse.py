@@ -1,4 +1,4 @@
-"""Single runs that are worse than the rival's, and what the field did meanwhile.
+"""Single runs that are worse than the rival's, with the deviations of the field.
 
 Where a magnetometer is misled, every filter that believes it is; which one is led further astray,
 and when, is seen beside what the field does in truth: turned to the reference's frame, how far it
@@ -53,7 +53,7 @@ def worse_runs(
 
 
 def field_off(log: NineAxis) -> dict[str, FloatArray]:
-    """What the field does in truth, (n,) each; NaN where it or the truth is not known.
+    """True deviations of the field, (n,) each; NaN where field or truth is not known.
 
     ``field_heading`` [deg]: how far it points from north, as far as a level compass is misled.
     ``field_dip`` [deg] and ``field_norm`` [%]: from their medians over the log.
@@ -71,7 +71,7 @@ def field_off(log: NineAxis) -> dict[str, FloatArray]:
 
 
 def _means(t: FloatArray, values: FloatArray, edges: FloatArray) -> list[float | None]:
-    """Mean of what is known between edges; None where nothing is."""
+    """Mean of the finite values between edges; None where there is none."""
     is_finite = np.isfinite(values)
     count, _ = np.histogram(t[is_finite], edges)
     total, _ = np.histogram(t[is_finite], edges, weights=values[is_finite])
@@ -80,7 +80,7 @@ def _means(t: FloatArray, values: FloatArray, edges: FloatArray) -> list[float |
 
 
 def curves(campaign: Campaign, name: str, run: Mapping[str, Any]) -> dict[str, Any]:
-    """Both filters' errors over the time of a run, and what the field did, as plain data.
+    """Both filters' errors over the time of a run, and the field's deviations, as plain data.
 
     Means over stretches of `STEP_S`, or longer where they were more than `POINTS`: ``t`` [s],
     ``ours`` and ``rival`` [deg] (the judged angle), those of `field_off`, and ``moves``, the share
