@@ -74,7 +74,7 @@ def read_report(path: str | Path) -> dict[str, Any]:
 
 
 def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """What differs between two reports.
+    """Differences of two reports.
 
     Returns
     -------

@@ -120,7 +120,7 @@ def report_data(
     return data
 
 
-#: Values of which a report says what they do to an output.
+#: Values in a report whose rounding contributes most to an output's error.
 _INFLUENCES = 5
 
 
@@ -134,7 +134,7 @@ def _influence(program: Program, observed: Observed) -> list[dict[str, Any]]:
 
 
 def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
-    """Whether all checks are good, and what is wrong, with the log where there are several."""
+    """Whether all checks are good, and their failures, with the log where there are several."""
     several = len(checks) > 1
     return {
         "good": all(check.good for check in checks) if checks else None,

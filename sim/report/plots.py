@@ -17,7 +17,7 @@ __all__ = ["error_plot", "log_difference_plot", "output_plot", "width_plot"]
 
 Curve = Sequence[float | None]
 
-#: What a plot by unit shows of each output: see `sim.report.accuracy`.
+#: Data of each output in a plot by unit: see `sim.report.accuracy`.
 Outputs = Mapping[str, Mapping[str, Any]]
 
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
