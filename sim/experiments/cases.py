@@ -20,7 +20,7 @@ class Case(Protocol):
 
     @property
     def meaning(self) -> str:
-        """What a row of the page is headed with."""
+        """Head of a row of the page."""
 
 
 class CasesExperiment(Experiment):
@@ -43,7 +43,7 @@ class CasesExperiment(Experiment):
     shown : tuple of str
         Cases whose first run is plotted.
     shown_text : str
-        What the plots show.
+        Description of the plots.
     """
 
     cases: ClassVar[Mapping[str, Any]]

@@ -29,7 +29,7 @@ class Target:
     source : str
         Origin of the band: a table, a data sheet, a specification.
     value : float
-        What was measured; one that is not finite is never good.
+        The measured value; one that is not finite is never good.
     low, high : float, optional
         Least and greatest good value; None: no limit.
     unit : str
@@ -41,7 +41,7 @@ class Target:
     spread : (float, float), optional
         Range of the value over the runs.
     note : str
-        What limits it.
+        Limits of the measurement.
     """
 
     name: str
@@ -119,7 +119,7 @@ class Experiment:
     name, summary : str
         By default the class's name in lower case, and the first line of its docstring.
     runs : int
-        How many runs the spread comes from, unless the user says so.
+        Default number of runs, from which the spread comes.
     pages : tuple of str
         Names of the files that it makes besides ``NAME.json``.
     jobs : int, optional
@@ -150,7 +150,7 @@ class Experiment:
         seed : int, 0 or more
             Of the first run; run k has ``seed + k``.
         runs : int, 2 or more
-            How many.
+            Number of runs.
         say : callable
             Told in a line what begins.
         """

@@ -33,7 +33,7 @@ class Runs:
     ----------
     figures : dict of str to float64 (runs,)
     shown : mapping
-        What is shown of the first run.
+        Data of the first run for plots.
     each : list
         Further results of every run.
     pooling : mapping of str to str

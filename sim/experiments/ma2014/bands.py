@@ -26,7 +26,7 @@ def each(
     note: str = "",
     **beside: Sequence[float] | None,
 ) -> Iterator[Target]:
-    """A target for each axis, the last ones of what is given for more.
+    """A target for each axis; of values for more axes the last ones count.
 
     ``spread``: p05 and p95; ``beside``: what the paper prints, what the prototype measured.
     """

@@ -92,7 +92,7 @@ def _params(method: Method) -> dict[str, float]:
 
 
 def kalman_parameters(name: str) -> dict[str, float]:
-    """Table 2 in the parameters of a quaternion EKF, by what it calls them.
+    """Table 2 in the parameters of a quaternion EKF, by their names.
 
     Noise of the angles at rest, level and at heading 0, for the filter that measures a quaternion::
 

@@ -1,4 +1,4 @@
-"""The paper's tests, section by section: what each measures, as plain data."""
+"""The paper's tests, section by section: the measured figures, as plain data."""
 
 from __future__ import annotations
 
@@ -283,7 +283,7 @@ def differences(errors: Mapping[str, FloatArray]) -> dict[str, Any]:
 
 
 def table_1(log: Record) -> list[dict[str, Any]]:
-    """Table 1 and what the simulated stages do; Euler angles differ from stage angles."""
+    """Table 1 and the angles of the simulated stages; Euler angles differ from stage angles."""
     euler = truth_deg(log)
     rows, end = [], 0.0
     for row, swing, stage in zip(paper.TABLE_1, E2.swings, np.degrees(E2.ends), strict=True):

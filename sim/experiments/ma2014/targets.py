@@ -1,4 +1,4 @@
-"""The targets of the specification beside what was measured.
+"""The targets of the specification beside the measured figures.
 
 A standard deviation over many runs is pooled, the root of the mean variance: variances add, and for
 a random walk the pooled value has a closed form, which a single run is far from. Medians and 5 to
