@@ -36,7 +36,7 @@ def fast_turn(
     rate_rad_s : three floats
         Rate about sensor axes [rad/s] between rise and fall; less than half a turn in a step.
     seconds : float
-        How long it has that rate.
+        Time at that rate [s].
     """
     corners = begin_s + np.cumsum([0.0, RAMP_S, seconds, RAMP_S])
     share = np.interp(log.t - 0.5 * log.dt, corners, [0.0, 1.0, 1.0, 0.0])

@@ -156,7 +156,7 @@ class StackedMotion:
     def specific_force(
         self, t: npt.ArrayLike, *, gravity: float, lever: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> FloatArray:
-        """What an ideal accelerometer feels [m/s^2] at times t [s]: (n, 3).
+        """Specific force of an ideal accelerometer [m/s^2] at times t [s]: (n, 3).
 
         Parameters
         ----------

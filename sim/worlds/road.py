@@ -20,7 +20,7 @@ __all__ = ["Ride", "profile", "ride"]
 
 @dataclass(frozen=True, eq=False)
 class Ride:
-    """What a vehicle does, at records of ``rate_hz``.
+    """Motion of a vehicle, at records of ``rate_hz``.
 
     Roll, pitch and unwrapped heading (n, 3) [rad]; q body to navigation (n, 4); mean body rate
     since the sample before (n, 3) [rad/s]; acceleration in navigation axes and specific force in

@@ -124,7 +124,7 @@ def _ship(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
     return q, np.concatenate([horizontal, heave[:, None]], axis=1), np.zeros((len(t), 3))
 
 
-#: What it is, its rate [Hz].
+#: Draw of its journey, its rate [Hz].
 CARRIERS: dict[str, tuple[Draw, float]] = {
     "car": (_car, 100.0),
     "drone": (_drone, 400.0),

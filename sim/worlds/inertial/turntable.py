@@ -62,7 +62,7 @@ class Pulses:
     share : float64 (n,)
         When in it, 0 (its begin) to 1 (its end).
     azimuth : float64 (n,)
-        That it tells [rad], 0 to 2 pi.
+        Azimuth of the mark [rad], 0 to 2 pi.
     """
 
     sample: IntArray
