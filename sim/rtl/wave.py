@@ -51,7 +51,7 @@ class Wave:
     Attributes
     ----------
     groups : mapping of str to sequence of Signal
-        What is shown, from top to bottom.
+        Shown signals, from top to bottom.
     cycles : int
         Cycles of the clock.
     """
@@ -123,7 +123,7 @@ def write_wave(
             text = [*wires, *(view.change(*item) for item in changed.items())]
             time = _CYCLE * cycle
             print(f"#{time}", *text, view.change("clk", 1), sep="\n", file=file)
-            if row == stop:  # what the last cycle of the window wrote
+            if row == stop:  # writes of the last cycle of the window
                 break
             print(f"#{time + _CYCLE // 2}", view.change("clk", 0), sep="\n", file=file)
         return Wave(view.groups, cycles)
@@ -207,7 +207,7 @@ class _View:
             for k, v in enumerate(program.values)
             if v.kind in (Kind.CONST, Kind.PARAM, Kind.STATE)
         }
-        self._next_values = dict[str, _WaveValue]()  # what is there from the next cycle on
+        self._next_values = dict[str, _WaveValue]()  # values from the next cycle on
         # Addresses of the word at work and of the one out of the ROM.
         self.work = self.rom = self.base
         for value in self.words:
@@ -298,7 +298,7 @@ class _View:
         )
 
     def cycle(self, wire: Callable[[str], int]) -> dict[str, _WaveValue]:
-        """Take the wires of a cycle, by path; return what changes with it."""
+        """Take the wires of a cycle, by path; return the changes."""
         changed, self._next_values = self._next_values, {}
         at = self.work - self.base
         active = bool(wire(f"{CORE}.sequencer.active")) and 0 <= at < len(self.at_work)
