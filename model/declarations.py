@@ -1,4 +1,4 @@
-"""What an estimator declares: inputs, parameters, states and outputs, each with range and unit.
+"""Declarations of an estimator: inputs, parameters, states and outputs, with range and unit.
 
 Units are texts of the units library (``m/s^2``, ``deg/s``, ``uT``) and four special ones: ``ht`` is
 half turns (1 = pi rad, a binary angle that wraps); ``turn`` of an output is turns from 0 to 1, the
@@ -51,7 +51,7 @@ EXACT_UNITS = ("flags", "bits")
 PERIODS = {"ht": 2.0, "turn": 1.0}
 #: Source location of a declaration, "file.py, line 41"; no part of its identity.
 _LINE: Any = field(default_factory=author_line, kw_only=True, repr=False, compare=False)
-#: A millionth of it, rounded once.
+#: A millionth of `GRAVITY`, rounded once.
 MICRO_G = float(f"{GRAVITY}e-6")
 
 
@@ -350,7 +350,7 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
 
 
 def _with_plain_numbers(declaration: Any) -> None:
-    """Replace numpy's numbers, whose comparisons and texts are not those of Python's."""
+    """Replace numpy's numbers, whose comparisons and texts differ from Python's."""
     for part in fields(declaration):
         value = getattr(declaration, part.name)
         if isinstance(value, np.generic):

@@ -312,8 +312,8 @@ class Estimator:
                 found="none",
                 fix='declare one, for example Input("dt", 0.0, 0.1, "s")',
             )
-        recorded, again = self.trace(), self.trace()
-        expressions = (recorded.tracer.expressions, again.tracer.expressions)
+        recorded, repeated = self.trace(), self.trace()
+        expressions = (recorded.tracer.expressions, repeated.tracer.expressions)
         keys = [[e.said for e in each] for each in expressions]
         for k, (first, second) in enumerate(zip_longest(*keys)):
             if first != second:

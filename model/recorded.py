@@ -63,7 +63,7 @@ _COMPUTE: dict[str, Callable[..., Any]] = {
 }
 #: Rows (a prime: no array of a step has that shape). All are computed as arrays, if the step takes
 #: arrays; one by one as many as have about this number of expressions together, within limits.
-_ROWS, _EXPRESSIONS, _ALONE = 997, 40_000, (24, 401)
+_ROWS, _EXPRESSIONS, _SCALAR_ROWS = 997, 40_000, (24, 401)
 #: Share of a value up to which the two may differ without a second look.
 _EQUAL = 1e-9
 #: The second look: number of rows, how often each is computed, and the share by which each argument
@@ -82,7 +82,7 @@ def evaluate(
     leaves : mapping of (kind, name) to (rows,)
         Inputs ("input"), parameters ("param") and states ("state").
     noise : callable, optional
-        What becomes of each argument that is a number.
+        Applied to each argument that is a number.
     claims : bool
         Hold values of `ops.bounded` in their ranges, as their words do.
     """
@@ -148,7 +148,7 @@ class _Comparison:
         """Raise InputError where the two differ."""
         array_results = self._array_results()
         count = _EXPRESSIONS * (1 if array_results is not None else 4) // len(self.trace.needed)
-        rows = range(min(self.rows, max(_ALONE[0], min(count, _ALONE[1]))))
+        rows = range(min(self.rows, max(_SCALAR_ROWS[0], min(count, _SCALAR_ROWS[1]))))
         scalar_results = np.stack([self._scalar_results(row) for row in rows], axis=1)
         for computed in (scalar_results, *([] if array_results is None else [array_results])):
             error = _difference(computed, self.expected[:, : computed.shape[1]]).max(axis=0)
@@ -254,13 +254,7 @@ def drawn(
 ) -> FloatArray:
     """Values in a declared range: anywhere, its ends, the usual one, and near zero."""
     uniform = draw.uniform(of.low, of.high, rows)
-    near_zero = uniform * 2.0 ** -draw.uniform(0.0, 20.0, rows)
-    kinds = [
-        uniform,
-        near_zero,
-        np.full(rows, of.low),
-        np.full(rows, of.high),
-        np.full(rows, usual),
-    ]
+    small = uniform * 2.0 ** -draw.uniform(0.0, 20.0, rows)
+    kinds = [uniform, small, np.full(rows, of.low), np.full(rows, of.high), np.full(rows, usual)]
     chosen = np.choose(draw.choice(len(kinds), rows, p=(0.5, 0.2, 0.1, 0.1, 0.1)), kinds)
     return np.asarray(np.clip(chosen, of.low, of.high), dtype=np.float64)

@@ -64,15 +64,15 @@ def profiles(files: Iterable[str | Path] | None) -> Iterator[None]:
 
 
 def profiles_now() -> tuple[str, ...] | None:
-    """What `profiles` was given last."""
+    """Files of the latest `profiles`."""
     return _profiles.get()
 
 
 def profile_place(what: Named, name: str) -> Path | None:
-    """Where the profile of an estimator in a file of its own stands; None: it has no such file.
+    """File of the profile of an estimator in a file of its own; None for any other estimator.
 
-    ``track.fit.json`` beside ``track.py``, or, of an estimator that has another name than its file,
-    ``track.NAME.fit.json``.
+    ``track.fit.json`` beside ``track.py``, or ``track.NAME.fit.json`` if the estimator has another
+    name than its file.
     """
     if not isinstance(what, str) or not (".py:" in what or what.endswith(".py")):
         return None
@@ -189,13 +189,13 @@ def load(what: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], gr
     path = f"{stem}.py" if colon else what
     if not colon and not what.endswith(".py"):
         name, args, options = _call(what, what) if what.endswith(")") else (what, (), {})
-        return _constructed(_named(name, base, kind, shipped, group), what, args, options)
+        return _constructed(_lookup(name, base, kind, shipped, group), what, args, options)
     module = _module(Path(path), kind)
     name, args, options = _call(call, what) if colon else ("", (), {})
     return _constructed(_class(module, name, base, kind, path), what, args, options)
 
 
-def _named(
+def _lookup(
     name: str, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str
 ) -> type[T]:
     if name in shipped:
@@ -249,13 +249,13 @@ def _module(path: Path, kind: str) -> ModuleType:
     except OSError as error:
         raise InputError.at(
             str(path),
-            wanted=f"a Python file with {_a(kind)}",
+            wanted=f"a Python file with {_noun(kind)}",
             found=(error.strerror or type(error).__name__).lower(),
             fix="check the path",
         ) from None
     file = path.resolve()
     name = f"_boresight_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
-    if name in sys.modules and all(map(_current, vars(sys.modules[name])["__helpers__"])):
+    if name in sys.modules and all(map(_is_current, vars(sys.modules[name])["__helpers__"])):
         return sys.modules[name]
     with _imports_from(file.parent):
         spec = importlib.util.spec_from_file_location(name, file)
@@ -287,7 +287,7 @@ def _imports_from(folder: Path) -> Iterator[None]:
     Helper modules of other folders, and changed ones, are removed from `sys.modules`.
     """
     for name, helper in [*_helpers.items()]:
-        if helper[0].parent != folder or not _current(helper):
+        if helper[0].parent != folder or not _is_current(helper):
             del _helpers[name]
             sys.modules.pop(name, None)
             # Its .pyc would serve for a text of the same second and length.
@@ -310,14 +310,14 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _current(helper: tuple[Path, str]) -> bool:
+def _is_current(helper: tuple[Path, str]) -> bool:
     """Whether a helper's file is as it was imported."""
     file, digest = helper
     return file.is_file() and _digest(file) == digest
 
 
 def _error_text(error: BaseException) -> str:
-    """Python's words; of a name that a module lacks without the module's path."""
+    """Python's message; of a name that is missing in a module, without the module's path."""
     text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
     return re.sub(r" \(\S*\.py\)$", "", text) if isinstance(error, ImportError) else text
 
@@ -356,9 +356,9 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
         for n, c in vars(module).items()
         if isinstance(c, type) and issubclass(c, base) and c.__module__ == module.__name__
     }
-    named = vars(module).get(name)
-    if isinstance(named, type) and issubclass(named, base):
-        return named
+    candidate = vars(module).get(name)
+    if isinstance(candidate, type) and issubclass(candidate, base):
+        return candidate
     if name and name in vars(module):
         subject = f"{name}, not derived from {base.__name__}"
     else:
@@ -371,11 +371,11 @@ def _class(module: ModuleType, name: str, base: type[T], kind: str, path: str) -
         if name
         else f"one class derived from boresight.{base.__name__}",
         found=subject,
-        fix=f"name one: {path}:{next(iter(classes))}" if classes else f"write {_a(kind)} in it",
+        fix=f"name one: {path}:{next(iter(classes))}" if classes else f"write {_noun(kind)} in it",
     )
 
 
-def _a(kind: str) -> str:
+def _noun(kind: str) -> str:
     return f"{'an' if kind[0] in 'aeio' else 'a'} {kind}"
 
 

@@ -19,7 +19,7 @@ from boresight.model.places import author_line, place_of, place_of_function, pla
 __all__ = ["Values", "check_constants", "checked"]
 
 #: Remedies for errors of Python and numpy, by patterns of their texts.
-_CURES = (
+_REMEDIES = (
     (
         r"does not support ufuncs|no callable \w+ method|ufunc '\w+' not supported",
         "numpy's functions take no traced value: use boresight.ops (sincos_ht, sqrt, exp, ...)",
@@ -43,14 +43,14 @@ _CURES = (
 )
 
 #: Names of numpy's functions in errors of numpy that say it in many words.
-_NUMPYS = (
+_NUMPY_ERRORS = (
     (r"no callable (\w+) method", "numpy's {} of a traced value"),
     (r"Cannot cast ufunc '(\w+)' output", "numpy's {} into an array of float64"),
     (r"Cannot cast ufunc '(\w+)' input", "numpy.linalg's {} of traced values"),
 )
 
 
-class _NotThere(InputError, AttributeError):
+class _Undeclared(InputError, AttributeError):
     """A name that is not declared; for `getattr` and `hasattr` a missing attribute."""
 
 
@@ -77,7 +77,7 @@ class Values(SimpleNamespace):
             raise AttributeError(name)
         kind, names = self._names
         near = ", ".join(closest(name, names))
-        raise _NotThere.at(
+        raise _Undeclared.at(
             author_line(),
             wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
             found=repr(name),
@@ -156,17 +156,17 @@ def _explained(
             fix="take these three, also where one is not needed",
         )
     text = f"{type(error).__name__}: {error}".splitlines()[0]
-    cure = next((cure for pattern, cure in _CURES if re.search(pattern, text)), None)
+    remedy = next((remedy for pattern, remedy in _REMEDIES if re.search(pattern, text)), None)
     named = (
         template.format(match[1])
-        for pattern, template in _NUMPYS
+        for pattern, template in _NUMPY_ERRORS
         if (match := re.search(pattern, text))
     )
     return InputError.at(
         line or where,
         wanted=f"a step of {name} that computes",
         found=next(named, text),
-        fix=cure or "use + - * /, comparisons and boresight.ops",
+        fix=remedy or "use + - * /, comparisons and boresight.ops",
     )
 
 

@@ -48,7 +48,7 @@ class _Pass(ListState):
         """Place every node; return the attempt, or None beyond the limit."""
         problem = self.p
         t = 0
-        limit = 64 + 8 * problem.machine.rom_words
+        limit = 8 * problem.machine.rom_words
         while self.asleep or self.awake:
             while self.asleep and self.asleep[0][0] <= t:
                 node = heappop(self.asleep)[1]
@@ -94,7 +94,7 @@ class _Pass(ListState):
         problem, style = self.p, self.style
         best: tuple[int, int, Fit] | None = None
         best_key = float("-inf")
-        most = 2 * style.reuse
+        most = len(KINDS) * style.reuse
         for minus, node in self.awake:
             if most - minus <= best_key:
                 break
@@ -126,10 +126,9 @@ class _Pass(ListState):
                         continue
                     if not self.may_look_up(t, lane, need, f):
                         continue
-                    if style.keep:
-                        for kind in (0, 1, 2):
-                            if need[kind] and self.wanted(kind, self.held[lane][kind]):
-                                key -= style.keep
+                    for kind, held in enumerate(self.held[lane]):
+                        if need[kind] and self.wanted(kind, held):
+                            key -= style.keep
                     if f[1] > problem.terms[node] and any(
                         t < free <= t + style.stay and self.need(node, other) < need
                         for other, free in enumerate(self.free)

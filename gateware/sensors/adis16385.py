@@ -213,11 +213,11 @@ class Adis16385(wiring.Component):
         Of a device that brings one each ``period`` cycles: a start that has just begun in vain is
         given up, the next one succeeds.
         """
-        bad = (
+        detection = (
             self.settings.bad_limit * max(self.timeout_cycles(decimation), period)
             + self.burst_cycles
         )
-        return 2 * self.start_cycles + bad + (len(CHECKED) + 1) * period + self.burst_cycles
+        return 2 * self.start_cycles + detection + (len(CHECKED) + 1) * period + self.burst_cycles
 
     def elaborate(self, platform: Any) -> Module:
         """Pins, frames, buffer, judgement, and four states."""

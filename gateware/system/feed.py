@@ -76,14 +76,14 @@ def feed_of(programs: Sequence[Program]) -> Feed:
     ValueError
         Too many constants or registers, or a register of two formats.
     """
-    makers = _Maker()
+    builder = _FeedBuilder()
     records = tuple(
-        tuple(makers.fed(program, number) for number in program.streamed) for program in programs
+        tuple(builder.fed(program, number) for number in program.streamed) for program in programs
     )
-    return Feed(records, tuple(makers.constants), makers.registers, makers.holds)
+    return Feed(records, tuple(builder.constants), builder.registers, builder.holds)
 
 
-class _Maker:
+class _FeedBuilder:
     """Collects constants and registers of the records."""
 
     def __init__(self) -> None:

@@ -157,14 +157,14 @@ def _check_front(front: Sequence[Program]) -> None:
 def _check_estimator(program: Program, front: Sequence[Program]) -> None:
     """Check that an estimator's inputs have the formats of the calibrations."""
     for number in program.streamed:
-        name, want = program.values[number].name, program.format(number)
+        name, form = program.values[number].name, program.format(number)
         if name not in PLACES:
             continue
         for source in front:
             if name in source.output_names:
-                have = source.format(source.outputs[source.output_names.index(name)])
-                if have != want:
+                expected = source.format(source.outputs[source.output_names.index(name)])
+                if expected != form:
                     raise ValueError(
-                        f"input {name} of {program.name} must be {have} as it comes "
-                        f"from the calibration, not {want}"
+                        f"input {name} of {program.name} must be {expected} as it comes "
+                        f"from the calibration, not {form}"
                     )

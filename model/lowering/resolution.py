@@ -87,7 +87,7 @@ class _Walk:
                     placed(line, f"{self.program.name}, value {declared.name}"),
                     wanted=f"a last bit of at most {limit / share:.3g}, for {reason}",
                     found=f"{last:.3g}, for an interval [{span.low:.4g}, {span.high:.4g}]",
-                    fix=self._cure(value),
+                    fix=self._remedy(value),
                 )
 
     def _line(self, value: int) -> str:
@@ -97,7 +97,7 @@ class _Walk:
                 value = op.dest
         return self.nodes[value].line if value in self.nodes else ""
 
-    def _cure(self, value: int) -> str:
+    def _remedy(self, value: int) -> str:
         """Remedy: how a value gets a finer last bit."""
         declared, states = self.program.values[value], self.program.states
         if declared.kind is not Kind.OP:

@@ -1,4 +1,4 @@
-"""Checks of a program: complete, and if read from a file, fit for every level."""
+"""Checks of a program: completeness, and of one read from a file, fitness for every level."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["check_complete", "check_program"]
 _NAME = re.compile(r"[A-Za-z0-9_.+-]{1,100}")
 _TABLE_BLOCK = 512
 #: Limit of numbers, far more than any core holds.
-_MOST = 100_000
+_LIMIT = 100_000
 
 
 def check_program(program: Program) -> None:
@@ -28,18 +28,18 @@ def check_program(program: Program) -> None:
     ValueError
         The program is malformed; the message names the first fault.
     """
-    for fault in chain(_of_types(program), _foreign(program)):
+    for fault in chain(_type_faults(program), _file_faults(program)):
         raise ValueError(fault)
     check_complete(program)
 
 
 def check_complete(program: Program) -> None:
     """Raise ValueError unless every operation is complete and reads only defined values."""
-    for fault in _incomplete(program):
+    for fault in _completeness_faults(program):
         raise ValueError(fault)
 
 
-def _incomplete(p: Program) -> Iterator[str]:
+def _completeness_faults(p: Program) -> Iterator[str]:
     defined = [value.kind is not Kind.OP for value in p.values]
     for number, op in enumerate(p.ops):
         where = f"operation {number} ({p.values[op.dest].name})"
@@ -48,7 +48,7 @@ def _incomplete(p: Program) -> Iterator[str]:
                 yield f"{where} must read values defined before it, not value {operand}"
         if defined[op.dest]:
             yield f"{where} must be the only writer of a value of kind op, not of value {op.dest}"
-        yield from _operation(p, where, op)
+        yield from _operation_faults(p, where, op)
         defined[op.dest] = True
     for value in (*p.outputs, *(source for _, source in p.states)):
         if not defined[value]:
@@ -64,7 +64,7 @@ def _incomplete(p: Program) -> Iterator[str]:
             yield f"words must be {low} to {high}, not {word!r}"
 
 
-def _operation(p: Program, where: str, op: Op) -> Iterator[str]:
+def _operation_faults(p: Program, where: str, op: Op) -> Iterator[str]:
     blocks, largest = len(p.table_memory) // _TABLE_BLOCK, p.arithmetic.shift_max
     if op.table is not None and not 0 <= op.table < blocks:
         yield f"{where} must name a table below {blocks}, not {op.table!r}"
@@ -86,7 +86,7 @@ def _operation(p: Program, where: str, op: Op) -> Iterator[str]:
                 yield f"{where}: fraction_b must be unset where b is a coefficient"
 
 
-def _of_types(p: Program) -> Iterator[str]:
+def _type_faults(p: Program) -> Iterator[str]:
     """Yield faults of fields with a type other than the classes declare."""
     parts: tuple[tuple[str, Iterable[Any]], ...] = (
         ("arithmetic", [p.arithmetic]),
@@ -123,10 +123,10 @@ _ALLOWED: dict[type, dict[str, tuple[type, ...]]] = {
 }
 
 
-def _foreign(p: Program) -> Iterator[str]:
+def _file_faults(p: Program) -> Iterator[str]:
     if p.arithmetic != Arithmetic(p.arithmetic.word):
         yield "an arithmetic without a core"
-    if max(len(p.values), len(p.ops), len(p.table_memory)) > _MOST:
+    if max(len(p.values), len(p.ops), len(p.table_memory)) > _LIMIT:
         yield "a program too large for any core"
     shares = (p.shares,) if p.shares else ()
     for name in (p.name, *shares, *p.output_names, *(v.name for v in p.values)):

@@ -56,7 +56,7 @@ class Interpreter:
         ]
         self.saturations = np.zeros(len(program.values), dtype=np.int64)
         self._tables = np.array(program.table_memory, dtype=np.int64)
-        self._before = [self.values[n] for n, _ in program.states]
+        self._previous_states = [self.values[n] for n, _ in program.states]
         self._update: Update | None = None  # of one run, made at its first use
 
     def update(self, inputs: npt.ArrayLike) -> tuple[IntArray, BoolArray]:
@@ -101,7 +101,7 @@ class Interpreter:
             self.values[number] = np.full(self.runs, param, dtype=np.int64)
         saturated = self._scalar_update() if self.runs <= FEW else self._array_update()
         outputs = np.stack([self.values[n] for n in p.outputs])
-        self._before = [self.values[n] for n, _ in p.states]
+        self._previous_states = [self.values[n] for n, _ in p.states]
         after = [self.values[n] for _, n in p.states]
         for (state, _), word in zip(p.states, after, strict=True):
             self.values[state] = word
@@ -137,7 +137,7 @@ class Interpreter:
     def values_before_commit(self) -> list[IntArray]:
         """`values` of the last update, with the states that it read instead of the next states."""
         words = list(self.values)
-        for (state, _), word in zip(self.program.states, self._before, strict=True):
+        for (state, _), word in zip(self.program.states, self._previous_states, strict=True):
             words[state] = word
         return words
 

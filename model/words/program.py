@@ -285,7 +285,7 @@ class Program:
 _PORTS = (Kind.INPUT, Kind.PARAM, Kind.STATE)
 
 
-#: Types that are JSON's, most of what a program holds.
+#: Types that JSON has, too; most fields of a program.
 _PLAIN = {str, int, float, type(None)}
 
 
@@ -323,7 +323,7 @@ def _read(hint: Any, x: Any) -> Any:
 
 def _identity(value: Value) -> list[Any]:
     """Part of a value that the digest covers."""
-    inside = [value.kind.value, value.frac, value.initial]
+    identity = [value.kind.value, value.frac, value.initial]
     if value.kind not in _PORTS:
-        return inside
-    return [*inside, value.name, value.unit, float(value.low), float(value.high)]
+        return identity
+    return [*identity, value.name, value.unit, float(value.low), float(value.high)]

@@ -67,11 +67,11 @@ class _Text:
             x = f"(v{op.index} + {self.quarter})" if op.index_quarter else f"v{op.index}"
             segment = f"({x} >> {arith.fraction_bits} & {(1 << arith.INDEX_BITS) - 1})"
             yield f"i = {512 * op.table} + 4 * {segment}"
-        terms, sofar = [self.term(term) for term in op.terms], f"{1 << (arith.guard - 1)}"
+        terms, partial = [self.term(term) for term in op.terms], f"{1 << (arith.guard - 1)}"
         while len(terms) > _MOST:
-            yield f"q = {sofar}{''.join(terms[:_MOST])}"
-            terms, sofar = terms[_MOST:], "q"
-        yield f"q = ({sofar}{''.join(terms)}) >> {arith.guard}"
+            yield f"q = {partial}{''.join(terms[:_MOST])}"
+            terms, partial = terms[_MOST:], "q"
+        yield f"q = ({partial}{''.join(terms)}) >> {arith.guard}"
         if op.overflow is Overflow.WRAP:
             yield f"v{op.dest} = ((q + {self.half}) & {self.mask}) - {self.half}"
             return

@@ -110,8 +110,8 @@ def part_format(table: Table, arith: Arithmetic, low: float, high: float) -> For
     A range that ends at a power of two (1/m at m = 1/2) gives up its last bit there for one bit
     more everywhere else. No format is finer than the accumulator can use: that keeps shifts legal.
     """
-    almost = 1.0 - math.ldexp(1.0, 2 - arith.word)
-    fmt = Format.for_range(arith.word, low * almost, high * almost)
+    scale = 1.0 - math.ldexp(1.0, 2 - arith.word)
+    fmt = Format.for_range(arith.word, low * scale, high * scale)
     return Format(arith.word, min(fmt.frac, table.result_format(arith).frac + arith.guard))
 
 

@@ -2,8 +2,8 @@
 
 Each distinct term is stored once and has a number, so two words with the same number are equal
 for all inputs. The microcode (`gateware.microcode.validation`) and the emitted C
-(`firmware.validation`) are executed on such numbers and compared with `Meaning`, which says what
-the program's operations compute (`model.words.fixed`).
+(`firmware.validation`) are executed on such numbers and compared with `Meaning`: the results of the
+program's operations (`model.words.fixed`).
 
 Equal are sums with the same terms in any order, products with exchanged factors, and a word and its
 copy (`gateware.schedule.copies`: a word times 2^k, shifted right by k - G, rounded). The order of a
@@ -179,7 +179,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a program computes in one update, for all inputs, parameters and states.
+    """Results of a program in one update, for all inputs, parameters and states.
 
     Attributes
     ----------

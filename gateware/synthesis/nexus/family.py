@@ -41,7 +41,7 @@ def _flip_flop(cell: dict[str, Any]) -> FlipFlop | None:
 
 
 def _multiplier(pins: str, register: str, suffix: str, *, output: bool = False) -> Absorption:
-    """A register of MULT18X18; ``of``: its enable and reset."""
+    """A register of MULT18X18; ``suffix``: of its enable and reset."""
     return Absorption(
         cell="MULT18X18",
         pins=(pins,),

@@ -32,9 +32,9 @@ def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, fanout: int) -> Ho
             return Hop("net_carry")
         return Hop(routed, ("carry_exit",) if driver.offset == 3 else ())
     if target == "CARRY4" and load.port == "S":
-        return Hop("") if is_lut and _only_such(netlist, bit, load) else Hop(routed, ("lut",))
+        return Hop("") if is_lut and _is_sole_load(netlist, bit, load) else Hop(routed, ("lut",))
     if target == "MUXF7" and load.port != "S":
-        return Hop("") if is_lut and _only_such(netlist, bit, load) else Hop(routed, ("lut",))
+        return Hop("") if is_lut and _is_sole_load(netlist, bit, load) else Hop(routed, ("lut",))
     if target == "MUXF8" and load.port != "S" and source == "MUXF7":
         return Hop("")
     if source == target == "DSP48A1" and _DSP_CASCADES.get(driver.port) == load.port:
@@ -47,7 +47,7 @@ def route(netlist: Netlist, bit: int, driver: Pin, load: Pin, fanout: int) -> Ho
     return Hop(routed)
 
 
-def _only_such(netlist: Netlist, bit: int, load: Pin) -> bool:
+def _is_sole_load(netlist: Netlist, bit: int, load: Pin) -> bool:
     """True if no other input of the same kind needs the same LUT."""
     kind = netlist.cells[load.cell].type
     rivals = [

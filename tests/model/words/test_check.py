@@ -102,7 +102,7 @@ def test_beyond_the_limits(program: Program, message: str) -> None:
 @pytest.mark.parametrize("of", ["values", "ops", "table_memory"])
 def test_size_of_a_program(monkeypatch: pytest.MonkeyPatch, of: str) -> None:
     large = {"values": VALUES * 200, "ops": GOOD.ops * 400, "table_memory": (0,) * 1024}[of]
-    monkeypatch.setattr("boresight.model.words.check._MOST", 512)
+    monkeypatch.setattr("boresight.model.words.check._LIMIT", 512)
     check_program(GOOD)
     with pytest.raises(ValueError, match=r"^a program too large for any core$"):
         check_program(replace(GOOD, **{of: large}))
