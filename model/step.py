@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.declarations import Named, State
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
@@ -76,7 +76,7 @@ class Values(SimpleNamespace):
         if name.startswith("_"):
             raise AttributeError(name)
         kind, names = self._names
-        near = ", ".join(closest(name, names))
+        near = listed(name, names)
         raise _Undeclared.at(
             author_line(),
             wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
