@@ -107,7 +107,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 #: The same names for Python, by the module that has them.
-_PLACES = {
+_EXPORTS = {
     "board.simulated": "BoardResult FaultsResult",
     "loop": "LoopResult simulate_world",
     "model": "blocks ops",
@@ -153,17 +153,17 @@ _PLACES = {
     "verbs.run": "RunResult run",
     "verbs.simulate": "simulate simulate_faults",
 }
-_PLACE_OF = {name: place for place, names in _PLACES.items() for name in names.split()}
+_MODULE_OF = {name: place for place, names in _EXPORTS.items() for name in names.split()}
 
-__all__ = sorted(_PLACE_OF)
+__all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PLACE_OF:
+    if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    place = f"{__name__}.{_PLACE_OF[name]}"
-    module = name in ("blocks", "ops")
-    value = import_module(f"{place}.{name}") if module else getattr(import_module(place), name)
+    path = f"{__name__}.{_MODULE_OF[name]}"
+    is_module = name in ("blocks", "ops")
+    value = import_module(f"{path}.{name}") if is_module else getattr(import_module(path), name)
     globals()[name] = value
     return value
 

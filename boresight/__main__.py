@@ -13,13 +13,13 @@ __all__ = ["main"]
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code of `boresight.cli.main`."""
-    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
-        if usual:  # an exception in the midst of an import may be taken for a failed one
+        if default:  # an exception in the midst of an import may be taken for a failed one
             signal.signal(signal.SIGINT, _stop)
         from boresight.cli import main as run  # a second, most of it numpy's
 
-        if usual:
+        if default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         return run(argv)
     except KeyboardInterrupt:  # between the imports and what `run` catches

@@ -1,4 +1,4 @@
-"""The command line: which verb, and what its end means for the exit code.
+"""The command line: choice of the verb, and exit codes.
 
 0 good; 1 a check failed, a tool is missing, a worker was killed, or memory ran out; 2 bad usage or
 bad input; 3 a bug of Boresight; 130 ended by Ctrl-C; 141 the reader of standard output has gone.
@@ -44,7 +44,7 @@ __all__ = ["arguments_of", "help_of", "main", "parse", "verb_of"]
 
 #: Longest complaint about the command line, in characters.
 _LONGEST = 300
-#: What argparse says, and the words for it.
+#: Messages of argparse, and their replacements.
 _WORDS = {
     "^the following arguments are required: (.*)": r"wanted \1, found none",
     "expected one argument$": "wanted a value, found none",
@@ -65,8 +65,8 @@ class _Parser(argparse.ArgumentParser):
             text = (
                 f"wanted a verb such as {', '.join(closest(match[1], VERBS))}, found '{match[1]}'"
             )
-        for words, said in _WORDS.items():
-            text = re.sub(words, said, text)
+        for pattern, replacement in _WORDS.items():
+            text = re.sub(pattern, replacement, text)
         tell(f"error: {text}; see {self.prog} --help")
         self.exit(2)
 
@@ -94,22 +94,22 @@ def verb_of(name: str) -> Verb:
 
 
 def arguments_of(name: str) -> list[Argument]:
-    """All that a verb takes; its module is imported."""
-    besides = (
+    """All arguments of a verb; its module is imported."""
+    shared = (
         (PROFILED, PROFILE_ARGUMENTS),
         (JUDGES, TOLERANCE_ARGUMENTS),
         (READS_LOGS, LOG_ARGUMENTS),
     )
-    more = (arguments for verbs, arguments in besides if name in verbs)
-    return [*verb_of(name).arguments.values(), *chain.from_iterable(more)]
+    shared_arguments = (arguments for verbs, arguments in shared if name in verbs)
+    return [*verb_of(name).arguments.values(), *chain.from_iterable(shared_arguments)]
 
 
 def help_of(name: str) -> tuple[str, list[tuple[str, str]]]:
-    """What a verb is for, and command lines with what each does; its module is not imported."""
+    """Summary of a verb, and its examples with descriptions; its module is not imported."""
     path = Path(__file__).parent / f"{VERBS[name].replace('.', '/')}.py"
     summary, _, rest = (ast.get_docstring(ast.parse(path.read_bytes())) or "").partition("\n\n")
     examples = [line.strip().partition("  # ") for line in rest.splitlines()]
-    return " ".join(summary.split()), [(line, what) for line, _, what in examples]
+    return " ".join(summary.split()), [(line, text) for line, _, text in examples]
 
 
 def _parser(*verbs: str) -> _Parser:
@@ -137,7 +137,7 @@ def _parser(*verbs: str) -> _Parser:
         # Only the help shows them, of all verbs or of the one that is named.
         summary, examples = help_of(name) if name in verbs or not verbs else ("", [])
         width = max((len(line) for line, _ in examples), default=0)
-        lines = ["examples:", *(f"  {line:{width}}  # {what}" for line, what in examples)]
+        lines = ["examples:", *(f"  {line:{width}}  # {text}" for line, text in examples)]
         verb = subparsers.add_parser(
             name,
             help=summary,
@@ -154,7 +154,7 @@ def _parser(*verbs: str) -> _Parser:
 
 
 def parse(argv: Sequence[str]) -> dict[str, Any]:
-    """What a command line says, by name, and ``verb``; it may end with help or an error."""
+    """Values of a command line by name, and ``verb``; it may end with help or an error."""
     for word in argv:  # argparse would take such a value for the end of all options
         if re.fullmatch(r"(-\w|--[\w-]+=)--", word):
             raise InputError.at(
@@ -168,17 +168,17 @@ def parse(argv: Sequence[str]) -> dict[str, Any]:
 
 def _unknown(verb: str, words: Sequence[str]) -> InputError:
     """The error of words that a verb does not take."""
-    see = f"see boresight {verb} --help"
+    hint = f"see boresight {verb} --help"
     if re.fullmatch(r"\w+=\S+", words[0]):
         fix = f"write a parameter as --param {words[0]}"
         if verb == "explore":
             fix += ", an argument of the constructor before the options"
     else:
         flags = [flag for argument in arguments_of(verb) for flag in argument.flags]
-        near = get_close_matches(words[0].partition("=")[0], [*flags, "--json", "--quiet"], 1)
-        fix = f"write {near[0]}" if near else "leave it out"
+        matches = get_close_matches(words[0].partition("=")[0], [*flags, "--json", "--quiet"], 1)
+        fix = f"write {matches[0]}" if matches else "leave it out"
     return InputError.at(
-        verb, wanted="what this verb takes", found=" ".join(words), fix=f"{fix}; {see}"
+        verb, wanted="what this verb takes", found=" ".join(words), fix=f"{fix}; {hint}"
     )
 
 

@@ -60,7 +60,7 @@ __all__ = [
     "write_text",
 ]
 
-#: What ``core.v`` can be for; the first by default.
+#: Targets of ``core.v``; the first by default.
 TARGET_NAMES = ("xc6slx9", "generic", *(name for name in TARGETS if name != "xc6slx9"))
 
 #: Clock of complete systems, Hz.
@@ -91,8 +91,8 @@ def core_files(
     """Names of the texts of these estimators' core (`core_texts`), and of the report."""
     out = [*_verilog(target), "report.json", *REGISTER_FILES, *integration_names(axi=axi)]
     for name in names:
-        of = f"-{name}" if len(names) > 1 else ""
-        out += [f"microcode{of}.lst", f"program{of}.json", f"schedule{of}.json"]
+        suffix = f"-{name}" if len(names) > 1 else ""
+        out += [f"microcode{suffix}.lst", f"program{suffix}.json", f"schedule{suffix}.json"]
         out += [f"firmware/{identifier(name)}{end}" for end in (".c", ".h", "_host.c")]
     return out
 
@@ -133,7 +133,7 @@ def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
     Refuted
         They do not: a bug of the compiler.
     """
-    begin = time.perf_counter()
+    start = time.perf_counter()
     programs = [part.program for part in core.parts]
     registers = [part.allocation.addresses() for part in core.parts]
     operations = validate_microcode(core.machine, core.image, programs, registers)
@@ -144,7 +144,7 @@ def prove(core: Core, texts: Mapping[str, str] | None = None) -> Proven:
         firmware = {k.removeprefix("firmware/"): v for k, v in texts.items()}
         for program in programs:
             validate_c(program, Body(program).name, firmware)
-    return Proven(operations, texts is not None, time.perf_counter() - begin)
+    return Proven(operations, texts is not None, time.perf_counter() - start)
 
 
 def write_project(
@@ -161,7 +161,7 @@ def write_project(
     Returns
     -------
     Routed or None
-        What was placed and routed.
+        The placed and routed design.
 
     Raises
     ------
@@ -172,9 +172,9 @@ def write_project(
         write_ise_project(make, board, folder, clock_hz=clock_hz)
         return None
     project = open_project(make, board, clock_hz=clock_hz)
-    built = build_bitstream(project, seeds=seeds, cache_dir=Cache().root, progress=progress)
-    write_open_project(folder, project, built)
-    return built.routed
+    bitstream = build_bitstream(project, seeds=seeds, cache_dir=Cache().root, progress=progress)
+    write_open_project(folder, project, bitstream)
+    return bitstream.routed
 
 
 def write_system(
@@ -220,14 +220,14 @@ def core_texts(
         With the core that has an AXI interface, too.
     """
     core = build.core
-    about = describe(core, {e.name: e.summary for e in build.estimators})
-    texts = {"registers.json": about.to_json()}
+    description = describe(core, {e.name: e.summary for e in build.estimators})
+    texts = {"registers.json": description.to_json()}
     for file, (instances, identified) in _verilog(target).items():
-        head = verilog_head(about, instances=instances, identified=identified)
+        head = verilog_head(description, instances=instances, identified=identified)
         texts[file] = head + core.verilog(instances=instances, identified=identified)
-    texts |= register_texts(about)
+    texts |= register_texts(description)
     texts |= integration_files(
-        about, records, generic=not has_primitives(target), axi=axi, area=area
+        description, records, generic=not has_primitives(target), axi=axi, area=area
     )
     for number in range(len(core.parts)):
         texts |= _program_texts(core.select(number))
@@ -256,11 +256,11 @@ def write_text(file: Path, text: str) -> None:
 
 def _program_texts(core: Core) -> dict[str, str]:
     """Microcode, program, schedule and C of the selected program, by file name."""
-    of = f"-{core.program.name}" if len(core.parts) > 1 else ""
+    suffix = f"-{core.program.name}" if len(core.parts) > 1 else ""
     return {
-        f"microcode{of}.lst": core.listing,
-        f"program{of}.json": core.program.to_json() + "\n",
-        f"schedule{of}.json": core.schedule.to_json() + "\n",
+        f"microcode{suffix}.lst": core.listing,
+        f"program{suffix}.json": core.program.to_json() + "\n",
+        f"schedule{suffix}.json": core.schedule.to_json() + "\n",
         **{f"firmware/{file}": text for file, text in emit_c(core.program).items()},
     }
 
@@ -271,7 +271,7 @@ def estimate_core(core: Core, device: Device = XC6SLX9) -> Estimate:
 
 
 def map_core(core: Core, target: Target) -> Mapped:
-    """What a core takes on a target."""
+    """Resources of a core on a target."""
     text = core.verilog(instances=False, identified=True)
     return netlist_for(text, "core", target, cache_dir=Cache().root)
 

@@ -27,7 +27,7 @@ class DepthChoice:
     us : mapping of int to float
         Time by depth [us].
     source : str
-        Where the clocks come from.
+        Source of the clocks.
     """
 
     target: str
@@ -78,5 +78,5 @@ def depth_by_time(build: Build, target: Target) -> DepthChoice | None:
 
 
 def _cycles(schedule: Schedule) -> int:
-    """Cycles that count."""
+    """Latency of the last urgent output; without one the interval."""
     return schedule.latency if schedule.urgent else schedule.interval

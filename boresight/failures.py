@@ -30,7 +30,7 @@ def code_of(error: BaseException) -> int:
     2: bad input. 1: a tool is missing or failed, or memory ran out. 130: Ctrl-C. 141: standard
     output is a pipe whose reader has closed it. 143, 129: SIGTERM, SIGHUP. 3: a bug of Boresight.
     """
-    # Amaranth's, of gateware that the error kept from being elaborated.
+    # Amaranth's warning of gateware that was not elaborated because of the error.
     warnings.filterwarnings("ignore", ".* created but never used")
     if isinstance(error, ClosedPipe | BrokenPipeError):
         abandon(sys.stdout)
@@ -82,10 +82,10 @@ def _bug(error: BaseException) -> int:
     if os.environ.get(DEBUG):
         tell("".join(traceback.format_exception(error)).rstrip())
     last = traceback.extract_tb(error.__traceback__)[-1]
-    what = " ".join(f"{type(error).__name__}: {error}".split())
-    what = what if len(what) <= _LONGEST else f"{what[:_LONGEST]}..."
+    message = " ".join(f"{type(error).__name__}: {error}".split())
+    message = message if len(message) <= _LONGEST else f"{message[:_LONGEST]}..."
     tell(
-        f"error: a bug of Boresight, {what} ({Path(last.filename).name}, line {last.lineno}); "
+        f"error: a bug of Boresight, {message} ({Path(last.filename).name}, line {last.lineno}); "
         f"please report it with the traceback, which {DEBUG}=1 shows"
     )
     return 3
@@ -115,7 +115,7 @@ def interruptible() -> Iterator[None]:
     Terminated
         SIGTERM or SIGHUP.
     """
-    usual: dict[signal.Signals, Any] = {}
+    previous_handlers: dict[signal.Signals, Any] = {}
 
     def stop(number: int, frame: object) -> None:
         signal.signal(number, signal.SIG_DFL)
@@ -127,11 +127,11 @@ def interruptible() -> Iterator[None]:
     if threading.current_thread() is threading.main_thread():
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
-                usual[number] = signal.signal(number, stop)
+                previous_handlers[number] = signal.signal(number, stop)
     try:
         yield
     finally:
-        for number, handler in usual.items():
+        for number, handler in previous_handlers.items():
             signal.signal(number, handler)
 
 

@@ -38,12 +38,12 @@ def chosen(names: Named | Sequence[Named]) -> tuple[list[Named], list[str]]:
     for name in [names] if isinstance(names, str | Estimator | type) else names:
         for text in split_names(name) if isinstance(name, str) else [name]:
             members += words.get(text, [text]) if isinstance(text, str) else [text]
-    twice = [n for k, n in enumerate(members) if isinstance(n, str) and n in members[:k]]
-    if twice or not members:
+    duplicates = [n for k, n in enumerate(members) if isinstance(n, str) and n in members[:k]]
+    if duplicates or not members:
         raise InputError.at(
             "estimators",
             wanted="at least one, each once",
-            found=f"{twice[0]} twice" if twice else "none",
+            found=f"{duplicates[0]} twice" if duplicates else "none",
             fix=f"name some, or one of {', '.join(words)}",
         )
     published = [n for n in members if isinstance(n, str) and n in PEERS]

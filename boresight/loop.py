@@ -25,7 +25,7 @@ __all__ = ["LoopResult", "simulate_world"]
 
 @dataclass(frozen=True, eq=False)
 class LoopResult(Answer):
-    """What `simulate_world` gives.
+    """Result of `simulate_world`.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class LoopResult(Answer):
         Integer levels do not part, the outputs are as near to float64 as accepted, nothing
         saturates and no state leaves its declared range.
     records : int
-        Of the first loop.
+        Records of the first loop.
     records_per_s : int
         Its rate.
     parting : str or None
-        Where the levels part.
+        First difference of the levels.
     accuracy, truth : tuple of Difference
         Outputs from float64 on the same records, and from the world's truths.
     clamped : mapping of str to int
@@ -74,7 +74,7 @@ class LoopResult(Answer):
             lines.append(self.parting)
         elif self.against != self.on:
             lines.append(f"the same records and outputs as on {self.against}, bit by bit")
-        for name, found in (
+        for name, deviations in (
             ("from float64 on the same records", self.accuracy),
             ("from truth", self.truth),
         ):
@@ -82,7 +82,7 @@ class LoopResult(Answer):
                 f"{d.output} {name}: max {d.largest:.4g} {d.unit}".rstrip()
                 + f", rms {d.rms:.4g}"
                 + ("" if d.good else f", BEYOND {d.tolerance:g}")
-                for d in found
+                for d in deviations
                 if math.isfinite(d.largest)
             ]
         return "\n".join([*lines, *self.causes, "good" if self.good else "FAILED"])
@@ -153,13 +153,13 @@ def simulate_world(
     accuracy = judge(build, 0, loop.inputs, loop.run, reference, loop.clamped)
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))
-    floats = {"numpy", "float"} & {on, against}
+    float_levels = {"numpy", "float"} & {on, against}
     return LoopResult(
         world=plant.name,
         estimator=filter.name,
         on=on,
         against=against,
-        good=(divergence is None or bool(floats)) and accuracy.good,
+        good=(divergence is None or bool(float_levels)) and accuracy.good,
         records=len(loop.inputs),
         records_per_s=round(loop.records_per_s),
         parting=None if divergence is None else divergence.line(),

@@ -3,8 +3,8 @@
 A positional parameter is an argument; one after the ``*`` is an option of its name, ``--with-cpu``
 of ``with_cpu``. A number or a text takes a value; a bool is a flag, ``--no-synth`` where it is True
 by default; a sequence of texts is one value with commas; a mapping of numbers takes ``NAME=NUMBER``
-as often as wanted. `Option` in its annotation says what differs. A callable is no option. What is
-not typed is not passed, so that a default stands in the signature alone.
+as often as wanted. `Option` in its annotation overrides this. A callable is no option. Options that
+are not typed are not passed, so that defaults stand in the signature alone.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ Outcome: TypeAlias = tuple[int, Any, str]
 
 @dataclass(frozen=True)
 class Option:
-    """What the command line has of a parameter, where its name, type and docstring do not say it.
+    """Properties of an option that name, type and docstring of its parameter do not give.
 
     Attributes
     ----------
     flags : tuple of str
         The long one last.
     metavar : str
-        What stands for a value.
+        Placeholder of a value.
     help : str
         If the docstring of the function has none.
     required : bool
@@ -119,20 +119,20 @@ _KINDS = {bool, int, float, str, Any, Path, Mapping, Sequence, Collection}
 
 @dataclass(frozen=True)
 class Argument:
-    """A parameter as the command line has it.
+    """A parameter as an argument of the command line.
 
     Attributes
     ----------
     name : str
-        Of what argparse gives.
+        Name in the result of argparse.
     flags : tuple of str
-        None of a positional one.
+        Empty for a positional one.
     settings : dict
         For `ArgumentParser.add_argument`.
     text : str
-        What it is.
+        Its help.
     convert : callable
-        From what argparse gives to what the function takes.
+        From the value of argparse to that of the function.
     option : Option
     """
 
@@ -145,16 +145,16 @@ class Argument:
 
     @property
     def shown(self) -> str:
-        """Its flags, and what stands for its value."""
+        """Its flags, and the placeholder of its value."""
         value = "" if "const" in self.settings else self.settings["metavar"] or self.name.upper()
         return " ".join(filter(None, (", ".join(self.flags), value)))
 
     def add_to(self, parser: ArgumentParser) -> None:
         """Add it, with completion by files."""
         names = self.flags or (self.name,)
-        where: dict[str, Any] = {"dest": self.name} if self.flags else {}
+        dest: dict[str, Any] = {"dest": self.name} if self.flags else {}
         action: Any = parser.add_argument(
-            *names, **where, **self.settings, default=SUPPRESS, help=self.text.replace("%", "%%")
+            *names, **dest, **self.settings, default=SUPPRESS, help=self.text.replace("%", "%%")
         )
         if action.nargs != 0:
             action.complete = shtab.FILE
@@ -168,7 +168,7 @@ PROFILED = (
 
 
 def parameter_texts(function: Callable[..., Any]) -> dict[str, str]:
-    """What the section Parameters of a docstring says, by name, without marks."""
+    """Texts of the section Parameters of a docstring, by name, without backquotes."""
     section = re.search(
         r"^Parameters\n-+\n(.*?)(?=\n[^\n]+\n---|\Z)", inspect.getdoc(function) or "", re.M | re.S
     )
@@ -184,13 +184,13 @@ def parameter_texts(function: Callable[..., Any]) -> dict[str, str]:
 
 
 def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
-    """What the command line has of a function, by name."""
+    """Arguments of the command line for a function's parameters, by name."""
     texts = parameter_texts(function)
     arguments: list[Argument] = []
     for p in inspect.signature(function, eval_str=True).parameters.values():
         annotated = get_origin(p.annotation) is Annotated
-        kind, *more = get_args(p.annotation) if annotated else [p.annotation]
-        option = next((x for x in more if isinstance(x, Option)), Option())
+        kind, *metadata = get_args(p.annotation) if annotated else [p.annotation]
+        option = next((x for x in metadata if isinstance(x, Option)), Option())
         union = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
         kinds = {get_origin(k) or k for k in union}
         if option.hidden or kinds.isdisjoint(_KINDS):
@@ -209,10 +209,10 @@ def _argument(p: inspect.Parameter, kinds: set[Any], option: Option, text: str) 
     settings: dict[str, Any] = {"metavar": option.metavar}
     convert: Callable[[Any], Any] = _same
     if positional:
-        several = p.kind is p.VAR_POSITIONAL
+        is_variadic = p.kind is p.VAR_POSITIONAL
         settings["metavar"] = option.metavar or p.name.upper()
-        if several or p.default is not p.empty:
-            settings["nargs"] = ("+" if option.required else "*") if several else "?"
+        if is_variadic or p.default is not p.empty:
+            settings["nargs"] = ("+" if option.required else "*") if is_variadic else "?"
     elif bool in kinds:
         settings = {"action": "store_const", "const": not p.default}
     elif Mapping in kinds or option.repeated:
@@ -223,8 +223,8 @@ def _argument(p: inspect.Parameter, kinds: set[Any], option: Option, text: str) 
     elif numbers := kinds & {int, float}:
         (settings["type"],) = numbers
     default = ",".join(map(str, p.default)) if isinstance(p.default, tuple) else p.default
-    unsaid = isinstance(default, bool) or default in (p.empty, None, "")
-    if not unsaid and "default" not in text:
+    has_no_default = isinstance(default, bool) or default in (p.empty, None, "")
+    if not has_no_default and "default" not in text:
         text = f"{text.removesuffix('.')}; default {default}."
     return Argument(p.name, () if positional else flags, settings, text, convert, option)
 
@@ -237,7 +237,7 @@ def _split(text: str) -> list[str]:
     return text.split(",")
 
 
-#: What each of `PROFILED` takes besides.
+#: Further arguments of each of `PROFILED`.
 PROFILE_ARGUMENTS = (
     Argument(
         "profile",
@@ -261,7 +261,7 @@ PROFILE_ARGUMENTS = (
 #: Verbs that judge, or refuse, by the tolerances of outputs.
 JUDGES = ("check", "compile", "report", "fit")
 
-#: What each of `JUDGES` takes besides.
+#: Further arguments of each of `JUDGES`.
 TOLERANCE_ARGUMENTS = (
     Argument(
         "tolerance",
@@ -282,7 +282,7 @@ def _log_argument(flag: str, metavar: str, text: str, kind: type = str) -> Argum
     return Argument(f"log_{flag}", (f"--{flag}",), settings, text, _same, Option())
 
 
-#: What each of `READS_LOGS` takes besides.
+#: Further arguments of each of `READS_LOGS`.
 LOG_ARGUMENTS = (
     _log_argument("from", "TIME", "Begin of the slice of each log, 10s, from its first row on."),
     _log_argument("to", "TIME", "End of the slice."),
@@ -295,7 +295,7 @@ LOG_ARGUMENTS = (
 
 
 def chosen_rows(parsed: Mapping[str, Any]) -> AbstractContextManager[None]:
-    """Where only the rows of logs that were asked for are read; raises InputError."""
+    """Context in which only the selected rows of logs are read; raises InputError."""
     names = ("from", "to", "every", "gaps", "map")
     values = [parsed.get(f"log_{name}") for name in names]
     if all(value is None for value in values):
@@ -326,14 +326,14 @@ def chosen_profiles(parsed: Mapping[str, Any]) -> list[str] | None:
 
 @dataclass
 class Arguments:
-    """What was typed.
+    """Arguments as typed.
 
     Attributes
     ----------
     known : mapping of str to Argument
-        What the verb takes.
+        Arguments of the verb.
     typed : dict
-        Of these by name, as argparse gives it.
+        Values by name, as argparse gives them.
     json, quiet : bool
     """
 
@@ -375,24 +375,24 @@ class Arguments:
         Parameters
         ----------
         wanted, found : str
-            What these options belong to, and what is run.
+            Use that these options belong to, and the use that is run.
         instead : str
-            What else could be done, before "leave it out".
+            Another remedy, before "leave it out".
 
         Raises
         ------
         InputError
             One of them was typed.
         """
-        taken = arguments_of(function)
+        valid = arguments_of(function)
         for name in self.typed:
-            if name not in taken:
+            if name not in valid:
                 flag = self.known[name].flags[-1]
                 fix = f"{instead}leave {flag} out"
                 raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
 
     def call(self, function: Callable[..., Any], *positional: Any, **more: Any) -> Any:
-        """Call a function with what was typed.
+        """Call a function with the typed arguments.
 
         Parameters
         ----------
@@ -407,31 +407,31 @@ class Arguments:
             An option that the function does not take; a wrong value.
         """
         self.only(function)
-        taken = arguments_of(function)
+        valid = arguments_of(function)
         options = {
             name: argument.convert(self.typed[name])
-            for name, argument in taken.items()
+            for name, argument in valid.items()
             if argument.flags and name in self.typed and name not in ("params", "param")
         }
         signature = inspect.signature(function)
         if not positional:
-            for name, argument in taken.items():
+            for name, argument in valid.items():
                 if not argument.flags and name in self.typed:
                     value = self.typed[name]
                     positional += tuple(value) if isinstance(value, list) else (value,)
         if {"params", "param"} & {*self.typed} and "params" not in more:
-            options["params"] = self._values(taken, signature.bind_partial(*positional).arguments)
+            options["params"] = self._values(valid, signature.bind_partial(*positional).arguments)
         if "progress" in signature.parameters:
             options["progress"] = self.progress
         return function(*positional, **options | more)
 
-    def _values(self, taken: Mapping[str, Argument], values: Mapping[str, Any]) -> dict[str, Any]:
+    def _values(self, valid: Mapping[str, Argument], values: Mapping[str, Any]) -> dict[str, Any]:
         """Parameter values of the only estimator, or by estimator."""
         names: list[Named] = []
         several = False
         for name, value in values.items():
-            if taken[name].option in (_ESTIMATOR, _SEVERAL):
-                several |= taken[name].option == _SEVERAL
+            if valid[name].option in (_ESTIMATOR, _SEVERAL):
+                several |= valid[name].option == _SEVERAL
                 names += value if isinstance(value, tuple) else [value]
         names = estimator_names(*names) if several else names
         if len(names) == 1:
@@ -450,7 +450,7 @@ class Verb:
     Parameters
     ----------
     modes : functions
-        What it can do: their parameters are its arguments and options.
+        Functions whose parameters are its arguments and options.
     call : callable, optional
         From `Arguments` to an outcome, where there are several modes or something more to say; its
         own parameters are arguments too, positional ones instead of those of the modes.
@@ -469,27 +469,27 @@ class Verb:
 
     @cached_property
     def arguments(self) -> dict[str, Argument]:
-        """All that it takes, by name."""
-        every = [self.own, *map(arguments_of, self.modes)]
-        first = next((a for a in every if any(not x.flags for x in a.values())), {})
+        """All its arguments, by name."""
+        argument_sets = [self.own, *map(arguments_of, self.modes)]
+        first = next((a for a in argument_sets if any(not x.flags for x in a.values())), {})
         positional = {name: a for name, a in first.items() if not a.flags}
-        for arguments in every:
+        for arguments in argument_sets:
             options = {name: a for name, a in arguments.items() if a.flags}
             positional |= {name: a for name, a in options.items() if name not in positional}
         return positional
 
     def run(self, parsed: Mapping[str, Any]) -> Outcome:
-        """Do it with what argparse gives."""
+        """Run it with the result of argparse."""
         typed = {name: value for name, value in parsed.items() if name in self.arguments}
         arguments = Arguments(self.arguments, typed, json=parsed["json"], quiet=parsed["quiet"])
         if self.call is None:
             return outcome(arguments.call(*self.modes))
-        own: list[Any] = []
+        positional: list[Any] = []
         keywords: dict[str, Any] = {}
         for name in [name for name in self.own if name in typed]:
             value = typed.pop(name)
             if self.own[name].flags:
                 keywords[name] = value
             else:
-                own += value if isinstance(value, list) else [value]
-        return self.call(arguments, *own, **keywords)
+                positional += value if isinstance(value, list) else [value]
+        return self.call(arguments, *positional, **keywords)

@@ -97,8 +97,8 @@ def values_for(
         try:
             target.param_values(values)
         except InputError as error:
-            said = {**error.parts, "where": f"{path}, {error.parts['where']}"}
-            raise InputError.at(**said) from None
+            parts = {**error.parts, "where": f"{path}, {error.parts['where']}"}
+            raise InputError.at(**parts) from None
         out |= values
     out |= parse_settings(settings)
     target.param_values(out)

@@ -27,7 +27,7 @@ def baseline(
     result : Answer
         Of `boresight.check`, `compile` or `accuracy`.
     file : path
-        What the verb printed with ``--json``; or ``json.dumps(result.to_json())``.
+        Output of the verb with ``--json``; or ``json.dumps(result.to_json())``.
     allow : mapping of str to float
         Accepted shares of worsening other than `boresight.sim.answer.SHARES`, by kind of figure.
 
@@ -48,17 +48,17 @@ def baseline(
             found=f"a {type(result).__name__}",
             fix="compare one of these",
         )
-    before = read_baseline(file, result.judged)
-    return compared(result, before, result.judged, file=file, allow=allow)
+    earlier = read_baseline(file, result.judged)
+    return compared(result, earlier, result.judged, file=file, allow=allow)
 
 
-def _besides(
+def _baseline_options(
     *,
     baseline: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     allow: Annotated[Mapping[str, float] | None, Option(metavar="KIND=SHARE")] = None,
     junit: Annotated[str | Path | None, Option(metavar="FILE")] = None,
 ) -> None:
-    """What a judged verb takes besides.
+    """Further options of a judged verb.
 
     Parameters
     ----------
@@ -93,18 +93,18 @@ class JudgedVerb(Verb):
 
     @cached_property
     def arguments(self) -> dict[str, Argument]:
-        """All that it takes, by name."""
-        return super().arguments | arguments_of(_besides)
+        """All its arguments, by name."""
+        return super().arguments | arguments_of(_baseline_options)
 
     def run(self, parsed: Mapping[str, Any]) -> Outcome:
-        """Do it; compare; write the JUnit file."""
-        besides = arguments_of(_besides)
-        typed = {n: besides[n].convert(value) for n, value in parsed.items() if n in besides}
+        """Run the verb, compare, write the JUnit file."""
+        options = arguments_of(_baseline_options)
+        typed = {n: options[n].convert(value) for n, value in parsed.items() if n in options}
         file: Any = typed.get("baseline")
         name = self.modes[0].__name__
-        before = None if file is None else read_baseline(file, self.judged)
-        if before is not None:  # unknown kinds are refused before the work
-            compared(before, before, self.judged, file=file, allow=typed.get("allow"))
+        earlier = None if file is None else read_baseline(file, self.judged)
+        if earlier is not None:  # unknown kinds are refused before the work
+            compared(earlier, earlier, self.judged, file=file, allow=typed.get("allow"))
         elif "allow" in typed:
             raise InputError.at(
                 "--allow", wanted="--baseline with it", found="none", fix="name an earlier result"
@@ -115,10 +115,10 @@ class JudgedVerb(Verb):
             flat = [w for word in words for w in (word if isinstance(word, list) else [word])]
             inputs = [w for w in flat if isinstance(w, str) and Path(w).is_file()]
             target = OutputFile(typed["junit"], name, inputs=inputs, option="--junit")
-        code, data, text = super().run({n: v for n, v in parsed.items() if n not in besides})
+        code, data, text = super().run({n: v for n, v in parsed.items() if n not in options})
         comparison = None
-        if before is not None:
-            comparison = compared(data, before, self.judged, file=file, allow=typed.get("allow"))
+        if earlier is not None:
+            comparison = compared(data, earlier, self.judged, file=file, allow=typed.get("allow"))
             data = {**data, "baseline": comparison.to_json(), "good": not code and comparison.good}
             text = f"{text.removesuffix('good') if not comparison.good else text}".rstrip("\n")
             text = f"{text}\n{comparison}".lstrip("\n")
@@ -144,8 +144,8 @@ def junit(suite: str, data: Any, baseline: Baseline | None = None) -> str:
     verdicts = list(_verdicts(data, suite))
     if baseline is not None:
         for c in baseline.changes:
-            said = f"{c.before} -> {c.now} {c.unit}".rstrip()
-            verdicts.append((baseline.file, c.figure, said if c.worse else "", None))
+            change = f"{c.before} -> {c.now} {c.unit}".rstrip()
+            verdicts.append((baseline.file, c.figure, change if c.worse else "", None))
         verdicts.append((baseline.file, f"{baseline.equal} equal figures", "", None))
     for where, name, failure, seconds in verdicts or [(suite, suite, "", None)]:
         case = ElementTree.SubElement(cases, "testcase", classname=where, name=name)
@@ -172,10 +172,10 @@ def _verdicts(data: Any, where: str) -> Iterator[tuple[str, str, str, float | No
         if key != "baseline":
             yield from _verdicts(entry, f"{where}.{name}" if name else where)
     if isinstance(data.get("good"), bool):
-        said = ", ".join(
+        values = ", ".join(
             f"{k} {v}"
             for k, v in data.items()
             if k != "good" and v and isinstance(v, int | float | str)
         )
-        failure = "" if data["good"] else str(data.get("failure") or said or "not good")
+        failure = "" if data["good"] else str(data.get("failure") or values or "not good")
         yield where, name or "verdict", failure, data.get("seconds")

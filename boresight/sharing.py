@@ -81,7 +81,7 @@ def params_for_each(
     out: dict[str, dict[str, float]] = {}
     estimators = {e.name: e for e in map(find_estimator, names)}
 
-    def take(where: str, owner: str | None, values: Mapping[str, float]) -> None:
+    def add_values(where: str, owner: str | None, values: Mapping[str, float]) -> None:
         if owner not in estimators:
             raise InputError.at(
                 where,
@@ -93,10 +93,10 @@ def params_for_each(
         out[owner] = out.get(owner, {}) | dict(values)
 
     for path in files:
-        take(str(path), *read_params(path))
+        add_values(str(path), *read_params(path))
     for full, value in parse_settings(settings).items():
         owner, dot, name = full.partition(".")
-        take(f"--param {full}", owner if dot else None, {name: value})
+        add_values(f"--param {full}", owner if dot else None, {name: value})
     for owner, values in out.items():
         estimators[owner].param_values(values)
     return out

@@ -55,9 +55,9 @@ def tell(text: str) -> None:
 def abandon(stream: TextIO) -> None:
     """Redirect a stream to the null device, so that its buffer is not flushed again at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, stream.fileno())
-        os.close(nowhere)
+        null_device = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null_device, stream.fileno())
+        os.close(null_device)
 
 
 def _print(text: str, stream: TextIO) -> None:

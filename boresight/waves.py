@@ -30,8 +30,8 @@ def _window(text: str, rows: int) -> range:
         Not two numbers, no row between them, or rows that the log does not have.
     """
     first, _, stop = text.partition(":")
-    numbers = first.isdecimal() and stop.isdecimal()
-    if not numbers or not 0 <= int(first) < int(stop) <= rows:
+    are_numbers = first.isdecimal() and stop.isdecimal()
+    if not are_numbers or not 0 <= int(first) < int(stop) <= rows:
         raise InputError.at(
             "--wave",
             wanted=f"FIRST:STOP, rows of the log with 0 <= FIRST < STOP <= {rows}",

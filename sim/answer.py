@@ -38,9 +38,9 @@ class Figure:
     kind : str
         One of `SHARES`; "same": results that differ in it are not compared; empty: not judged.
     unit : str
-        Unless the data have one beside it.
+        Default where the data have none.
     falls : bool
-        It is worse where it is smaller.
+        Whether a smaller value is worse.
     """
 
     title: str
@@ -55,7 +55,7 @@ class Answer:
     Attributes
     ----------
     judged : mapping of str to Figure
-        What of `to_json` can be compared with an earlier day's, by place (`sim.baseline`).
+        Figures of `to_json` that can be compared with an earlier day, by place (`sim.baseline`).
     """
 
     judged: ClassVar[Mapping[str, Figure]] = {}
@@ -71,8 +71,8 @@ class Answer:
     def _repr_html_(self) -> str:
         """Return the fields as tables: numbers and texts in one, each list of rows in another."""
         data = self._shown()
-        alone = {k: v for k, v in data.items() if not isinstance(v, list | dict)}
-        parts = [_table([{"": k, type(self).__name__: v} for k, v in alone.items()])]
+        scalars = {k: v for k, v in data.items() if not isinstance(v, list | dict)}
+        parts = [_table([{"": k, type(self).__name__: v} for k, v in scalars.items()])]
         for name, value in data.items():
             rows = _rows(value)
             if rows:
@@ -140,10 +140,10 @@ def _table(rows: Sequence[JsonObject]) -> str:
     heads = dict.fromkeys(k for row in rows for k, v in row.items() if v is not None)
     if not heads:
         return ""
-    first = "".join(f"<th>{escape(head)}</th>" for head in heads)
+    head = "".join(f"<th>{escape(head)}</th>" for head in heads)
     lines = ["".join(f"<td>{escape(_cell(row.get(head)))}</td>" for head in heads) for row in rows]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<table><thead><tr>{first}</tr></thead><tbody>{body}</tbody></table>"
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _flat(row: JsonObject) -> JsonObject:
@@ -151,8 +151,8 @@ def _flat(row: JsonObject) -> JsonObject:
     out: JsonObject = {}
     for name, value in row.items():
         if isinstance(value, dict):
-            more = {f"{name} {k}": v for k, v in value.items()}
-            out |= {k: v for k, v in more.items() if not isinstance(v, list | dict)}
+            nested = {f"{name} {k}": v for k, v in value.items()}
+            out |= {k: v for k, v in nested.items() if not isinstance(v, list | dict)}
         elif not isinstance(value, list):
             out[name] = value
     return out

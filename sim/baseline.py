@@ -1,4 +1,4 @@
-"""Results beside those of an earlier day: what changed, and what got worse by more than accepted.
+"""Results compared with those of an earlier day: changed figures, and those worse than accepted.
 
 A result says which of its numbers have a worse direction (`Answer.judged`), by patterns of places
 in its JSON: names with dots between, ``*`` for each entry of a list or an object.
@@ -18,23 +18,23 @@ from boresight.sim.records.reading import kind_of, read_json
 __all__ = ["NAMES", "Baseline", "Change", "compared", "figures_of", "read_baseline"]
 
 Number: TypeAlias = float | str | None
-#: What names an entry of a list.
+#: Keys whose values name an entry of a list.
 NAMES = ("design", "estimator", "log", "dataset", "trial", "level", "output", "signal")
 
 
 @dataclass(frozen=True)
 class Change:
-    """A figure that is not what it was.
+    """A figure that has changed.
 
     Attributes
     ----------
     figure, unit : str
     before, now : float, str or None
-        None: it is not there.
+        None: it is missing.
     share : float or None
-        Of ``before``, by which it got worse; negative: better. None where there is no such number.
+        Share of ``before`` by which it got worse; negative: better. None for other than numbers.
     worse : bool
-        By more than accepted.
+        Whether it got worse by more than accepted.
     """
 
     figure: str
@@ -47,18 +47,18 @@ class Change:
 
 @dataclass(frozen=True)
 class Baseline(Answer):
-    """A result beside an earlier one.
+    """A result compared with an earlier one.
 
     Attributes
     ----------
     file : str
-        Of the earlier one.
+        File of the earlier one.
     allowed : mapping of str to float
         Accepted shares, by kind of figure.
     equal : int
-        Figures that are as they were.
+        Number of unchanged figures.
     changes : tuple of Change
-        The others, those that got worse first.
+        The changed figures, those that got worse first.
     """
 
     file: str
@@ -68,12 +68,12 @@ class Baseline(Answer):
 
     @property
     def worse(self) -> tuple[Change, ...]:
-        """What got worse by more than accepted."""
+        """Figures that got worse by more than accepted."""
         return tuple(c for c in self.changes if c.worse)
 
     @property
     def good(self) -> bool:
-        """Nothing did."""
+        """Whether no figure got worse by more than accepted."""
         return not self.worse
 
     def __str__(self) -> str:
@@ -88,12 +88,12 @@ class Baseline(Answer):
             cells += [text.ljust(width) for text, width in zip(rest, widths[3:], strict=True)]
             lines.append(f"  {' '.join(cells)}".rstrip())
         if not self.good:
-            first = self.worse[0]
-            change = f"{_text(first.before)} -> {_text(first.now)} {first.unit}".rstrip()
-            more = len(self.worse) - 1
+            worst = self.worse[0]
+            change = f"{_text(worst.before)} -> {_text(worst.now)} {worst.unit}".rstrip()
+            others = len(self.worse) - 1
             lines.append(
-                f"FAILED: worse than {self.file}: {first.figure} {change}"
-                + (f", and {more} more" if more else "")
+                f"FAILED: worse than {self.file}: {worst.figure} {change}"
+                + (f", and {others} more" if others else "")
             )
         return "\n".join(lines)
 
@@ -114,7 +114,7 @@ def read_baseline(path: str | Path, judged: Mapping[str, Figure]) -> Any:
     Raises
     ------
     InputError
-        It cannot be read, or is none of this kind.
+        It cannot be read, or is no result of this kind.
     """
     wanted = "an earlier result, which --json prints"
     data = read_json(path, wanted)
@@ -136,7 +136,7 @@ def compared(
     file: str | Path,
     allow: Mapping[str, float] | None = None,
 ) -> Baseline:
-    """A result, as plain data or not, beside an earlier one.
+    """Compare a result, as plain data or not, with an earlier one.
 
     Parameters
     ----------
@@ -162,39 +162,39 @@ def compared(
     old, new = figures_of(before, judged), figures_of(plain(result), judged)
     changes = []
     for name in dict.fromkeys((*old, *new)):
-        was, unit, figure = old.get(name, (None, "", None))
-        now, unit, figure = new.get(name, (None, unit, figure))
+        old_value, unit, figure = old.get(name, (None, "", None))
+        new_value, unit, figure = new.get(name, (None, unit, figure))
         assert figure is not None
-        if figure.kind == "same" and name in old and name in new and was != now:
+        if figure.kind == "same" and name in old and name in new and old_value != new_value:
             raise InputError.at(
                 str(file),
-                wanted=f"an earlier result of the same {name}, {now}",
-                found=f"{was}",
+                wanted=f"an earlier result of the same {name}, {new_value}",
+                found=f"{old_value}",
                 fix="compare with one of the same, or write it anew with --json",
             )
-        if was != now and figure.kind != "same":
-            changes.append(_change(name, unit, figure, was, now, allowed))
+        if old_value != new_value and figure.kind != "same":
+            changes.append(_change(name, unit, figure, old_value, new_value, allowed))
     changes.sort(key=lambda c: (not c.worse, not c.share, -(c.share or 0.0)))
     return Baseline(str(file), allowed, len({*old, *new}) - len(changes), tuple(changes))
 
 
 def _change(
-    name: str, unit: str, figure: Figure, was: Number, now: Number, allowed: Mapping[str, float]
+    name: str, unit: str, figure: Figure, old: Number, new: Number, allowed: Mapping[str, float]
 ) -> Change:
     share = None
-    if isinstance(was, str) or isinstance(now, str) or not figure.kind:
+    if isinstance(old, str) or isinstance(new, str) or not figure.kind:
         worse = False
-    elif was is None or now is None:
-        worse = now is None  # what was there is gone
+    elif old is None or new is None:
+        worse = new is None  # the figure is missing now
     else:
-        by = (now - was) * (-1 if figure.falls else 1)
-        share = by / abs(was) if was else None
-        worse = by > allowed[figure.kind] * abs(was)
-    return Change(name, unit, was, now, share, worse)
+        worsening = (new - old) * (-1 if figure.falls else 1)
+        share = worsening / abs(old) if old else None
+        worse = worsening > allowed[figure.kind] * abs(old)
+    return Change(name, unit, old, new, share, worse)
 
 
 def figures_of(data: Any, judged: Mapping[str, Figure]) -> dict[str, tuple[Number, str, Figure]]:
-    """Value and unit of every figure of a result, by name; None in the data is no figure."""
+    """Value and unit of every figure of a result, by name; None values are left out."""
     out: dict[str, tuple[Number, str, Figure]] = {}
     for pattern, figure in judged.items():
         for labels, value, unit in _places(data, pattern.split("."), (), figure.unit):
@@ -210,7 +210,7 @@ def figures_of(data: Any, judged: Mapping[str, Figure]) -> dict[str, tuple[Numbe
 def _places(
     data: Any, path: Sequence[str], labels: tuple[str, ...], unit: str
 ) -> Iterator[tuple[tuple[str, ...], Any, str]]:
-    """Numbers and texts at a pattern: names of the entries that led there, value, unit."""
+    """Numbers and texts at a pattern: names of the entries on the path, value, unit."""
     if not path:
         if isinstance(data, int | float | str):
             yield labels, data, unit

@@ -56,18 +56,18 @@ def complete(
     each : callable, optional
         Called after each batch, when its rows are in the journal.
     """
-    left = [case for number, case in cases.items() if number not in journal.done]
-    if len(left) < len(cases):
-        say(f"{len(cases) - len(left)} of {len(cases)} runs are done already")
+    remaining = [case for number, case in cases.items() if number not in journal.done]
+    if len(remaining) < len(cases):
+        say(f"{len(cases) - len(remaining)} of {len(cases)} runs are done already")
     size = batch if executor is not None or processes(jobs) > 1 else 1
-    batches = [left[k : k + size] for k in range(0, len(left), size)]
+    batches = [remaining[k : k + size] for k in range(0, len(remaining), size)]
     tasks = [(k, work, (campaign, part)) for k, part in enumerate(batches)]
-    start, before = time.monotonic(), len(cases) - len(left)
+    start, resumed = time.monotonic(), len(cases) - len(remaining)
     for _, rows in dispatch(jobs, tasks, executor):
         journal.add(rows)
         done = [journal.done[number] for number in cases if number in journal.done]
         refused = sum(bool(row.get("refused")) for row in done)
-        seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - before)
+        seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - resumed)
         say(
             f"{len(done)} of {len(cases)} runs"
             + (f", {refused} refused" if refused else "")
@@ -79,16 +79,16 @@ def complete(
 
 
 class Journal:
-    """Rows of the runs that are done, in memory and in an SQLite file of its own.
+    """Rows of the completed runs, in memory and in an SQLite file of its own.
 
-    A row is in the file as a whole or not at all, whenever a process is killed, and several
-    processes may add rows at once. A file of another campaign is not touched.
+    Each row is written completely or not at all, whenever a process is killed, and several
+    processes may add rows at once. A file of another campaign is not changed.
 
     Parameters
     ----------
     path : path
     identity : mapping
-        What all rows depend on.
+        Data that all rows depend on.
     key : str
         Name of a row's key in the row.
 
@@ -100,22 +100,22 @@ class Journal:
     Raises
     ------
     InputError
-        The file is that of another campaign, or no journal, or cannot be read.
+        The file belongs to another campaign, is no journal, or cannot be read.
     """
 
     def __init__(self, path: Path, identity: dict[str, Any], *, key: str = "seed") -> None:
         self.path, self.key, self.done = path, key, dict[Any, dict[str, Any]]()
         self._identity = json.dumps(identity, sort_keys=True)
         if path.exists():
-            with self._base() as base:
-                names = {name for (name,) in base.execute("SELECT name FROM sqlite_master")}
+            with self._connection() as connection:
+                names = {name for (name,) in connection.execute("SELECT name FROM sqlite_master")}
                 if not names:  # its process was killed before its first row
                     return
                 if not {"campaign", "runs"} <= names or [
-                    *base.execute("SELECT identity FROM campaign")
+                    *connection.execute("SELECT identity FROM campaign")
                 ] != [(self._identity,)]:
                     raise self._foreign()
-                for number, row in base.execute("SELECT key, row FROM runs"):
+                for number, row in connection.execute("SELECT key, row FROM runs"):
                     self.done[number] = json.loads(row)
 
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
@@ -127,29 +127,29 @@ class Journal:
             The file cannot be written, as on a full disk, or another campaign has made it since.
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        added = list(rows)
-        with self._base() as base:
-            base.execute("BEGIN IMMEDIATE")
-            base.execute("CREATE TABLE IF NOT EXISTS campaign (identity TEXT UNIQUE)")
-            base.execute("CREATE TABLE IF NOT EXISTS runs (key PRIMARY KEY, row TEXT)")
-            base.execute("INSERT OR IGNORE INTO campaign VALUES (?)", (self._identity,))
-            if base.execute("SELECT count(*) FROM campaign").fetchone() != (1,):
+        new_rows = list(rows)
+        with self._connection() as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.execute("CREATE TABLE IF NOT EXISTS campaign (identity TEXT UNIQUE)")
+            connection.execute("CREATE TABLE IF NOT EXISTS runs (key PRIMARY KEY, row TEXT)")
+            connection.execute("INSERT OR IGNORE INTO campaign VALUES (?)", (self._identity,))
+            if connection.execute("SELECT count(*) FROM campaign").fetchone() != (1,):
                 raise self._foreign()
-            base.executemany(
+            connection.executemany(
                 "INSERT OR REPLACE INTO runs VALUES (?, ?)",
-                [(row[self.key], json.dumps(row, sort_keys=True)) for row in added],
+                [(row[self.key], json.dumps(row, sort_keys=True)) for row in new_rows],
             )
-            base.execute("COMMIT")
-        self.done |= {row[self.key]: row for row in added}
+            connection.execute("COMMIT")
+        self.done |= {row[self.key]: row for row in new_rows}
 
     @contextmanager
-    def _base(self) -> Iterator[sqlite3.Connection]:
-        """The file, open for the block; what is not committed is rolled back."""
+    def _connection(self) -> Iterator[sqlite3.Connection]:
+        """The file, open for the block; uncommitted changes are rolled back."""
         try:
             with closing(
                 sqlite3.connect(self.path, timeout=_PATIENCE_S, isolation_level=None)
-            ) as base:
-                yield base
+            ) as connection:
+                yield connection
         except (sqlite3.Error, OSError, ValueError) as error:
             if isinstance(error, InputError):
                 raise

@@ -47,21 +47,21 @@ def cluster(address: str) -> Iterator[Executor]:
 def others(
     address: str | None, executor: Executor | None, *, texts: bool, wanted: str
 ) -> AbstractContextManager[Any]:
-    """The executor that runs a campaign, if not this machine's processes: None then.
+    """The executor that runs a campaign; None for the processes of this machine.
 
     Parameters
     ----------
     address : str or None
-        Of a scheduler, where there is no executor.
+        Of a scheduler, if there is no executor.
     texts : bool
         Whether the campaign can be made by another process.
     wanted : str
-        What that needs, for the message.
+        Arguments that have to be texts, for the message.
 
     Raises
     ------
     InputError
-        A scheduler for what its workers cannot make.
+        A scheduler, for objects that its workers cannot make.
     """
     if executor is not None or address is None:
         return nullcontext(executor)

@@ -32,14 +32,14 @@ def identity(*things: object, packages: Sequence[str] = ()) -> str:
     packages : sequence of str
         Modules of installed distributions whose versions are included, imported or not.
     """
-    here = Path()
-    names = [(name, here) for name in (*map(_module_of, things), *packages)]
+    working_folder = Path()
+    names = [(name, working_folder) for name in (*map(_module_of, things), *packages)]
     parts: dict[str, str] = {}
     while names:
-        name, beside = names.pop()
+        name, folder = names.pop()
         if name in parts or name.partition(".")[0] in sys.stdlib_module_names:
             continue
-        file = _file_of(name, beside)
+        file = _file_of(name, folder)
         if file is None:
             parts[name] = ""
         elif _installed(file):
@@ -47,9 +47,9 @@ def identity(*things: object, packages: Sequence[str] = ()) -> str:
         else:
             text = file.read_bytes()
             parts[name] = hashlib.sha256(text).hexdigest()
-            above = name.rpartition(".")[0]
-            more = [*_imports(text, name if file.name == "__init__.py" else above), above]
-            names += [(other, file.parent) for other in more if other]
+            parent = name.rpartition(".")[0]
+            imported = [*_imports(text, name if file.name == "__init__.py" else parent), parent]
+            names += [(module, file.parent) for module in imported if module]
     return hashlib.sha256("\n".join(sorted({*parts.values()})).encode()).hexdigest()
 
 
@@ -59,12 +59,12 @@ def _module_of(thing: object) -> str:
     return str(getattr(thing, "__module__", None) or type(thing).__module__)
 
 
-def _file_of(name: str, beside: Path) -> Path | None:
+def _file_of(name: str, folder: Path) -> Path | None:
     """File of a module that a file in a folder imports; None if it is not found."""
     module = sys.modules.get(name)
     file = getattr(module, "__file__", None)
-    if module is None and (beside / f"{name}.py").is_file():
-        return beside / f"{name}.py"
+    if module is None and (folder / f"{name}.py").is_file():
+        return folder / f"{name}.py"
     if module is None:
         try:
             spec = importlib.util.find_spec(name)
@@ -98,8 +98,8 @@ def _imports(text: bytes, package: str) -> Iterator[str]:
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            above = package.split(".")[: len(package.split(".")) - node.level + 1]
-            base = ".".join([*(above if node.level else []), *filter(None, [node.module])])
+            parents = package.split(".")[: len(package.split(".")) - node.level + 1]
+            base = ".".join([*(parents if node.level else []), *filter(None, [node.module])])
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names)
         else:

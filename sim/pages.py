@@ -1,6 +1,6 @@
 """Pages: self-contained HTML files with one style sheet (``base.html``).
 
-A page of text, tables and plots is made of `Section`; one with more has a template beside the code
+A page of text, tables and plots consists of `Section`; one with more has a template beside the code
 that fills it.
 """
 
@@ -20,7 +20,7 @@ UNKNOWN = "\N{EM DASH}"
 
 
 class Verdict(NamedTuple):
-    """A text that is good, or not: green or red."""
+    """A text in green if it is good, else in red."""
 
     text: str
     good: bool
@@ -36,9 +36,9 @@ class Section:
     columns : sequence of str
         Head of its table.
     rows : sequence of sequences
-        Cells: text, a `Verdict`, or numbers, which are written as for people.
+        Cells: text, a `Verdict`, or numbers, which are formatted by `number`.
     right : bool
-        Texts too are on the right of their cells, but in the first column.
+        Whether texts, too, are right-aligned, except in the first column.
     figures : sequence of (caption, SVG)
         See `sim.plotting.svg`.
     """
@@ -97,10 +97,10 @@ def page(package: str, name: str, /, **values: Any) -> str:
     """
     import jinja2
 
-    def source(wanted: str) -> str:
-        """Of a template: in the package, or one of those that all pages share."""
-        path = files(package).joinpath(wanted)
-        template = path if path.is_file() else files("boresight.sim").joinpath(wanted)
+    def source(template_name: str) -> str:
+        """Text of a template in the package, or of one that all pages share."""
+        path = files(package).joinpath(template_name)
+        template = path if path.is_file() else files("boresight.sim").joinpath(template_name)
         return template.read_text(encoding="utf-8")
 
     environment = jinja2.Environment(

@@ -44,13 +44,13 @@ RED = "#b3400a"
 
 def _matplotlib() -> Any:
     """Import matplotlib, with a folder for its font cache if the home cannot be written."""
-    wanted = matplotlib_environment()
-    os.environ.update(wanted)
+    variables = matplotlib_environment()
+    os.environ.update(variables)
     try:
         import matplotlib
         import matplotlib.font_manager  # reads the folder once more
     finally:
-        for name in wanted:
+        for name in variables:
             del os.environ[name]
     return matplotlib
 
@@ -105,7 +105,7 @@ def legend(axes: Any, columns: int) -> None:
 
 
 def log_axis(axes: Any) -> None:
-    """Logarithmic x with ticks people read: 1, 2, 5, 10, 20, 50."""
+    """Logarithmic x with ticks at 1, 2, 5, 10, 20, 50."""
     axes.set_xscale("log")
     _log_ticks(axes.xaxis, (1.0, 2.0, 5.0))
 
@@ -120,11 +120,11 @@ def _log_ticks(axis: Any, digits: tuple[float, ...]) -> None:
 
 
 def band(axes: Any, values: FloatArray, step: float, parts: int, **style: Any) -> None:
-    """Plot minimum and maximum in each of ``parts`` pieces of a long curve, ``step`` apart."""
-    each = max(1, len(values) // parts)
-    whole = values[: len(values) // each * each].reshape(-1, each)
-    t = step * each * (np.arange(len(whole)) + 0.5)
-    axes.fill_between(t, whole.min(axis=1), whole.max(axis=1), **style)
+    """Plot minimum and maximum in each of ``parts`` pieces of a curve, points ``step`` apart."""
+    length = max(1, len(values) // parts)
+    pieces = values[: len(values) // length * length].reshape(-1, length)
+    t = step * length * (np.arange(len(pieces)) + 0.5)
+    axes.fill_between(t, pieces.min(axis=1), pieces.max(axis=1), **style)
 
 
 def svg(figure: Any, salt: str) -> str:
@@ -150,14 +150,14 @@ def error_history(
     height: float,
     name: str,
 ) -> str:
-    """SVG of errors (n,) over time, logarithmic, below one another; every tenth of them.
+    """SVG of errors (n,) over time, logarithmic, in plots below one another; every tenth value.
 
     Parameters
     ----------
     errors : mapping
         Each with a value every ``step_s``.
     axes : mapping of str to (str, str)
-        Which of them: label with unit, and name in `COLOUR`.
+        Errors to plot: label with unit, and name in `COLOUR`.
     height : float
         In inches.
     name : str

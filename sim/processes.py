@@ -43,9 +43,9 @@ class _Worker:
     def start(cls) -> _Worker:
         """Start a process that waits for tasks."""
         context = multiprocessing.get_context("spawn")
-        pipe, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with theirs:
+        pipe, child_pipe = context.Pipe()
+        process = context.Process(target=_serve, args=(child_pipe,), daemon=True)
+        with child_pipe:
             process.start()
         return cls(process, pipe)
 
@@ -82,18 +82,18 @@ class _Worker:
 
 
 def _within(files: Sequence[str], work: Callable[..., Result], *arguments: object) -> Result:
-    """A task with the profiles of the process that gave it."""
+    """Run a task with the profiles of the process that dispatched it."""
     with profiles(files):
         return work(*arguments)
 
 
 def processes(jobs: int | None) -> int:
-    """That many, or one for each processor."""
+    """Number of processes: ``jobs``, or one for each processor."""
     return jobs or os.cpu_count() or 1
 
 
 def duration(seconds: float) -> str:
-    """Text of a time that is about right."""
+    """Text of an approximate time."""
     return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
 
 
@@ -121,28 +121,28 @@ def dispatch(
     if executor is not None:
         yield from _submit(executor, tasks)
         return
-    left = iter(tasks)
-    first = list(islice(left, processes(jobs)))
-    if len(first) <= 1:
-        for label, work, arguments in chain(first, left):
+    remaining = iter(tasks)
+    initial = list(islice(remaining, processes(jobs)))
+    if len(initial) <= 1:
+        for label, work, arguments in chain(initial, remaining):
             yield label, work(*arguments)
         return
     labels: dict[Connection, tuple[_Worker, Label]] = {}
     workers: list[_Worker] = []
     try:
         with _uninterrupted():
-            for _ in first:
+            for _ in initial:
                 workers.append(_Worker.start())
-        for worker, (label, work, arguments) in zip(workers, first, strict=True):
+        for worker, (label, work, arguments) in zip(workers, initial, strict=True):
             worker.put(work, arguments)
             labels[worker.pipe] = worker, label
         while labels:
             for pipe in wait(list(labels)):
                 worker, label = labels.pop(pipe)  # type: ignore[call-overload]
                 result = worker.get()
-                for following, work, arguments in left:
+                for next_label, work, arguments in remaining:
                     worker.put(work, arguments)
-                    labels[worker.pipe] = worker, following
+                    labels[worker.pipe] = worker, next_label
                     break
                 yield label, result
     except BaseException:
@@ -186,9 +186,9 @@ def _reply(task: bytes) -> bytes:
             reply = pickle.dumps((None, error))
             pickle.loads(reply)
         except Exception:
-            plain = RuntimeError(f"{type(error).__name__}: {error}")
-            plain.__notes__ = error.__notes__
-            reply = pickle.dumps((None, plain))
+            substitute = RuntimeError(f"{type(error).__name__}: {error}")
+            substitute.__notes__ = error.__notes__
+            reply = pickle.dumps((None, substitute))
         return reply
 
 
@@ -211,8 +211,8 @@ def _uninterrupted() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, usual)
+        signal.signal(signal.SIGINT, handler)

@@ -48,7 +48,7 @@ class _Pass(ListState):
         """Place every node; return the attempt, or None beyond the limit."""
         problem = self.p
         t = 0
-        limit = 64 + 8 * problem.machine.rom_words
+        limit = 8 * problem.machine.rom_words
         while self.asleep or self.awake:
             while self.asleep and self.asleep[0][0] <= t:
                 node = heappop(self.asleep)[1]
@@ -64,7 +64,7 @@ class _Pass(ListState):
                     skip.add(node)
                     continue
                 for kind, key in self.dummies(fit[2]):
-                    giver = self.giver(t, node, lane, kind, key)
+                    giver = self.giver(t, lane, kind, key)
                     if giver is not None:
                         self.place(t, giver[0], lane, giver[1], (kind, key))
                         break
@@ -94,7 +94,7 @@ class _Pass(ListState):
         problem, style = self.p, self.style
         best: tuple[int, int, Fit] | None = None
         best_key = float("-inf")
-        most = 2 * style.reuse
+        most = len(KINDS) * style.reuse
         for minus, node in self.awake:
             if most - minus <= best_key:
                 break
@@ -120,16 +120,11 @@ class _Pass(ListState):
                     if lane or t + self.read in self.gets:
                         continue
                 else:
-                    if not self.may_keep(node, lane):
+                    if not self.may_start(t, node, lane, need, f):
                         continue
-                    if lane == 0 and not self.may_write(t + f[1] - 1 + self.write):
-                        continue
-                    if not self.may_look_up(t, lane, need, f):
-                        continue
-                    if style.keep:
-                        for kind in (0, 1, 2):
-                            if need[kind] and self.wanted(kind, self.held[lane][kind]):
-                                key -= style.keep
+                    for kind, held in enumerate(self.held[lane]):
+                        if need[kind] and self.wanted(kind, held):
+                            key -= style.keep
                     if f[1] > problem.terms[node] and any(
                         t < free <= t + style.stay and self.need(node, other) < need
                         for other, free in enumerate(self.free)
@@ -148,12 +143,7 @@ class _Pass(ListState):
             if node < self.p.n_ops and node not in skip and value in self.p.reads[node]:
                 need = self.need(node, 0)
                 fit = self.fit(node, need)[0]
-                if (
-                    fit[0] <= t
-                    and self.may_look_up(t, 0, need, fit)
-                    and self.may_keep(node, 0)
-                    and self.may_write(t + fit[1] - 1 + self.write)
-                ):
+                if self.may_start(t, node, 0, need, fit):
                     return node, 0, fit
         return None
 
@@ -166,13 +156,9 @@ class _Pass(ListState):
         for minus, other in self.awake:
             if minus >= bar:
                 return False
-            if other >= self.p.n_ops and lane:
-                continue
             start = min(f[0] for f in self.fit(other, self.need(other, lane)))
-            if t < start < t + length and (
-                other >= self.p.n_ops
-                or all(f > start for k, f in enumerate(self.free) if k != lane)
-            ):
+            others = (f for k, f in enumerate(self.free) if k != lane)
+            if t < start < t + length and all(f > start for f in others):
                 return True
         return False
 
@@ -188,24 +174,13 @@ class _Pass(ListState):
             if getattr(s, f"cap_{KINDS[kind]}") and key is not None
         ]
 
-    def giver(self, t: int, node: int, lane: int, kind: int, key: Key) -> tuple[int, Fit] | None:
-        """A short group that can start now and capture what ``node`` would need a slot for."""
+    def giver(self, t: int, lane: int, kind: int, key: Key) -> tuple[int, Fit] | None:
+        """A short group that can start now and capture what another would need a slot for."""
         for other in self.p.givers.get((kind, key), ()):
-            if (
-                other == node
-                or self.waits[other]
-                or (-self.priority[other], other) not in self.awake
-                or self.p.needs[other][kind]
-            ):
+            if self.p.needs[other][kind] or (-self.priority[other], other) not in self.awake:
                 continue
             need = self.need(other, lane)
             f = self.fit(other, need)[0]
-            if (
-                self.may_keep(other, lane)
-                and self.may_look_up(t, lane, need, f)
-                and f[0] <= t
-                and f[1] <= self.style.detour
-                and (lane or self.may_write(t + f[1] - 1 + self.write))
-            ):
+            if f[1] <= self.style.detour and self.may_start(t, other, lane, need, f):
                 return other, f
         return None

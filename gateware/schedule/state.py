@@ -123,9 +123,14 @@ class ListState:
         use = next((i for i, s in enumerate(slots) if s.reads_table), None)
         return use is None or t + use >= self.index_from[lane]
 
-    def may_keep(self, node: int, lane: int) -> bool:
-        """Whether the lane's bank has room for the result of an op, if that is a state."""
-        return not self.p.makes_state[node] or self.state_quota[lane] > 0
+    def may_start(self, t: int, node: int, lane: int, need: Need, fit: Fit) -> bool:
+        """Whether an op can start now: its operands, room for a state, a cycle to write it."""
+        return (
+            fit[0] <= t
+            and (self.state_quota[lane] > 0 or not self.p.makes_state[node])
+            and (lane > 0 or self.may_write(t + fit[1] - 1 + self.write))
+            and self.may_look_up(t, lane, need, fit)
+        )
 
     def place(self, t: int, node: int, lane: int, fit: Fit, forced: tuple[int, Key] | None) -> None:
         """Put a group into a lane."""

@@ -61,7 +61,7 @@ class Expansion(Graph):
     def sin(self, a: Node, quarter: bool = False) -> Node:
         """sin(pi a), or with ``quarter`` the cosine, of any number of half turns."""
         if a.kind == "const":
-            return self.const(rounded.sin_ht(a.value + 0.5 * quarter))
+            return self.const((rounded.cos_ht if quarter else rounded.sin_ht)(a.value))
         circle = a.high == 1.0 and a.unit == "ht"  # its word of 1 is that of -1
         if a.low < -1.0 or (a.high >= 1.0 and not circle):
             a = self.wrap(a)
@@ -91,8 +91,8 @@ class Expansion(Graph):
             raise self.outside(
                 a, "a root of 0 or more", "take it of ops.maximum(x, 0.0), or say ops.bounded"
             )
-        low = 0.0 if a.high <= 0 else 1.0 / math.sqrt(a.high)
-        high = math.inf if a.low <= 0 else 1.0 / math.sqrt(a.low)
+        low = 1.0 / math.sqrt(a.high) if a.high else 0.0
+        high = 1.0 / math.sqrt(a.low) if a.low else math.inf
         return self._new("rsqrt", a, low=low, high=high)
 
     def sqrt(self, a: Node) -> Node:

@@ -1,4 +1,4 @@
-"""How good an estimator is against truth, and which parameters make it better.
+"""Errors of an estimator against truth, and parameters that reduce them.
 
 ========== =====================================================================================
 module     what it holds

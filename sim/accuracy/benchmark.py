@@ -66,19 +66,19 @@ def _ours(
     align: str,
 ) -> list[Result]:
     """One of our estimators on all records, made anew for each rate that it needs to know."""
-    made: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed | LongFeed]]]] = {}
+    groups: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed | LongFeed]]]] = {}
     for t in trials:
-        member, columns = t.fed(estimator)
-        made.setdefault(tuple(member.rates_hz.values()), (member, []))[1].append((t.name, columns))
+        member, feed = t.fed(estimator)
+        groups.setdefault(tuple(member.rates_hz.values()), (member, []))[1].append((t.name, feed))
     out: list[Result] = []
-    for member, those in made.values():
-        out += _at_one_rate(member, those, params, word, with_float, jobs, align)
+    for member, feeds in groups.values():
+        out += _at_one_rate(member, feeds, params, word, with_float, jobs, align)
     return out
 
 
 def _at_one_rate(
     estimator: Estimator,
-    named: Sequence[tuple[str, Feed | LongFeed]],
+    named_feeds: Sequence[tuple[str, Feed | LongFeed]],
     params: Mapping[str, float] | None,
     word: int,
     with_float: bool,
@@ -86,7 +86,7 @@ def _at_one_rate(
     align: str,
 ) -> list[Result]:
     """One of our estimators on records, by name, that one build of it takes."""
-    feeds = [columns for _, columns in named]
+    feeds = [columns for _, columns in named_feeds]
     scorer, build = (
         Scorer(estimator, feeds, word=word, jobs=jobs),
         Build(estimator, params=[params]),
@@ -95,16 +95,16 @@ def _at_one_rate(
     for _ in range(scorer.jobs if with_float else 0):
         levels.put(CompiledFloat(build))
 
-    def judged(index: int, level: Level) -> list[Result]:
+    def run_log(index: int, level: Level) -> list[Result]:
         if not with_float:
-            return _on_log(estimator, *named[index], [level], align)
+            return _on_log(estimator, *named_feeds[index], [level], align)
         floating = levels.get()
         try:
-            return _on_log(estimator, *named[index], [level, floating], align)
+            return _on_log(estimator, *named_feeds[index], [level, floating], align)
         finally:
             levels.put(floating)
 
-    return list(chain.from_iterable(zip(*scorer.each(judged, params), strict=True)))
+    return list(chain.from_iterable(zip(*scorer.each(run_log, params), strict=True)))
 
 
 def _runs(columns: Feed | LongFeed, levels: Sequence[Level]) -> Iterator[tuple[Feed, list[Loop]]]:
@@ -121,22 +121,22 @@ def _on_log(
     for part, loops in _runs(columns, levels) if align != "none" else ():
         for offset, loop in zip(offsets, loops, strict=True):
             offset.add_outputs(part, loop.outputs)
-    near = Differences(estimator.outputs, [o.name for o in estimator.outputs])
-    made = [Errors(estimator) for _ in levels]
+    comparison = Differences(estimator.outputs, [o.name for o in estimator.outputs])
+    errors = [Errors(estimator) for _ in levels]
     seconds, saturated = [0.0 for _ in levels], 0
     for part, loops in _runs(columns, levels):
         for k, loop in enumerate(loops):
-            made[k].add(part, offsets[k].turned_outputs(loop.outputs))
+            errors[k].add(part, offsets[k].turned_outputs(loop.outputs))
             seconds[k] += loop.seconds
         saturated += loops[0].run.n_saturated
         if len(loops) > 1:
-            near.add(loops[0].outputs, loops[1].outputs)
+            comparison.add(loops[0].outputs, loops[1].outputs)
     out = [
-        Result(estimator.name, of, trial, e.result(), e.units, took, offset_deg=o.offset_deg)
-        for of, e, took, o in zip(("fixed", "float"), made, seconds, offsets, strict=False)
+        Result(estimator.name, name, trial, e.result(), e.units, duration, offset_deg=o.offset_deg)
+        for name, e, duration, o in zip(("fixed", "float"), errors, seconds, offsets, strict=False)
     ]
-    apart = tuple(near.result()) if len(levels) > 1 else ()
-    return [replace(out[0], saturated=saturated, near=apart), *out[1:]]
+    deviations = tuple(comparison.result()) if len(levels) > 1 else ()
+    return [replace(out[0], saturated=saturated, near=deviations), *out[1:]]
 
 
 def _dips(trials: Sequence[Trial]) -> dict[str, float]:
@@ -232,18 +232,18 @@ def benchmark(
     count = len(estimators) + len(tasks)
     out: list[Result] = []
 
-    def take(label: str, results: list[Result]) -> None:
+    def add_results(label: str, results: list[Result]) -> None:
         seconds = sum(r.seconds for r in results)
         out.extend(results)
-        say(f"[{len(done) + 1}/{count}] {label}, {seconds:.1f} s")
-        done.append(label)
+        say(f"[{len(completed) + 1}/{count}] {label}, {seconds:.1f} s")
+        completed.append(label)
 
-    done: list[str] = []
+    completed: list[str] = []
     for e in estimators:
-        own = (params or {}).get(e.name)
-        take(e.name, _ours(e, trials, own, word, with_float, jobs, align))
+        values = (params or {}).get(e.name)
+        add_results(e.name, _ours(e, trials, values, word, with_float, jobs, align))
     for label, results in dispatch(jobs, tasks):
-        take(label, results)
+        add_results(label, results)
     rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
     place = {t.name: k for k, t in enumerate(trials)}
     return sorted(out, key=lambda r: (rank[r.estimator], r.level == "float", place[r.trial]))

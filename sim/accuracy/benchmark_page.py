@@ -32,8 +32,8 @@ def _best(rows: list[Mapping[str, Any]], trial: str, reference: str) -> float | 
 
 def render_page(data: Mapping[str, Any]) -> str:
     """HTML text of the dict that `boresight accuracy` gives."""
-    every = [r for r in data["estimators"] if r["level"] != "float"]
-    rows = [r for r in every if r["attitude"]]
+    without_float = [r for r in data["estimators"] if r["level"] != "float"]
+    rows = [r for r in without_float if r["attitude"]]
     floating = {r["estimator"]: r for r in data["estimators"] if r["level"] == "float"}
     groups: dict[str, list[str]] = {}
     for log in data["logs"]:
@@ -56,13 +56,13 @@ def render_page(data: Mapping[str, Any]) -> str:
         groups=groups,
         truth=truth,
         compared=compared,
-        folders=list(every[0]["mean_by_folder"]),
+        folders=list(without_float[0]["mean_by_folder"]),
         style=style_of(rows),
         unknown=UNKNOWN,
         cell=lambda row, trial: next(t for t in row["trials"] if t["trial"] == trial),
         best={log["trial"]: _best(rows, log["trial"], log["reference"]) for log in data["logs"]},
-        others=[r for r in every if not r["attitude"]],
-        near={r["estimator"]: {d["output"]: d for d in r["vs_float"]} for r in every},
+        others=[r for r in without_float if not r["attitude"]],
+        near={r["estimator"]: {d["output"]: d for d in r["vs_float"]} for r in without_float},
         mean=mean_plot(rows, salt="mean") if truth and rows else None,
         dots={
             kind: trial_plot(

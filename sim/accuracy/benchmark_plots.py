@@ -109,7 +109,7 @@ def mean_plot(rows: Sequence[Row], *, salt: str) -> str:
 def _dots(
     rows: Sequence[Row],
     trials: Sequence[str],
-    of: Callable[[Mapping[str, Any]], float | None],
+    figure_of: Callable[[Mapping[str, Any]], float | None],
     label: str,
     *,
     floor: float = 0.0,
@@ -119,24 +119,24 @@ def _dots(
     figure, axes = _figure(1.25 + 0.3 * len(trials) + 0.17 * (len(rows) // 5))
     for k in range(len(trials)):
         axes.axhline(k, color="#e6e8eb", linewidth=0.8, zorder=0)
-    last = [r for r in rows if r["kind"] != "ours"] + [r for r in rows if r["kind"] == "ours"]
+    ordered = [r for r in rows if r["kind"] != "ours"] + [r for r in rows if r["kind"] == "ours"]
     handles = {}
-    for row in last:
-        value = {t["trial"]: of(t) for t in row["trials"]}
+    for row in ordered:
+        value = {t["trial"]: figure_of(t) for t in row["trials"]}
         points = [
             (max(x, floor), k)
             for k, name in enumerate(trials)
             if (x := value.get(name)) is not None and max(x, floor) > 0
         ]
-        look = style[row["estimator"]]
+        marking = style[row["estimator"]]
         (handles[row["estimator"]],) = axes.plot(
             [x for x, _ in points],
             [y for _, y in points],
             linestyle="none",
-            marker=look["marker"],
+            marker=marking["marker"],
             markersize=6.5 if row["kind"] == "ours" else 5.5,
-            markeredgecolor=look["colour"],
-            markerfacecolor=look["face"],
+            markeredgecolor=marking["colour"],
+            markerfacecolor=marking["face"],
             markeredgewidth=1.1,
             alpha=0.95,
             label=row["estimator"],

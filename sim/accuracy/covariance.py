@@ -46,7 +46,7 @@ P0 = (1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 #: Share of their default of other initial variances; of initial deviations the roots.
 SHARES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
 #: Least eigenvalue that rounding explains, in last bits.
-_LEAST = -4.0
+_LEAST_EIGENVALUE = -4.0
 #: Most updates of one estimator in a turn, of those that share states.
 _LONGEST = 8
 _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
@@ -54,7 +54,7 @@ _ELEMENT = re.compile(r"p_?([0-9a-z])([0-9a-z])")
 
 @dataclass(frozen=True)
 class Covariance:
-    """Which states are a covariance: its axes, and (row, column, state) of each element."""
+    """States that form a covariance: its axes, and (row, column, state) of each element."""
 
     axes: tuple[str, ...]
     elements: tuple[tuple[int, int, int], ...]
@@ -78,10 +78,10 @@ def covariance_of(estimator: Estimator) -> Covariance:
     InputError
         There is none.
     """
-    known = dict(estimator.covariance_elements) or {
+    elements = dict(estimator.covariance_elements) or {
         s.name: (m[1], m[2]) for s in estimator.states if (m := _ELEMENT.fullmatch(s.name))
     }
-    entries = [(*known[s.name], k) for k, s in enumerate(estimator.states) if s.name in known]
+    entries = [(*elements[s.name], k) for k, s in enumerate(estimator.states) if s.name in elements]
     axes = [i for i, j, _ in entries if i == j]
     if not axes:
         raise InputError.at(
@@ -98,7 +98,7 @@ def covariance_of(estimator: Estimator) -> Covariance:
 
 @dataclass(frozen=True)
 class CovarianceTrial(Answer):
-    """What `covariance_trial` found.
+    """Result of `covariance_trial`.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class CovarianceTrial(Answer):
     @property
     def good(self) -> bool:
         """No variance below zero, no eigenvalue below the rounding of one word."""
-        return self.negative_diagonals == 0 and self.least_eigenvalue >= _LEAST
+        return self.negative_diagonals == 0 and self.least_eigenvalue >= _LEAST_EIGENVALUE
 
     def to_json(self) -> JsonObject:
         """Plain data, with ``good``."""
@@ -142,8 +142,8 @@ class CovarianceTrial(Answer):
         faults = [f"{self.negative_diagonals} updates with a negative variance"] * (
             self.negative_diagonals > 0
         )
-        if self.least_eigenvalue < _LEAST:
-            faults.append(f"least eigenvalue below {_LEAST:g} last bits")
+        if self.least_eigenvalue < _LEAST_EIGENVALUE:
+            faults.append(f"least eigenvalue below {_LEAST_EIGENVALUE:g} last bits")
         return (
             f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a negative "
             f"variance; least eigenvalue {self.least_eigenvalue:,.0f} last bits of P's words, in "
@@ -164,8 +164,8 @@ class _InTurns:
         """Reset the states, and set these parameters where a level has them."""
         self._last, self._piece = self.levels[0], 0
         for level in self.levels:
-            known = {p.name for p in level.build.estimators[level.number].params}
-            level.set_params({n: v for n, v in params.items() if n in known})  # type: ignore[attr-defined]
+            names = {p.name for p in level.build.estimators[level.number].params}
+            level.set_params({n: v for n, v in params.items() if n in names})  # type: ignore[attr-defined]
             level.reset()
 
     def run(self, records: Sequence[FloatArray]) -> list[Run]:
@@ -215,45 +215,45 @@ def covariance_trial(
     InputError
         See `covariance_of`.
     """
-    several = (estimator,) if isinstance(estimator, Estimator) else tuple(estimator)
-    name, covariance = ",".join(e.name for e in several), covariance_of(several[0])
+    estimators = (estimator,) if isinstance(estimator, Estimator) else tuple(estimator)
+    name, covariance = ",".join(e.name for e in estimators), covariance_of(estimators[0])
     share = max(1, updates // (len(records) * len(params)))
     total = negative = checked = saturated = 0
-    least, drift = np.inf, dict[str, float]()
-    build = Build(*several, word=word)
-    numbers = range(len(several))
+    smallest, drift = np.inf, dict[str, float]()
+    build = Build(*estimators, word=word)
+    numbers = range(len(estimators))
     words = _InTurns([Emitted(build, k) for k in numbers])
     floating = _InTurns([CompiledFloat(build, k) for k in numbers])
     for values in params:
         for stimulus, given in records.items():
             words.begin(values)
-            real = [given] if isinstance(estimator, Estimator) else [*given]
-            done, at = 0, 0
-            while done < share:
-                most = -(-(share - done) // len(several))
-                piece = [inputs[at : at + min(chunk, most)] for inputs in real]
+            stimuli = [given] if isinstance(estimator, Estimator) else [*given]
+            completed, position = 0, 0
+            while completed < share:
+                limit = -(-(share - completed) // len(estimators))
+                piece = [inputs[position : position + min(chunk, limit)] for inputs in stimuli]
                 runs = words.run(piece)
-                if done == 0:
+                if completed == 0:
                     floating.begin(values)
-                    beside = floating.run(piece)
-                    for e, ours, theirs in zip(several, runs, beside, strict=True):
-                        for d in _ends(e, ours, theirs, compared):
+                    references = floating.run(piece)
+                    for e, fixed, real in zip(estimators, runs, references, strict=True):
+                        for d in _ends(e, fixed, real, compared):
                             key = f"{d.output} {d.unit}".rstrip()
                             drift[key] = max(drift.get(key, 0.0), d.largest)
                 for level, run in zip(words.levels, runs, strict=True):
                     assert run.states is not None
                     p = covariance.of_words(level.program, run.states)
                     negative += int((np.diagonal(p, axis1=1, axis2=2) < 0).any(axis=1).sum())
-                    least = min(least, float(np.linalg.eigvalsh(p[::every]).min()))
+                    smallest = min(smallest, float(np.linalg.eigvalsh(p[::every]).min()))
                     checked += len(p[::every])
                     saturated += run.n_saturated
-                    done += len(p)
-                at = (at + len(piece[0])) % len(real[0])
-            total += done
+                    completed += len(p)
+                position = (position + len(piece[0])) % len(stimuli[0])
+            total += completed
             if progress is not None:
                 given = "".join(f", {key}={value:g}" for key, value in values.items())
                 progress(f"{name}: input {stimulus!r}{given}: {total:,} of {updates:,} updates")
-    return CovarianceTrial(name, total, negative, least, checked, saturated, drift, compared)
+    return CovarianceTrial(name, total, negative, smallest, checked, saturated, drift, compared)
 
 
 def _ends(estimator: Estimator, fixed: Run, floating: Run, compared: int) -> list[Difference]:
@@ -261,8 +261,8 @@ def _ends(estimator: Estimator, fixed: Run, floating: Run, compared: int) -> lis
     stop = min(compared, len(next(iter(fixed.outputs.values()))))
     tail = slice(stop - max(1, stop // 10), stop)
     sides = ({n: x[tail] for n, x in side.outputs.items()} for side in (fixed, floating))
-    every = differences(estimator.outputs, *sides)
-    return [d for d in every if d.output == ATTITUDE] or every
+    deviations = differences(estimator.outputs, *sides)
+    return [d for d in deviations if d.output == ATTITUDE] or deviations
 
 
 def initial_covariances(estimator: Estimator) -> list[dict[str, float]]:

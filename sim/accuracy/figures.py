@@ -47,13 +47,13 @@ def gives_attitude(estimator: Estimator) -> bool:
 
 def units_of(estimator: Estimator, columns: Feed | LongFeed) -> dict[str, str]:
     """Units of the figures that a record's truth allows, by name; empty without any truth."""
-    known = set[str]()
+    names = set[str]()
     for part in columns.parts():
-        judged = _apart(estimator, part)
-        if judged and _rows(part, QUATERNION).any():
-            known |= {*ANGLES}
-        known |= {n for n in part.truth if n not in judged and _rows(part, (n,)).any()}
-    return _units(estimator, known)
+        attitude_names = _attitude_outputs(estimator, part)
+        if attitude_names and _rows(part, QUATERNION).any():
+            names |= {*ANGLES}
+        names |= {n for n in part.truth if n not in attitude_names and _rows(part, (n,)).any()}
+    return _units(estimator, names)
 
 
 def _units(estimator: Estimator, names: Collection[str]) -> dict[str, str]:
@@ -71,24 +71,24 @@ class Errors:
 
     def __init__(self, estimator: Estimator) -> None:
         self.estimator = estimator
-        self._angles, self._rest = Angles(), list[Differences]()
+        self._angles, self._others = Angles(), list[Differences]()
 
     def add(self, columns: Feed, outputs: Mapping[str, FloatArray]) -> None:
         """The next rows, with their outputs (n,) by name."""
-        judged = _apart(self.estimator, columns)
-        if judged:
+        attitude_names = _attitude_outputs(self.estimator, columns)
+        if attitude_names:
             self._angles.add(attitude_of(outputs), attitude_of(columns.truth), columns.counts)
-        names = [n for n in columns.truth if n not in judged]
-        if not self._rest:
-            self._rest = [Differences(self.estimator.outputs, names, judged=False)]
+        names = [n for n in columns.truth if n not in attitude_names]
+        if not self._others:
+            self._others = [Differences(self.estimator.outputs, names, judged=False)]
         rows = columns.counts
-        self._rest[0].add(*({n: x[n][rows] for n in names} for x in (outputs, columns.truth)))
+        self._others[0].add(*({n: x[n][rows] for n in names} for x in (outputs, columns.truth)))
 
     def result(self) -> dict[str, float]:
         """The figures, by name."""
         angles = self._angles.result() if self._angles.samples else {}
-        rest = (d for made in self._rest for d in made.result())
-        return angles | {d.output: d.rms for d in rest if d.samples}
+        others = (d for differences in self._others for d in differences.result())
+        return angles | {d.output: d.rms for d in others if d.samples}
 
     @property
     def units(self) -> dict[str, str]:
@@ -100,9 +100,9 @@ def errors(
     estimator: Estimator, columns: Feed, outputs: Mapping[str, FloatArray]
 ) -> dict[str, float]:
     """`Errors` of a whole run."""
-    made = Errors(estimator)
-    made.add(columns, outputs)
-    return made.result()
+    accumulator = Errors(estimator)
+    accumulator.add(columns, outputs)
+    return accumulator.result()
 
 
 def attitude_errors(q: FloatArray, reference: FloatArray, counts: BoolArray) -> dict[str, float]:
@@ -121,9 +121,9 @@ class Angles:
     def add(self, q: FloatArray, reference: FloatArray, counts: BoolArray) -> None:
         """The next rows, (n, 4)."""
         rows = counts & np.isfinite(reference).all(axis=1)
-        seen = q[rows]
-        seen[~seen.any(axis=1)] = np.nan
-        angles = attitude_error(seen, reference[rows])
+        estimates = q[rows]
+        estimates[~estimates.any(axis=1)] = np.nan
+        angles = attitude_error(estimates, reference[rows])
         for spread, error in zip(self._spreads.values(), angles, strict=True):
             spread.add(error, np.ones(len(error), dtype=np.bool_), 0)
 
@@ -167,10 +167,10 @@ class Alignment(ConstantOffset):
         return {**outputs, **dict(zip(QUATERNION, np.moveaxis(q, -1, 0), strict=True))}
 
 
-def _apart(estimator: Estimator, columns: Feed) -> tuple[str, ...]:
-    """Outputs that have no figure of their own, since the angles say it."""
-    whole = gives_attitude(estimator) and all(n in columns.truth for n in QUATERNION)
-    return (*QUATERNION, *ANGLES) if whole else ()
+def _attitude_outputs(estimator: Estimator, columns: Feed) -> tuple[str, ...]:
+    """Outputs without figures of their own, since the angles stand for them."""
+    is_complete = gives_attitude(estimator) and all(n in columns.truth for n in QUATERNION)
+    return (*QUATERNION, *ANGLES) if is_complete else ()
 
 
 def _rows(columns: Feed, names: tuple[str, ...]) -> BoolArray:

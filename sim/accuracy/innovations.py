@@ -28,11 +28,11 @@ class Innovations:
     nis : float
         Mean of nu^2/S.
     nis_band : float
-        How far from one an honest filter's lies at most.
+        Largest distance of an honest filter's from one.
     correlation : float64 (lags,)
         Autocorrelation of nu/sqrt(S), from lag 1 on.
     band : float
-        How far from zero an honest filter's lies at most.
+        Largest distance of an honest filter's from zero.
     """
 
     nis: float
@@ -61,17 +61,17 @@ def plot_innovations(
     """SVG of many runs' measurements: squares of each run, correlation over all, with bands."""
     with settings():
         figure, (left, right) = figure_and_axes(2.6, 1, 2)
-        for k, (name, other) in enumerate(zip(names, cycle(COLOUR.values()), strict=False)):
-            colour = COLOUR.get(name, other)
-            own = [run[k] for run in runs]
-            across = k + np.linspace(-0.3, 0.3, len(own))
-            left.plot(across, [result.nis for result in own], ".", color=colour)
-            rho = np.mean([result.correlation for result in own], axis=0)
+        for k, (name, default) in enumerate(zip(names, cycle(COLOUR.values()), strict=False)):
+            colour = COLOUR.get(name, default)
+            results = [run[k] for run in runs]
+            positions = k + np.linspace(-0.3, 0.3, len(results))
+            left.plot(positions, [result.nis for result in results], ".", color=colour)
+            rho = np.mean([result.correlation for result in results], axis=0)
             right.plot(np.arange(1, len(rho) + 1), rho, ".-", color=colour, label=name)
             for sign in (-1.0, 1.0):
-                edge = 1.0 + sign * own[0].nis_band
+                edge = 1.0 + sign * results[0].nis_band
                 left.hlines(edge, k - 0.4, k + 0.4, color=colour, linestyle=":")
-                right.axhline(sign * own[0].band, color=colour, linestyle=":", linewidth=0.8)
+                right.axhline(sign * results[0].band, color=colour, linestyle=":", linewidth=0.8)
         left.set(ylabel="mean of nu\N{SUPERSCRIPT TWO}/S", ylim=(0.0, max(1.3, left.get_ylim()[1])))
         left.set_xticks(range(len(names)), names)
         right.set(xlabel="lag, samples of the measurement", ylabel="autocorrelation")

@@ -108,7 +108,7 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     gyr = rate * np.sin(rng.uniform(0.2, 4.0, 3) * t + rng.uniform(0, 6.28, 3))
     if name == "spin":
         gyr[:] = rate * np.sign(gyr[:1])
-    up, field = _turned(gyr, dt, rng)
+    up, field = _motion(gyr, dt, rng)
     acc, mag = GRAVITY * up, field
     blow = rng.random((steps, 1)) < 0.05
     if name == "blows":
@@ -132,7 +132,7 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     return np.concatenate([step, np.clip(sensors, -159.9, 159.9)], axis=1)
 
 
-def _turned(gyr: FloatArray, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+def _motion(gyr: FloatArray, dt: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Up and field in the body along a rotation."""
     start = quaternion_normalise(rng.normal(size=4))
     q = quaternion_running_product(start, rotation_vector_to_quaternion(dt * gyr))

@@ -156,7 +156,7 @@ def _contiguous(*arrays: FloatArray) -> list[FloatArray]:
 
 def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
     step = float(np.median(log.dt))
-    # What is missing in a gap is the next sample, again and again.
+    # The samples of a gap are copies of the next one.
     times = np.clip(np.rint(log.dt / step), 1, _LONGEST_GAP_S / step).astype(np.int64)
     rows, last = np.repeat(np.arange(len(log)), times), np.cumsum(times) - 1
     gyr, acc = log.gyr[rows], log.acc[rows]
@@ -166,8 +166,8 @@ def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
         return np.asarray(out["quat6D"], dtype=np.float64)[last]
     field = np.zeros_like(gyr)
     field[last] = _field(log)
-    every = len(rows) / int(np.count_nonzero(log.mag_new))
-    filter_ = getattr(package, kind)(step, magTs=step * every)
+    period = len(rows) / int(np.count_nonzero(log.mag_new))
+    filter_ = getattr(package, kind)(step, magTs=step * period)
     out = filter_.updateBatch(*_contiguous(gyr, acc, field))
     return np.asarray(out["quat9D"], dtype=np.float64)[last]
 
@@ -175,8 +175,8 @@ def _online(log: NineAxis, dip: float | None, kind: str) -> FloatArray:
 def _vqf_offline(log: NineAxis, dip: float | None) -> FloatArray:
     _field(log)
     last = np.maximum.accumulate(np.where(log.mag_new, np.arange(len(log)), -1))
-    held = log.mag[np.where(last < 0, int(np.argmax(log.mag_new)), last)]
-    samples = _contiguous(log.gyr, log.acc, held)
+    field = log.mag[np.where(last < 0, int(np.argmax(log.mag_new)), last)]
+    samples = _contiguous(log.gyr, log.acc, field)
     out = _package("vqf").offlineVQF(*samples, float(np.median(log.dt)))
     return np.asarray(out["quat9D"], dtype=np.float64)
 

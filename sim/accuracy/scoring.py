@@ -60,11 +60,11 @@ class Scorer:
 
     def _each(
         self,
-        which: Sequence[int],
+        indices: Sequence[int],
         params: Mapping[str, float] | None,
         work: Callable[[int, Emitted], _T],
     ) -> list[_T]:
-        """``work`` on every record in ``which``, with a level for it, in that order."""
+        """``work`` on every record in ``indices``, with a level for it, in that order."""
         self.estimator.param_values(params)
 
         def item(index: int) -> _T:
@@ -76,10 +76,10 @@ class Scorer:
                 self._levels.put(level)
 
         if self.jobs == 1:
-            return [item(index) for index in which]
+            return [item(index) for index in indices]
         with ThreadPoolExecutor(self.jobs) as pool:
-            contexts = [copy_context() for _ in which]  # what is selected of logs
-            return list(pool.map(lambda context, k: context.run(item, k), contexts, which))
+            contexts = [copy_context() for _ in indices]  # with the selection of rows
+            return list(pool.map(lambda context, k: context.run(item, k), contexts, indices))
 
     def each(
         self, work: Callable[[int, Emitted], _T], params: Mapping[str, float] | None = None
@@ -99,12 +99,12 @@ class Scorer:
         """
 
         def score(index: int, level: Emitted) -> dict[str, float]:
-            made, where = Errors(self.estimator), ""
+            errors, where = Errors(self.estimator), ""
             for k, part in enumerate(self.feeds[index].parts()):
                 (loop,) = drive(part, level, anew=not k)
-                made.add(part, loop.outputs)
+                errors.add(part, loop.outputs)
                 where = part.record.where
-            if not (metrics := made.result()):
+            if not (metrics := errors.result()):
                 raise InputError.at(
                     where,
                     wanted=f"a truth of {self.estimator.name}'s outputs",

@@ -29,7 +29,7 @@ __all__ = [
     "tunable",
 ]
 
-#: Values are tried with so many significant digits, so that what is printed is what was measured.
+#: Values are tried with so many significant digits, as they are printed.
 DIGITS = 4
 #: First factor of a step, its largest, and the one below which a parameter rests.
 FIRST_FACTOR, LARGEST_FACTOR, LAST_FACTOR = 2.0, 8.0, 1.04
@@ -151,37 +151,37 @@ def pattern_search(
         Start of every parameter, above zero.
     """
     search = Search(objective, params)
-    at = tuple(float(start[p.name]) for p in params)
-    best = first = search.figure(at)
+    point = tuple(float(start[p.name]) for p in params)
+    best = first = search.figure(point)
     step = [math.log(FIRST_FACTOR)] * len(params)
     sign = [1.0] * len(params)
     history = [best]
     for number in range(rounds):
-        base, base_best = at, best
+        base, base_best = point, best
         for k in range(len(params)):
             if step[k] < math.log(LAST_FACTOR):
                 continue
-            moved = False
-            for way in (sign[k], -sign[k]):
-                to = search.moved(at, k, math.exp(way * step[k]))
-                figure = search.figure(to)
-                moved |= figure != best
+            changed = False
+            for direction in (sign[k], -sign[k]):
+                candidate = search.moved(point, k, math.exp(direction * step[k]))
+                figure = search.figure(candidate)
+                changed |= figure != best
                 if figure < best:
-                    at, best, sign[k] = to, figure, way
+                    point, best, sign[k] = candidate, figure, direction
                     step[k] = min(2.0 * step[k], math.log(LARGEST_FACTOR))
                     break
             else:
-                step[k] *= 0.5 if moved else 0.25
+                step[k] *= 0.5 if changed else 0.25
         if best < base_best:
-            ratios = [a / b for a, b in zip(at, base, strict=True)]
+            ratios = [a / b for a, b in zip(point, base, strict=True)]
             while True:
-                to = at
+                candidate = point
                 for k, ratio in enumerate(ratios):
-                    to = search.moved(to, k, ratio)
-                figure = search.figure(to)
+                    candidate = search.moved(candidate, k, ratio)
+                figure = search.figure(candidate)
                 if not figure < best:
                     break
-                at, best = to, figure
+                point, best = candidate, figure
                 ratios = [r * r for r in ratios]
         history.append(best)
         if progress is not None:
@@ -189,7 +189,7 @@ def pattern_search(
         if all(s < math.log(LAST_FACTOR) for s in step):
             break
     return Tuned(
-        {p.name: v for p, v in zip(params, at, strict=True)},
+        {p.name: v for p, v in zip(params, point, strict=True)},
         first,
         best,
         len(search.seen),
@@ -229,11 +229,11 @@ def deal_named(
 
     By default three folds, or as many as there are names; 1: none.
     """
-    whole = list(dict.fromkeys(names))
-    count = min(3, len(whole)) if folds is None else folds
+    unique = list(dict.fromkeys(names))
+    count = min(3, len(unique)) if folds is None else folds
     return [
-        tuple(k for k, name in enumerate(names) if whole.index(name) in test)
-        for test in (deal_folds(len(whole), count, seed) if count != 1 else [])
+        tuple(k for k, name in enumerate(names) if unique.index(name) in test)
+        for test in (deal_folds(len(unique), count, seed) if count != 1 else [])
     ]
 
 
@@ -259,10 +259,10 @@ def sensitivities(
 ) -> list[Sensitivity]:
     """The objective with each parameter over and times a factor, the others as they are."""
     search = Search(objective, params)
-    at = tuple(values[p.name] for p in params)
+    point = tuple(values[p.name] for p in params)
     out = []
     for k, p in enumerate(params):
-        low, high = (search.moved(at, k, f) for f in (1.0 / factor, factor))
+        low, high = (search.moved(point, k, f) for f in (1.0 / factor, factor))
         figures = search.figure(low), search.figure(high)
-        out.append(Sensitivity(p.name, at[k], low[k], high[k], *figures))
+        out.append(Sensitivity(p.name, point[k], low[k], high[k], *figures))
     return out

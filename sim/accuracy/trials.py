@@ -1,4 +1,4 @@
-"""Logs with a reference: what filters are measured on."""
+"""Logs with a reference, on which filters are measured."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ class Trial:
         return self.log.first
 
     def fed(self, estimator: Estimator) -> tuple[Estimator, Feed | LongFeed]:
-        """The estimator made for the log's rates, and what it reads of it."""
+        """The estimator made for the log's rates, and its inputs from the log."""
         return self.feeds.get(estimator.name) or _fed(estimator, self.log)
 
 
 def _fed(estimator: Estimator, log: Log) -> tuple[Estimator, Feed | LongFeed]:
-    """The estimator made for the rates of a log, or of its first part, and what it reads."""
-    made = fitted(estimator, log.first)
-    return made, feed_of(made, log)
+    """The estimator made for the rates of a log, or of its first part, and its inputs."""
+    member = fitted(estimator, log.first)
+    return member, feed_of(member, log)
 
 
 def read_trials(
@@ -99,8 +99,8 @@ def read_trials(
                 fix="name each log once, or rename one",
             )
         log = log.through(partial(_from_magnetic_north, declination_deg))
-        other = log.comparison or log.name in comparisons
-        trial = _trial(log, estimators, "comparison" if other else "truth", peers)
+        is_comparison = log.comparison or log.name in comparisons
+        trial = _trial(log, estimators, "comparison" if is_comparison else "truth", peers)
         if trial is None:
             left_out[log.name] = log
         else:

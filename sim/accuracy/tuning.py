@@ -1,4 +1,4 @@
-"""Tuning in the open: a pattern search on the emitted C, and what it is worth elsewhere.
+"""Tuning: a pattern search on the emitted C, and its effect on other logs.
 
 The figure that falls is a weighted mean of the errors against truth (`sim.accuracy.figures`), each
 the mean over the trials. One figure alone counts in its unit; of several each counts as a share of
@@ -35,15 +35,15 @@ def means(scores: Sequence[Score]) -> dict[str, float]:
 def weights_of(
     figures: Mapping[str, str], chosen: Mapping[str, float] | None = None
 ) -> dict[str, float]:
-    """Weights of figures (units by name): ``chosen`` on top of what the module says.
+    """Weights of figures (units by name): ``chosen`` on top of the module's defaults.
 
     Raises
     ------
     InputError
         No such figure, a weight below zero or not finite, or none above zero.
     """
-    angle = ANGLES[0] in figures
-    weights = {n: float(not angle or n == ANGLES[0]) for n in figures}
+    has_attitude = ANGLES[0] in figures
+    weights = {n: float(not has_attitude or n == ANGLES[0]) for n in figures}
     for name, weight in (chosen or {}).items():
         if name not in figures:
             raise InputError.at(
@@ -66,14 +66,14 @@ def weights_of(
 
 @dataclass(frozen=True)
 class Objective:
-    """What is to fall.
+    """The figure that a search reduces.
 
     Attributes
     ----------
     weights : mapping of str to float
         By figure.
     scales : mapping of str to float
-        What a figure counts in shares of.
+        Divisor of each figure.
     """
 
     weights: Mapping[str, float]
@@ -82,10 +82,10 @@ class Objective:
     @classmethod
     def of(cls, weights: Mapping[str, float], baseline: Score) -> Objective:
         """Shares of the ``baseline``, where several count and those are above zero."""
-        used = {n: w for n, w in weights.items() if w}
-        several = len(used) > 1
-        fit = {n: several and np.isfinite(baseline[n]) and baseline[n] > 0.0 for n in used}
-        return cls(used, {n: baseline[n] if fit[n] else 1.0 for n in used})
+        active = {n: w for n, w in weights.items() if w}
+        several = len(active) > 1
+        shares = {n: several and np.isfinite(baseline[n]) and baseline[n] > 0.0 for n in active}
+        return cls(active, {n: baseline[n] if shares[n] else 1.0 for n in active})
 
     def value(self, scores: Sequence[Score]) -> float:
         """Weighted mean over figures of their means over the trials; NaN if none has any."""
@@ -97,7 +97,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold: indices of its trials, what was tuned on the others, scores of the tests."""
+    """One fold: indices of its trials, result of tuning on the others, scores of the tests."""
 
     test: tuple[int, ...]
     train: tuple[int, ...]
@@ -133,15 +133,15 @@ class Tuning:
 
     def scores(self, values: Mapping[str, float], which: Sequence[int]) -> list[Score]:
         """Scores of some trials with ``values`` on top of the start."""
-        whole = {**self.start, **values}
-        known = self._memory.setdefault(tuple(sorted(whole.items())), {})
-        missing = [k for k in which if k not in known]
-        known.update(zip(missing, self.scorer.scores(whole, missing), strict=True))
-        return [known[k] for k in which]
+        parameters = {**self.start, **values}
+        cached = self._memory.setdefault(tuple(sorted(parameters.items())), {})
+        missing = [k for k in which if k not in cached]
+        cached.update(zip(missing, self.scorer.scores(parameters, missing), strict=True))
+        return [cached[k] for k in which]
 
     def search(self, which: Sequence[int], what: str) -> Tuned:
         """The best values on some trials."""
-        begun = time.perf_counter()
+        start = time.perf_counter()
         result = pattern_search(
             lambda values: self.objective.value(self.scores(values, which)),
             self.params,
@@ -149,28 +149,28 @@ class Tuning:
             rounds=self.rounds,
             progress=lambda text: self.say(f"{what}, {text}"),
         )
-        seconds = time.perf_counter() - begun
+        seconds = time.perf_counter() - start
         self.say(f"{what}: {result.start:.4g} to {result.best:.4g}, {seconds:.1f} s")
         return result
 
     def folds(self, tests: Sequence[tuple[int, ...]]) -> list[Fold]:
         """Cross-validation: each fold is tuned on the other folds' trials."""
-        held = []
+        results = []
         for k, test in enumerate(tests):
             train = tuple(i for i in range(len(self.scorer.feeds)) if i not in test)
             tuned = self.search(train, f"fold {k + 1} of {len(tests)}")
-            held.append(Fold(test, train, tuned, tuple(self.scores(tuned.values, test))))
-        return held
+            results.append(Fold(test, train, tuned, tuple(self.scores(tuned.values, test))))
+        return results
 
     def around(self, values: Mapping[str, float], factor: float = 2.0) -> list[Sensitivity]:
-        """What each parameter over and times a factor does, over all trials."""
-        every = range(len(self.scorer.feeds))
+        """Errors with each parameter over and times a factor, over all trials."""
+        indices = range(len(self.scorer.feeds))
 
         def errors(moved: Mapping[str, float]) -> dict[str, float]:
-            return means(self.scores({**values, **moved}, every))
+            return means(self.scores({**values, **moved}, indices))
 
         slopes = sensitivities(
-            lambda v: self.objective.value(self.scores({**values, **v}, every)),
+            lambda v: self.objective.value(self.scores({**values, **v}, indices)),
             self.params,
             values,
             factor,

@@ -115,7 +115,7 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
     records = np.zeros((n, max(len(p.streamed) for p in programs[:filters])), dtype=np.int64)
     outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
     for number in sorted(range(filters), key=lambda k: len(chains[k])):
-        program, mine = programs[number], samples.filter == number
+        program, selected = programs[number], samples.filter == number
         rows = np.flatnonzero([number in chains[k] for k in samples.filter])
         columns = dict(zip(program.streamed, memory.record(feed.records[number]), strict=True))
         for value, link in program.linked.items():
@@ -128,9 +128,9 @@ def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
             words[f"{program.name}.{name}"] = column = np.zeros(n, dtype=np.int64)
             if len(rows):
                 column[rows] = out[:, k]
-            outputs[mine, k] = column[mine]
+            outputs[selected, k] = column[selected]
         for k, value in enumerate(program.streamed):
-            records[mine, k] = columns[value][mine]
+            records[selected, k] = columns[value][selected]
     return Chain(records, outputs, clamped, memory.dt < 0)
 
 

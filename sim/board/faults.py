@@ -47,12 +47,12 @@ BOUNDS_DEG = (5.0, 1.0)
 #: Of a fast turn: the gyro misses 2.7 deg, and the compass tells of the past (docs/system.md).
 FAST_TURN_BOUNDS_DEG = (12.0, 3.0)
 #: Updates of a run, and samples more in the log, for those that a fault costs.
-_UPDATES, _MORE = 3200, 400
-_MOST_CYCLES = 60_000_000
+_UPDATES, _SPARE = 3200, 400
+_MAX_CYCLES = 60_000_000
 #: Factor by which the motion is slower than that of `synthetic_log`.
 _SLOWER = 6.0
 #: Events that do not indicate a fault.
-_USUAL = {
+_NORMAL = {
     "inertial_sample",
     "compass_heading_line",
     "core_update",
@@ -107,9 +107,9 @@ class FaultTrial:
 
     @property
     def good(self) -> bool:
-        """It was seen, or did nothing; and the error stayed, and ended, within the bounds.
+        """The fault was detected, or had no effect; and the error stayed and ended within bounds.
 
-        What no reader can see need not be seen.
+        Faults that no reader can detect need not be detected.
         """
         largest, later = FAST_TURN_BOUNDS_DEG if self.fault in FAST_TURNS else BOUNDS_DEG
         return (
@@ -136,7 +136,7 @@ def trial_log() -> Record:
     # Made at a higher rate than that of playback, which slows all motion.
     log = NineAxis.of(
         synthetic_log(
-            seconds=(_UPDATES + _MORE + 600) / 1024 / _SLOWER,
+            seconds=(_UPDATES + _SPARE + 600) / 1024 / _SLOWER,
             rate_hz=1024.0 * _SLOWER,
             seed=5,
             acceleration=0.1,
@@ -182,8 +182,8 @@ def fault_trial(
     span : (int, int)
         First sample (line of the compass) of the fault, and the first after it.
     """
-    usual = _COMPASS_SPAN if device == "hmr" else _INERTIAL_SPAN
-    first, last = span or (_FAST_TURN_SPAN if fault in FAST_TURNS else usual)
+    default = _COMPASS_SPAN if device == "hmr" else _INERTIAL_SPAN
+    first, last = span or (_FAST_TURN_SPAN if fault in FAST_TURNS else default)
     return faults_in_turn(board, [(device, fault, (first, last))], log=log, updates=updates)[0]
 
 
@@ -212,11 +212,11 @@ def faults_in_turn(
         updates=updates,
         settings={"output_divider": 1},
         faults=texts,
-        max_cycles=_MOST_CYCLES,
+        max_cycles=_MAX_CYCLES,
     )
-    left = {device: _span_cycles(run, device) for device in texts}
+    remaining = {device: _span_cycles(run, device) for device in texts}
     spans = [
-        _row_cycles(run, rows) if fault in WRONG_VALUES else next(left[device])
+        _row_cycles(run, rows) if fault in WRONG_VALUES else next(remaining[device])
         for device, fault, rows in faults
     ]
     ends = [*(begin for begin, _ in spans[1:]), None]
@@ -242,12 +242,12 @@ def _span_cycles(run: BoardRun, device: str) -> Iterator[tuple[float, float]]:
         The fault did not begin or did not end.
     """
     begin = None
-    for at, inertial, compass in run.trace.faults:
-        on = inertial if device == "adis" else compass
-        if on and begin is None:
-            begin = at
-        elif begin is not None and not on:
-            yield float(begin), float(at)
+    for cycle, inertial, compass in run.trace.faults:
+        is_active = inertial if device == "adis" else compass
+        if is_active and begin is None:
+            begin = cycle
+        elif begin is not None and not is_active:
+            yield float(begin), float(cycle)
             begin = None
     raise SimulationFailed(f"the fault of {device} did not begin and end within the run")
 
@@ -257,8 +257,8 @@ def _errors(run: BoardRun, log: Record) -> tuple[IntArray, FloatArray]:
     trace = run.trace
     q_true = NineAxis.of(log).attitude
     number = np.unwrap(run.frames[:, 0] & 0xFFFF, period=1 << 16).astype(np.int64)
-    keep = (number >= 1) & (number <= len(trace.updates))
-    number, frames = number[keep], run.frames[keep]
+    valid = (number >= 1) & (number <= len(trace.updates))
+    number, frames = number[valid], run.frames[valid]
     updated = trace.updates[number - 1]
     line = trace.ready[np.searchsorted(trace.ready[:, 0], updated) - 1, 1]
     truth = q_true[np.minimum(line - 1, len(log) - 1)]
@@ -283,18 +283,18 @@ def _judge(
     cycles, errors = _errors(run, log)
     if until is None:
         until = float(cycles[-1] + 1 if len(cycles) else end)
-    seen: dict[str, float] = {}
-    whose = ("inertial_",) if device == "adis" else ("compass_",)
-    for at, bits in trace.events:
+    delays: dict[str, float] = {}
+    prefix = ("inertial_",) if device == "adis" else ("compass_",)
+    for cycle, bits in trace.events:
         for k, name in enumerate(names):
-            is_sign = name.startswith(whose) and name not in _USUAL
-            if bits >> k & 1 and begin <= at < until and is_sign:
-                seen.setdefault(name, (at - begin) / second)
-    good = trace.updates if device == "adis" else np.array([x.cycle for x in trace.lines])
-    back = good[good > end]
-    resumed = float(back[0]) if len(back) else float(trace.updates[-1])
-    expected = (min(resumed, float(trace.updates[-1])) - begin) / board.setup.period_cycles
-    arrived = int(((trace.updates > begin) & (trace.updates < resumed)).sum())
+            is_sign = name.startswith(prefix) and name not in _NORMAL
+            if bits >> k & 1 and begin <= cycle < until and is_sign:
+                delays.setdefault(name, (cycle - begin) / second)
+    good_cycles = trace.updates if device == "adis" else np.array([x.cycle for x in trace.lines])
+    recoveries = good_cycles[good_cycles > end]
+    recovery = float(recoveries[0]) if len(recoveries) else float(trace.updates[-1])
+    expected = (min(recovery, float(trace.updates[-1])) - begin) / board.setup.period_cycles
+    update_count = int(((trace.updates > begin) & (trace.updates < recovery)).sum())
 
     def worst(since: float, until: float) -> float:
         part = errors[(cycles >= since) & (cycles < until)]
@@ -305,11 +305,11 @@ def _judge(
         device,
         fault,
         (end - begin) / second,
-        min(seen.values(), default=None),
-        tuple(sorted(seen, key=lambda name: seen[name])),
-        max(int(expected) - arrived, 0),
+        min(delays.values(), default=None),
+        tuple(sorted(delays, key=lambda name: delays[name])),
+        max(int(expected) - update_count, 0),
         worst(begin - half, begin),
         worst(begin, end + half),
         worst(until - half, until),
-        (resumed - end) / second if len(back) else None,
+        (recovery - end) / second if len(recoveries) else None,
     )

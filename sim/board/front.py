@@ -51,13 +51,13 @@ def quantise(
     log = NineAxis.of(record)
     n = len(log)
     stamp = np.rint((log.t - log.t[0]) * clock_hz).astype(np.int64)
-    here = np.isfinite(log.attitude).all(axis=1) if kind == HEADING else log.mag_new
+    has_sample = np.isfinite(log.attitude).all(axis=1) if kind == HEADING else log.mag_new
     line = np.full(n, NO_LINE)
-    due = log.t[0]
-    for k in np.flatnonzero(here) if kind != NO_LINE else ():
-        if log.t[k] >= due:
+    next_line = log.t[0]
+    for k in np.flatnonzero(has_sample) if kind != NO_LINE else ():
+        if log.t[k] >= next_line:
             line[k] = kind
-            due = max(due + 1.0 / line_hz, log.t[k])
+            next_line = max(next_line + 1.0 / line_hz, log.t[k])
     values = np.zeros((n, 3), dtype=np.int64)
     rows = line != NO_LINE
     if kind == HEADING:

@@ -21,11 +21,11 @@ _COLUMNS = (
 
 def _cells(run: Mapping[str, Any], clock_mhz: float) -> list[str | Verdict]:
     """A row of the table."""
-    lost, wrong = run["lost_samples"], run["mismatches"]
+    lost, mismatches = run["lost_samples"], run["mismatches"]
     return [
         run["filter"],
         f"{run['updates']:,}",
-        *(Verdict(str(count), good=False) if count else "0" for count in (lost, wrong)),
+        *(Verdict(str(count), good=False) if count else "0" for count in (lost, mismatches)),
         str(run["fields"]),
         f"{run['transfer_cycles'][1] / clock_mhz:.2f}",
         str(run["program_cycles"]),

@@ -81,10 +81,10 @@ def stimulus(record: Record, board: Board) -> Stimulus:
     log = NineAxis.of(record)
     q, setup = log.attitude, board.setup
     # Time of line k after the first sample.
-    every = setup.rate_hz / setup.lines_hz
+    period = setup.rate_hz / setup.lines_hz
     first = setup.compass_start_cycles / setup.period_cycles
     rows = np.minimum(
-        np.round(first + every * np.arange(1 + len(log) / every)).astype(np.int64), len(log) - 1
+        np.round(first + period * np.arange(1 + len(log) / period)).astype(np.int64), len(log) - 1
     )
     # Each line has the field and the attitude of its time.
     usable = np.flatnonzero(np.isfinite(q).all(axis=1) & log.mag_new)
@@ -152,10 +152,10 @@ def frames_of(data: bytes) -> tuple[IntArray, int]:
     """Frames (n, words) of one estimator in a stream of bytes, and the number of damaged ones."""
     decoder = Decoder(word=32)
     words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
-    most = len(words[0]) if words else len(WORDS)
-    whole = [w for w in words if len(w) == most]
-    frames = np.array(whole, dtype=np.int64).reshape(-1, most)
-    return frames, decoder.dropped + len(words) - len(whole)
+    width = len(words[0]) if words else len(WORDS)
+    complete = [w for w in words if len(w) == width]
+    frames = np.array(complete, dtype=np.int64).reshape(-1, width)
+    return frames, decoder.dropped + len(words) - len(complete)
 
 
 def run_board(
@@ -285,17 +285,17 @@ def judge(
     core = trace.updates - trace.samples[:n]
     kinds = np.full(n, NO_LINE)
     values = np.zeros((n, 3), dtype=np.int64)
-    good = 0
+    line_count = 0
     for line in trace.lines:
         kind = COUNTS if line.counts else HEADING
         row = what.compass[min(line.slot, len(what.compass) - 1)]
         expected = row[3:] if line.counts else row[:3]
         if tuple(expected) != line.values:
-            return _wrong(f"compass line in cycle {line.cycle}: {line.values}, sent {expected}")
-        good += 1
-        at = int(np.searchsorted(trace.updates, line.cycle)) + 1
-        if kind in _source_kinds(source) and at < n:
-            kinds[at], values[at] = kind, expected
+            return _failure(f"compass line in cycle {line.cycle}: {line.values}, sent {expected}")
+        line_count += 1
+        update = int(np.searchsorted(trace.updates, line.cycle)) + 1
+        if kind in _source_kinds(source) and update < n:
+            kinds[update], values[update] = kind, expected
     restart = np.zeros(n, dtype=np.bool_)
     restart[0] = True
     samples = Samples(
@@ -310,13 +310,13 @@ def judge(
     chain = run_chain([part.program for part in board.core.parts], samples)
     lost = int(edge[-1] - edge[0]) + 1 - n
     names = board.core.parts[filter].program.output_names
-    return _compare(run, names, chain, samples, transfer, core, good, lost)
+    return _compare(run, names, chain, samples, transfer, core, line_count, lost)
 
 
-def _wrong(text: str) -> Judgement:
-    none = np.zeros((0, 0), dtype=np.int64)
+def _failure(text: str) -> Judgement:
+    empty = np.zeros((0, 0), dtype=np.int64)
     flags = np.zeros(0, dtype=np.bool_)
-    return Judgement(0, 1, 0, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(none, none, flags, flags))
+    return Judgement(0, 1, 0, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(empty, empty, flags, flags))
 
 
 def _compare(
@@ -358,7 +358,7 @@ def _compare(
         mismatches, first = 1, "no attitude frame came"
     ends = frame_ends(run.trace)
     ready = run.trace.samples[:n] - transfer
-    whole = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
+    durations = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
     return Judgement(
         n if len(frames) else 0,
         mismatches,
@@ -368,7 +368,7 @@ def _compare(
         lines,
         _range(transfer),
         _range(core),
-        _range(whole),
+        _range(durations),
         chain,
     )
 
@@ -376,8 +376,8 @@ def _compare(
 def frame_ends(trace: Trace) -> IntArray:
     """Cycles of the last byte of every attitude frame."""
     decoder, out = Decoder(word=32), []
-    for at, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
-        out += [at for kind, _ in decoder.feed(bytes([byte])) if kind is Kind.ATTITUDE]
+    for cycle, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
+        out += [cycle for kind, _ in decoder.feed(bytes([byte])) if kind is Kind.ATTITUDE]
     return np.array(out, dtype=np.int64)
 
 

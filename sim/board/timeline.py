@@ -68,14 +68,14 @@ _COLOURS = {"calibrate": COLOUR["amber"], "filter": COLOUR["heading"]}
 def timeline_plot(timelines: Sequence[Timeline], *, salt: str) -> str:
     """Three plots: a whole sample, its part in the core, and bars with the paper's times."""
     with settings():
-        figure, (whole, close, bars) = figure_and_axes(
+        figure, (sample_axes, core_axes, bar_axes) = figure_and_axes(
             3.4 + 0.62 * len(timelines),
             rows=3,
             height_ratios=[2.4, 0.6 + 0.42 * len(timelines), 0.6 + 0.42 * len(timelines)],
         )
-        _whole(whole, timelines[0])
-        _close(close, timelines)
-        _bars(bars, timelines)
+        _plot_sample(sample_axes, timelines[0])
+        _plot_core(core_axes, timelines)
+        _plot_bars(bar_axes, timelines)
         return svg(figure, salt)
 
 
@@ -101,7 +101,7 @@ def _row(axes: Any, y: float, span: Span, colour: str, *, text: str = "") -> Non
         )
 
 
-def _clean(axes: Any, names: Sequence[str]) -> None:
+def _set_rows(axes: Any, names: Sequence[str]) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.65)
     axes.grid(False, axis="y")
@@ -110,7 +110,7 @@ def _clean(axes: Any, names: Sequence[str]) -> None:
     axes.set_axisbelow(True)
 
 
-def _whole(axes: Any, timeline: Timeline) -> None:
+def _plot_sample(axes: Any, timeline: Timeline) -> None:
     """Data-ready, SPI frames, core, host line on one axis."""
     for span in timeline.frames:
         _row(axes, 0, span, COLOUR["roll"])
@@ -134,13 +134,13 @@ def _whole(axes: Any, timeline: Timeline) -> None:
         xytext=(timeline.in_registers_us + 0.02 * end, 1),
         va="center",
     )
-    _clean(axes, ["SPI frames", "core", "host line"])
+    _set_rows(axes, ["SPI frames", "core", "host line"])
     axes.set_xlim(-0.01 * end, end)
     axes.set_xlabel("µs from data-ready; dashed: data-ready of this and of the next sample")
     axes.set_title(f"One sample through the board ({timeline.filter})", loc="left", fontsize=10)
 
 
-def _close(axes: Any, timelines: Sequence[Timeline]) -> None:
+def _plot_core(axes: Any, timelines: Sequence[Timeline]) -> None:
     """The part in the core alone, from the last SPI frame."""
     longest = max(timeline.core[-1].end_us - timeline.core[0].start_us for timeline in timelines)
     for y, timeline in enumerate(timelines):
@@ -159,19 +159,19 @@ def _close(axes: Any, timelines: Sequence[Timeline]) -> None:
             f"  {timeline.core[-1].end_us - start:.2f} µs",
             va="center",
         )
-    _clean(axes, [timeline.filter for timeline in timelines])
+    _set_rows(axes, [timeline.filter for timeline in timelines])
     axes.set_xlim(left=0.0, right=1.12 * longest)
     axes.set_xlabel("µs from the last bit of the sample")
     axes.set_title("The core's part: calibration (amber), filter (blue)", loc="left", fontsize=10)
 
 
-def _bars(axes: Any, timelines: Sequence[Timeline]) -> None:
+def _plot_bars(axes: Any, timelines: Sequence[Timeline]) -> None:
     """Times of the filters beside the paper's, logarithmic."""
     axes.set_xscale("log")
     for y, timeline in enumerate(timelines):
-        ours = next(span.length_us for span in timeline.core if span.name == "filter")
-        axes.barh(y, ours, left=0.1, height=0.3, color=COLOUR["heading"])
-        axes.text(1.06 * ours, y, f"{ours:.2f} µs", va="center")
+        filter_us = next(span.length_us for span in timeline.core if span.name == "filter")
+        axes.barh(y, filter_us, left=0.1, height=0.3, color=COLOUR["heading"])
+        axes.text(1.06 * filter_us, y, f"{filter_us:.2f} µs", va="center")
         if timeline.paper_us is not None:
             axes.plot(
                 timeline.paper_us,
@@ -190,7 +190,7 @@ def _bars(axes: Any, timelines: Sequence[Timeline]) -> None:
                 fontsize=8,
                 color=COLOUR["pitch"],
             )
-    _clean(axes, [timeline.filter for timeline in timelines])
+    _set_rows(axes, [timeline.filter for timeline in timelines])
     axes.set_xlim(0.1, 3000.0)
     axes.set_xticks([0.1, 1.0, 10.0, 100.0, 1000.0], ["0.1", "1", "10", "100", "1,000"])
     axes.set_xlabel(

@@ -78,7 +78,7 @@ def read_trace(text: str) -> Trace:
     SimulationFailed
         Unknown values (X) at the pins, or a trace without an end.
     """
-    at: dict[str, list[int]] = {kind: [] for kind in "SUTE"}
+    cycles_of: dict[str, list[int]] = {kind: [] for kind in "SUTE"}
     ready: list[tuple[int, int]] = []
     violations = -1
     chip: list[tuple[int, int]] = []
@@ -90,34 +90,34 @@ def read_trace(text: str) -> Trace:
     data = bytearray()
     for line in text.splitlines():
         cycle, kind, *rest = line.split()
-        now = int(cycle)
+        time = int(cycle)
         if kind == "X":
-            raise SimulationFailed(f"unknown value (X) at the board's pins in cycle {now}")
-        if kind in at:
-            at[kind].append(now)
+            raise SimulationFailed(f"unknown value (X) at the board's pins in cycle {time}")
+        if kind in cycles_of:
+            cycles_of[kind].append(time)
         elif kind == "R":
-            ready.append((now, int(rest[0])))
+            ready.append((time, int(rest[0])))
         elif kind == "F":
-            faults.append((now, int(rest[0], 16), int(rest[1], 16)))
+            faults.append((time, int(rest[0], 16), int(rest[1], 16)))
         elif kind == "N":
-            events.append((now, int(rest[0], 16)))
+            events.append((time, int(rest[0], 16)))
         elif kind == "V":
             violations = int(rest[0])
         elif kind == "C":
-            chip.append((now, int(rest[0])))
+            chip.append((time, int(rest[0])))
         elif kind == "P":
-            programs.append((now, int(rest[0])))
+            programs.append((time, int(rest[0])))
         elif kind == "B":
-            bytes_at.append(now)
+            bytes_at.append(time)
             data.append(int(rest[0], 16))
         elif kind == "L":
             a, b, c, slot = (int(v) for v in rest[1:])
-            lines.append(Line(now, rest[0] == "1", (a, b, c), slot))
+            lines.append(Line(time, rest[0] == "1", (a, b, c), slot))
     if violations < 0:
         raise SimulationFailed("the board's bench did not come to its end")
 
     def cycles(kind: str) -> Cycles:
-        return np.array(at[kind], dtype=np.int64)
+        return np.array(cycles_of[kind], dtype=np.int64)
 
     return Trace(
         ready=np.array(ready, dtype=np.int64).reshape(-1, 2),
@@ -125,7 +125,7 @@ def read_trace(text: str) -> Trace:
         updates=cycles("U"),
         starts=cycles("T"),
         broken=cycles("E"),
-        select=_selected(chip),
+        select=_selections(chip),
         programs=np.array(programs, dtype=np.int64).reshape(-1, 2),
         faults=faults,
         events=events,
@@ -136,9 +136,9 @@ def read_trace(text: str) -> Trace:
     )
 
 
-def _selected(chip: list[tuple[int, int]]) -> Cycles:
+def _selections(chip: list[tuple[int, int]]) -> Cycles:
     """First and last cycle of each time that the chip was selected, shape (n, 2)."""
     falls = [c for c, level in chip if not level]
     rises = [c for c, level in chip if level and falls and c > falls[0]]
-    whole = min(len(falls), len(rises))
-    return np.array([falls[:whole], rises[:whole]], dtype=np.int64).T.reshape(-1, 2)
+    count = min(len(falls), len(rises))
+    return np.array([falls[:count], rises[:count]], dtype=np.int64).T.reshape(-1, 2)

@@ -35,7 +35,7 @@ def _saturated(log: NineAxis, rows: slice) -> NineAxis:
     return replace(log, acc=acc)
 
 
-def _turned(axis: int) -> Callable[[NineAxis, slice], NineAxis]:
+def _turn_fault(axis: int) -> Callable[[NineAxis, slice], NineAxis]:
     """The sensor really turns beyond its gyro's full scale, from the first row on."""
     rate = BEYOND * GYRO_COUNTS * GYRO_SCALE * np.eye(3)[axis]
 
@@ -47,8 +47,8 @@ def _turned(axis: int) -> Callable[[NineAxis, slice], NineAxis]:
 
 
 #: Fast turns about each axis: no fault of a device, and the truth turns too.
-FAST_TURNS = {f"fast_turn_{name}": _turned(axis) for axis, name in enumerate("xyz")}
-#: What each makes of a log in some rows.
+FAST_TURNS = {f"fast_turn_{name}": _turn_fault(axis) for axis, name in enumerate("xyz")}
+#: Functions that put each fault into some rows of a log.
 WRONG_VALUES: dict[str, Callable[[NineAxis, slice], NineAxis]] = {
     "force_stuck": _stuck,
     "force_saturated": _saturated,

@@ -20,7 +20,7 @@ class Case(Protocol):
 
     @property
     def meaning(self) -> str:
-        """What a row of the page is headed with."""
+        """Head of a row of the page."""
 
 
 class CasesExperiment(Experiment):
@@ -43,7 +43,7 @@ class CasesExperiment(Experiment):
     shown : tuple of str
         Cases whose first run is plotted.
     shown_text : str
-        What the plots show.
+        Description of the plots.
     """
 
     cases: ClassVar[Mapping[str, Any]]
@@ -72,9 +72,9 @@ class CasesExperiment(Experiment):
 
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
         """See `Experiment`."""
-        dealt = [(name, name, runs) for name in self.cases]
+        cases = [(name, name, runs) for name in self.cases]
         outcomes = run_cases(
-            self.run_case, dealt, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say
+            self.run_case, cases, seed=seed, at_once=self.at_once, jobs=self.jobs, say=say
         )
         figures = figures_of(outcomes, f"{self.name}_")
         figures |= {f"{self.name}_{key}": float(value) for key, value in self.cycles().items()}

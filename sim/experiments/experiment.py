@@ -1,7 +1,7 @@
-"""What an experiment is: a system run in simulation, its figures beside what they are to be.
+"""Experiments: a system run in simulation, and its figures beside their targets.
 
-A published test, or a system of one's own, gives figures; a target says where one of them is to
-lie and who says so. A missed target stays missed: none is widened until it is met.
+A published test, or a user's system, gives figures; a target is the band in which one of them is to
+lie, with its source. A missed target stays missed: none is widened until it is met.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class Target:
     name, part : str
         What is measured; which part of it (an axis, a channel), if there are several.
     source : str
-        Who asks for the band: a table, a data sheet, a specification.
+        Origin of the band: a table, a data sheet, a specification.
     value : float
-        What was measured; one that is not finite is never good.
+        The measured value; one that is not finite is never good.
     low, high : float, optional
         Least and greatest good value; None: no limit.
     unit : str
@@ -41,7 +41,7 @@ class Target:
     spread : (float, float), optional
         Range of the value over the runs.
     note : str
-        What limits it.
+        Limits of the measurement.
     """
 
     name: str
@@ -86,14 +86,14 @@ def grouped(targets: Iterable[Target]) -> list[tuple[Target, ...]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """What a run of an experiment gives.
+    """Result of a run of an experiment.
 
     Attributes
     ----------
     figures : mapping of str to float
         Numbers by name, all finite.
     targets : tuple of Target
-        What is judged.
+        The judged figures.
     details : mapping
         Plain data besides: curves, tables.
     pages : mapping of str to str
@@ -119,7 +119,7 @@ class Experiment:
     name, summary : str
         By default the class's name in lower case, and the first line of its docstring.
     runs : int
-        How many runs the spread comes from, unless the user says so.
+        Default number of runs, from which the spread comes.
     pages : tuple of str
         Names of the files that it makes besides ``NAME.json``.
     jobs : int, optional
@@ -150,7 +150,7 @@ class Experiment:
         seed : int, 0 or more
             Of the first run; run k has ``seed + k``.
         runs : int, 2 or more
-            How many.
+            Number of runs.
         say : callable
             Told in a line what begins.
         """
@@ -160,7 +160,7 @@ class Experiment:
 def result_of(
     experiment: Experiment, *, seed: int, runs: int, say: Callable[[str], None]
 ) -> Result:
-    """Run an experiment (`Experiment.run`) and check what it gives.
+    """Run an experiment (`Experiment.run`) and check its result.
 
     Raises
     ------

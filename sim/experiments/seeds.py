@@ -27,15 +27,15 @@ POOLED: dict[str, Callable[[FloatArray], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """What the runs of one case gave.
+    """Results of the runs of one case.
 
     Attributes
     ----------
     figures : dict of str to float64 (runs,)
     shown : mapping
-        What is shown of the first run.
+        Data of the first run for plots.
     each : list
-        Whatever else is kept of every run.
+        Further results of every run.
     pooling : mapping of str to str
         How figures become one, if the end of their name does not say so.
     """
@@ -96,10 +96,10 @@ def run_cases(
     parts: dict[str, dict[int, Runs]] = {name: {} for name, _, _ in cases}
     say(f"{len(cases)} cases, {sum(runs for _, _, runs in cases)} runs in {len(tasks)} tasks")
     start = time.monotonic()
-    for done, ((name, first), part) in enumerate(dispatch(jobs, tasks), 1):
+    for completed, ((name, first), part) in enumerate(dispatch(jobs, tasks), 1):
         parts[name][first] = part
         so_far = duration(time.monotonic() - start)
-        say(f"{done} of {len(tasks)} after {so_far}: {name}, from seed {first} on")
+        say(f"{completed} of {len(tasks)} after {so_far}: {name}, from seed {first} on")
     return {name: _joined([part for _, part in sorted(of.items())]) for name, of in parts.items()}
 
 

@@ -52,7 +52,7 @@ def _target(
         high=float(row["high"]) if row["high"] else None,
         unit=row.get("unit", ""),
         binding=row.get("reported") != "yes",
-        beside={who: float(text) for who, text in row.items() if who not in _COLUMNS and text},
+        beside={head: float(text) for head, text in row.items() if head not in _COLUMNS and text},
         spread=spread,
         note=row.get("note", ""),
     )

@@ -1,12 +1,12 @@
-"""Many combinations of word, machine and target: what each costs, how exact it is, which to take.
+"""Many combinations of word, machine and target: cost and errors of each, and the choice.
 
 ======= ===========================================================================================
-module  what it holds
+module  contents
 ======= ===========================================================================================
-cases   the combinations, and the work that each needs, by a key of what decides its result
+cases   the combinations, and the work that each needs, by a digest of all that decides its result
 measure that work: errors, cycles, area
 figures rows of the table, one for each combination, and its columns
-demands demands on figures as text, the choice, and what comes nearest
+demands demands on figures as text, the choice, and the nearest combination
 page    the page on which the combinations are compared
 ======= ===========================================================================================
 """

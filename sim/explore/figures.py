@@ -19,7 +19,7 @@ __all__ = ["FIGURES", "ErrorFigures", "Explored", "Quantity", "explored", "quant
 
 @dataclass(frozen=True)
 class Quantity:
-    """A figure of a row: what it is for people, its unit, whether more of it is better."""
+    """A figure of a row: name, title, unit, and whether more of it is better."""
 
     name: str
     title: str
@@ -47,20 +47,20 @@ FIGURES = (
     Quantity("word", "word width", "bits"),
 )
 _NAMES = {quantity.name for quantity in FIGURES}
-#: Ends of the names of figures from truth, largest and root mean square.
+#: Suffixes of the names of errors from truth: largest and root mean square.
 _TRUTH = (".truth", ".truth_rms")
 
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """Errors of an output, in its unit; None where one is no number.
+    """Errors of an output, in its unit; None for one that is not finite.
 
     Attributes
     ----------
     unit : str
     largest, rms : float or None
     tolerance : float or None
-        What its author accepts of the largest; None: it is not judged.
+        Largest error that its author accepts; None: it is not judged.
     """
 
     unit: str
@@ -71,7 +71,7 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class Explored:
-    """A row: one combination. What is not known, or not yet, is None.
+    """A row: one combination. Unknown figures, or those not measured yet, are None.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Explored:
         Bits.
     config, target : str
     refused : str
-        Why it cannot be built, or a part of it not be measured; else empty.
+        Why it cannot be built or measured; else empty.
     errors : mapping of str to ErrorFigures
         Of each output, and the angle between attitudes: fixed point from float64.
     truth : mapping of str to ErrorFigures
@@ -144,9 +144,9 @@ class Explored:
 
     @property
     def name(self) -> str:
-        """What distinguishes it from the others."""
-        own = [f"{key}={value}" for key, value in self.arguments.items()]
-        return ", ".join([*own, f"{self.word} bits", self.config, self.target])
+        """Name that distinguishes it from other combinations."""
+        arguments = [f"{key}={value}" for key, value in self.arguments.items()]
+        return ", ".join([*arguments, f"{self.word} bits", self.config, self.target])
 
     @property
     def own_us(self) -> float | None:
@@ -165,32 +165,32 @@ class Explored:
 
     @property
     def figures(self) -> dict[str, float]:
-        """Its figures by name, those that are known; infinity where an error is no number."""
+        """The known figures by name; infinity for an error that is not finite."""
         out: dict[str, float] = {}
         for names, errors in ((("", ".rms"), self.errors), (_TRUTH, self.truth)):
             for output, e in errors.items():
                 for end, value in zip(names, (e.largest, e.rms), strict=True):
-                    out[f"{_own(output)}{end}"] = float("inf") if value is None else value
+                    out[f"{_figure_name(output)}{end}"] = float("inf") if value is None else value
         values = ((q.name, getattr(self, q.name)) for q in FIGURES)
         return out | {name: value for name, value in values if value is not None}
 
 
-def _own(output: str) -> str:
-    """Name of an output's figures: another one than those of all estimators."""
+def _figure_name(output: str) -> str:
+    """Name of an output's figures, distinct from those of all estimators."""
     return f"output.{output}" if output in _NAMES else output
 
 
 def quantities(estimator: Estimator) -> list[Quantity]:
-    """What rows can have figures of: errors of the outputs, then `FIGURES`."""
+    """All figures that rows can have: errors of the outputs, then `FIGURES`."""
     units = {o.name: "" if o.unit in EXACT_UNITS else o.unit for o in estimator.outputs}
     angles = ATTITUDES.values() if gives_attitude(estimator) else ()
-    near = units | ({ATTITUDE: "deg"} if angles else {})
-    true = units | dict.fromkeys(angles, "deg")
+    floating = units | ({ATTITUDE: "deg"} if angles else {})
+    truth = units | dict.fromkeys(angles, "deg")
     out = [
-        Quantity(f"{_own(name)}{end}", f"{name}: {what} error from {of}", unit)
-        for of, named, ends in (("float64", near, ("", ".rms")), ("truth", true, _TRUTH))
-        for name, unit in named.items()
-        for end, what in zip(ends, ("largest", "rms of the"), strict=True)
+        Quantity(f"{_figure_name(name)}{end}", f"{name}: {kind} error from {base}", unit)
+        for base, by_name, ends in (("float64", floating, ("", ".rms")), ("truth", truth, _TRUTH))
+        for name, unit in by_name.items()
+        for end, kind in zip(ends, ("largest", "rms of the"), strict=True)
     ]
     return [*out, *FIGURES]
 
@@ -202,7 +202,7 @@ def explored(
     *,
     clock_mhz: float,
 ) -> Explored:
-    """The row of a combination from what is measured of it so far.
+    """The row of a combination from its measurements so far.
 
     Parameters
     ----------
@@ -215,15 +215,15 @@ def explored(
         For times.
     """
     case = plan.case
-    own = [rows.get(key, {}) for key in plan.keys.values()]
-    data: dict[str, Any] = {name: value for row in own for name, value in row.items()}
-    refused = plan.refused or next((row["refused"] for row in own if row.get("refused")), "")
+    plan_rows = [rows.get(key, {}) for key in plan.keys.values()]
+    data: dict[str, Any] = {name: value for row in plan_rows for name, value in row.items()}
+    refused = plan.refused or next((row["refused"] for row in plan_rows if row.get("refused")), "")
     errors = {name: _error(e) for name, e in data.get("errors", {}).items()}
     good = None
     if errors:
         good = all(e["good"] for e in data["errors"].values()) and not data["saturated"]
     cycles, interval = data.get("cycles"), data.get("interval")
-    numbers = (
+    names = (
         *("saturated", "multiplications", "accesses", "toggles"),
         *("lut", "ff", "dsp", "ram", "clock"),
     )
@@ -245,7 +245,7 @@ def explored(
         fits=data.get("fits"),
         commands=_commands(plan, exploration),
         clock_is=data.get("clock_is", ""),
-        **{name: data.get(name) for name in numbers},
+        **{name: data.get(name) for name in names},
     )
 
 
@@ -254,13 +254,13 @@ def _error(data: Mapping[str, Any]) -> ErrorFigures:
 
 
 def _text(estimator: Named, arguments: Sequence[tuple[str, str]]) -> str:
-    """The estimator and its arguments, for people."""
+    """Text of the estimator with its arguments."""
     if isinstance(estimator, str):
         name = estimator
     else:
         name = estimator.__name__ if isinstance(estimator, type) else estimator.name
-    own = ", ".join(f"{key}={value}" for key, value in arguments)
-    return f"{name}({own})" if own else name
+    text = ", ".join(f"{key}={value}" for key, value in arguments)
+    return f"{name}({text})" if text else name
 
 
 def _commands(plan: Planned, exploration: Exploration) -> tuple[str, ...]:
@@ -268,13 +268,13 @@ def _commands(plan: Planned, exploration: Exploration) -> tuple[str, ...]:
     if plan.refused or not isinstance(case.named, str):
         return ()
     machine = f"--word {case.word} --config {case.config}"
-    how = f"--route --seeds {exploration.seeds}" if "routed" in plan.keys else "--synth"
+    synthesis = f"--route --seeds {exploration.seeds}" if "routed" in plan.keys else "--synth"
     machine += "".join(f" --param {name}={value!r}" for name, value in exploration.params)
     logs = " ".join(shlex.quote(log) for log in exploration.logs if isinstance(log, str))
     name = shlex.quote(case.named)
     steps = f" --steps {exploration.steps}" if exploration.steps else ""
     return (
-        f"boresight compile {name} {machine} --target {case.target} {how} -o build",
+        f"boresight compile {name} {machine} --target {case.target} {synthesis} -o build",
         *([f"boresight check {name} {logs} {machine}{steps}"] if logs else []),
         *([f"boresight report {name} {logs} {machine} -o build"] if logs else []),
     )

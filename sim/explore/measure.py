@@ -47,7 +47,7 @@ __all__ = ["ATTITUDES", "KINDS", "Case", "Exploration", "Task", "measured"]
 
 Params = tuple[tuple[str, float], ...]
 
-#: Names here of the angles between attitudes, which outputs may have too.
+#: Names of the angles between attitudes, distinct from those of outputs.
 ATTITUDES = {ANGLES[0]: ATTITUDE} | {name: f"{ATTITUDE}_{name}" for name in ANGLES[1:]}
 
 
@@ -110,7 +110,7 @@ class Case:
         return f"{name}({text})"
 
     def build(self, params: Params) -> Build:
-        """What is measured; raises `InputError` as `named` and `Build` do."""
+        """The build to measure; raises `InputError` as `named` and `Build` do."""
         return Build(
             estimator_of(self.named), config=self.config, word=self.word, params=[dict(params)]
         )
@@ -118,7 +118,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Exploration:
-    """What all combinations share: logs, parameter values, most samples of each, router's seeds."""
+    """Settings of all combinations: logs, parameter values, most samples of each, router seeds."""
 
     logs: tuple[str | Record, ...]
     params: Params = ()
@@ -138,7 +138,7 @@ class Task:
 def measured(exploration: Exploration, tasks: Sequence[Task]) -> list[dict[str, Any]]:
     """Rows of some tasks: figures, or under ``refused`` why there are none.
 
-    A row with ``again`` is due to a tool, and worth another try.
+    A row with ``again`` failed in a tool, and may be tried once more.
     """
     return [{"key": task.key, **_row(exploration, task)} for task in tasks]
 
@@ -195,19 +195,19 @@ def _error(parts: Sequence[Difference], lengths: Sequence[int]) -> dict[str, Any
 
 
 def _truth(estimator: Estimator, feeds: Sequence[Feed], runs: Sequence[Run]) -> dict[str, Any]:
-    """Errors from truth: mean of the root mean squares over the logs that have one, the largest.
+    """Errors from truth: mean of the root mean squares over the logs with truth, and the largest.
 
-    Of an attitude, the angles of `boresight accuracy`, under the names of `ATTITUDES`.
+    For an attitude, the angles of `boresight accuracy`, under the names of `ATTITUDES`.
     """
     rms: dict[str, list[float]] = {}
     largest: dict[str, list[float]] = {}
     units: dict[str, str] = {}
     for rows, run in zip(feeds, runs, strict=True):
-        own = units_of(estimator, rows)
-        angles = ATTITUDES if ANGLES[0] in own else {}
+        error_units = units_of(estimator, rows)
+        angles = ATTITUDES if ANGLES[0] in error_units else {}
         for name, value in errors(estimator, rows, run.outputs).items():
             rms.setdefault(angles.get(name, name), []).append(value)
-            units[angles.get(name, name)] = own[name]
+            units[angles.get(name, name)] = error_units[name]
         truth = {name: values[rows.counts] for name, values in rows.truth.items()}
         outputs = {name: run.outputs[name][rows.counts] for name in truth}
         for d in differences(estimator.outputs, outputs, truth, judged=False):
@@ -224,7 +224,7 @@ def _truth(estimator: Estimator, feeds: Sequence[Feed], runs: Sequence[Run]) -> 
 
 
 def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:
-    """Cycles to each output and of an update, and what is done in it."""
+    """Cycles to each output and of an update, and its numbers of operations."""
     core = case.build(exploration.params).core
     plan = core.schedule
     terms = [slot for slot in plan.slots if slot.term is not None]
@@ -290,9 +290,9 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-#: Updates of the first log in which what changes is counted, fewer where it is shorter.
+#: Updates of the first log in which toggles are counted, fewer if it is shorter.
 _TOGGLED = range(28, 32)
-#: What is measured, the quick ones first.
+#: Functions that measure, by kind, the quick ones first.
 KINDS: Mapping[str, Callable[[Exploration, Case], dict[str, Any]]] = {
     "errors": _errors,
     "cycles": _cycles,

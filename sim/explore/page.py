@@ -1,4 +1,4 @@
-"""The page of an exploration: combinations as points that one filters, compares and takes."""
+"""The page of an exploration: combinations as points to filter, compare and choose."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def page_data(
     *,
     left: int,
 ) -> dict[str, Any]:
-    """What the page shows, as plain data.
+    """Contents of the page, as plain data.
 
     Parameters
     ----------
     known : sequence of Quantity
         Figures that some row has.
     demands, least : optional
-        With which the page begins.
+        Initial settings of the page.
     lines : sequence of str
-        What the choice says.
+        Text of the choice.
     left : int
-        Pieces of work that are not done: the page loads itself again while there are any.
+        Remaining pieces of work: the page reloads while there are any.
     """
     return {
         "title": title,

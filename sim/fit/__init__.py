@@ -1,1 +1,1 @@
-"""Formats from runs: what values reach, the ranges chosen from it, and what they gain."""
+"""Formats from runs: observed ranges, the ranges chosen from them, and their gain."""

@@ -1,4 +1,4 @@
-"""Ranges chosen from what was seen: margin, half of what is left, and what keeps its interval."""
+"""Ranges chosen from observed values: margin, half of the spare bits, and exceptions."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ from boresight.sim.fit.observe import Reached, joined
 
 __all__ = ["MARGIN_BITS", "between", "chosen", "intervals", "profile_of"]
 
-#: Bits above the largest value that was seen.
+#: Bits above the largest observed value.
 MARGIN_BITS = 2.0
 #: Bits above the largest value of hostile runs.
 HOSTILE_BITS = 1.0
-#: Most bits that half of what is left gives besides, and bits where nothing limits a value.
+#: Most bits added by half of the spare bits, and bits added where nothing limits a value.
 MOST_BITS, UNLIMITED_BITS = 3.0, 2.0
-#: Share of the smallest divisor that was seen, below which it is held where intervals reach zero.
+#: Lower limit of a divisor whose interval reaches zero, as a share of the smallest observed one.
 FLOOR = 2.0**-4
-#: Largest divisor that a word can hold beside the smallest.
+#: Largest ratio of the divisors that a word can hold.
 WIDEST = 2.0 ** Arithmetic(word=32).norm_max
-#: Functions of which the last argument must stay off zero.
+#: Functions whose last argument must not be zero.
 _DIVIDING = ("div", "rsqrt", "sqrt")
 
 
 def chosen(seen: Range, provoked: Range | None, interval: Range) -> Range | None:
     """Range for the format of a value; None: its interval.
 
-    `MARGIN_BITS` above the largest magnitude seen in records, and half of the bits that then are
-    left to the interval, at most `MOST_BITS`; `HOSTILE_BITS` above that of hostile runs, where that
-    is more. The sign is that of the interval.
+    `MARGIN_BITS` above the largest magnitude seen in records, and half of the remaining bits up to
+    the interval, at most `MOST_BITS`; or `HOSTILE_BITS` above that of hostile runs, if this is
+    more. The sign is that of the interval.
     """
     size, limit = (max(abs(low), abs(high)) for low, high in (seen, interval))
     hostile = 0.0 if provoked is None else max(map(abs, provoked)) * 2.0**HOSTILE_BITS
     size *= 2.0**MARGIN_BITS
     if not 0.0 < size < limit:
         return None
-    spare = UNLIMITED_BITS
+    extra_bits = UNLIMITED_BITS
     if math.isfinite(limit):
-        spare = min(0.5 * math.log2(limit / size), MOST_BITS)
-    size = max(size * 2.0**spare, hostile)
+        extra_bits = min(0.5 * math.log2(limit / size), MOST_BITS)
+    size = max(size * 2.0**extra_bits, hostile)
     if size >= limit:
         return None
     if math.isfinite(limit) and binary_exponent(size) == binary_exponent(limit):
@@ -60,9 +60,9 @@ def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, 
     Parameters
     ----------
     seen : mapping of int to (float, float)
-        What each expression reached. A divisor, or the argument of a root, that no interval keeps
-        on its side of zero is held at `FLOOR` of the smallest one seen; a divisor whose interval
-        spans more than any word can divide by, below what was seen with all margins.
+        Observed range of each expression. A divisor or radicand whose interval crosses zero is
+        limited to `FLOOR` times the smallest one seen; a divisor whose interval is wider than any
+        word can divide by, to the largest one seen with all margins.
 
     Returns
     -------
@@ -74,84 +74,84 @@ def intervals(trace: Trace, seen: Reached) -> tuple[dict[int, Range], dict[int, 
     InputError
         See `model.lowering.expand.expand`; a divisor was seen on both sides of zero.
     """
-    graph, made, limits = Expansion(trace.tracer.name), list[Any](), dict[int, Range]()
+    graph, operands, limits = Expansion(trace.tracer.name), list[Any](), dict[int, Range]()
     for e in trace.tracer.expressions:
         graph.line = e.line
-        args = [made[a.number] for a in e.args]
-        held = _held(e.kind, args, seen.get(e.args[-1].number)) if e.args else None
-        if held is not None:
-            limits[e.number] = held
-            args[-1] = graph.limited(args[-1], *held)
-        made.append(getattr(graph, e.kind)(*args, *e.data))
-    nodes = [m.node if isinstance(m, Flag) else m for m in made]
+        args = [operands[a.number] for a in e.args]
+        range_ = _limits_of(e.kind, args, seen.get(e.args[-1].number)) if e.args else None
+        if range_ is not None:
+            limits[e.number] = range_
+            args[-1] = graph.limited(args[-1], *range_)
+        operands.append(getattr(graph, e.kind)(*args, *e.data))
+    nodes = [m.node if isinstance(m, Flag) else m for m in operands]
     return {k: (node.low, node.high) for k, node in enumerate(nodes)}, limits
 
 
-def _held(kind: str, args: Sequence[Any], seen: Range | None) -> Range | None:
-    """Where to hold the last argument of a division or root; None where it may stay as it is.
+def _limits_of(kind: str, args: Sequence[Any], seen: Range | None) -> Range | None:
+    """Limits of the last argument of a division or root; None if it needs none.
 
-    A divisor that its author holds off zero stays as near to it as that.
+    The lower limit of a divisor whose interval excludes zero is that of the interval.
     """
     if kind not in _DIVIDING or seen is None:
         return None
     node, (low, high) = args[-1], seen
-    room = 2.0 ** (MARGIN_BITS + UNLIMITED_BITS)
+    margin = 2.0 ** (MARGIN_BITS + UNLIMITED_BITS)
     if kind == "div" and low * high > 0.0:
-        near, far = (node.low, node.high) if low > 0.0 else (-node.high, -node.low)
-        if near <= 0.0 or far > near * WIDEST:
-            least, most = sorted((abs(low), abs(high)))
-            held = near if near > 0.0 else least * FLOOR, most * room
-            return held if low > 0.0 else (-held[1], -held[0])
+        lower, upper = (node.low, node.high) if low > 0.0 else (-node.high, -node.low)
+        if lower <= 0.0 or upper > lower * WIDEST:
+            smallest, largest = sorted((abs(low), abs(high)))
+            ends = lower if lower > 0.0 else smallest * FLOOR, largest * margin
+            return ends if low > 0.0 else (-ends[1], -ends[0])
     if kind != "div" and node.low < 0.0 <= low:
-        return low * FLOOR, high * room
+        return low * FLOOR, high * margin
     return None
 
 
 def between(trace: Trace, elements: Collection[str]) -> set[int]:
-    """Numbers of the expressions that lead from some states to what replaces any of them.
+    """Numbers of the expressions on paths from some states to their next values.
 
     Parameters
     ----------
     elements : collection of str
         Names of the states: the covariance of a filter made by `boresight.kalman`, whose ranges
-        are proven. A value between that saturates would take its positiveness.
+        are proven. Saturation of a value in between could make it negative.
     """
-    own = [(leaf, after) for leaf, _, after in trace.states if leaf.data[1] in elements]
-    behind, ahead = {leaf.number for leaf, _ in own}, {after.number for _, after in own}
+    pairs = [(leaf, after) for leaf, _, after in trace.states if leaf.data[1] in elements]
+    descendants, ancestors = {s.number for s, _ in pairs}, {after.number for _, after in pairs}
     for e in trace.tracer.expressions:
-        if any(a.number in behind for a in e.args):
-            behind.add(e.number)
+        if any(a.number in descendants for a in e.args):
+            descendants.add(e.number)
     for e in reversed(trace.tracer.expressions):
-        if e.number in ahead:
-            ahead.update(a.number for a in e.args)
-    return behind & ahead
+        if e.number in ancestors:
+            ancestors.update(a.number for a in e.args)
+    return descendants & ancestors
 
 
 def profile_of(
     trace: Trace, estimator: Estimator, seen: Reached, provoked: Reached, logs: Sequence[str]
 ) -> Profile:
-    """The profile for what was seen in records and provoked by hostile inputs.
+    """The profile for the ranges seen in records and provoked by hostile inputs.
 
     Parameters
     ----------
     trace : Trace
         The record of ``estimator``.
     logs : sequence of str
-        Names of what was run.
+        Names of the logs and worlds.
 
     Raises
     ------
     InputError
         See `intervals`.
     """
-    said, limits = intervals(trace, joined(seen, provoked))
-    fixed = {e.args[-1].number for e in trace.tracer.expressions if e.kind in _DIVIDING}
-    fixed |= between(trace, estimator.covariance_elements)
+    bounds, limits = intervals(trace, joined(seen, provoked))
+    by_interval = {e.args[-1].number for e in trace.tracer.expressions if e.kind in _DIVIDING}
+    by_interval |= between(trace, estimator.covariance_elements)
     ranges: dict[int, Range] = {}
     for e in trace.needed:
-        known = e.number in fixed and math.isfinite(sum(said[e.number]))
-        if e.args and e.number in seen and not known:
-            range_ = chosen(seen[e.number], provoked.get(e.number), said[e.number])
+        keeps_interval = e.number in by_interval and math.isfinite(sum(bounds[e.number]))
+        if e.args and e.number in seen and not keeps_interval:
+            range_ = chosen(seen[e.number], provoked.get(e.number), bounds[e.number])
             ranges |= {} if range_ is None else {e.number: range_}
     return Profile(
         estimator.name, record_digest(trace, estimator.inputs), tuple(logs), ranges, limits

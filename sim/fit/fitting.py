@@ -1,4 +1,4 @@
-"""A profile from runs: records and hostile inputs, then what it changes."""
+"""A profile from runs with records and hostile inputs, and its effect."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ __all__ = ["SPARE", "WORSE", "Effect", "Fitted", "Kept", "effect", "fitted", "ke
 HOSTILE_STEPS = 2000
 #: Factor by which an error has to grow with a profile to be worse.
 WORSE = 1.1
-#: Bits that a format must gain, of the profiles that are tried where the whole one is worse.
+#: Least gains of a format, in bits, in the partial profiles tried if the whole one is worse.
 _GAINS = (2, 4, 8)
-#: Share of an output's tolerance up to which it may be worse where errors together are smaller.
+#: Share of its tolerance up to which an output may be worse if the mean error is smaller.
 SPARE = 0.5
-#: Factor by which one without a tolerance may then be worse, where others have one.
+#: Factor by which an output without a tolerance may then be worse, if others have one.
 _UNJUDGED = 1.25
-#: Their seed; that of `boresight covariance` is another.
+#: Seed of the hostile stimuli; that of `boresight covariance` is another.
 _SEED = 2
 
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A profile, and what it was made of.
+    """A profile, and the runs from which it was made.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Fitted:
         Without a profile.
     trace : Trace
     seen, hostile : mapping of int to (float, float)
-        What expressions reached in the records, and in hostile runs.
+        Ranges of expressions in the records, and in hostile runs.
     intervals : mapping of int to (float, float)
     profile : Profile
     hostile_updates : int
@@ -71,16 +71,16 @@ def fitted(
     starts: Sequence[Mapping[str, float]] = ({},),
     progress: Callable[[str], None] | None = None,
 ) -> Fitted:
-    """Run an estimator in float64 and choose ranges from what its values reach.
+    """Run an estimator in float64 and choose ranges from those of its values.
 
     Parameters
     ----------
     records : mapping of str to (n, n_inputs), or callable
-        Inputs by the name of the log or world, or what gives them in pieces.
+        Inputs by the name of the log or world, or a function that gives them in pieces.
     params : mapping, optional
         Parameter values of all runs.
     starts : sequence of mapping
-        Parameter values of the hostile runs besides, one after the other.
+        Further parameter values of the hostile runs, one after the other.
 
     Raises
     ------
@@ -89,14 +89,14 @@ def fitted(
     """
     say = progress or (lambda text: None)
     trace, overrides = estimator.record(), dict(params or {})
-    seen = []
+    record_ranges = []
     for name, inputs in records.items():
         say(f"float64 on {name}")
         observer = Observer(trace, estimator, overrides)
         for piece in pieces_of(inputs):
             observer.add(piece)
-        seen.append(observer.reached)
-    provoked, count = [], 0
+        record_ranges.append(observer.reached)
+    hostile_ranges, count = [], 0
     for start in starts:
         values = overrides | dict(start)
         stimuli = hostile(estimator, HOSTILE_STEPS, np.random.default_rng(_SEED))
@@ -104,12 +104,12 @@ def fitted(
             say(f"float64 on hostile inputs, {name}")
             observer = Observer(trace, estimator, values)
             observer.add(stimulus)
-            provoked.append(observer.reached)
+            hostile_ranges.append(observer.reached)
             count += len(stimulus)
-    ours, theirs = joined(*seen), joined(*provoked)
-    every = joined(ours, theirs)
-    profile = profile_of(trace, estimator, ours, theirs, [*records])
-    return Fitted(estimator, trace, ours, theirs, intervals(trace, every)[0], profile, count)
+    seen, provoked = joined(*record_ranges), joined(*hostile_ranges)
+    everything = joined(seen, provoked)
+    profile = profile_of(trace, estimator, seen, provoked, [*records])
+    return Fitted(estimator, trace, seen, provoked, intervals(trace, everything)[0], profile, count)
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Effect:
         Of each output the largest of all records.
     saturated_updates : int
     negative_updates : int
-        Of hostile ones, those after which a variance is negative, where states are a covariance.
+        Hostile updates after which a variance is negative, if states are a covariance.
     """
 
     differences: tuple[Difference, ...]
@@ -138,27 +138,27 @@ def effect(
     params: Mapping[str, float] | None = None,
     word: int = 32,
 ) -> Effect | str:
-    """What formats of a profile, or of none, give; the reason where nothing can be compiled."""
-    other = copy.copy(estimator)
-    other.profile = profile
-    build = Build(other, word=word, params=[params])
+    """Effect of the formats of a profile, or of none; the reason if it does not compile."""
+    variant = copy.copy(estimator)
+    variant.profile = profile
+    build = Build(variant, word=word, params=[params])
     try:
         words = Emitted(build)
     except InputError as error:
         return str(error)
     floating, worst, saturated = CompiledFloat(build), dict[str, Difference](), 0
     for inputs in records.values():
-        beside = Differences(estimator.outputs, [o.name for o in estimator.outputs])
+        deviations = Differences(estimator.outputs, [o.name for o in estimator.outputs])
         words.reset()
         floating.reset()
         for piece in pieces_of(inputs):
             run = words.run(piece)
             saturated += run.n_saturated
-            beside.add(run.outputs, floating.run(piece).outputs)
-        for d in beside.result():
+            deviations.add(run.outputs, floating.run(piece).outputs)
+        for d in deviations.result():
             if d.output not in worst or d.largest > worst[d.output].largest:
                 worst[d.output] = d
-    return Effect(tuple(worst.values()), saturated, _negative(other, words, build))
+    return Effect(tuple(worst.values()), saturated, _negative(variant, words, build))
 
 
 def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
@@ -179,16 +179,16 @@ def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
 
 @dataclass(frozen=True)
 class Kept:
-    """The formats from runs that are kept, compared with those of intervals on the records.
+    """The selected formats, compared with those of intervals on the records.
 
     Attributes
     ----------
     profile : Profile
         With all ranges, those that gain many bits, or none.
     before : Effect or str
-        Of intervals alone; the reason where nothing compiles so.
+        Of intervals alone; the reason if that does not compile.
     after, whole : Effect
-        Of what is kept; of all ranges.
+        Of the selected ranges; of all ranges.
     """
 
     profile: Profile
@@ -204,17 +204,17 @@ def kept(
     params: Mapping[str, float] | None = None,
     word: int = 32,
 ) -> Kept:
-    """Choose what makes outputs most exact: all ranges, those that gain many bits, or none.
+    """Choose the most exact formats: all ranges, those that gain many bits, or none.
 
-    Of several, what leaves fewest outputs beyond their tolerance, then what makes errors together
-    (their geometric mean) smallest. An output becomes `WORSE` only if
+    Of several, those with the fewest outputs beyond their tolerance, then with the smallest
+    geometric mean of the errors. An output becomes `WORSE` only if
 
-    * its error stays within `SPARE` of its tolerance (or, where it has none and others have, grows
-      by no more than a quarter), and errors together become smaller, or
-    * outputs were beyond their tolerances, and none is.
+    * its error stays within `SPARE` of its tolerance (or, if it has none and others have, grows by
+      no more than a quarter), and the mean becomes smaller, or
+    * outputs were beyond their tolerances, and none is now.
 
-    Nothing more saturates, and no more variances are negative. Where nothing compiles without it,
-    all ranges are kept.
+    No more updates saturate, and no more variances are negative. If it does not compile without the
+    profile, all ranges are kept.
 
     Raises
     ------
@@ -223,23 +223,23 @@ def kept(
     """
     profile = fit.profile
 
-    def tried(some: Profile | None) -> Effect | str:
-        return effect(fit.estimator, some, records, params=params, word=word)
+    def effect_of(candidate: Profile | None) -> Effect | str:
+        return effect(fit.estimator, candidate, records, params=params, word=word)
 
-    before, whole = tried(None), tried(profile)
+    before, whole = effect_of(None), effect_of(profile)
     if isinstance(whole, str):
         raise InputError(whole)
-    if isinstance(before, str) or (_holds(before, whole) and not _worse(before, whole)):
+    if isinstance(before, str) or (_is_safe(before, whole) and not _worse(before, whole)):
         return Kept(profile, before, whole, whole)
     candidates = [(profile, whole)]
     for bits in _GAINS:
         ranges = {n: r for n, r in profile.ranges.items() if _gain(fit.intervals[n], r) >= bits}
-        some = replace(profile, ranges=ranges)
-        after = tried(some) if ranges else ""
-        candidates += [(some, after)] if isinstance(after, Effect) else []
-    none = replace(profile, ranges={}), before
-    better = [c for c in candidates if _accepted(before, c[1])]
-    best, after = min(better, key=lambda c: (_beyond(c[1]), _mean(before, c[1])), default=none)
+        candidate = replace(profile, ranges=ranges)
+        after = effect_of(candidate) if ranges else ""
+        candidates += [(candidate, after)] if isinstance(after, Effect) else []
+    initial = replace(profile, ranges={}), before
+    accepted = [c for c in candidates if _accepted(before, c[1])]
+    best, after = min(accepted, key=lambda c: (_beyond(c[1]), _mean(before, c[1])), default=initial)
     return Kept(best, before, after, whole)
 
 
@@ -250,15 +250,15 @@ def _gain(interval: Range, range_: Range) -> float:
 
 
 def _factors(before: Effect, after: Effect) -> list[float]:
-    """By which errors change; of one that stays 0, 1."""
+    """Factors by which errors change; 1 for one that stays 0."""
     errors = [
         (a.largest, b.largest) for a, b in zip(before.differences, after.differences, strict=True)
     ]
     return [b / a if a > 0.0 else math.inf if b > 0.0 else 1.0 for a, b in errors]
 
 
-def _holds(before: Effect, after: Effect) -> bool:
-    """Whether nothing more saturates, and no more variances are negative."""
+def _is_safe(before: Effect, after: Effect) -> bool:
+    """Whether no more updates saturate, and no more variances are negative."""
     saturated = after.saturated_updates <= before.saturated_updates
     return saturated and after.negative_updates <= before.negative_updates
 
@@ -275,17 +275,17 @@ def _mean(before: Effect, after: Effect) -> float:
     return math.exp(math.fsum(logs) / max(len(logs), 1))
 
 
-def _beyond(some: Effect) -> int:
-    """Outputs beyond their tolerances."""
-    return sum(not d.good for d in some.differences)
+def _beyond(result: Effect) -> int:
+    """Number of outputs beyond their tolerances."""
+    return sum(not d.good for d in result.differences)
 
 
 def _accepted(before: Effect, after: Effect) -> bool:
     """Whether formats may be kept; see `kept`."""
-    unjudged = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
-    spared = all(
-        factor <= unjudged if d.tolerance is None else d.largest <= SPARE * d.tolerance
+    factor_limit = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
+    is_tolerable = all(
+        factor <= factor_limit if d.tolerance is None else d.largest <= SPARE * d.tolerance
         for factor, d in _worse(before, after)
     )
-    passes = _beyond(before) > 0 == _beyond(after)
-    return _holds(before, after) and (passes or (spared and _mean(before, after) < 1.0))
+    is_repair = _beyond(before) > 0 == _beyond(after)
+    return _is_safe(before, after) and (is_repair or (is_tolerable and _mean(before, after) < 1.0))

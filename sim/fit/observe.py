@@ -1,7 +1,7 @@
-"""What every expression of a step reaches in float64.
+"""Range of every expression of a step in float64.
 
-The states before each update are known from a run; from them all updates are computed at once, as
-they are recorded.
+The states before each update are known from a run; from them all updates of the trace are computed
+at once.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from boresight.model.recorded import evaluate
 
 __all__ = ["Inputs", "Observer", "Reached", "joined", "pieces_of"]
 
-#: Smallest and largest value by the number of an expression; of a comparison of the difference.
+#: Smallest and largest value by the number of an expression; for a comparison, of the difference.
 Reached = Mapping[int, Range]
 
-#: Inputs (n, n_inputs) of a record, or what gives them in pieces, as often as wanted.
+#: Inputs (n, n_inputs) of a record, or a function that gives them in pieces at each call.
 Inputs = FloatArray | Callable[[], Iterable[FloatArray]]
 
 #: Updates that are computed at a time.
@@ -43,16 +43,16 @@ class _States(Estimator):
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update."""
-        after, _ = self.inner.step(x, u, p)
-        after = {s.name: ops.clip(after[s.name], s.low, s.high) for s in self.states}
-        return after, after
+        next_states, _ = self.inner.step(x, u, p)
+        next_states = {s.name: ops.clip(next_states[s.name], s.low, s.high) for s in self.states}
+        return next_states, next_states
 
 
 class Observer:
-    """What every expression reaches in float64 in updates, piece by piece from a reset on.
+    """Ranges of all expressions in float64, piece by piece from a reset on.
 
-    States are limited to their declared ranges: where hostile inputs take them there, words stay.
-    Values that are no finite numbers do not count.
+    States are clipped to their declared ranges, as words are under hostile inputs. Values that are
+    not finite do not count.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Observer:
     ) -> None:
         self.trace, self.estimator, self.updates = trace, estimator, 0
         self._params = estimator.param_values(params)
-        self._before = np.array([[s.initial for s in estimator.states]])
+        self._last_states = np.array([[s.initial for s in estimator.states]])
         self._low = np.full(len(trace.tracer.expressions), np.inf)
         self._high = -self._low
         self._model = (
@@ -75,36 +75,36 @@ class Observer:
         )
 
     def add(self, inputs: FloatArray) -> FloatArray:
-        """The next updates of inputs (n, n_inputs): states (n, n_states) after each."""
-        after = np.zeros((len(inputs), 0)) if self._model is None else self._model.update(inputs)
-        after = after.astype(np.float64)
+        """Run the next updates, inputs (n, n_inputs); return states (n, n_states) after each."""
+        states = np.zeros((len(inputs), 0)) if self._model is None else self._model.update(inputs)
+        states = states.astype(np.float64)
         low, high = self._low, self._high
         with np.errstate(all="ignore"):
-            for leaves in self._leaves(inputs, np.concatenate([self._before, after[:-1]])):
+            for leaves in self._leaves(inputs, np.concatenate([self._last_states, states[:-1]])):
                 values = evaluate(self.trace, leaves, claims=True)
                 for e in self.trace.needed:
-                    seen = _seen(e, values)
-                    if seen is not None:
-                        low[e.number] = min(low[e.number], seen[0])
-                        high[e.number] = max(high[e.number], seen[1])
-        self._before, self.updates = after[-1:], self.updates + len(inputs)
-        return after
+                    range_ = _range_of(e, values)
+                    if range_ is not None:
+                        low[e.number] = min(low[e.number], range_[0])
+                        high[e.number] = max(high[e.number], range_[1])
+        self._last_states, self.updates = states[-1:], self.updates + len(inputs)
+        return states
 
     def _leaves(
-        self, inputs: FloatArray, before: FloatArray
+        self, inputs: FloatArray, states: FloatArray
     ) -> Iterator[dict[tuple[str, str], FloatArray]]:
         """Leaves of all updates, by kind and name, in chunks."""
-        declared = self.estimator
+        estimator = self.estimator
         for start in range(0, len(inputs), CHUNK):
-            some = slice(start, start + CHUNK)
-            rows = len(inputs[some])
-            leaves = {("input", i.name): inputs[some, k] for k, i in enumerate(declared.inputs)}
-            leaves |= {("state", s.name): before[some, k] for k, s in enumerate(declared.states)}
+            chunk = slice(start, start + CHUNK)
+            rows = len(inputs[chunk])
+            leaves = {("input", i.name): inputs[chunk, k] for k, i in enumerate(estimator.inputs)}
+            leaves |= {("state", s.name): states[chunk, k] for k, s in enumerate(estimator.states)}
             yield leaves | {("param", n): np.full(rows, v) for n, v in self._params.items()}
 
     @property
     def reached(self) -> Reached:
-        """By the number of an expression."""
+        """The ranges, by the number of an expression."""
         ends = enumerate(zip(self._low, self._high, strict=True))
         return {k: (float(a), float(b)) for k, (a, b) in ends if a <= b}
 
@@ -114,8 +114,8 @@ def pieces_of(inputs: Inputs) -> Iterable[FloatArray]:
     return [inputs] if isinstance(inputs, np.ndarray) else inputs()
 
 
-def _seen(e: Expression, values: Mapping[int, Any]) -> Range | None:
-    """Smallest and largest finite value; None of what is no number."""
+def _range_of(e: Expression, values: Mapping[int, Any]) -> Range | None:
+    """Smallest and largest finite value; None for an expression that is no number."""
     if e.kind == "less":
         observed = values[e.args[0].number] - values[e.args[1].number]
     elif e.kind in ("invert", "both", "either", "differs"):
@@ -127,7 +127,7 @@ def _seen(e: Expression, values: Mapping[int, Any]) -> Range | None:
 
 
 def joined(*seen: Reached) -> Reached:
-    """What all of them reach together."""
+    """Union of ranges, by expression."""
     out: dict[int, Range] = {}
     for ranges in seen:
         for number, (low, high) in ranges.items():

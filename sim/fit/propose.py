@@ -1,4 +1,4 @@
-"""Narrower ranges of states and inputs: what runs suggest, what each would gain, and the patch."""
+"""Narrower ranges of states and inputs: proposals from runs, their gains, and the patch."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from boresight.sim.fit.observe import Inputs, joined
 __all__ = ["Proposal", "applied", "proposals", "with_ranges", "worth"]
 
 
-#: Just below a power of two, which would take a bit of its own.
+#: Factor to just below a power of two, which itself would need one more bit.
 _BELOW = 0.999
-#: Width for which bits are counted; the difference is that of any.
+#: Width for which bits are counted; the difference is the same for any.
 _WORD = 32
 
 
@@ -36,9 +36,9 @@ class Proposal:
         "input" or "state".
     name, unit, line : str
     declared, seen, proposed : (float, float)
-        Ranges: as it is, as the records (not the hostile runs) had it, as it could be.
+        Ranges: as declared, as in the records (not the hostile runs), and as it could be.
     bits : int
-        What its format gains.
+        Bits that its format gains.
     """
 
     kind: str
@@ -52,31 +52,31 @@ class Proposal:
 
 
 def proposals(fit: Fitted) -> list[Proposal]:
-    """Those that gain bits, most bits first; none for angles that wrap.
+    """Proposals that gain bits, most bits first; none for angles that wrap.
 
-    The rule is that of formats (`sim.fit.choose.chosen`). What physics allows beyond the records,
-    its author knows.
+    The rule is that of formats (`sim.fit.choose.chosen`). Only the author knows which values beyond
+    the records are physically possible.
     """
     estimator, trace = fit.estimator, fit.trace
-    after = {
+    state_ranges = {
         leaf.number: joined({0: fit.seen[leaf.number]}, {0: fit.seen[e.number]})[0]
         for leaf, _, e in trace.states
         if leaf.number in fit.seen and e.number in fit.seen
     }
-    seen = {**fit.seen, **after}
+    ranges = {**fit.seen, **state_ranges}
     out = []
     leaves = {"input": trace.inputs, "state": [leaf for leaf, _, _ in trace.states]}
-    declared: Mapping[str, Sequence[Input | State]] = {
+    declarations: Mapping[str, Sequence[Input | State]] = {
         "input": estimator.inputs,
         "state": estimator.states,
     }
-    for kind, those in declared.items():
-        for d, leaf in zip(those, leaves[kind], strict=True):
-            made = None if d.unit in PERIODS else _narrower(d.low, d.high, seen.get(leaf.number))
-            if made is not None:
-                before, now = (Format.for_range(_WORD, *r).frac for r in ((d.low, d.high), made))
-                reached = seen[leaf.number]
-                values = (d.unit, d.line, (d.low, d.high), reached, made, now - before)
+    for kind, group in declarations.items():
+        for d, leaf in zip(group, leaves[kind], strict=True):
+            span = None if d.unit in PERIODS else _narrower(d.low, d.high, ranges.get(leaf.number))
+            if span is not None:
+                before, now = (Format.for_range(_WORD, *r).frac for r in ((d.low, d.high), span))
+                reached = ranges[leaf.number]
+                values = (d.unit, d.line, (d.low, d.high), reached, span, now - before)
                 out += [Proposal(kind, d.name, *values)] if now > before else []
     return sorted(out, key=lambda p: -p.bits)
 
@@ -94,16 +94,16 @@ def _narrower(
 
 def with_ranges(estimator: Estimator, those: Sequence[Proposal]) -> Estimator:
     """A copy with the proposed ranges."""
-    other = copy.copy(estimator)
-    made = {(p.kind, p.name): p.proposed for p in those}
+    variant = copy.copy(estimator)
+    ranges = {(p.kind, p.name): p.proposed for p in those}
 
     def narrowed(kind: str, d: Input | State) -> Input | State:
-        low, high = made.get((kind, d.name), (d.low, d.high))
+        low, high = ranges.get((kind, d.name), (d.low, d.high))
         return replace(d, low=low, high=high)
 
-    other.inputs = tuple(narrowed("input", d) for d in estimator.inputs)  # type: ignore[misc]
-    other.states = tuple(narrowed("state", d) for d in estimator.states)  # type: ignore[misc]
-    return other
+    variant.inputs = tuple(narrowed("input", d) for d in estimator.inputs)  # type: ignore[misc]
+    variant.states = tuple(narrowed("state", d) for d in estimator.states)  # type: ignore[misc]
+    return variant
 
 
 def worth(
@@ -114,31 +114,31 @@ def worth(
     params: Mapping[str, float] | None = None,
     word: int = 32,
 ) -> Effect | str:
-    """Fixed point against float64 with these proposals and a profile that is made with them."""
-    other = with_ranges(fit.estimator, those)
-    trace = other.record()
-    profile = profile_of(trace, other, fit.seen, fit.hostile, fit.profile.logs)
-    return effect(other, profile, records, params=params, word=word)
+    """Fixed point against float64 with these proposals and the profile that follows from them."""
+    variant = with_ranges(fit.estimator, those)
+    trace = variant.record()
+    profile = profile_of(trace, variant, fit.seen, fit.hostile, fit.profile.logs)
+    return effect(variant, profile, records, params=params, word=word)
 
 
 def applied(source: str, those: Sequence[Proposal]) -> tuple[str, list[Proposal]]:
-    """The text of a file with the proposed ranges, and the proposals that it has no place for.
+    """The text of a file with the proposed ranges, and the proposals without a place in it.
 
-    A place is ``State("name", LOW, HIGH, ...)`` or ``Input(...)`` with the name written out; what a
-    loop declares has none.
+    A place is ``State("name", LOW, HIGH, ...)`` or ``Input(...)`` with a literal name; declarations
+    in a loop have none.
     """
     lines = source.splitlines(keepends=True)
     starts = np.cumsum([0, *(len(line.encode()) for line in lines)])
-    data, edits, left = source.encode(), [], list(those)
+    data, edits, unplaced = source.encode(), [], list(those)
     for node in ast.walk(ast.parse(source)):
         match node:
             case ast.Call(func=ast.Name(id=kind), args=[ast.Constant(value=name), low, high, *_]):
-                for p in [p for p in left if (p.kind.capitalize(), p.name) == (kind, name)]:
-                    left.remove(p)
+                for p in [p for p in unplaced if (p.kind.capitalize(), p.name) == (kind, name)]:
+                    unplaced.remove(p)
                     for edge, value in zip((low, high), p.proposed, strict=True):
                         first = starts[edge.lineno - 1] + edge.col_offset
                         last = starts[(edge.end_lineno or 1) - 1] + (edge.end_col_offset or 0)
                         edits.append((int(first), int(last), f"{value!r}".encode()))
     for first, last, text in sorted(edits, reverse=True):
         data = data[:first] + text + data[last:]
-    return data.decode(), left
+    return data.decode(), unplaced

@@ -52,14 +52,14 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     width = max(len(proof.name) for proof in proofs)
-    good, began = 0, time.monotonic()
+    proven_count, start = 0, time.monotonic()
     tasks = [(p.name, prove_named, (p.name, options.solver, options.timeout)) for p in proofs]
     for number, (name, (proven, line)) in enumerate(dispatch(options.jobs, tasks), 1):
         print(f"[{number:2}/{len(proofs)}] {name:{width}} {line}", flush=True)
-        good += proven
-    seconds = time.monotonic() - began
-    print(f"{good} of {len(proofs)} proven in {seconds:.1f} s with {tools.solver}")
-    return 0 if good == len(proofs) else 1
+        proven_count += proven
+    seconds = time.monotonic() - start
+    print(f"{proven_count} of {len(proofs)} proven in {seconds:.1f} s with {tools.solver}")
+    return 0 if proven_count == len(proofs) else 1
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Harnesses: what surrounds a component; words chosen by the solver, past values, covers."""
+"""Harnesses around a component: words chosen by the solver, past values, covers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class Harness(Elaboratable, Generic[T]):
-    """A component, and what a proof puts around it: inputs, assumptions, claims.
+    """A component, with the inputs, assumptions and claims of a proof.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Harness(Elaboratable, Generic[T]):
         return m
 
     def surround(self, m: Module, dut: T, inside: Inside) -> None:
-        """Add to ``m`` what is around the component; ``inside`` has its registers."""
+        """Add inputs, assumptions and claims to ``m``; ``inside`` has the registers."""
         raise NotImplementedError
 
 
@@ -82,7 +82,7 @@ def reached(m: Module, condition: Any, name: str) -> Cover:
     A proof may then look for it in its last cycles only (``Proof.cover`` as a range), which is
     much faster than looking in all of them.
     """
-    was = Signal(name=name)
+    latched = Signal(name=name)
     with m.If(condition):
-        m.d.sync += was.eq(1)
-    return Cover(was)
+        m.d.sync += latched.eq(1)
+    return Cover(latched)

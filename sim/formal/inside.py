@@ -40,7 +40,7 @@ class Inside:
         self.module = Fragment.get(component, platform)
         self.component = (self.module.origins or (component,))[0]
         self.parts = {name: Inside(part, platform) for part, name, _ in self.module.subfragments}
-        ports = {id(port) for of in (self, *self.parts.values()) for port in of._ports()}
+        ports = {id(port) for inside in (self, *self.parts.values()) for port in inside._ports()}
         # Amaranth has no public function for the signals of a statement.
         self._signals = {
             id(signal): signal

@@ -209,14 +209,14 @@ def prove(
         Neither proven nor refuted.
     """
     tools = tools or find_tools(solver)
-    began = time.monotonic()
+    start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="proof") as name:
         run = _Run(Path(name), tools, timeout_s, reset=proof.reset)
         run.prepare(_rtlil(proof))
 
-        def result(proven: bool, method: str, **more: Any) -> Result:
+        def result(proven: bool, method: str, **info: Any) -> Result:
             return Result(
-                proof=proof, proven=proven, method=method, seconds=time.monotonic() - began, **more
+                proof=proof, proven=proven, method=method, seconds=time.monotonic() - start, **info
             )
 
         if proof.induction > proof.depth:
@@ -224,22 +224,22 @@ def prove(
                 f"depth must be at least induction, {proof.induction}, not {proof.depth}"
             )
         depth, method = proof.depth, f"bounded, {proof.depth} cycles"
-        open_step: dict[str, Any] = {}
+        induction_failure: dict[str, Any] = {}
         if proof.induction:
-            log, good = run.smtbmc(proof.induction, "-i")
-            last = re.findall(r"Trying induction in step (\d+)", log)[-1] if good else 0
+            log, passed = run.smtbmc(proof.induction, "-i")
+            last = re.findall(r"Trying induction in step (\d+)", log)[-1] if passed else 0
             steps = proof.induction - int(last)
             method = f"induction, k = {steps}"
-            if good:
+            if passed:
                 # smtbmc's step is between states after the first, so from that one k more.
                 depth = steps
             else:
-                open_step = {
+                induction_failure = {
                     "failed": "not inductive: " + _failed_assertions(log),
                     "trace": run.trace(),
                 }
-        log, good = run.smtbmc(depth + 1)
-        if not good:
+        log, passed = run.smtbmc(depth + 1)
+        if not passed:
             failed = "refuted: " + _failed_assertions(log)
             return result(False, method, failed=failed, trace=run.trace())
         reached, missed = run.covers(proof.cover_cycles)
@@ -250,7 +250,7 @@ def prove(
                 covers=reached,
                 failed="not reached: " + (", ".join(missed) or "the harness has no Cover"),
             )
-        return result(not open_step, method, covers=reached, **open_step)
+        return result(not induction_failure, method, covers=reached, **induction_failure)
 
 
 class _Run:
@@ -303,12 +303,12 @@ class _Run:
         """
         if "; yosys-smt2-cover " not in (self.folder / "design.smt2").read_text():
             return 0, []
-        quiet = self.folder / "quiet.smtc"
-        quiet.write_text("always\nassume (= [rst] false)\n" if self.reset else "")
-        log, _ = self.smtbmc(f"{cycles.start}:{cycles.stop}", "-c", "--smtc", quiet.name)
+        constraints = self.folder / "quiet.smtc"
+        constraints.write_text("always\nassume (= [rst] false)\n" if self.reset else "")
+        log, _ = self.smtbmc(f"{cycles.start}:{cycles.stop}", "-c", "--smtc", constraints.name)
         return (
             len(re.findall(r"Reached cover statement", log)),
-            _places(re.findall(r"Unreached cover statement at (.*)", log)),
+            _locations(re.findall(r"Unreached cover statement at (.*)", log)),
         )
 
     def trace(self) -> Trace | None:
@@ -337,12 +337,12 @@ class _Run:
         return log, process.returncode
 
 
-def _places(texts: Iterable[str]) -> list[str]:
+def _locations(texts: Iterable[str]) -> list[str]:
     """Source locations without their folders."""
     return [re.sub(r"^.*?([^/\s]+\.py:\d+).*$", r"\1", text.strip()) for text in texts]
 
 
 def _failed_assertions(log: str) -> str:
     """Source locations of the failed assertions."""
-    places = _places(re.findall(r"Assert failed in .*?: (.*)", log))
-    return ", ".join(dict.fromkeys(places)) or "unknown location"
+    locations = _locations(re.findall(r"Assert failed in .*?: (.*)", log))
+    return ", ".join(dict.fromkeys(locations)) or "unknown location"

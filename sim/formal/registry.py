@@ -19,9 +19,9 @@ def all_proofs() -> tuple[Proof, ...]:
     for module in pkgutil.iter_modules(blocks.__path__):
         proofs += importlib.import_module(f"{blocks.__name__}.{module.name}").PROOFS
     names = [proof.name for proof in proofs]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"names of proofs must differ, not {', '.join(twice)} twice")
+    duplicates = sorted({name for name in names if names.count(name) > 1})
+    if duplicates:
+        raise ValueError(f"names of proofs must differ, not {', '.join(duplicates)} twice")
     return tuple(sorted(proofs, key=lambda proof: proof.name))
 
 
@@ -42,18 +42,18 @@ def find_proofs(names: list[str], *, short: bool = False) -> tuple[Proof, ...]:
     """
     proofs = all_proofs()
 
-    def named(name: str) -> list[Proof]:
+    def matching(name: str) -> list[Proof]:
         return [p for p in proofs if p.name == name or p.name.startswith(f"{name}.")]
 
     for name in names:
-        if not named(name):
+        if not matching(name):
             raise InputError.at(
                 "NAME",
                 wanted="a proof or the part before its dot",
                 found=name,
                 fix="see python -m boresight.sim.formal --list",
             )
-    chosen = [p for p in proofs if not names or any(p in named(name) for name in names)]
+    chosen = [p for p in proofs if not names or any(p in matching(name) for name in names)]
     return tuple(p for p in chosen if p.short or not short)
 
 

@@ -44,12 +44,12 @@ class Trace:
         first = max(self.cycles - last, 0)
         lines = []
         for cycle in range(first, self.cycles):
-            shown = [
+            changes = [
                 f"{name}={self.values[name][cycle]:#x}"
                 for name in names
                 if cycle == first or self.values[name][cycle] != self.values[name][cycle - 1]
             ]
-            lines.append(f"{cycle:5d}: " + (" ".join(shown) or "-"))
+            lines.append(f"{cycle:5d}: " + (" ".join(changes) or "-"))
         return "\n".join(lines)
 
 
@@ -57,7 +57,7 @@ def read_trace(vcd: str) -> Trace:
     """Read the value change dump of a run of smtbmc; signals without a proper name are left out."""
     names: dict[str, list[str]] = {}
     scope: list[str] = []
-    now: dict[str, int] = {}
+    current: dict[str, int] = {}
     history: dict[str, list[int]] = {}
     for line in vcd.splitlines():
         kind, *rest = line.split() or [""]
@@ -75,16 +75,16 @@ def read_trace(vcd: str) -> Trace:
         elif kind.startswith("#"):
             if int(kind[1:]) % _STEP:
                 for code, values in history.items():
-                    values.append(now.get(code, 0))
+                    values.append(current.get(code, 0))
         elif kind.startswith("b"):
-            now[rest[0]] = int("".join("1" if c == "1" else "0" for c in kind[1:]), 2)
+            current[rest[0]] = int("".join("1" if c == "1" else "0" for c in kind[1:]), 2)
         elif kind[:1] in tuple("01xz"):
-            now[kind[1:]] = int(kind[0] == "1")
-    signals = {name: tuple(history[code]) for code, each in names.items() for name in each}
+            current[kind[1:]] = int(kind[0] == "1")
+    signals = {name: tuple(history[code]) for code, aliases in names.items() for name in aliases}
     return Trace(
         {
-            name: each
-            for name, each in signals.items()
-            if not any(other.endswith(f".{name}") and signals[other] == each for other in signals)
+            name: trace
+            for name, trace in signals.items()
+            if not any(other.endswith(f".{name}") and signals[other] == trace for other in signals)
         }
     )

@@ -1,9 +1,9 @@
-"""Monte-Carlo: many draws of a world on one estimator, and what they say of its honesty.
+"""Monte-Carlo: many draws of a world on one estimator, and its consistency.
 
 ======== ==========================================================================================
-module   what it holds
+module   contents
 ======== ==========================================================================================
-campaign which draws, and what one of them gives
+campaign the draws, and the results of one of them
 figures  NEES, NIS, spread against the bound, with confidence bands
 ======== ==========================================================================================
 """

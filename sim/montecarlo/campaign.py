@@ -1,4 +1,4 @@
-"""A campaign: one estimator, one world, and for every draw of it what came out."""
+"""A campaign: one estimator, one world, and the results of every draw of it."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from boresight.sim.worlds.world import NamedWorld, World, drawn, world_of
 
 __all__ = ["Campaign", "draws"]
 
-MOST_MARKS = 50  #: records of a run at which its errors are kept.
+MOST_MARKS = 50  #: most records of a run at which its errors are stored.
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What is run: world, estimator and level are made on first use, once in each process.
+    """World, estimator and level of all draws, made on first use, once in each process.
 
     Parameters
     ----------
     named : (world, estimator)
-        As texts, classes or objects; another process can make it of texts alone.
+        As texts, classes or objects; another process can make it only from texts.
     params : tuple of (str, float)
         Values other than the defaults, sorted by name.
     on : str
@@ -83,12 +83,12 @@ class Campaign:
 
     @cached_property
     def level(self) -> Level:
-        """The estimator in the form that runs."""
+        """The estimator in the form that is run."""
         return make_level(self.on, Build(self.estimator, word=self.word, params=[self.values]))
 
     @cached_property
     def identity(self) -> dict[str, Any]:
-        """What its draws depend on, as plain data: also the program, and sources (`identity`)."""
+        """All that its draws depend on, as plain data, with the program and sources."""
         try:
             source = Path(inspect.getfile(type(self.world))).read_bytes()
         except (OSError, TypeError):  # defined interactively: its journal is not continued
@@ -107,7 +107,7 @@ class Campaign:
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Its fields; and the sources and program, which the names may stand for no longer."""
+        """Its fields, with digests of sources and program, in case these have changed since."""
         key = (self.identity["sources"], self.identity["program"])
         return _received, (key, *(getattr(self, field.name) for field in fields(self)))
 
@@ -119,15 +119,15 @@ def _received(key: tuple[str, str], *values: Any) -> Campaign:
 
 
 def draws(campaign: Campaign, seeds: Sequence[int]) -> list[dict[str, Any]]:
-    """What each of these draws gives, as plain data: see `_one`."""
-    return [_one(campaign, seed) for seed in seeds]
+    """Results of these draws, as plain data: see `_draw`."""
+    return [_draw(campaign, seed) for seed in seeds]
 
 
-def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
-    """One draw.
+def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
+    """Results of one draw.
 
-    ``seed``; ``records``; ``marks``, the records at which errors are kept; ``errors``, outputs less
-    truth, by name; ``nees`` and ``freedom``, squared error over the estimator's own covariance;
+    ``seed``; ``records``; ``marks``, the records at which errors are stored; ``errors``, outputs
+    less truth, by name; ``nees`` and ``freedom``, squared error over the estimator's covariance;
     ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
     """
     world, estimator, level = campaign.world, campaign.estimator, campaign.level
@@ -160,10 +160,10 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
         return errors
 
     errors = errors_of(loop.outputs)
-    # P is that of the states: an output of the same name may be what was predicted.
+    # P is that of the states: an output of the same name may be a prediction.
     nees, freedom = _nees(campaign, states, errors | errors_of(states or {}), marks)
-    own = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
-    used = own[own > 0.0]
+    nis = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
+    positive = nis[nis > 0.0]
     return {
         "seed": seed,
         "records": n,
@@ -171,7 +171,7 @@ def _one(campaign: Campaign, seed: int) -> dict[str, Any]:
         "errors": {name: errors[name][marks].tolist() for name in loop.truth},
         "nees": nees,
         "freedom": freedom,
-        "nis": [float(used.sum()), len(used)],
+        "nis": [float(positive.sum()), len(positive)],
         "saturated": run.n_saturated,
     }
 
@@ -185,17 +185,17 @@ def _nees(
     """e^T P^-1 e at the marks, of the estimator's own covariance; its degrees of freedom."""
     if states is None:
         return [], 0
-    at = {name: values[marks] for name, values in states.items()}
+    at_marks = {name: values[marks] for name, values in states.items()}
     estimator = campaign.estimator
     where, wanted = f"estimator {estimator.name}, error_covariance", "names and covariances"
     covariances = called(
-        estimator.error_covariance, at, campaign.values, where=where, wanted=wanted
+        estimator.error_covariance, at_marks, campaign.values, where=where, wanted=wanted
     )
     if covariances is None or not set(covariances[0]) <= set(errors):
         return [], 0
     names, p = covariances
     e = np.stack([errors[name][marks] for name in names], axis=1)
-    # In units of the spread, where units differ by much.
+    # In units of the standard deviations, since the scales of states may differ by much.
     sd = np.sqrt(np.einsum("nii->ni", p))
     scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
     return np.einsum("ni,ni->n", e / sd, scaled).tolist(), len(names)

@@ -1,9 +1,9 @@
-"""What many draws say: means and spreads with confidence bands, NEES, NIS, spread over the bound.
+"""Figures of many draws: means and spreads with confidence bands, NEES, NIS, spread over the bound.
 
 A mean of n draws has the band +-1.96 sd/sqrt(n), a standard deviation sd sqrt(chi2/(n - 1)); NEES
 and NIS of f degrees of freedom, averaged over n independent draws, the band chi2(n f)/n. Quantiles
 of chi2 by Wilson and Hilferty (Proc. Natl. Acad. Sci. 17, 1931): within a hundredth from ten
-degrees on. NIS counts every record: a filter that is right has white innovations.
+degrees on. NIS counts every record: a correct filter has white innovations.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from boresight.model.arrays import FloatArray
 
 __all__ = ["chi2", "figures", "text"]
 
-_Z = 1.959963984540054  #: of 95 %, two-sided.
+_Z = 1.959963984540054  #: normal quantile of 95 %, two-sided.
 
 
 def chi2(freedom: float, z: float) -> float:
@@ -40,7 +40,7 @@ def figures(
     Parameters
     ----------
     draws : sequence of mapping
-        As `sim.montecarlo.campaign` gives them, in the order of their seeds.
+        Results of `sim.montecarlo.campaign`, in the order of their seeds.
     bound : mapping of str to (records,)
         Least standard deviations, by output.
     freedom : int
@@ -68,18 +68,18 @@ def figures(
             "rms": np.sqrt(np.mean(e**2, axis=0)),
         }
         if name in bound:
-            least = np.asarray(bound[name], dtype=np.float64)[marks]
-            known = np.isfinite(least) & (least > 0.0)
+            bounds = np.asarray(bound[name], dtype=np.float64)[marks]
+            has_bound = np.isfinite(bounds) & (bounds > 0.0)
             entry |= {
-                "bound": np.where(known, least, np.nan),
-                "ratio": np.where(known, sd / np.where(known, least, 1.0), np.nan),
+                "bound": np.where(has_bound, bounds, np.nan),
+                "ratio": np.where(has_bound, sd / np.where(has_bound, bounds, 1.0), np.nan),
             }
         outputs[name] = {key: _plain(v) for key, v in entry.items()}
     out: dict[str, Any] = {"runs": n, "marks": marks.tolist(), "outputs": outputs}
-    own = draws[0]["freedom"]
-    if own:
-        nees = np.array([d["nees"] for d in draws]).mean(axis=0) / own
-        out["nees"] = {"freedom": own, "mean": _plain(nees), "band": band(n * own, n * own)}
+    f = draws[0]["freedom"]
+    if f:
+        nees = np.array([d["nees"] for d in draws]).mean(axis=0) / f
+        out["nees"] = {"freedom": f, "mean": _plain(nees), "band": band(n * f, n * f)}
     count = sum(d["nis"][1] for d in draws)
     if freedom and count:
         total = sum(d["nis"][0] for d in draws) / freedom / count
@@ -92,7 +92,7 @@ def figures(
 
 
 def _verdict(mean: float, low: float, high: float) -> str:
-    """What a squared error over its variance says of a filter."""
+    """Verdict on a filter by a squared error over its variance."""
     if mean > high:
         return "too sure, errors are larger than the filter says (more noise)"
     if mean < low:
@@ -101,7 +101,7 @@ def _verdict(mean: float, low: float, high: float) -> str:
 
 
 def _plain(values: FloatArray) -> Any:
-    """Lists with None where there is no number."""
+    """Lists with None for values that are not finite."""
     if values.ndim > 1:
         return [_plain(row) for row in values]
     return [float(v) if math.isfinite(v) else None for v in values]
@@ -111,13 +111,13 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """The last mark as a table."""
     lines = [f"{'output':22s}{'mean error':>13s}{'+-':>11s}{'sd':>12s}{'bound':>12s}{'ratio':>8s}"]
     for name, entry in data["outputs"].items():
-        least = (entry.get(key, [None])[-1] for key in ("bound", "ratio"))
-        bound, ratio = ("" if v is None else f"{v:.4g}" for v in least)
+        values = (entry.get(key, [None])[-1] for key in ("bound", "ratio"))
+        bound, ratio = ("" if v is None else f"{v:.4g}" for v in values)
         lines.append(
             f"{name:22s}{entry['mean'][-1]:13.4g}{entry['mean_band'][-1]:11.3g}"
             f"{entry['sd'][-1]:12.4g}{bound:>12s}{ratio:>8s} {units.get(name, '')}".rstrip()
         )
-    over = {
+    scope = {
         "nees": f", in record {data['marks'][-1]} of each draw:",
         "nis": ", over all updates that measure:",
     }
@@ -128,7 +128,7 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
         if mean is not None:
             low, high = data[key]["band"]
             lines.append(
-                f"{key.upper()} per degree of freedom{over[key]} {mean:.3f}, "
+                f"{key.upper()} per degree of freedom{scope[key]} {mean:.3f}, "
                 f"95 % of {low:.3f} to {high:.3f}: {_verdict(mean, low, high)}"
             )
     lines.append(f"{data['runs']} draws, saturated updates: {data['saturated']}")

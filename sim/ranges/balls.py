@@ -23,7 +23,7 @@ from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["DEPTH", "TERMS", "Balls", "absorbed", "largest_eigenvalue"]
 
-#: Terms of a polynomial; steps back to what it is computed from.
+#: Terms of a polynomial; steps back to its variables.
 TERMS, DEPTH = 100, 24
 #: Terms of an inner product that is split in every way; share of a bound that rounding explains.
 _PARTED, _ROUNDING = 6, 1e-9
@@ -53,13 +53,13 @@ class Balls:
             if len({*squares}) == len(squares) > 1 and None not in squares:
                 self.sums[node.number] = frozenset(n for n in squares if n is not None)
 
-    def _best(self, ways: Iterable[Callable[[], float]], goal: float = -math.inf) -> float:
+    def _best(self, methods: Iterable[Callable[[], float]], goal: float = -math.inf) -> float:
         """The least of some bounds, with its premises; of equals that with the fewest claims."""
         outer = self.used, self.passed
         best, premises = math.inf, (set[int](), set[int]())
-        for way in ways:
+        for method in methods:
             self.used, self.passed = set(), set()
-            bound = way()
+            bound = method()
             fewer = len(self.used & self.said) < len(premises[0] & self.said)
             if bound < best * (1.0 - _ROUNDING) or (fewer and bound <= best * (1.0 + _ROUNDING)):
                 best, premises = bound, (self.used, self.passed)
@@ -111,25 +111,25 @@ class Balls:
     def _by_absorption(self, form: Polynomial) -> float:
         """Upper bound with the squares of vectors replaced by their lengths."""
 
-        def way(ball: Ball) -> float:
+        def bound_of(ball: Ball) -> float:
             rest = absorbed(form, ball)
             if rest is None:
                 return math.inf
             self._take(ball)
             return self._best(self._of_absorbed(rest))
 
-        return self._best(partial(way, ball) for ball in self._overlapping(form))
+        return self._best(partial(bound_of, ball) for ball in self._overlapping(form))
 
     def _of_absorbed(self, form: Polynomial) -> Iterator[Callable[[], float]]:
         """Ways to bound a polynomial after an absorption."""
-        for way in (self._by_signs, self._by_eigenvalues, self._by_absorption):
-            yield partial(way, form)
+        for method in (self._by_signs, self._by_eigenvalues, self._by_absorption):
+            yield partial(method, form)
 
     def _by_elimination(self, form: Polynomial) -> float:
         """Upper bound with one square of each vector, or of a sum of squares, replaced."""
         numbers = {n for m in form for n in m}
 
-        def way(order: Sequence[Ball]) -> float:
+        def bound_of(order: Sequence[Ball]) -> float:
             forms = [form]
             for k, ball in enumerate(order):
                 self._take(ball)
@@ -142,14 +142,14 @@ class Balls:
                 ]
             return min(map(self._by_signs, forms), default=math.inf)
 
-        def without(number: int, squares: frozenset[int]) -> float:
+        def bound_without(number: int, squares: frozenset[int]) -> float:
             out = _replaced(form, min(squares), squares, {(number,): 1.0})
             return math.inf if out is None else self._by_signs(out)
 
         return self._best(
             (
-                *(partial(way, order) for order in permutations(self._overlapping(form)[:2])),
-                *(partial(without, n, s) for n, s in self.sums.items() if s <= numbers),
+                *(partial(bound_of, order) for order in permutations(self._overlapping(form)[:2])),
+                *(partial(bound_without, n, s) for n, s in self.sums.items() if s <= numbers),
             )
         )
 

@@ -248,8 +248,8 @@ def _count_boxes(
 def _points_in(boxes: FloatArray) -> FloatArray:
     """Corners and middles of boxes (boxes, cut, 2), some of them, as boxes without size."""
     rng = np.random.default_rng(1)
-    chosen = boxes[rng.integers(len(boxes), size=_POINTS)]
-    ends = np.concatenate([chosen, chosen.mean(axis=2, keepdims=True)], axis=2)
+    sample = boxes[rng.integers(len(boxes), size=_POINTS)]
+    ends = np.concatenate([sample, sample.mean(axis=2, keepdims=True)], axis=2)
     choice = rng.integers(3, size=(*ends.shape[:2], 1))
     return np.repeat(np.take_along_axis(ends, choice, axis=2), 2, axis=2)
 

@@ -63,8 +63,8 @@ class Coefficient:
         """The coefficient as a polynomial (`polynomials.polynomial_of`), whatever its sides."""
         form: Polynomial | None = {(): self.number}
         for node in self.nodes:
-            by = polynomial_of(node, terms, left, ends)
-            form = None if form is None or by is None else multiplied(form, by, terms)
+            factor = polynomial_of(node, terms, left, ends)
+            form = None if form is None or factor is None else multiplied(form, factor, terms)
         return form
 
     def times(self, other: Coefficient) -> Coefficient:
@@ -178,14 +178,14 @@ def _ends_on(node: Node, side_pairs: tuple[tuple[int, int], ...], steps: int) ->
     if node.kind not in ("mul", "sum"):
         return _interval_of(node)
     arg_ends = [_derived_ends(arg, sides, steps - 1) for arg in node.args]
-    base = frozenset[Node]().union(*(each.base for each in arg_ends))
+    base = frozenset[Node]().union(*(arg.base for arg in arg_ends))
     if node.kind == "mul":
-        x, y = ((each.low, each.high) for each in arg_ends)
+        x, y = ((arg.low, arg.high) for arg in arg_ends)
         low, high = ends_of_product(x, y)
         return _DerivedEnds(low, high, base).within(node)
     low = high = 0.0
-    for each, sign in zip(arg_ends, node.signs, strict=True):
-        start, end = (each.low, each.high)[::sign]
+    for arg, sign in zip(arg_ends, node.signs, strict=True):
+        start, end = (arg.low, arg.high)[::sign]
         low, high = low + sign * start, high + sign * end
     return _DerivedEnds(low, high, base).within(node)
 

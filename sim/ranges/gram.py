@@ -89,7 +89,7 @@ class Gram:
         variances = [states[i, i] for i in range(self.size)]
         rng = np.random.default_rng(1)
         self.space = Space(3 * self.size + 40)
-        basis = [self.space.add(_drawn(v, self.size, rng), variance=v) for v in variances]
+        basis = [self.space.add(_random_vector(v, self.size, rng), variance=v) for v in variances]
         self.space.used = self.size
         self.points = Points(self.nodes, _cone(self.nodes, states.values()), rng)
         self.pairs = Pairs(self.space, self.points)
@@ -197,11 +197,11 @@ def _with_variances(
 ) -> Mapping[int, Node]:
     """The nodes, by value, with their intervals where no variance is negative."""
     states = {v.number: (0.0, v.high) for v in variances if v.low < 0.0}
-    new = released(program, nodes, (), states)
-    return {value: new.get(node.number, node) for value, node in nodes.items()}
+    updated = released(program, nodes, (), states)
+    return {value: updated.get(node.number, node) for value, node in nodes.items()}
 
 
-def _drawn(variance: Node, size: int, rng: np.random.Generator) -> FloatArray:
+def _random_vector(variance: Node, size: int, rng: np.random.Generator) -> FloatArray:
     """A vector (points, size) of the previous matrix, no longer than its variance allows."""
     at = rng.normal(size=(POINTS, size))
     at *= math.sqrt(max(variance.high, 0.0)) / np.linalg.norm(at, axis=1, keepdims=True)

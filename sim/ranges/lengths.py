@@ -226,8 +226,8 @@ class Lengths:
         weight = self.terms.pairs.weights.get(v.parts[0]) if is_scaled(v) else None
         if weight is None:
             return math.inf
-        least = least_of(weight.noise)
-        return math.sqrt(weight.factor.ends(sides)[1] / (4.0 * least)) if least > 0.0 else math.inf
+        lower = least_of(weight.noise)
+        return math.sqrt(weight.factor.ends(sides)[1] / (4.0 * lower)) if lower > 0.0 else math.inf
 
     def _balanced(
         self, v: Vector, square: float, sides: Sides, length: Callable[[Vector], float]

@@ -262,7 +262,7 @@ class _Filter:
         """The filter, if it begins as a mean while this counter is below a limit."""
         steady, means = list[tuple[Polynomial, Polynomial]](), list[tuple[Polynomial, Polynomial]]()
         counting, moves = None, list[tuple[Sides, bool]]()
-        for sides, of_z, of_v in self._both(counter):
+        for sides, of_z, of_v in self._next_forms(counter):
             if of_z is None or of_v is None:
                 return None
             is_held = of_z == {(self.z,): 1.0} and of_v == {(self.v,): 1.0}
@@ -290,7 +290,7 @@ class _Filter:
                 return None
         return self._filter(steady[0], means[0] if means else None, counting)
 
-    def _both(
+    def _next_forms(
         self, counter: int | None
     ) -> Iterator[tuple[Sides, Polynomial | None, Polynomial | None]]:
         """Next z and v, side by side."""

@@ -67,9 +67,9 @@ def gain(
             if other in alike:
                 direction = unit
             elif is_scaled(other):
-                (chosen, measured), *_ = other.parts
-                if measured in alike and chosen.is_choice:
-                    direction = pairs.sum_of(((chosen, unit),))
+                (choice, measured), *_ = other.parts
+                if measured in alike and choice.is_choice:
+                    direction = pairs.sum_of(((choice, unit),))
             if direction is not None and pairs.is_product(node, (vector, direction)):
                 return vector, direction
     return None

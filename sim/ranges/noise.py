@@ -56,7 +56,7 @@ def _directions_of(pairs: Pairs, v: Vector, noise: Sequence[Coefficient]) -> dic
     for root in _roots(pairs.points, noise):
         candidates = (
             (direction, sign * root)
-            for other, covariance in _common(pairs, v)
+            for other, covariance in _common_noise(pairs, v)
             for direction, other_root in other.along.items()
             for sign in (1.0, -1.0)
             if np.allclose(sign * root * other_root, covariance, rtol=_ALIKE, atol=0.0)
@@ -67,7 +67,7 @@ def _directions_of(pairs: Pairs, v: Vector, noise: Sequence[Coefficient]) -> dic
     return out
 
 
-def _common(pairs: Pairs, v: Vector) -> Iterator[tuple[Vector, FloatArray]]:
+def _common_noise(pairs: Pairs, v: Vector) -> Iterator[tuple[Vector, FloatArray]]:
     """Vectors with noise, and the noise of their inner products with v."""
     for products, rest in pairs.sums.values():
         for x, y in products if rest else ():

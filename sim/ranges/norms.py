@@ -38,7 +38,7 @@ from boresight.sim.ranges.vectors import Vectors
 
 __all__ = ["Norms"]
 
-#: Terms of a polynomial, and steps back; what rounding of constants explains.
+#: Terms of a polynomial, and steps back; largest rounding error of constants.
 _TERMS, _DEPTH, _ROUNDING = 400, 24, 1e-8
 _TINY = 1e-12
 
@@ -232,7 +232,7 @@ class Norms:
         numbers = [k.number for k in parts if isinstance(k, Node)]
         if form is None or len({*numbers}) < len(numbers) or not numbers:
             return limit, 0.0
-        factor = _over(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
+        factor = _quotient(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
         square: Polynomial = {(n, n): 1.0 for n in numbers}
         for k in parts:
             if isinstance(k, float):
@@ -258,11 +258,11 @@ class Norms:
         if len({*numbers}) < len(numbers):
             return 0.0
         lower = 0.0
-        for way in (
+        for method in (
             *(self._of_constants, self._selected, self._divided, self._sine_cosine),
             *(self._multiplied, self._of_states, self._radial),
         ):
-            lower = max(lower, way(inner))
+            lower = max(lower, method(inner))
             if lower >= 1.0:
                 break
         return min(limit, _exact(lower))
@@ -304,8 +304,8 @@ class Norms:
         """Of a product of quaternions."""
         form = self._squares(vector, {a.number for n in vector for a in _factors(n)})
         for n in sorted({*next(iter(form), ())}):
-            first = _over(form, n)
-            second = _over(form, next((m[0] for m in first if m), n))
+            first = _quotient(form, n)
+            second = _quotient(form, next((m[0] for m in first if m), n))
             rest = plus(form, scaled(times(first, second, _TERMS) or {}, -1.0))
             if first and second and is_zero(rest):
                 return self._least_of(first) * self._least_of(second)
@@ -384,7 +384,7 @@ def _factors(node: Node) -> Iterator[Node]:
             yield from _factors(arg) if is_inner else (arg,)
 
 
-def _over(form: Polynomial, number: int) -> Polynomial:
+def _quotient(form: Polynomial, number: int) -> Polynomial:
     """The terms with the square of a node, divided by it."""
     return {tuple(k for k in m if k != number): c for m, c in form.items() if m.count(number) == 2}
 

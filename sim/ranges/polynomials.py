@@ -80,7 +80,7 @@ def polynomial_of(
 
 
 def combined(node: Node, parts: Sequence[Polynomial], terms: int) -> Polynomial | None:
-    """The sum or product that a node is of its arguments; None: of too many terms."""
+    """The sum or product of a node's arguments; None: of too many terms."""
     if node.kind == "mul":
         return times(parts[0], parts[1], terms)
     out: Polynomial = {}

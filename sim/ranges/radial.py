@@ -26,7 +26,7 @@ from boresight.sim.ranges.unit_vectors import Ball
 
 __all__ = ["Radial", "radial", "radial_balls"]
 
-#: Terms of a polynomial, steps back, components of a vector; what rounding explains.
+#: Terms of a polynomial, steps back, components of a vector; largest rounding error.
 _TERMS, _DEPTH, _COMPONENTS, _TINY = 400, 24, 4, 1e-12
 
 

@@ -67,7 +67,7 @@ def reductions_of(nodes: Mapping[int, Node]) -> Iterator[Reduction]:
                 frozenset(members),
                 tuple(nodes[c] for c, _ in members.values() if c is not None),
                 {t: tuple(nodes[p[t]] for _, p in members.values()) for t in parts},
-                {t: frozenset(each) for t, each in passed.items()},
+                {t: frozenset(numbers) for t, numbers in passed.items()},
             )
 
 

@@ -20,7 +20,7 @@ __all__ = ["Rotation", "rotations_of"]
 #: Terms of an element of a matrix, and steps back to the quaternion; the same of a component.
 _ELEMENT, _STEPS = 4, 4
 _TERMS, _DEPTH = 100, 24
-#: Largest difference of coefficients that are the same; what rounding adds to a length of one.
+#: Largest difference of equal coefficients; largest rounding error of a length of one.
 _SAME, _ROUNDING = 1e-12, 1e-9
 
 

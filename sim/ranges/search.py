@@ -88,8 +88,8 @@ class Search:
         self.machine.params = {}  # of each run its own
         initial = [np.full(RUNS, program.values[s].initial) for s, _ in program.states]
         self.states = np.array(initial, dtype=np.int64).reshape(len(initial), RUNS)
-        self.params = self._drawn(estimator.params)
-        self.inputs = self._drawn(estimator.inputs)
+        self.params = self._random(estimator.params)
+        self.inputs = self._random(estimator.inputs)
         self.hold = np.sqrt(self.rng.uniform(size=RUNS))
         self.least = np.full(len(claims), np.inf)
         self.most = np.full(len(claims), -np.inf)
@@ -115,7 +115,7 @@ class Search:
         ]
 
     def path(self, reach: Reach) -> tuple[dict[str, float], FloatArray]:
-        """Parameters, and inputs (updates, n_inputs), from a reset to what was reached."""
+        """Parameters, and inputs (updates, n_inputs), from a reset to the reached value."""
         rows: list[FloatArray] = []
         update, run = reach.update, reach.run
         while update >= 0:
@@ -181,7 +181,7 @@ class Search:
         return np.where(is_saturated, value, real)
 
     def _next_inputs(self) -> FloatArray:
-        redrawn = self._drawn(self.estimator.inputs)
+        redrawn = self._random(self.estimator.inputs)
         spans = np.array([[i.low, i.high] for i in self.estimator.inputs])
         low, high = spans[:, :1], spans[:, 1:]
         step = self.rng.normal(0.0, 0.05, redrawn.shape) * (high - low)
@@ -209,10 +209,10 @@ class Search:
         initial = [self.program.values[s].initial for s, _ in self.program.states]
         if initial:
             self.states[:, reset_runs] = np.array(initial)[:, None]
-        self.params[:, reset_runs] = self._drawn(self.estimator.params)[:, : len(reset_runs)]
+        self.params[:, reset_runs] = self._random(self.estimator.params)[:, : len(reset_runs)]
         self.parents[reset_runs] = -1
 
-    def _drawn(self, declarations: Sequence[Input | Param]) -> FloatArray:
+    def _random(self, declarations: Sequence[Input | Param]) -> FloatArray:
         """Legal values (declarations, runs); of a parameter often the default."""
         rows = []
         for declaration in declarations:

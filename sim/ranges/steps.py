@@ -26,13 +26,13 @@ __all__ = [
     "side_of",
 ]
 
-#: Share of an eigenvalue that rounding explains; terms and steps back of what is compared.
+#: Share of an eigenvalue that rounding explains; terms and steps back of a compared value.
 _ROUNDING, _TERMS, _BACK = 1e-9, 8, 3
 
 
 def live_nodes(program: Program, nodes: Mapping[int, Node]) -> dict[int, Node]:
     """Nodes that outputs and next states need, by number, each after its arguments."""
-    results = (*program.outputs, *(after for _, after in program.states))
+    results = (*program.outputs, *(next_state for _, next_state in program.states))
     return {n.number: n for n in live([nodes[n] for n in results if n in nodes])}
 
 

@@ -123,14 +123,14 @@ def _candidates(terms: Terms, linear: Sequence[Term], products: Sequence[Term]) 
     if units is None:
         return
     pairs = terms.pairs
-    for x, y in _common(pairs, linear):
+    for x, y in _common_vector(pairs, linear):
         for choice, unit in units:
             unit = pairs.sum_of(((choice, unit),)) if choice.sides else unit
             x, y = pairs.space.less(x, unit), pairs.space.less(y, unit)
         yield x, y
 
 
-def _common(pairs: Pairs, linear: Sequence[Term]) -> Iterator[Pair]:
+def _common_vector(pairs: Pairs, linear: Sequence[Term]) -> Iterator[Pair]:
     """A common vector of all terms, and the sum of their other vectors."""
     first, root = linear[0], linear[0].coefficient.root
     if len(linear) == 1 and root is not None and root.nodes:

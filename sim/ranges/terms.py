@@ -108,8 +108,8 @@ class Terms:
         out: list[Term] = []
         for side in (1, 2):
             part = self._scaled(node, factor.args[side])
-            chosen = frozenset({(factor.args[0].number, side)})
-            part = _multiplied(part, Coefficient(sides=chosen))
+            choice = frozenset({(factor.args[0].number, side)})
+            part = _multiplied(part, Coefficient(sides=choice))
             if part is None:
                 return None
             out += part

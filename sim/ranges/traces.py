@@ -184,10 +184,10 @@ class Traces:
         """Upper bound of a sum of squared lengths, on the given sides."""
         key = tuple(sorted(v.number for v in vectors)), tuple(sorted(sides.items()))
         if key not in self.totals:
-            self.totals[key] = self._summed(vectors, sides)
+            self.totals[key] = self._new_total(vectors, sides)
         return self.totals[key]
 
-    def _summed(self, vectors: Sequence[Vector], sides: Sides) -> float:
+    def _new_total(self, vectors: Sequence[Vector], sides: Sides) -> float:
         """Compute the bound."""
         if len({v.number for v in vectors}) < len(vectors):
             return sum(self._total([v], sides) for v in vectors)
@@ -207,7 +207,7 @@ class Traces:
         units = [v for v in plain if not v.parts and v.variance is None]
         square = sum(self._unit_square(v) for v in units)
         rows = [self._row(v, sides) for v in plain if v.parts or v.variance is not None]
-        return noise + square + self._sums(rows, sides)
+        return noise + square + self._total_of_rows(rows, sides)
 
     def _unit_square(self, v: Vector) -> float:
         """Squared length of a unit vector."""
@@ -238,22 +238,22 @@ class Traces:
             row.setdefault(part.number, []).append(Coefficient(c.number, c.nodes, open_sides))
         return row
 
-    def _sums(self, rows: Sequence[Row], sides: Sides) -> float:
+    def _total_of_rows(self, rows: Sequence[Row], sides: Sides) -> float:
         """Upper bound of the sum of squared lengths of rows."""
         plain = {next(iter(row)) for row in rows if [*row.values()] == [[ONE]]}
         others = [row for row in rows if row and [*row.values()] != [[ONE]]]
         parts = _parts_of(others)
-        square = self._numbered(plain, sides) if plain else 0.0
-        square += sum(self._joined(part, sides) for part in parts)
+        square = self._total_of(plain, sides) if plain else 0.0
+        square += sum(self._coupled(part, sides) for part in parts)
         numbers = [*plain, *(n for part in parts for n in {n for row in part for n in row})]
         if parts and plain:
-            square = min(square, self._joined([row for row in rows if row], sides))
+            square = min(square, self._coupled([row for row in rows if row], sides))
         if not parts or len(parts) + bool(plain) == 1 or len({*numbers}) < len(numbers):
             return square
         norm = max(float(bool(plain)), *(self._norm(part, sides) for part in parts))
-        return min(square, norm * norm * self._numbered(numbers, sides))
+        return min(square, norm * norm * self._total_of(numbers, sides))
 
-    def _joined(self, rows: Sequence[Row], sides: Sides) -> float:
+    def _coupled(self, rows: Sequence[Row], sides: Sides) -> float:
         """The same for rows with common vectors."""
         identity: dict[int, int] = {}
         increments: list[Row] = []
@@ -262,16 +262,16 @@ class Traces:
             if base is not None:
                 identity[base] = k
             increments.append({n: c for n, c in row.items() if n != base})
-        length = math.sqrt(self._numbered(identity, sides)) if identity else 0.0
+        length = math.sqrt(self._total_of(identity, sides)) if identity else 0.0
         if any(increments):
             length += self._norm(increments, sides) * math.sqrt(self._columns(increments, sides))
         square = self._norm(rows, sides) ** 2 * self._columns(rows, sides)
         return min(length * length, square)
 
     def _columns(self, rows: Sequence[Row], sides: Sides) -> float:
-        return self._numbered({n for row in rows for n in row}, sides)
+        return self._total_of({n for row in rows for n in row}, sides)
 
-    def _numbered(self, numbers: Collection[int], sides: Sides) -> float:
+    def _total_of(self, numbers: Collection[int], sides: Sides) -> float:
         return self._total([self.gram.space.vectors[n] for n in sorted(numbers)], sides)
 
     def _norm(self, rows: Sequence[Row], sides: Sides) -> float:
@@ -323,7 +323,7 @@ class Traces:
         """The same for two different vectors."""
         upper = math.sqrt(self._total([x], sides) * self._total([y], sides))
         units = {v.unit.number for v in (x, y) if v.unit is not None}
-        rows = [self._over(v, sides, len(units) < 2) for v in (x, y)]
+        rows = [self._row_of(v, sides, len(units) < 2) for v in (x, y)]
         numbers = {n for row in rows for n in row}
         if len(numbers) < 2 or any(len(c) != 1 for row in rows for c in row.values()):
             return upper
@@ -333,9 +333,9 @@ class Traces:
             ends = rows[0][n][0].times(rows[1][n][0]).ends(sides)
             dot += max(-ends[0], ends[1])
         bound = 0.5 * (lengths[0] * lengths[1] + dot)  # the largest a^T P b of trace one
-        return min(upper, bound * self._numbered(numbers, sides))
+        return min(upper, bound * self._total_of(numbers, sides))
 
-    def _over(self, v: Vector, sides: Sides, same_unit: bool) -> Row:
+    def _row_of(self, v: Vector, sides: Sides, same_unit: bool) -> Row:
         """A vector as a sum of others, after the same measurement if both have the ``same_unit``.
 
         If it is along u, x - (x . u) u and y have the same inner product as both without their

@@ -20,7 +20,7 @@ from boresight.sim.ranges.unit_vectors import Ball, bare
 
 __all__ = ["Turned", "turned_of"]
 
-#: Terms of a polynomial; steps back to what it is computed from; share that rounding explains.
+#: Terms of a polynomial; steps back to its variables; share that rounding explains.
 _TERMS, _DEPTH, _EXACT = 60, 6, 1e-12
 #: A row: the factor of each component.
 Row = dict[int, Polynomial]

@@ -27,7 +27,7 @@ from boresight.sim.ranges.steps import implied
 
 __all__ = ["Ball", "UnitVectors", "bare", "under_root"]
 
-#: Terms of a polynomial; steps back to what it is computed from; sides of conditions.
+#: Terms of a polynomial; steps back to its variables; sides of conditions.
 _TERMS, _DEPTH, _SIDES = 100, 24, 6
 
 

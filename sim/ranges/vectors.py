@@ -101,7 +101,7 @@ class Vectors(Balls):
         if not claim.holds(*self._ends(claim.node, claim.ends)):
             return None
         base, passed = (
-            tuple(self.nodes[n] for n in sorted(each)) for each in (self.used, self.passed)
+            tuple(self.nodes[n] for n in sorted(numbers)) for numbers in (self.used, self.passed)
         )
         return Proof("length of vectors", base, passed)
 
@@ -163,8 +163,8 @@ class Vectors(Balls):
             return math.inf if expansion is None else self._upper(expansion, 0.0)
 
         summed = {*self.sums}.union(*self.sums.values())
-        ways = (partial(expanded, ends) for ends in (self.members, self.members | summed))
-        return self._best((lambda: self._upper(form, 0.0), *ways))
+        methods = (partial(expanded, ends) for ends in (self.members, self.members | summed))
+        return self._best((lambda: self._upper(form, 0.0), *methods))
 
     def _expanded(self, form: Polynomial, ends: Set[int]) -> Polynomial | None:
         """A polynomial with its nodes expanded back to ``ends``."""
@@ -189,15 +189,15 @@ class Vectors(Balls):
 
     def _ends(self, node: Node, goal: tuple[float, float]) -> tuple[float, float]:
         """Ends of a node; no closer than the goal."""
-        ways: tuple[Callable[[], float], ...] = (
+        methods: tuple[Callable[[], float], ...] = (
             lambda: self._by_reduction(node, 0),
             lambda: self._by_reduction(node, _NESTED),
             lambda: math.sqrt(self._filtered([node])),
             lambda: math.sqrt(self._rotated([node])),
         )
-        for way in ways:
+        for method in methods:
             self.used, self.passed = set(), set()
-            upper = way()
+            upper = method()
             if upper <= min(-goal[0], goal[1]):
                 return -upper, upper
         if under_root(node) is not None:
@@ -234,11 +234,11 @@ class Vectors(Balls):
 
     def _upper(self, form: Polynomial, goal: float) -> float:
         """An upper bound of a polynomial."""
-        ways = (
+        methods = (
             *(self._by_signs, self._by_eigenvalues, self._by_length, self._by_product),
             *(self._by_absorption, self._by_elimination),
         )
-        return self._best((partial(way, form) for way in ways), goal)
+        return self._best((partial(method, form) for method in methods), goal)
 
     def _by_length(self, form: Polynomial) -> float:
         """Upper bound of a constant and squares of the components of one vector."""
@@ -257,7 +257,7 @@ class Vectors(Balls):
         constant = form.get((), 0.0)
         form = {m: c for m, c in form.items() if m}
 
-        def way(vector: Sequence[int]) -> float:
+        def bound_of(vector: Sequence[int]) -> float:
             rows: dict[int, Polynomial] = {}
             for m, c in form.items():
                 (component,) = (n for n in m if n in vector)
@@ -271,12 +271,12 @@ class Vectors(Balls):
             if total is None:
                 return math.inf
             length = self._square([self.nodes[n] for n in vector])
-            ways = (self._by_signs, self._by_length, self._by_absorption, self._by_elimination)
-            row_square = self._best(partial(way, total) for way in ways)
+            methods = (self._by_signs, self._by_length, self._by_absorption, self._by_elimination)
+            row_square = self._best(partial(method, total) for method in methods)
             return constant + math.sqrt(max(0.0, length * row_square))
 
         vectors = self._linear(form) if len(form) <= TERMS // 2 else ()
-        return self._best(partial(way, vector) for vector in vectors)
+        return self._best(partial(bound_of, vector) for vector in vectors)
 
     def _square(self, vector: Sequence[Node], nested: int = _NESTED) -> float:
         """An upper bound of the squared length of a vector of nodes."""
@@ -292,23 +292,23 @@ class Vectors(Balls):
         return self.known[key].square
 
     def _new_square(self, vector: Sequence[Node], nested: int) -> float:
-        inner = [self._inner(n) for n in vector]
-        ways: list[Callable[[], float]] = [lambda: self._by_intervals(vector)]
+        unlimited = [self._unlimited(n) for n in vector]
+        methods: list[Callable[[], float]] = [lambda: self._by_intervals(vector)]
         variables = [n for n in vector if n.kind != "const"]
         if variables and len(variables) < len(vector):
             constants = sum(n.value * n.value for n in vector if n.kind == "const")
-            ways.append(lambda: constants + self._square(variables, nested))
-        for parts in (vector, inner):
+            methods.append(lambda: constants + self._square(variables, nested))
+        for parts in (vector, unlimited):
             if not any(n.kind == "const" for n in parts):
-                ways.append(partial(self._ball_square, [n.number for n in parts]))
+                methods.append(partial(self._ball_square, [n.number for n in parts]))
             if any(wave.numbers == {n.number for n in parts} for wave in self.waves):
-                ways.append(lambda: 1.0)
-            ways.append(partial(self._rotated, parts))
+                methods.append(lambda: 1.0)
+            methods.append(partial(self._rotated, parts))
         if nested:
-            ways += [lambda: self._reduced(vector, nested), *self._ways(inner, nested)]
-        return self._best(ways)
+            methods += [lambda: self._reduced(vector, nested), *self._ways(unlimited, nested)]
+        return self._best(methods)
 
-    def _inner(self, node: Node) -> Node:
+    def _unlimited(self, node: Node) -> Node:
         """A node without its limits, down to a component of a vector of known length."""
         while node.kind in ("bounded", "saturated") and node.number not in self.members:
             node = node.args[0]
@@ -340,7 +340,7 @@ class Vectors(Balls):
             total = cache(partial(self._summed_squares, vector, ends))
             for method in (
                 *(self._by_signs, self._by_absorption, self._by_elimination),
-                lambda total: self._factors(total, nested),
+                lambda total: self._by_factors(total, nested),
                 lambda total: self._by_quadratic(total, vector, nested),
             ):
                 yield partial(self._of_total, total, method)
@@ -392,7 +392,7 @@ class Vectors(Balls):
     def _reduced(self, vector: Sequence[Node], nested: int) -> float:
         """Squared length of a vector, some components of which remain from a reduction."""
         for reduction in self.reductions:
-            rest = [n for n in vector if self._inner(n).number not in reduction.rest]
+            rest = [n for n in vector if self._unlimited(n).number not in reduction.rest]
             original = [*rest, *reduction.base]
             distinct = len({n.number for n in (*vector, *reduction.base)})
             if len(rest) < len(vector) and distinct == len(vector) + len(reduction.base):
@@ -461,7 +461,7 @@ class Vectors(Balls):
         largest = largest_eigenvalue(form, numbers)
         return largest * self._square([self.nodes[n] for n in numbers], nested - 1)
 
-    def _factors(self, form: Polynomial, nested: int) -> float:
+    def _by_factors(self, form: Polynomial, nested: int) -> float:
         """Upper bound of (sum of a_i^2) g, g without any a_i."""
         best = math.inf
         parts: dict[int, Polynomial] = {}
@@ -472,7 +472,7 @@ class Vectors(Balls):
             vector = [k for k, part in parts.items() if n in parts and _is_equal(part, parts[n])]
             if len(vector) * len(parts.get(n, ())) != len(form):
                 continue
-            rest = min(self._by_signs(parts[n]), self._factors(parts[n], nested))
+            rest = min(self._by_signs(parts[n]), self._by_factors(parts[n], nested))
             length = self._square([self.nodes[k] for k in vector], nested - 1)
             best = min(best, length * max(0.0, rest))
         return best

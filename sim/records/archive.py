@@ -110,11 +110,11 @@ def record_of_arrays(path: Path, named: Sequence[tuple[str, npt.NDArray[Any]]]) 
         )
     if len(arrays) < len(named):
         names = [name for name, _ in named]
-        twice = next(name for name in names if names.count(name) > 1)
+        duplicate = next(name for name in names if names.count(name) > 1)
         raise InputError.at(
             str(path),
             wanted="every column once",
-            found=f"{names.count(twice)} columns {twice}",
+            found=f"{names.count(duplicate)} columns {duplicate}",
             fix="keep one of them",
         )
     columns, faults = columns_of(str(path), _flattened(str(path), arrays), copy=False)
@@ -138,12 +138,12 @@ def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt
                 found=repr(array.shape),
                 fix="store one row per sample",
             )
-        twice = [name for name in parts if name in flat]
-        if twice:
+        duplicates = [name for name in parts if name in flat]
+        if duplicates:
             raise InputError.at(
                 where,
                 wanted="every column once",
-                found=f"{twice[0]} alone and in an array of several columns",
+                found=f"{duplicates[0]} alone and in an array of several columns",
                 fix="keep one of them",
             )
         flat |= parts
@@ -160,7 +160,7 @@ def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt
     if faults:
         raise faults["t"]
     t = columns["t"].values
-    dt = steps_of(where, t) if rate is None else _steady(where, rate, len(t))
+    dt = steps_of(where, t) if rate is None else _constant_steps(where, rate, len(t))
     if restart is not None:
         if restart.shape != dt.shape or restart.dtype.kind not in "biu":
             raise InputError.at(
@@ -173,9 +173,9 @@ def _flattened(where: str, arrays: dict[str, npt.NDArray[Any]]) -> dict[str, npt
     return {**flat, "dt": dt}
 
 
-def _steady(where: str, rate: npt.NDArray[Any], count: int) -> FloatArray:
-    number = rate.shape == () and rate.dtype.kind in "iuf"
-    if not (number and np.isfinite(rate) and rate > 0):
+def _constant_steps(where: str, rate: npt.NDArray[Any], count: int) -> FloatArray:
+    is_number = rate.shape == () and rate.dtype.kind in "iuf"
+    if not (is_number and np.isfinite(rate) and rate > 0):
         raise InputError.at(
             f"{where}, fs",
             wanted="one number above 0 (Hz)",

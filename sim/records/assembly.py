@@ -53,18 +53,18 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     InputError
         The file is damaged; a topic or a field is not there; several topics could be meant.
     ToolMissing
-        What reads the file is not installed.
+        The package that reads the file is not installed.
     """
     recording = read(path, {source.wanted for source in sources})
     notes = list(recording.notes)
     series: list[_Series] = []
     for columns in dict.fromkeys(source.columns for source in sources):
-        several = [source for source in sources if source.columns == columns]
-        picked = _picked(path, recording, several, notes)
-        if picked is not None:
-            series.append(_series(path, *picked))
-        elif not any(source.optional for source in several):
-            _refuse_missing(path, read, several)
+        candidates = [source for source in sources if source.columns == columns]
+        match = _first_match(path, recording, candidates, notes)
+        if match is not None:
+            series.append(_series(path, *match))
+        elif not any(source.optional for source in candidates):
+            _refuse_missing(path, read, candidates)
     rows = [s for s in series if s.source.fill == "none" and len(s.stamps)]
     if not rows:
         _refuse_missing(path, read, sources)
@@ -82,7 +82,7 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     )
 
 
-def _picked(
+def _first_match(
     path: Path, recording: Recording, sources: Sequence[Source], notes: list[str]
 ) -> tuple[Source, Topic] | None:
     """The first source that the recording has."""
@@ -100,12 +100,12 @@ def _picked(
                     fix="name one of them in a map: --map FILE.toml",
                 )
             notes.append(f"{source.columns[0]}: one of {names} could be meant, none is read")
-        elif topics and _names(source, topics[0]) is not None:
+        elif topics and _field_names(source, topics[0]) is not None:
             return source, topics[0]
     return None
 
 
-def _names(source: Source, topic: Topic) -> list[str] | None:
+def _field_names(source: Source, topic: Topic) -> list[str] | None:
     """Fields of a source; None if the topic lacks one of them."""
     count, names = len(source.columns), list(source.fields)
     if len(names) < count:
@@ -113,8 +113,8 @@ def _names(source: Source, topic: Topic) -> list[str] | None:
         names = [f"{path}[{k}]" for k in range(count)]
         if names[0] not in topic.fields:
             names = [f"{path}.{axis}" for axis in "wxyz"[-count:]]
-    more = [name for name in (source.time, source.delay) if name]
-    return names if all(name in topic.fields for name in (*names, *more)) else None
+    time_fields = [name for name in (source.time, source.delay) if name]
+    return names if all(name in topic.fields for name in (*names, *time_fields)) else None
 
 
 def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None:
@@ -126,65 +126,65 @@ def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None
             raise InputError.at(
                 f"{path}, topic {topic.name}",
                 wanted=f"fields {', '.join(fields)}",
-                found=_near(fields[0], topic.fields),
+                found=_closest(fields[0], topic.fields),
                 fix="name what is there in a map: --map FILE.toml",
             )
     names = topics if first.topic else {t.kind for t in topics.values()}
     raise InputError.at(
         str(path),
         wanted=f"{'the topic' if first.topic else 'a topic of type'} {first.wanted}",
-        found=_near(first.wanted, names),
+        found=_closest(first.wanted, names),
         fix="record it, or name another in a map: --map FILE.toml",
     )
 
 
-def _near(name: str, names: Collection[str]) -> str:
-    near = get_close_matches(name, names, 4, 0.5)
-    return ", ".join(near or sorted(names)[:8]) or "no topic"
+def _closest(name: str, names: Collection[str]) -> str:
+    matches = get_close_matches(name, names, 4, 0.5)
+    return ", ".join(matches or sorted(names)[:8]) or "no topic"
 
 
 def _series(path: Path, source: Source, topic: Topic) -> _Series:
-    where, names = f"{path}, topic {topic.name}", _names(source, topic)
+    where, names = f"{path}, topic {topic.name}", _field_names(source, topic)
     assert names is not None
     values = np.stack([topic.fields[n].astype(np.float64) for n in names], axis=1)
     if source.scale:
         values = values * np.array(source.scale)
     values[np.isinf(values)] = np.nan  # no sample is taken from a message that has none
-    stamps, some = _times(source, topic)
-    clock, rising = Clock.of(stamps[some]), increasing(stamps[some])
-    stamps, values = stamps[some][rising], values[some][rising]
-    return _Series(source, topic, stamps, _turned(where, source, values), clock)
+    stamps, has_sample = _times(source, topic)
+    clock, rising = Clock.of(stamps[has_sample]), increasing(stamps[has_sample])
+    stamps, values = stamps[has_sample][rising], values[has_sample][rising]
+    return _Series(source, topic, stamps, _in_record_frame(where, source, values), clock)
 
 
 def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
     """Times of the samples [ns], and which messages have a sample of their own."""
-    every = np.ones(len(topic.stamps), dtype=bool)
+    has_sample = np.ones(len(topic.stamps), dtype=bool)
     if not source.time and not source.delay:
-        return topic.stamps, every
+        return topic.stamps, has_sample
     raw: npt.NDArray[Any] = topic.fields[source.time or source.delay]
     unit = TIME_UNITS[source.time_unit]
-    own = np.rint(raw * unit).astype(np.int64) if raw.dtype.kind == "f" else raw.astype(np.int64)
-    own = own if raw.dtype.kind == "f" else own * int(unit)
+    stamps = np.rint(raw * unit).astype(np.int64) if raw.dtype.kind == "f" else raw.astype(np.int64)
+    stamps = stamps if raw.dtype.kind == "f" else stamps * int(unit)
     if source.time:
-        return own, every
-    every = raw != _NO_SAMPLE
-    own = topic.stamps + own
+        return stamps, has_sample
+    has_sample = raw != _NO_SAMPLE
+    stamps = topic.stamps + stamps
     # A fast message repeats the last sample of a slow sensor.
-    every[1:] &= own[1:] != own[:-1]
-    return own, every
+    has_sample[1:] &= stamps[1:] != stamps[:-1]
+    return stamps, has_sample
 
 
-def _turned(where: str, source: Source, values: FloatArray) -> FloatArray:
+def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArray:
     """Values in the frames of records."""
     if source.frame in ("", "none"):
         return values
     if source.frame == "geodetic":
-        known = np.isfinite(values).all(axis=1)
-        if not known.any():
+        is_finite = np.isfinite(values).all(axis=1)
+        if not is_finite.any():
             return values
         from pymap3d import geodetic2enu  # a tenth of a second
 
-        first = values[np.argmax(known)]
+        first = values[np.argmax(is_finite)]
         return np.stack(geodetic2enu(*values.T, *first), axis=1)
     if " to " not in source.frame:
         return vector_from(where, source.frame, values)
@@ -198,37 +198,37 @@ def _in_rows(s: _Series, base: _Series, notes: list[str]) -> FloatArray:
     if not len(s.stamps):
         return out
     if s.source.fill == "linear":
-        return _between(s, rows, out)
+        return _interpolated(s, rows, out)
     if s.source.fill == "hold":
         last = np.searchsorted(s.stamps, rows, "right") - 1
         out[last >= 0] = s.values[last[last >= 0]]
         return out
-    at = np.searchsorted(rows, s.stamps)
-    inside = at < len(rows)
-    out[at[inside]] = s.values[inside]
-    behind = inside & (at > 0)
-    if passed := int(behind.sum() - len(np.unique(at[behind]))):
+    row = np.searchsorted(rows, s.stamps)
+    inside = row < len(rows)
+    out[row[inside]] = s.values[inside]
+    behind = inside & (row > 0)
+    if passed := int(behind.sum() - len(np.unique(row[behind]))):
         notes.append(f"{s.topic.name}: samples passed by a later one of the same row: {passed}")
     return out
 
 
-def _between(s: _Series, rows: IntArray, out: FloatArray) -> FloatArray:
+def _interpolated(s: _Series, rows: IntArray, out: FloatArray) -> FloatArray:
     """Values between two samples that are near enough."""
-    own, values = s.stamps, s.values
-    if len(own) < 2:
+    stamps, values = s.stamps, s.values
+    if len(stamps) < 2:
         return out
     attitude = " to " in s.source.frame
     if attitude:  # one sign from sample to sample
-        turned = (values[1:] * values[:-1]).sum(axis=1) < 0.0
+        flipped = (values[1:] * values[:-1]).sum(axis=1) < 0.0
         values = values.copy()
-        values[1:] *= np.cumprod(np.where(turned, -1.0, 1.0))[:, None]
-    after = np.clip(np.searchsorted(own, rows), 1, len(own) - 1)
-    gap = own[after] - own[after - 1]
-    share = ((rows - own[after - 1]) / gap)[:, None]
-    known = (share[:, 0] >= 0.0) & (share[:, 0] <= 1.0) & (gap / NS <= _GAP_S)
-    between = (1.0 - share) * values[after - 1] + share * values[after]
+        values[1:] *= np.cumprod(np.where(flipped, -1.0, 1.0))[:, None]
+    upper = np.clip(np.searchsorted(stamps, rows), 1, len(stamps) - 1)
+    gap = stamps[upper] - stamps[upper - 1]
+    share = ((rows - stamps[upper - 1]) / gap)[:, None]
+    valid = (share[:, 0] >= 0.0) & (share[:, 0] <= 1.0) & (gap / NS <= _GAP_S)
+    interpolated = (1.0 - share) * values[upper - 1] + share * values[upper]
     if attitude:
-        known &= np.abs(np.linalg.norm(between, axis=1) - 1.0) < 0.1
-        between[known] = quaternion_normalise(between[known])
-    out[known] = between[known]
+        valid &= np.abs(np.linalg.norm(interpolated, axis=1) - 1.0) < 0.1
+        interpolated[valid] = quaternion_normalise(interpolated[valid])
+    out[valid] = interpolated[valid]
     return out

@@ -68,18 +68,18 @@ def read_bag(path: Path, wanted: Collection[str] | None = None) -> Recording:
             for c, stamp, raw in bag.messages(chosen) if chosen else ():
                 large = len(raw) > _LARGE
                 series[c.topic].take(stamp, None if large else bag.deserialize(raw, c.msgtype))
-    except Exception as error:  # rosbags lets out whatever it meets in damaged bytes
+    except Exception as error:  # rosbags raises exceptions of any kind for damaged bytes
         fault = error
     if fault is not None and not any(s.stamps for s in series.values()):
-        said = " ".join(str(fault).split())[:120]
+        message = " ".join(str(fault).split())[:120]
         raise InputError.at(
             str(path),
             wanted="a bag of ROS 1 or 2, or MCAP with messages of ROS",
-            found=f"damage: {said or type(fault).__name__}",
+            found=f"damage: {message or type(fault).__name__}",
             fix="record it again, or repair it (rosbag reindex, mcap recover)",
         ) from None
-    ends = () if fault is None else (f"{path.name}: damaged, only the messages before are read",)
-    return Recording(tuple(s.topic() for s in series.values()), ends)
+    notes = () if fault is None else (f"{path.name}: damaged, only the messages before are read",)
+    return Recording(tuple(s.topic() for s in series.values()), notes)
 
 
 class _Series:
@@ -92,15 +92,15 @@ class _Series:
         self._rows: list[tuple[Any, ...]] = []
 
     def take(self, stamp: int, message: Any) -> None:
-        """Take a message; None of a large one, of which the time is enough."""
-        at = np.int64(stamp)  # refuses what damage may make of it
+        """Take a message; None of a large one, of which only the time counts."""
+        time = np.int64(stamp)  # raises for a damaged stamp
         if message is not None:
             if self._leaves is None:
                 self._leaves = [*_leaves(message)]
                 # Of one path attrgetter gives no tuple.
                 self._get = attrgetter(*(p for p, _ in self._leaves), "__class__", "__class__")
             self._rows.append(self._get(message))
-        self.stamps.append(at)
+        self.stamps.append(time)
 
     def topic(self) -> Topic:
         """Fields as arrays; those of changing size are left out."""
@@ -118,10 +118,10 @@ class _Series:
         return Topic(self.name, self.kind, stamps, fields)
 
 
-def _leaves(message: Any, before: str = "") -> Iterator[tuple[str, int]]:
+def _leaves(message: Any, prefix: str = "") -> Iterator[tuple[str, int]]:
     """Paths to numbers and to short arrays of them, with their size; 0 of a number."""
     for field in dataclasses.fields(message):
-        path, value = f"{before}{field.name}", getattr(message, field.name)
+        path, value = f"{prefix}{field.name}", getattr(message, field.name)
         if field.name.isupper():  # a constant of the message
             continue
         if dataclasses.is_dataclass(value):

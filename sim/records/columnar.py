@@ -58,11 +58,11 @@ def _arrow(name: str, reads: str) -> ModuleType:
 
 
 def _damaged(path: Path, wanted: str, error: Exception) -> InputError:
-    said = str(error).strip().splitlines()
+    lines = str(error).strip().splitlines()
     return InputError.at(
         str(path),
         wanted=wanted,
-        found=f"a file that cannot be read as one ({said[0][:120] if said else 'damaged'})",
+        found=f"a file that cannot be read as one ({lines[0][:120] if lines else 'damaged'})",
         fix="write it again, or give it the suffix of what it holds",
     )
 
@@ -94,7 +94,7 @@ def pieces_of_parquet(path: Path, file: BinaryIO) -> Iterator[Record]:
     parquet, rows = _arrow("parquet", "Parquet"), 0
     try:
         with _pool():
-            # What it buffers ahead it would hold to the end of the file.
+            # It would hold its read-ahead buffers to the end of the file.
             table = parquet.ParquetFile(file, pre_buffer=False)
         for batch in table.iter_batches(batch_size=1 << 16):
             names, arrays = batch.schema.names, [c.to_numpy(False) for c in batch.columns]
@@ -117,12 +117,12 @@ def _pool() -> Iterator[Any]:
     page: an eighth of the time of a run.
     """
     arrow = _arrow("", "Parquet")
-    before = arrow.default_memory_pool()
+    previous = arrow.default_memory_pool()
     arrow.set_memory_pool(arrow.system_memory_pool())
     try:
         yield arrow.system_memory_pool()
     finally:
-        arrow.set_memory_pool(before)
+        arrow.set_memory_pool(previous)
 
 
 def write_parquet(file: BinaryIO, blocks: Iterable[Record]) -> None:
@@ -183,12 +183,12 @@ def parse_mat(path: Path, content: bytes) -> Record:
     """
     load = _module("scipy.io", "MAT").loadmat
     try:
-        held = load(io.BytesIO(content))
-        struct = held.pop("units", None)
-        units = {n: str(struct[n].item().item()) for n in struct.dtype.names} if _of(struct) else {}
+        contents = load(io.BytesIO(content))
+        raw = contents.pop("units", None)
+        units = {n: str(raw[n].item().item()) for n in raw.dtype.names} if _is_struct(raw) else {}
         arrays = [
             (f"{n}[{units[n]}]" if n in units else n, _vector(n, array))
-            for n, array in held.items()
+            for n, array in contents.items()
             if not n.startswith("__")
         ]
     except NotImplementedError:
@@ -203,13 +203,13 @@ def parse_mat(path: Path, content: bytes) -> Record:
     return record_of_arrays(path, arrays)
 
 
-def _of(struct: Any) -> bool:
+def _is_struct(struct: Any) -> bool:
     return struct is not None and struct.dtype.names is not None
 
 
-def _vector(name: str, held: Any) -> npt.NDArray[Any]:
+def _vector(name: str, value: Any) -> npt.NDArray[Any]:
     """MATLAB has matrices only: a row or a column is a vector, and the rate a number."""
-    array: npt.NDArray[Any] = np.asarray(held)
+    array: npt.NDArray[Any] = np.asarray(value)
     if name == "fs" and array.size == 1:
         return array.reshape(())
     return array.ravel() if array.ndim == 2 and 1 in array.shape else array
@@ -245,7 +245,7 @@ def packer_zstd(file: BinaryIO) -> Any:
 
 
 class _Open(io.RawIOBase):
-    """A file that stays open when what writes into it is closed."""
+    """A file that stays open when its writer is closed."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -296,8 +296,8 @@ def fast_table(body: bytes | memoryview, names: list[str]) -> FloatArray | None:
     values = np.empty((table.num_rows, len(names)), order="F")
     for k, column in enumerate(table.columns):
         values[:, k] = column.to_numpy()
-        none = np.count_nonzero(np.isnan(values[:, k]))
-        if none != column.null_count or np.isinf(values[:, k]).any():
+        missing = np.count_nonzero(np.isnan(values[:, k]))
+        if missing != column.null_count or np.isinf(values[:, k]).any():
             return None
     # A row without any number may be an empty line, which arrow takes for one.
     blank = np.isnan(values[:, 0])
@@ -315,19 +315,19 @@ def fast_rows(columns: list[FloatArray]) -> bytes | None:
         text = compute.cast(arrow.array(values), arrow.string())
         size = np.abs(values)
         # Python writes "5.0", where arrow has "5"; beyond these limits the exponents differ too.
-        whole = (values == np.floor(values)) & (size < 1e10)
-        other = ~whole & ((size < 1e-4) | (size >= 1e10))
-        if whole.any():
-            zero = compute.binary_join_element_wise(text.filter(arrow.array(whole)), ".0", "")
-            text = compute.replace_with_mask(text, arrow.array(whole), zero)
-        if other.any():
-            own = arrow.array(list(map(repr, values[other].tolist())))
-            text = compute.replace_with_mask(text, arrow.array(other), own)
-        if (none := np.isnan(values)).any():
-            text = compute.if_else(arrow.array(none), "", text)
+        is_integer = (values == np.floor(values)) & (size < 1e10)
+        by_repr = ~is_integer & ((size < 1e-4) | (size >= 1e10))
+        if is_integer.any():
+            zero = compute.binary_join_element_wise(text.filter(arrow.array(is_integer)), ".0", "")
+            text = compute.replace_with_mask(text, arrow.array(is_integer), zero)
+        if by_repr.any():
+            reprs = arrow.array(list(map(repr, values[by_repr].tolist())))
+            text = compute.replace_with_mask(text, arrow.array(by_repr), reprs)
+        if (missing := np.isnan(values)).any():
+            text = compute.if_else(arrow.array(missing), "", text)
         texts.append(text)
     lines = compute.binary_join_element_wise(*texts, ",")
-    ended = compute.binary_join_element_wise(lines, "", "\n")
-    first, last = ended.offset, ended.offset + len(ended)
-    ends = np.frombuffer(ended.buffers()[1], np.int32)
-    return memoryview(ended.buffers()[2])[ends[first] : ends[last]].tobytes()
+    rows = compute.binary_join_element_wise(lines, "", "\n")
+    first, last = rows.offset, rows.offset + len(rows)
+    ends = np.frombuffer(rows.buffers()[1], np.int32)
+    return memoryview(rows.buffers()[2])[ends[first] : ends[last]].tobytes()

@@ -69,20 +69,20 @@ class Feed:
         return len(self.inputs)
 
     def rows(self, start: int, stop: int) -> Feed:
-        """Some rows, with what was counted of all."""
-        some = slice(start, stop)
+        """Some rows, with the counts and warnings of all."""
+        span = slice(start, stop)
         return replace(
             self,
-            t=None if self.t is None else self.t[some],
-            inputs=self.inputs[some],
-            new=self.new[some],
-            truth={n: v[some] for n, v in self.truth.items()},
-            counts=self.counts[some],
+            t=None if self.t is None else self.t[span],
+            inputs=self.inputs[span],
+            new=self.new[span],
+            truth={n: v[span] for n, v in self.truth.items()},
+            counts=self.counts[span],
         )
 
     @classmethod
     def joined(cls, parts: Sequence[Feed]) -> Feed:
-        """Pieces of a log of which each goes on where the last one ended, as one."""
+        """Consecutive pieces of a log as one."""
         first, last = parts[0], parts[-1]
         if len(parts) == 1:
             return first
@@ -118,8 +118,8 @@ def feed(estimator: Estimator, record: Record, *, linked: Collection[int] = ()) 
         an input without ``missing``, a value outside the declared range of an input without
         ``clamp``, or a sample rate other than the estimator is designed for.
     """
-    (whole,) = feeds(estimator, [record], linked=linked)
-    return whole
+    (result,) = feeds(estimator, [record], linked=linked)
+    return result
 
 
 def feeds(
@@ -131,7 +131,7 @@ def feeds(
 
 @dataclass(frozen=True, eq=False)
 class LongFeed:
-    """Inputs of an estimator from a log of which no more than a part is held at a time."""
+    """Inputs of an estimator from a long log, of which one part at a time is in memory."""
 
     estimator: Estimator
     log: Log
@@ -262,10 +262,10 @@ def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int
     missing = [i for i in missing if i.name != "dt" or "t" not in columns]
     if not missing:
         return
-    hints, meant = [], []
+    hints, similar = [], []
     for i in missing:
         near = next((c for c in columns if re.split(r"\W", c.lower())[0] == i.name.lower()), None)
-        meant += [near] if near else []
+        similar += [near] if near else []
         time = next((c for c in columns if c.lower() in _TIMES), None) if i.name == "dt" else None
         if near or time:
             unit = "[UNIT]" if near and near.lower() != i.name.lower() else ""
@@ -275,15 +275,15 @@ def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int
         f"{'t [s] or ' if i.name == 'dt' else ''}{i.name}" + (f" [{i.unit}]" if i.unit else "")
         for i in missing
     ]
-    many = len(missing) > 1
+    plural = len(missing) > 1
     raise InputError.at(
         record.where,
-        wanted=f"{'columns' if many else 'a column'} {', '.join(names)}, "
-        f"{'inputs' if many else 'an input'} of {estimator.name}",
-        found=f"columns {_listed([*meant, *(c for c in columns if c not in meant)])}",
+        wanted=f"{'columns' if plural else 'a column'} {', '.join(names)}, "
+        f"{'inputs' if plural else 'an input'} of {estimator.name}",
+        found=f"columns {_listed([*similar, *(c for c in columns if c not in similar)])}",
         fix=f"rename {', '.join(hints)}"
         if len(hints) == len(missing)
-        else f"add {'them' if many else 'it'}, or rename what holds {'them' if many else 'it'}",
+        else f"add {'them' if plural else 'it'}, or rename what holds {'them' if plural else 'it'}",
     )
 
 

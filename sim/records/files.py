@@ -50,7 +50,7 @@ __all__ = [
 
 
 class Format(NamedTuple):
-    """What reads and writes the content of a log file.
+    """Reader and writer of the content of a log file.
 
     ``write`` takes blocks of a log that follow each other; without ``pieces`` a file is read whole.
     """
@@ -60,17 +60,17 @@ class Format(NamedTuple):
     pieces: Callable[[Path, BinaryIO], Iterator[Record]] | None = None
 
 
-def _whole(made: Callable[[Record], bytes]) -> Callable[[BinaryIO, Iterable[Record]], None]:
-    """Write blocks by what makes a file of a record."""
+def _from_record(pack: Callable[[Record], bytes]) -> Callable[[BinaryIO, Iterable[Record]], None]:
+    """A writer of blocks by a function that packs a record."""
 
     def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
-        file.write(made(joined(list(blocks))))
+        file.write(pack(joined(list(blocks))))
 
     return write
 
 
 def _packed(packer: Callable[[BinaryIO], Any]) -> Callable[[BinaryIO, Iterable[Record]], None]:
-    """Write CSV through a packer."""
+    """A writer of CSV through a packer."""
 
     def write(file: BinaryIO, blocks: Iterable[Record]) -> None:
         with packer(file) as packed:
@@ -89,12 +89,12 @@ FORMATS = {
     ".csv.zst": Format(
         lambda path, content: parse_csv(path, unpack_zstd(path, content)), _packed(packer_zstd)
     ),
-    ".npz": Format(parse_npz, _whole(format_npz)),
+    ".npz": Format(parse_npz, _from_record(format_npz)),
     ".parquet": Format(parse_parquet, write_parquet, pieces_of_parquet),
-    ".feather": Format(parse_feather, _whole(format_feather)),
-    ".mat": Format(parse_mat, _whole(format_mat)),
+    ".feather": Format(parse_feather, _from_record(format_feather)),
+    ".mat": Format(parse_mat, _from_record(format_mat)),
 }
-#: What is wanted of a path, before its contents are looked at.
+#: Expected of a path in messages about files that cannot be opened.
 _READABLE = "a log file that can be read"
 #: Suffixes of CSV under other names.
 _OF_TEXT = ("", ".txt", ".dat", ".log", ".tsv")
@@ -222,25 +222,25 @@ def in_pieces(path: Path) -> bool:
 
 
 def recording_of(path: Path) -> tuple[Reader, str] | None:
-    """What reads the topics of a recording, and its ready map; None for a table."""
+    """Reader of a recording's topics and name of its ready map; None for a table."""
     if is_bag(path):
         return read_bag, "ros"
     name = path.name.lower()
-    return next((made for suffix, made in RECORDINGS.items() if name.endswith(suffix)), None)
+    return next((pair for suffix, pair in RECORDINGS.items() if name.endswith(suffix)), None)
 
 
 def _selected(path: Path) -> Iterator[Record]:
     """The blocks of a file with their time steps, as far as they are selected."""
-    blocks, what = timed(_blocks(path)), selection()
-    return blocks if what.whole else what.pieces(blocks)
+    blocks, rows = timed(_blocks(path)), selection()
+    return blocks if rows.whole else rows.pieces(blocks)
 
 
 def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
     """A file as it is, in blocks or as one."""
     if (recording := recording_of(path)) is not None:
-        read, ready = recording
-        what = selection().map
-        yield record_from(path, read, ready_map(ready) if what is None else read_map(what))
+        read, name = recording
+        toml = selection().map
+        yield record_from(path, read, ready_map(name) if toml is None else read_map(toml))
         return
     if selection().map is not None:
         raise InputError.at(
@@ -249,17 +249,17 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
             found="a table, whose columns are inputs",
             fix="leave --map out",
         )
-    made = _format(path)
+    form = _format(path)
     try:
-        if whole or made.pieces is None:
-            yield made.parse(path, read_bytes(path, _READABLE))
+        if whole or form.pieces is None:
+            yield form.parse(path, read_bytes(path, _READABLE))
             return
         with opened(path, _READABLE) as file:
-            yield from made.pieces(path, file)
+            yield from form.pieces(path, file)
     except InputError as error:
         suffix = path.suffix.lower()
-        known = suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,))
-        if known or not error.parts or error.parts["wanted"] == _READABLE:
+        is_known = suffix in _OF_TEXT or path.name.lower().endswith((*FORMATS,))
+        if is_known or not error.parts or error.parts["wanted"] == _READABLE:
             raise
         raise InputError.at(
             error.parts["where"],
@@ -271,4 +271,4 @@ def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:
 
 def _format(path: Path) -> Format:
     name = path.name.lower()
-    return next((made for suffix, made in FORMATS.items() if name.endswith(suffix)), _CSV)
+    return next((form for suffix, form in FORMATS.items() if name.endswith(suffix)), _CSV)

@@ -31,10 +31,10 @@ def _matrix(where: str, name: str, *letters: dict[str, tuple[int, int]]) -> Floa
                 matrix[axes[letter][0], k] = axes[letter][1]
             if np.linalg.det(matrix) > 0.5:
                 return matrix
-    known = "".join(dict.fromkeys(chain.from_iterable(letters)))
+    allowed = "".join(dict.fromkeys(chain.from_iterable(letters)))
     raise InputError.at(
         where,
-        wanted=f"three letters of {known} for right-handed axes, as FRD or NED",
+        wanted=f"three letters of {allowed} for right-handed axes, as FRD or NED",
         found=repr(name),
         fix="name the frame of the file",
     )

@@ -16,11 +16,11 @@ from boresight.sim.records.stream import resized, timed
 
 __all__ = ["Log", "logs_of"]
 
-#: Bytes of a file that is read whole.
-_WHOLE = 8 << 20
+#: Largest file that is held in memory, bytes.
+_MEMORY_LIMIT = 8 << 20
 
 
-def _same(record: Record) -> Record:
+def _identity(record: Record) -> Record:
     return record
 
 
@@ -46,7 +46,7 @@ class Log:
     data: Record | Path
     steps: int | None = None
     path: Path | None = None
-    derived: Callable[[Record], Record] = _same
+    derived: Callable[[Record], Record] = _identity
 
     @classmethod
     def of(
@@ -66,7 +66,7 @@ class Log:
         if isinstance(data, str | Path):
             path = Path(data)
             long = not whole and in_pieces(path) and os.path.isfile(path)
-            if long and os.path.getsize(path) > _WHOLE:
+            if long and os.path.getsize(path) > _MEMORY_LIMIT:
                 return cls(next(read_pieces(path)).name, path, steps, path)
             return cls.held(read_record(path).head(steps), path)
         return cls.held(Record.of(data, name=name).head(steps))
@@ -77,7 +77,7 @@ class Log:
         return cls(record.name, record, path=path)
 
     def through(self, work: Callable[[Record], Record]) -> Log:
-        """The log of whose samples something else is made, block by block."""
+        """The log whose samples are converted by a function, block by block."""
         if isinstance(self.data, Record):
             return replace(self, data=work(self.data))
         return replace(self, derived=lambda block: work(self.derived(block)))
@@ -107,14 +107,14 @@ class Log:
             As `sim.records.files.read_pieces`.
         """
         if isinstance(self.data, Record):
-            whole = len(self.data) <= rows
-            yield from [self.data] if whole else resized(timed([self.data]), rows)
+            fits = len(self.data) <= rows
+            yield from [self.data] if fits else resized(timed([self.data]), rows)
             return
-        done = 0
+        count = 0
         for block in read_pieces(self.data, rows):
-            yield self.derived(block if self.steps is None else block.head(self.steps - done))
-            done += len(block)
-            if self.steps is not None and done >= self.steps:
+            yield self.derived(block if self.steps is None else block.head(self.steps - count))
+            count += len(block)
+            if self.steps is not None and count >= self.steps:
                 return
 
 

@@ -30,7 +30,7 @@ _FILLS = ("none", "hold", "linear")
 
 @dataclass(frozen=True)
 class Source:
-    """Where columns come from.
+    """Source of columns.
 
     Attributes
     ----------
@@ -104,37 +104,37 @@ def _sources(path: Path) -> tuple[Source, ...]:
             found=", ".join([*map(str, data), *(["extends"] if extends else [])]) or "no source",
             fix="see the page on flight logs and bags",
         )
-    own = tuple(_source(f"{path}, source {k + 1}", table) for k, table in enumerate(tables))
-    names = {source.columns for source in own}
-    more = () if extends is None else ready_map(extends)
-    return own + tuple(source for source in more if source.columns not in names)
+    sources = tuple(_source(f"{path}, source {k + 1}", table) for k, table in enumerate(tables))
+    names = {source.columns for source in sources}
+    inherited = () if extends is None else ready_map(extends)
+    return sources + tuple(source for source in inherited if source.columns not in names)
 
 
 def _source(where: str, table: Any) -> Source:
     if not isinstance(table, dict):
-        raise _wrong(where, "a table", kind_of(table))
+        raise _map_error(where, "a table", kind_of(table))
     kinds = {f.name: (f.type, f.default is MISSING) for f in fields(Source)}
     for name in table.keys() - kinds.keys():
-        raise _wrong(where, f"keys {', '.join(kinds)}", name)
+        raise _map_error(where, f"keys {', '.join(kinds)}", name)
     values = {n: _value(f"{where}, {n}", str(kinds[n][0]), value) for n, value in table.items()}
     for name in [n for n, (_, required) in kinds.items() if required and not values.get(n)]:
-        raise _wrong(where, f"a key {name}", "none")
+        raise _map_error(where, f"a key {name}", "none")
     source = Source(**values)
     count = len(source.columns)
     if bool(source.topic) == bool(source.type):
-        raise _wrong(where, "topic or type", "both" if source.topic else "neither")
+        raise _map_error(where, "topic or type", "both" if source.topic else "neither")
     if len(source.fields) not in (1, count) or len(source.scale) not in (0, 1, count):
-        raise _wrong(where, f"{count} fields, one for each column", str(len(source.fields)))
+        raise _map_error(where, f"{count} fields, one for each column", str(len(source.fields)))
     if not source.frame and count > 1:
-        raise _wrong(where, "a frame, for example FRD or FRD to NED (none: no vector)", "none")
+        raise _map_error(where, "a frame, for example FRD or FRD to NED (none: no vector)", "none")
     if source.frame not in ("", "none") and count != (4 if " to " in source.frame else 3):
-        raise _wrong(where, f"columns for the frame {source.frame}", ", ".join(source.columns))
+        raise _map_error(where, f"columns for the frame {source.frame}", ", ".join(source.columns))
     if "unit" not in table and " to " not in source.frame and source.frame != "geodetic":
-        raise _wrong(where, "a unit, since the file tells none ('': a plain number)", "none")
+        raise _map_error(where, "a unit, since the file tells none ('': a plain number)", "none")
     if source.fill not in _FILLS:
-        raise _wrong(where, f"fill {', '.join(_FILLS)}", repr(source.fill))
+        raise _map_error(where, f"fill {', '.join(_FILLS)}", repr(source.fill))
     if (source.time or source.delay) and source.time_unit not in TIME_UNITS:
-        raise _wrong(where, f"time_unit {', '.join(TIME_UNITS)}", repr(source.time_unit))
+        raise _map_error(where, f"time_unit {', '.join(TIME_UNITS)}", repr(source.time_unit))
     return source
 
 
@@ -143,13 +143,13 @@ def _value(where: str, kind: str, value: Any) -> Any:
     if kind in ("str", "bool"):
         if isinstance(value, str if kind == "str" else bool):
             return value
-        raise _wrong(where, "a text" if kind == "str" else "true or false", kind_of(value))
-    each: tuple[type, ...] = (str,) if "str" in kind else (int, float)
+        raise _map_error(where, "a text" if kind == "str" else "true or false", kind_of(value))
+    types: tuple[type, ...] = (str,) if "str" in kind else (int, float)
     items: Sequence[Any] = value if isinstance(value, list) else [value]
-    if not items or not all(isinstance(x, each) and not isinstance(x, bool) for x in items):
-        raise _wrong(where, "texts" if "str" in kind else "numbers", kind_of(value))
+    if not items or not all(isinstance(x, types) and not isinstance(x, bool) for x in items):
+        raise _map_error(where, "texts" if "str" in kind else "numbers", kind_of(value))
     return tuple(items)
 
 
-def _wrong(where: str, wanted: str, found: str) -> InputError:
+def _map_error(where: str, wanted: str, found: str) -> InputError:
     return InputError.at(where, wanted=wanted, found=found, fix="correct the map")

@@ -136,9 +136,9 @@ def check_norm(record: Record, q: FloatArray) -> None:
     """Refuse a reference (n, 4) whose norm is not one; `InputError` names the row."""
     with np.errstate(over="ignore"):
         norm = np.sqrt((q * q).sum(axis=1))
-    off = np.abs(norm - 1.0) > _NORM_TOLERANCE
-    if off.any():
-        row = int(np.argmax(off))
+    is_invalid = np.abs(norm - 1.0) > _NORM_TOLERANCE
+    if is_invalid.any():
+        row = int(np.argmax(is_invalid))
         raise InputError.at(
             record.place(row, QUATERNION[0]),
             wanted="a quaternion of norm 1",
@@ -166,12 +166,12 @@ def _refuse_parts(record: Record, names: Sequence[str], values: FloatArray) -> N
     _refuse(record, names, gap & ~gap.all(axis=1, keepdims=True), ", or none in all of the row")
 
 
-def _refuse(record: Record, names: Sequence[str], bad: BoolArray, more: str = "") -> None:
-    if bad.any():
-        row, k = divmod(int(np.argmax(bad)), bad.shape[1])
+def _refuse(record: Record, names: Sequence[str], missing: BoolArray, condition: str = "") -> None:
+    if missing.any():
+        row, k = divmod(int(np.argmax(missing)), missing.shape[1])
         raise InputError.at(
             record.place(row, names[k]),
-            wanted=f"a number{more}",
+            wanted=f"a number{condition}",
             found="no value",
             fix="complete or remove the row",
         )

@@ -27,7 +27,7 @@ class _Rule:
     implausible: Callable[[float], bool]
     looks: str
     wants_triple: bool = False
-    #: Largest declared range; what is declared wider is no such sensor.
+    #: Largest declared range of such a sensor.
     most: float = math.inf
 
 
@@ -58,9 +58,9 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
     warnings = []
     for names, columns in _sensors(estimator):
         rows = new[:, columns].all(axis=1)
-        partly = int((new[:, columns].any(axis=1) & ~rows).sum())
-        if partly and len(columns) == 3:
-            warnings.append(f"{' '.join(names)}: {partly} rows have some of them, not all")
+        incomplete = int((new[:, columns].any(axis=1) & ~rows).sum())
+        if incomplete and len(columns) == 3:
+            warnings.append(f"{' '.join(names)}: {incomplete} rows have some of them, not all")
         if not rows.any():
             continue
         unit = estimator.inputs[columns[0]].unit
@@ -85,8 +85,8 @@ def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:
     for k, declared in enumerate(estimator.inputs):
         if declared.flags:
             continue
-        axis = declared.name[-1:] in ("x", "y", "z")
-        key = (declared.name[:-1] if axis else declared.name, declared.unit)
+        is_axis = declared.name[-1:] in ("x", "y", "z")
+        key = (declared.name[:-1] if is_axis else declared.name, declared.unit)
         names, columns = groups.setdefault(key, ([], []))
         names.append(declared.name)
         columns.append(k)

@@ -55,11 +55,11 @@ class InputReader:
         inputs = estimator.inputs
         column = {i.name: k for k, i in enumerate(inputs)}
         self._flags = {k: [column[n] for n in i.flags] for k, i in enumerate(inputs) if i.flags}
-        self._read = {
+        self._columns = {
             k: i.name for k, i in enumerate(inputs) if k not in self._flags and k not in linked
         }
         self._low, self._high = (np.full(len(inputs), limit) for limit in (-np.inf, np.inf))
-        for k in self._read:
+        for k in self._columns:
             self._low[k], self._high[k] = inputs[k].low, inputs[k].high
         self._last = np.full((runs, len(inputs)), np.nan)
 
@@ -86,7 +86,7 @@ class InputReader:
         """
         # Each input's values side by side in memory: most of what follows is input by input.
         values = np.zeros((len(self.estimator.inputs), n, self.runs)).transpose(1, 2, 0)
-        for k, name in self._read.items():
+        for k, name in self._columns.items():
             if name not in columns:
                 wanted = f"a value for every input of {self.estimator.name}"
                 raise self._error(0, 0, name, wanted, "none")
@@ -97,8 +97,8 @@ class InputReader:
         self._last = values[-1].copy()
         inputs = np.maximum(values, self._low)
         np.minimum(inputs, self._high, out=inputs)
-        if (beyond := inputs != values).any():
-            self._check_range(values, beyond)
+        if (is_outside := inputs != values).any():
+            self._check_range(values, is_outside)
         for k, sources in self._flags.items():
             declared = self.estimator.inputs[k]
             new[:, :, k] = new[:, :, sources].all(axis=2)
@@ -150,17 +150,17 @@ class InputReader:
             elif declared.missing is not None:
                 column[~new[:, :, k]] = float(declared.missing)
             if (gap := np.isnan(column)).any():
-                first = "" if declared.missing is None else " in the first row"
+                where = "" if declared.missing is None else " in the first row"
                 advice = f", or declare Input({declared.name!r}, ..., missing=...)"
                 if declared.missing:
                     advice = ", or declare missing=NUMBER, which needs no sample before it"
                 fix = f"complete the log{advice}"
-                raise self._error(*_first(gap), declared.name, f"a number{first}", "no value", fix)
+                raise self._error(*_first(gap), declared.name, f"a number{where}", "no value", fix)
 
-    def _check_range(self, values: FloatArray, beyond: BoolArray) -> None:
+    def _check_range(self, values: FloatArray, is_outside: BoolArray) -> None:
         """Count samples that are clamped; refuse those that must not be."""
-        for k in np.flatnonzero(beyond.any(axis=(0, 1))).tolist():
-            declared, outside = self.estimator.inputs[k], beyond[:, :, k]
+        for k in np.flatnonzero(is_outside.any(axis=(0, 1))).tolist():
+            declared, outside = self.estimator.inputs[k], is_outside[:, :, k]
             count = int(np.count_nonzero(outside))
             if np.isinf(values[:, :, k]).any():
                 self._refuse_infinite(declared.name, values[:, :, k])

@@ -17,7 +17,7 @@ __all__ = ["kind_of", "opened", "read_bytes", "read_json", "reason"]
 #: Maximum number of digits of a number in JSON.
 _DIGITS = 100
 #: Largest file of JSON, bytes.
-_JSON_MOST = 64 << 20
+_LARGEST_JSON = 64 << 20
 
 
 def reason(error: OSError) -> str:
@@ -73,7 +73,7 @@ def read_json(path: str | os.PathLike[str], wanted: str) -> Any:
     """
     content = read_bytes(path, f"{wanted} that can be read")
     try:
-        if len(content) > _JSON_MOST:
+        if len(content) > _LARGEST_JSON:
             raise ValueError(f"{len(content):,} bytes")
         return json.loads(
             content.decode("utf-8-sig"),

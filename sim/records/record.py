@@ -96,7 +96,7 @@ class Record:
     source : str
         Name of the record in messages: the file.
     notes : tuple of str
-        What is odd about it.
+        Remarks about the data.
     comparison : bool
         Its reference is another device's estimate, not truth.
     faults : mapping of str to InputError
@@ -139,10 +139,10 @@ class Record:
         t = self.numbers("t")
         if np.isnan(t).any():
             raise self._fault(int(np.argmax(np.isnan(t))), "t", "a time in every row", "no value")
-        late = np.diff(t) <= 0
-        if late.any():
-            row = int(np.argmax(late)) + 1
-            raise _late(self, row, t[row - 1])
+        is_late = np.diff(t) <= 0
+        if is_late.any():
+            row = int(np.argmax(is_late)) + 1
+            raise _time_error(self, row, t[row - 1])
 
     def _fault(self, row: int, column: str, wanted: str, found: str) -> InputError:
         return InputError.at(
@@ -165,7 +165,7 @@ class Record:
         return self.columns[name].values
 
     def of_numbers(self) -> Record:
-        """The record, all of whose columns are used; raises InputError unless they are numbers."""
+        """The record itself; raises InputError unless all its columns are numbers."""
         for fault in self.faults.values():
             raise InputError.at(**{**fault.parts, "fix": "correct it, or leave the column out"})
         return self
@@ -200,11 +200,11 @@ class Record:
         return steps_of(self.where, self.values("t", "s"))
 
     def derived(self, columns: Mapping[str, Column], place: Place | None = None) -> Record:
-        """The record with columns of its own samples, which have been checked."""
-        made = copy(self)
-        object.__setattr__(made, "columns", columns)
-        object.__setattr__(made, "place", place or self.place)
-        return made
+        """The record with other columns for its samples, which have been checked."""
+        record = copy(self)
+        object.__setattr__(record, "columns", columns)
+        object.__setattr__(record, "place", place or self.place)
+        return record
 
     def head(self, steps: int | None) -> Record:
         """Return the leading samples, with their time steps; all of them for None."""
@@ -213,8 +213,8 @@ class Record:
         columns = dict(self.columns)
         if "t" in columns and "dt" not in columns:
             columns["dt"] = Column(self.steps())
-        cut = {n: Column(c.values[:steps], c.unit) for n, c in columns.items()}
-        return self.derived(cut)
+        leading = {n: Column(c.values[:steps], c.unit) for n, c in columns.items()}
+        return self.derived(leading)
 
     @classmethod
     def of(cls, data: Any, *, name: str = "record") -> Record:
@@ -292,18 +292,18 @@ def rows_of(record: Record, start: int, end: int) -> Record:
 
 
 def refuse_late(record: Record, before: float) -> None:
-    """Refuse a record that goes on where another one ended, at ``before``, unless it is later."""
+    """Refuse the next block of a log unless it begins after ``before``, the end of the last one."""
     if record.columns["t"].values[0] <= before:
-        raise _late(record, 0, before)
+        raise _time_error(record, 0, before)
 
 
-def _late(record: Record, row: int, before: float) -> InputError:
+def _time_error(record: Record, row: int, previous: float) -> InputError:
     """The error of a row whose time is not above that of the row before."""
     t = record.columns["t"]
     unit = t.unit or "s"
     return InputError.at(
         record.place(row, "t"),
-        wanted=f"a time above {float(before)!r} {unit}, that of the row before",
+        wanted=f"a time above {float(previous)!r} {unit}, that of the row before",
         found=f"{float(t.values[row])!r} {unit}",
         fix="sort the rows and remove repeated ones",
     )
@@ -311,11 +311,11 @@ def _late(record: Record, row: int, before: float) -> InputError:
 
 def _gravity(unit: str, wanted: str) -> str:
     """The remedy where grams, or gauss, are probably multiples of standard gravity; else empty."""
-    meant = f"{unit.lower()}0"
-    if re.fullmatch("[mu]?g0", meant):
+    candidate = f"{unit.lower()}0"
+    if re.fullmatch("[mu]?g0", candidate):
         with suppress(UnitError):
-            linear(meant, wanted)
-            return f"write {meant} for standard gravity, as g is the gram and G the gauss"
+            linear(candidate, wanted)
+            return f"write {candidate} for standard gravity, as g is the gram and G the gauss"
     return ""
 
 

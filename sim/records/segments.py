@@ -49,22 +49,22 @@ def interpret(
         First step whose state words are not those the next segment started from.
     """
     steps, numbers = len(inputs), [state for state, _ in program.states]
-    alone = machine is not None and states is None
-    count = 1 if alone else max(1, min(segments, steps // 8))
+    is_single = machine is not None and states is None
+    count = 1 if is_single else max(1, min(segments, steps // 8))
     bounds = np.linspace(0, steps, count + 1).astype(int)
     starts, lengths, ends = bounds[:-1], np.diff(bounds), bounds[1:-1] - 1
     if machine is None:
         machine = Interpreter(program, count)
     elif count > 1:
-        before, machine = machine, Interpreter(program, count)
+        initial, machine = machine, Interpreter(program, count)
         for state in numbers:
-            machine.values[state][0] = before.values[state][0]
+            machine.values[state][0] = initial.values[state][0]
     if count > 1:
         seeds = CModel(program).trajectory(inputs)[2] if states is None else states
         for k, state in enumerate(numbers):
             machine.values[state][1:] = seeds[ends, k]
     outputs = np.zeros((steps, len(program.outputs)), dtype=np.int64)
-    after = np.zeros((steps, len(numbers)), dtype=np.int64)
+    end_states = np.zeros((steps, len(numbers)), dtype=np.int64)
     saturated = np.zeros(steps, dtype=np.bool_)
     for j in range(int(lengths.max())):
         live = j < lengths
@@ -73,6 +73,6 @@ def interpret(
         outputs[rows[live]] = out[:, live].T
         saturated[rows[live]] = sat[live]
         for k, state in enumerate(numbers):
-            after[rows[live], k] = machine.values[state][live]
-    wrong = ends[(after[ends] != seeds[ends]).any(axis=1)] if count > 1 else ends
-    return outputs, saturated, after, int(wrong[0]) if len(wrong) else None
+            end_states[rows[live], k] = machine.values[state][live]
+    mismatches = ends[(end_states[ends] != seeds[ends]).any(axis=1)] if count > 1 else ends
+    return outputs, saturated, end_states, int(mismatches[0]) if len(mismatches) else None

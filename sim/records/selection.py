@@ -1,6 +1,6 @@
-"""What is read of a log file: a slice of time, every n-th row, what a gap means, the map of topics.
+"""Selected rows of a log file: slice of time, every n-th row, meaning of gaps, map of topics.
 
-`selected` sets it for whatever reads log files inside of it.
+`selected` sets it for all readers of log files inside its block.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from boresight.sim.records.topics import GAP_STEPS
 
 __all__ = ["GAPS", "Selection", "selected", "selection"]
 
-#: What a gap means: an error, one long step, a restart of an attitude filter.
+#: Meaning of a gap: an error, one long step, a restart of an attitude filter.
 GAPS = ("refuse", "bridge", "restart")
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What is read of a log file.
+    """Rows of a log file that are read.
 
     Attributes
     ----------
@@ -102,8 +102,8 @@ class Selection:
         """
         blocks = _marked(blocks, self.gaps) if self.gaps else blocks
         first: float | None = None
-        rest = skipped = None
-        count = seen = 0
+        remainder = last_block = None
+        count = available = 0
         for block in blocks:
             low, high = 0, len(block)
             if "t" in block.columns:
@@ -118,42 +118,42 @@ class Selection:
                     found="none",
                     fix="add the times, or leave --from and --to out",
                 )
-            seen += high - low
+            available += high - low
             if low < high:
                 part = rows_of(block, low, high)
                 if self.every > 1:
-                    part = part if rest is None else joined([rest, part])
-                    taken, rest = _thinned(part, self.every)
-                    if taken is not None:
-                        count += len(taken)
-                        yield taken
+                    part = part if remainder is None else joined([remainder, part])
+                    thinned, remainder = _thinned(part, self.every)
+                    if thinned is not None:
+                        count += len(thinned)
+                        yield thinned
                 else:
                     count += len(part)
                     yield part
-            skipped = block
+            last_block = block
             if high < len(block):
                 break
-        if not count and skipped is not None:
-            to = f" to {self.end_s:g} s" if math.isfinite(self.end_s) else ""
-            where = f" from {self.start_s:g} s{to} of the log" if self._sliced else ""
+        if not count and last_block is not None:
+            end_text = f" to {self.end_s:g} s" if math.isfinite(self.end_s) else ""
+            where = f" from {self.start_s:g} s{end_text} of the log" if self._sliced else ""
             raise InputError.at(
-                skipped.where,
-                wanted=f"rows{where}" if not seen else f"{self.every} rows or more{where}",
-                found=str(seen) if seen else "none",
-                fix="choose another slice" if not seen else "choose a smaller --every",
+                last_block.where,
+                wanted=f"rows{where}" if not available else f"{self.every} rows or more{where}",
+                found=str(available) if available else "none",
+                fix="choose another slice" if not available else "choose a smaller --every",
             )
 
 
 def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
-    """Every n-th row with the time step of all before it, and the rows that are left."""
-    whole = len(record) - len(record) % every
-    rest = rows_of(record, whole, len(record)) if whole < len(record) else None
-    if not whole:
+    """Every n-th row with the sum of the time steps up to it, and the remaining rows."""
+    end = len(record) - len(record) % every
+    rest = rows_of(record, end, len(record)) if end < len(record) else None
+    if not end:
         return None, rest
-    last = np.arange(every - 1, whole, every)
+    last = np.arange(every - 1, end, every)
     columns = {}
     for name, column in record.columns.items():
-        values = column.values[:whole].reshape(-1, every)
+        values = column.values[:end].reshape(-1, every)
         if name == "dt":
             dt = values.sum(axis=1)
             thin = np.where((values < 0.0).any(axis=1), values.min(axis=1), dt)
@@ -169,12 +169,12 @@ def _thinned(record: Record, every: int) -> tuple[Record | None, Record | None]:
 
 
 def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
-    """Blocks with their gaps treated; the last says how many there were."""
-    limit = before = None
-    count, longest, held = 0, 0.0, None
+    """Blocks with their gaps treated; the last has a note with their number."""
+    limit = previous = None
+    count, longest, pending = 0, 0.0, None
     for block in blocks:
-        if held is not None:
-            yield held
+        if pending is not None:
+            yield pending
         if not {"t", "dt"} & {*block.columns}:
             raise InputError.at(
                 block.where,
@@ -185,13 +185,13 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
         column = "t" if "t" in block.columns else "dt"
         if column == "t":
             t = block.values("t", "s")
-            steps = np.diff(t, prepend=t[0] if before is None else before)
-            before = float(t[-1])
+            steps = np.diff(t, prepend=t[0] if previous is None else previous)
+            previous = float(t[-1])
         else:
             steps = block.steps()
         if limit is None:
-            known = steps[1:] if column == "t" else steps
-            limit = GAP_STEPS * float(np.median(known[:MEDIAN_OF])) if len(known) else math.inf
+            inner = steps[1:] if column == "t" else steps
+            limit = GAP_STEPS * float(np.median(inner[:MEDIAN_OF])) if len(inner) else math.inf
         gaps = steps > limit
         if gaps.any():
             row = int(np.argmax(gaps))
@@ -206,13 +206,13 @@ def _marked(blocks: Iterable[Record], rule: str) -> Iterator[Record]:
             if rule == "restart":
                 dt = np.where(gaps, RESTART_S, block.steps())
                 block = replace(block, columns={**block.columns, "dt": Column(dt)})
-        held = block
-    if held is not None:
+        pending = block
+    if pending is not None:
         if count:
-            done = "bridged" if rule == "bridge" else "where the filter restarts"
-            note = f"gaps in the times, {done}: {count}, the longest of {longest:.3g} s"
-            held = replace(held, notes=(*held.notes, note))
-        yield held
+            treatment = "bridged" if rule == "bridge" else "where the filter restarts"
+            note = f"gaps in the times, {treatment}: {count}, the longest of {longest:.3g} s"
+            pending = replace(pending, notes=(*pending.notes, note))
+        yield pending
 
 
 _TIME = re.compile(r"([-+0-9.eE]+)\s*([A-Za-z]*)")
@@ -237,19 +237,19 @@ def _seconds(where: str, value: str | float | None, default: float) -> float:
 
 
 _ALL = Selection()
-_now: ContextVar[Selection | None] = ContextVar("selection", default=None)
+_current: ContextVar[Selection | None] = ContextVar("selection", default=None)
 
 
 @contextmanager
 def selected(what: Selection) -> Iterator[None]:
-    """Read this of log files."""
-    token = _now.set(what)
+    """Read only this selection of log files."""
+    token = _current.set(what)
     try:
         yield
     finally:
-        _now.reset(token)
+        _current.reset(token)
 
 
 def selection() -> Selection:
-    """What `selected` was given last."""
-    return _now.get() or _ALL
+    """The current selection, set by `selected`."""
+    return _current.get() or _ALL

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 def timed(blocks: Iterable[Record]) -> Iterator[Record]:
-    """Blocks of one log, each with the time steps that it has as a part of the whole.
+    """Blocks of one log, each with its time steps as a part of the log.
 
     Raises
     ------
@@ -42,44 +42,44 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
             break
     if not first:
         return
-    before: float | None = None
-    last = 0.0  # before, in the unit of the column
+    t_last: float | None = None
+    column_last = 0.0  # t_last, in the unit of the column
     for block in chain([joined(first)], blocks):
-        if "t" not in block.columns or "dt" in block.columns or len(block) == 1 and before is None:
+        if "t" not in block.columns or "dt" in block.columns or len(block) == 1 and t_last is None:
             yield block
             continue
         t = block.values("t", "s")
-        if before is None:
+        if t_last is None:
             steps = steps_of(block.where, t)
         else:
-            refuse_late(block, last)
-            steps = np.diff(t, prepend=before)
-        before, last = float(t[-1]), float(block.columns["t"].values[-1])
+            refuse_late(block, column_last)
+            steps = np.diff(t, prepend=t_last)
+        t_last, column_last = float(t[-1]), float(block.columns["t"].values[-1])
         yield block.derived({**block.columns, "dt": Column(steps)})
 
 
 def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:
     """The same rows in blocks of so many; the last may be shorter."""
-    held, count = list[Record](), 0
+    pending, count = list[Record](), 0
     for block in blocks:
-        held.append(block)
+        pending.append(block)
         count += len(block)
         if count < rows:
             continue
-        whole = joined(held)
+        merged = joined(pending)
         for start in range(0, count - count % rows, rows):
-            yield rows_of(whole, start, start + rows)
-        held = [rows_of(whole, count - count % rows, count)] if count % rows else []
+            yield rows_of(merged, start, start + rows)
+        pending = [rows_of(merged, count - count % rows, count)] if count % rows else []
         count %= rows
-    if held:
-        yield joined(held)
+    if pending:
+        yield joined(pending)
 
 
 def ahead(items: Iterable[T]) -> Iterator[T]:
     """The same items, none of them None, each made in a thread while the last one is used."""
     make = partial(copy_context().run, next, iter(items), None)
     with ThreadPoolExecutor(1) as thread:
-        made = thread.submit(make)
-        while (item := made.result()) is not None:
-            made = thread.submit(make)
+        future = thread.submit(make)
+        while (item := future.result()) is not None:
+            future = thread.submit(make)
             yield item

@@ -48,10 +48,10 @@ def write_csv(file: BinaryIO, blocks: Iterable[Record]) -> None:
             file.write(_head(record))
         values = [c.values for c in record.columns.values()]
         for start in range(0, len(record), ROWS):
-            own = [v[start : start + ROWS] for v in values]
+            part = [v[start : start + ROWS] for v in values]
             long = k or len(record) * len(values) > _FAST_FROM
-            fast = fast_rows(own) if long else None
-            file.write(_lines(own) if fast is None else fast)
+            fast = fast_rows(part) if long else None
+            file.write(_lines(part) if fast is None else fast)
 
 
 def _head(record: Record) -> bytes:
@@ -153,7 +153,7 @@ def _location(path: Path, first_line: int, row: int, column: str) -> str:
 
 
 def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
-    """Parse a CSV log in pieces, which together are what `parse_csv` gives.
+    """Parse a CSV log in pieces, which together are the result of `parse_csv`.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         As `parse_csv`; rows before have been given then.
     """
     block = file.read(_BLOCK)
-    whole, block = len(block) < _BLOCK, block.removeprefix(codecs.BOM_UTF8)
+    is_short, block = len(block) < _BLOCK, block.removeprefix(codecs.BOM_UTF8)
     top, end = 0, 0
     while True:
         start, end = end, block.find(b"\n", end) + 1
@@ -169,7 +169,7 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         if not end or (line.strip() and not line.startswith(b"#")):
             break
         top += 1
-    if not end or whole or block.count(b"\r") != block.count(b"\r\n"):
+    if not end or is_short or block.count(b"\r") != block.count(b"\r\n"):
         yield parse_csv(path, block + file.read())
         return
     (text, *_) = _lines_of(path, line)
@@ -178,8 +178,8 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
     while block:
         block = file.read(_BLOCK)
         # Blank lines are left out at the end of the file alone; a row may end in the next block.
-        ended = rest.rfind(b"\n") + 1
-        lines = rest[: _end_of_rows(rest[:ended], len(heads))] if block else rest
+        line_end = rest.rfind(b"\n") + 1
+        lines = rest[: _end_of_rows(rest[:line_end], len(heads))] if block else rest
         rest = rest[len(lines) :] + block
         if not block and len(heads) > 1:
             lines = lines.rstrip()
@@ -209,11 +209,11 @@ def _lines_of(path: Path, content: bytes) -> list[str]:
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
-        wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         raise InputError.at(
             str(path),
             wanted="a CSV log in UTF-8 text",
-            found="UTF-16 text" if wide else "binary data",
+            found="UTF-16 text" if is_utf16 else "binary data",
             fix="export it as UTF-8; other formats need their suffix, as .npz or .parquet",
         )
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -231,12 +231,12 @@ def _header(where: str, line: str) -> list[tuple[str, str | None]]:
             )
     heads = [split_header(where, field) for field in _fields(where, line)]
     names = [name for name, _ in heads]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
+    duplicate = next((name for name in names if names.count(name) > 1), None)
+    if duplicate is not None:
         raise InputError.at(
             where,
             wanted="every column once",
-            found=f"{names.count(twice)} columns {twice}",
+            found=f"{names.count(duplicate)} columns {duplicate}",
             fix="keep one of them",
         )
     if all(_number(name) is not None for name in names):
@@ -282,8 +282,8 @@ def _table(
         if '"' in row
     }
     counts = np.array([row.count(",") for row in rows]) + 1
-    for k, own in quoted.items():
-        counts[k] = len(own)
+    for k, parts in quoted.items():
+        counts[k] = len(parts)
     if (counts != width).any():
         row = int(np.argmax(counts != width))
         raise InputError.at(
@@ -298,10 +298,10 @@ def _table(
         split = (quoted.get(k) or row.split(",") for k, row in enumerate(rows))
         fields = list(chain.from_iterable(split))
     table = _numbers(body, fields).reshape(-1, width)
-    bad = np.isinf(table)
+    invalid = np.isinf(table)
     faults = {}
-    for column in np.flatnonzero(bad.any(axis=0)).tolist():
-        row = int(np.argmax(bad[:, column]))
+    for column in np.flatnonzero(invalid.any(axis=0)).tolist():
+        row = int(np.argmax(invalid[:, column]))
         field = fields[row * width + column].strip()
         faults[names[column]] = InputError.at(
             _location(path, first_line, row, names[column]),
@@ -309,7 +309,7 @@ def _table(
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix="correct or remove the line",
         )
-    table[bad] = np.nan
+    table[invalid] = np.nan
     return table, faults
 
 

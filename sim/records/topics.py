@@ -41,7 +41,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class Recording:
-    """Topics of a file, and what is odd about it."""
+    """Topics of a file, and remarks about it."""
 
     topics: tuple[Topic, ...]
     notes: tuple[str, ...] = ()
@@ -89,7 +89,7 @@ class Clock:
         return cls(len(stamps), 1.0 / median, jitter, int(gaps.sum()), longest, repeated, late)
 
     def notes(self, name: str, rows: bool = False) -> list[str]:
-        """A line for each oddity; with ``rows`` also of the steps."""
+        """A line for each irregularity; with ``rows`` also of the steps."""
         lines = []
         if self.late:
             lines.append(f"{name}: samples earlier than one before, left out: {self.late}")
@@ -108,15 +108,15 @@ class Clock:
 
 
 def _earlier(stamps: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Samples at the greatest time before them, and before it."""
+    """Samples at the largest time so far, and samples before it."""
     if not len(stamps):
         return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
     greatest = np.maximum.accumulate(stamps)[:-1]
-    same, before = stamps[1:] == greatest, stamps[1:] < greatest
-    return np.concatenate([[False], same]), np.concatenate([[False], before])
+    repeated, earlier = stamps[1:] == greatest, stamps[1:] < greatest
+    return np.concatenate([[False], repeated]), np.concatenate([[False], earlier])
 
 
 def increasing(stamps: IntArray) -> BoolArray:
     """Samples later than every one before them."""
-    same, before = _earlier(stamps)
-    return ~(same | before)
+    repeated, earlier = _earlier(stamps)
+    return ~(repeated | earlier)

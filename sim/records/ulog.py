@@ -44,26 +44,26 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
             "pyulog was not found: pip install 'boresight[ulog]' for PX4's logs."
         ) from None
     try:
-        whole = _whole(content)
-        with redirect_stdout(io.StringIO()):  # pyulog prints what it thinks of a file
-            held = read(io.BytesIO(whole), None if wanted is None else list(wanted)).data_list
+        complete = _complete_messages(content)
+        with redirect_stdout(io.StringIO()):  # pyulog prints remarks
+            sets = read(io.BytesIO(complete), None if wanted is None else list(wanted)).data_list
         topics: dict[str, Topic] = {}
-        for data in held:
+        for data in sets:
             name = f"{data.name}.{data.multi_id}" if data.name in topics else data.name
             stamps = data.data["timestamp"].astype(np.int64) * 1000
             topics[name] = Topic(name, data.name if name == data.name else name, stamps, data.data)
-    except Exception as error:  # pyulog lets out whatever it meets in damaged bytes
+    except Exception as error:  # pyulog raises exceptions of any kind for damaged bytes
         raise InputError.at(
             str(path),
             wanted="a flight log of PX4 (ULog)",
             found=f"damage: {' '.join(str(error).split())[:120] or type(error).__name__}",
             fix="download it again",
         ) from None
-    early = f"{path.name} ends in the middle of a message, the rows before are read"
-    return Recording(tuple(topics.values()), () if len(whole) == len(content) else (early,))
+    truncation = f"{path.name} ends in the middle of a message, the rows before are read"
+    return Recording(tuple(topics.values()), () if len(complete) == len(content) else (truncation,))
 
 
-def _whole(content: bytes) -> bytes:
+def _complete_messages(content: bytes) -> bytes:
     """The content up to its last whole message: a log ends wherever the power failed.
 
     Raises
@@ -73,12 +73,12 @@ def _whole(content: bytes) -> bytes:
     """
     if not content.startswith(_MAGIC):
         raise ValueError("the first bytes are not those of a ULog")
-    at = _HEADER
-    while at + 3 <= len(content):
-        size, kind = struct.unpack_from("<HB", content, at)
+    offset = _HEADER
+    while offset + 3 <= len(content):
+        size, kind = struct.unpack_from("<HB", content, offset)
         if kind not in _TYPES:
-            raise ValueError(f"no message begins at byte {at}")
-        if at + 3 + size > len(content):
+            raise ValueError(f"no message begins at byte {offset}")
+        if offset + 3 + size > len(content):
             break
-        at += 3 + size
-    return content[:at]
+        offset += 3 + size
+    return content[:offset]

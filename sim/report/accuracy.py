@@ -46,22 +46,22 @@ class _Bins:
         self.size = -(-n // BINS)
         count = -(-n // self.size)
         self._first, self._low, self._high = (np.full(count, np.nan) for _ in range(3))
-        self._sum, self._rows, self._done = np.zeros(count), np.zeros(count), 0
+        self._sum, self._rows, self._count = np.zeros(count), np.zeros(count), 0
 
     def add(self, x: FloatArray) -> None:
         """The next rows."""
-        start, self._done = self._done, self._done + len(x)
+        start, self._count = self._count, self._count + len(x)
         cuts = np.arange(-start % self.size, len(x), self.size)
         cuts = cuts if start % self.size == 0 else np.concatenate([[0], cuts])
-        at, good, rows = (start + cuts) // self.size, np.isfinite(x), np.arange(len(x))
-        first = np.minimum.reduceat(np.where(good, rows, len(x)), cuts)
-        begins = np.append(x, np.nan)[first]
-        self._first[at] = np.where(np.isnan(self._first[at]), begins, self._first[at])
-        for held, pick, none in ((self._low, np.fmin, np.inf), (self._high, np.fmax, -np.inf)):
-            ends = pick.reduceat(np.where(good, x, none), cuts)
-            held[at] = pick(held[at], np.where(np.isfinite(ends), ends, np.nan))
-        self._sum[at] += np.add.reduceat(np.where(good, x, 0.0), cuts)
-        self._rows[at] += np.add.reduceat(good.astype(np.float64), cuts)
+        bins, finite, rows = (start + cuts) // self.size, np.isfinite(x), np.arange(len(x))
+        first = np.minimum.reduceat(np.where(finite, rows, len(x)), cuts)
+        values = np.append(x, np.nan)[first]
+        self._first[bins] = np.where(np.isnan(self._first[bins]), values, self._first[bins])
+        for limit, pick, fill in ((self._low, np.fmin, np.inf), (self._high, np.fmax, -np.inf)):
+            best = pick.reduceat(np.where(finite, x, fill), cuts)
+            limit[bins] = pick(limit[bins], np.where(np.isfinite(best), best, np.nan))
+        self._sum[bins] += np.add.reduceat(np.where(finite, x, 0.0), cuts)
+        self._rows[bins] += np.add.reduceat(finite.astype(np.float64), cuts)
 
     @property
     def first(self) -> list[float | None]:
@@ -80,9 +80,9 @@ class _Bins:
 
     def mean(self, unit: str) -> list[float | None]:
         """Mean of each run; of words, and of angles that pass half a turn, the first value."""
-        whole = (unit in EXACT_UNITS) | (unit == "deg") & (self._high - self._low > 180.0)
+        first = (unit in EXACT_UNITS) | (unit == "deg") & (self._high - self._low > 180.0)
         with np.errstate(invalid="ignore"):
-            return _numbers(np.where(whole | (self.size == 1), self._first, self._sum / self._rows))
+            return _numbers(np.where(first | (self.size == 1), self._first, self._sum / self._rows))
 
 
 def _numbers(values: FloatArray) -> list[float | None]:
@@ -92,13 +92,13 @@ def _numbers(values: FloatArray) -> list[float | None]:
 def worst_output(outputs: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     """The output that uses most of its tolerance; those without one come last."""
 
-    def used(o: Mapping[str, Any]) -> tuple[bool, float]:
+    def tolerance_share(o: Mapping[str, Any]) -> tuple[bool, float]:
         largest = math.inf if o["max"] is None else float(o["max"])
         if o["tolerance"] is None:
             return False, largest
         return True, largest / o["tolerance"] if o["tolerance"] else largest * 1e300
 
-    return max(outputs, key=used)
+    return max(outputs, key=tolerance_share)
 
 
 def accuracy_section(
@@ -120,7 +120,7 @@ def accuracy_section(
     if not checks:
         warn("accuracy: no log was run")
         return {**dict.fromkeys(keys), "verdict": None, "logs": []}
-    logs = [_log(check, warn, truth=truth, named=len(checks) > 1) for check in checks]
+    logs = [_log(check, warn, truth=truth, several=len(checks) > 1) for check in checks]
     verdicts = [log["verdict"] for log in logs]
     worst = worst_output([{**worst_output(v["outputs"]), "log": k} for k, v in enumerate(verdicts)])
     return {
@@ -133,47 +133,47 @@ def accuracy_section(
 def _merged(logs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """One verdict of several logs: the worst of each output, and everything that went wrong."""
     verdicts = [log["verdict"] for log in logs]
-    named = [(log["dataset"], v) for log, v in zip(logs, verdicts, strict=True)]
-    by_output = zip(*([{**o, "log": name} for o in v["outputs"]] for name, v in named), strict=True)
+    pairs = [(log["dataset"], v) for log, v in zip(logs, verdicts, strict=True)]
+    by_output = zip(*([{**o, "log": name} for o in v["outputs"]] for name, v in pairs), strict=True)
 
     def counts(key: str) -> dict[str, int]:
         return dict(sum((Counter(v[key]) for v in verdicts), Counter[str]()))
 
     return {
         "good": all(v["good"] for v in verdicts),
-        "outputs": [dict(worst_output(same)) for same in by_output],
+        "outputs": [dict(worst_output(differences)) for differences in by_output],
         "saturated_updates": sum(v["saturated_updates"] for v in verdicts),
         "saturated": counts("saturated"),
-        "beyond_range": [f"{name}: {text}" for name, v in named for text in v["beyond_range"]],
+        "beyond_range": [f"{name}: {text}" for name, v in pairs for text in v["beyond_range"]],
         "clamped_inputs": counts("clamped_inputs"),
-        "culprit": next((f"{name}: {v['culprit']}" for name, v in named if v["culprit"]), ""),
+        "culprit": next((f"{name}: {v['culprit']}" for name, v in pairs if v["culprit"]), ""),
         "source": verdicts[0]["source"],
     }
 
 
 def _log(
-    check: CheckResult, warn: Callable[[str], None], *, truth: bool, named: bool
+    check: CheckResult, warn: Callable[[str], None], *, truth: bool, several: bool
 ) -> dict[str, Any]:
-    """Figures and curves of one record; ``named``: warnings tell which."""
+    """Figures and curves of one record; ``several``: warnings name it."""
     columns, rows = check.given, _Rows(check)
     for part in check.parts():
         rows.add(part)
-    timed = columns.t is not None
+    has_times = columns.t is not None
     data = {
         "dataset": columns.record.name,
         "samples": rows.done,
-        "seconds": _number(rows.last) if timed else None,
+        "seconds": _number(rows.last) if has_times else None,
         "word": check.build.word,
         "reference": None if not rows.known else "truth" if truth else "comparison",
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
-        "parted": _parted(check, rows.times),
+        "parted": _divergence(check, rows.times),
         **_attitude(check),
         **rows.rmse(),
     }
     if QUATERNION[0] in check.fixed.outputs and not rows.known:
         warn(f"accuracy: {columns.record.name} has no attitude to compare with")
-    where = f"accuracy, {columns.record.name}" if named else "accuracy"
+    where = f"accuracy, {columns.record.name}" if several else "accuracy"
     for line in check.accuracy.faults():
         warn(f"{where}: {line}")
     for line in columns.warnings:
@@ -210,42 +210,42 @@ class _Rows:
 
     def add(self, part: Part) -> None:
         """The next rows."""
-        given, n = part.given, len(part.given)
+        columns, n = part.given, len(part.given)
         start, self.done = self.done, self.done + n
-        if given.t is None:
+        if columns.t is None:
             t = np.arange(float(start), float(start + n))
         else:
-            self._origin = self._origin if start else given.t[0]
-            t = given.t - self._origin
+            self._origin = self._origin if start else columns.t[0]
+            t = columns.t - self._origin
         self.last = float(t[-1])
         self.times |= {k: float(t[k - start]) for k in self.times if start <= k < start + n}
         self._bins["t", ""].add(t)
-        known = _truths(self.check, given)
-        for beside, run in zip(self._truths, part[1:], strict=True):
-            beside.add(run.outputs, known)
-        if all(name in given.truth for name in QUATERNION):
-            reference = attitude_of(given.truth)
+        truths = _truths(self.check, columns)
+        for differences, run in zip(self._truths, part[1:], strict=True):
+            differences.add(run.outputs, truths)
+        if all(name in columns.truth for name in QUATERNION):
+            reference = attitude_of(columns.truth)
             for angles, run in zip(self._angles, part[1:], strict=True):
-                angles.add(attitude_of(run.outputs), reference, given.counts)
+                angles.add(attitude_of(run.outputs), reference, columns.counts)
             error = attitude_error(attitude_of(part.fixed.outputs), reference)
-            for name in _TURNED:
+            for name in _ANGLE_CURVES:
                 self._bins["log", name].add(getattr(error, name))
-        for d, apart in zip(self.check.accuracy.differences, self._apart(part), strict=True):
+        for d, delta in zip(self.check.accuracy.differences, self._deviations(part), strict=True):
             scale = 180.0 if d.unit == "ht" else 1.0
-            curves = {"fixed": part.fixed.outputs, "truth": known, "error": {d.output: apart}}
-            for what, values in curves.items():
+            curves = {"fixed": part.fixed.outputs, "truth": truths, "error": {d.output: delta}}
+            for curve, values in curves.items():
                 if d.output in values:
-                    self._bins[what, d.output].add(scale * values[d.output])
+                    self._bins[curve, d.output].add(scale * values[d.output])
 
-    def _apart(self, part: Part) -> list[FloatArray]:
+    def _deviations(self, part: Part) -> list[FloatArray]:
         """Fixed point from float64, of each difference of the check."""
         judged = self.check.accuracy.differences
         if all(len(d.apart) == len(part.given) for d in judged):
             return [d.apart for d in judged]
         names = [o.name for o in self._outputs]
-        beside = Differences(self._outputs, names, curves=True)
-        beside.add(part.fixed.outputs, part.floating.outputs)
-        return [d.apart for d in beside.result()]
+        differences = Differences(self._outputs, names, curves=True)
+        differences.add(part.fixed.outputs, part.floating.outputs)
+        return [d.apart for d in differences.result()]
 
     def against_truth(self) -> list[dict[str, Any]]:
         """Fixed point and float64 against truth, output by output."""
@@ -278,13 +278,13 @@ class _Rows:
         def curve(d: Difference) -> dict[str, Any]:
             name, first = d.output, d.first_beyond
             unit = "deg" if d.unit == "ht" else units.get(name, d.unit)
-            fixed, right = bins.get(("fixed", name)), bins.get(("truth", name))
+            fixed, truth = bins.get(("fixed", name)), bins.get(("truth", name))
             band = fixed if size > 1 else None
             return {
                 "unit": unit,
                 "fixed": None if fixed is None else fixed.mean(unit),
                 **({} if band is None else {"low": band.low, "high": band.high}),
-                "truth": None if right is None else right.mean(unit),
+                "truth": None if truth is None else truth.mean(unit),
                 "error": bins["error", name].high,
                 "tolerance": None
                 if not d.tolerance
@@ -292,20 +292,20 @@ class _Rows:
                 "beyond_from": None if first is None else _number(self.times[first]),
             }
 
-        turned = {name: bins["log", name].high for name in _TURNED if ("log", name) in bins}
+        attitude = {name: bins["log", name].high for name in _ANGLE_CURVES if ("log", name) in bins}
         return {
             "samples_per_point": size,
             "t": bins["t", ""].first,
             "outputs": {d.output: curve(d) for d in self.check.accuracy.differences},
-            "vs_log_deg": turned or None,
+            "vs_log_deg": attitude or None,
         }
 
 
 #: Parts of an attitude's error whose curves are shown.
-_TURNED = ("heading", "inclination")
+_ANGLE_CURVES = ("heading", "inclination")
 
 
-def _parted(check: CheckResult, times: Mapping[int, float]) -> dict[str, Any] | None:
+def _divergence(check: CheckResult, times: Mapping[int, float]) -> dict[str, Any] | None:
     """The first sample in which an output is beyond its tolerance, and the first wrong value."""
     beyond = [
         (d.first_beyond, d.output) for d in check.accuracy.differences if d.first_beyond is not None
@@ -321,23 +321,23 @@ def _parted(check: CheckResult, times: Mapping[int, float]) -> dict[str, Any] | 
     }
 
 
-def _truths(check: CheckResult, given: Feed) -> dict[str, FloatArray]:
+def _truths(check: CheckResult, columns: Feed) -> dict[str, FloatArray]:
     """Truth of each output, in its unit; that of Euler angles may follow from the quaternion."""
-    known = dict(given.truth)
+    truths = dict(columns.truth)
     units = {o.name: o.unit for o in check.build.estimators[check.number].outputs}
-    if all(name in known for name in QUATERNION):
-        q = attitude_of(known)
-        there = np.isfinite(q).all(axis=1)
+    if all(name in truths for name in QUATERNION):
+        q = attitude_of(truths)
+        is_known = np.isfinite(q).all(axis=1)
         euler = np.full((len(q), 3), np.nan)
-        euler[there] = quaternion_to_euler(q[there]) / np.pi
+        euler[is_known] = quaternion_to_euler(q[is_known]) / np.pi
         for name, column in ANGLES.items():
             if units.get(name) == "ht":
-                known.setdefault(name, euler[:, column])
-    return known
+                truths.setdefault(name, euler[:, column])
+    return truths
 
 
 def _attitude(check: CheckResult) -> dict[str, Any]:
-    """What is said of an attitude besides."""
+    """Further figures of an attitude."""
     by_name = {d.output: d for d in check.accuracy.differences}
     angles = [by_name[a] for a in ANGLES if a in by_name and by_name[a].unit == "ht"]
     worst = max(angles, key=lambda d: d.largest, default=None)

@@ -39,7 +39,7 @@ class Advice:
     gains : int
         Bits that its format gains by that.
     how : str
-        What to write; ``...`` is what stands there.
+        Text to write; ``...`` stands for the present arguments.
     """
 
     value: str
@@ -56,46 +56,46 @@ def wasted_bits(headroom_bits: float) -> int:
 
 
 def advice_of(observed: Observed, value: int) -> Advice | None:
-    """What would give a value more bits; None if nothing that is said of it does.
+    """The range that would give a value more bits; None if no declaration of it does.
 
     No advice for what never changed in the logs, and for what follows from its operands: they have
     it.
     """
-    said, form = observed.program.values[value], observed.program.format(value)
+    declaration, form = observed.program.values[value], observed.program.format(value)
     gains, (low, high) = wasted_bits(observed.headroom_bits(value)), observed.reached(value)
     # Of a format that is wider than its range, as where terms are aligned, no range takes bits.
-    fills = 2.0 * max(-said.low, said.high) >= -form.min
-    if not gains or low == high or not fills or said.kind in (Kind.PARAM, Kind.CONST):
+    is_full = 2.0 * max(-declaration.low, declaration.high) >= -form.min
+    if not gains or low == high or not is_full or declaration.kind in (Kind.PARAM, Kind.CONST):
         return None
-    if said.kind is Kind.OP and not _own_slack(observed, value):
+    if declaration.kind is Kind.OP and not _own_slack(observed, value):
         return None
-    full = math.ldexp(-form.min, -gains)
+    full_scale = math.ldexp(-form.min, -gains)
     if isinstance(observed.estimator, Kalman) and not _declared(observed, value):
-        return _of_deviation(observed, value, observed.estimator, full, gains)
-    limit = float(f"{_BELOW * full:.4g}")
-    new_low, new_high = max(said.low, -limit), min(said.high, limit)
-    how = _how(observed, value, f"{new_low:.4g}, {new_high:.4g}", full)
-    return Advice(said.name, observed.lines.get(value, ""), new_low, new_high, gains, how)
+        return _deviation_advice(observed, value, observed.estimator, full_scale, gains)
+    limit = float(f"{_BELOW * full_scale:.4g}")
+    new_low, new_high = max(declaration.low, -limit), min(declaration.high, limit)
+    how = _replacement(observed, value, f"{new_low:.4g}, {new_high:.4g}", full_scale)
+    return Advice(declaration.name, observed.lines.get(value, ""), new_low, new_high, gains, how)
 
 
-def _how(observed: Observed, value: int, limits: str, full: float) -> str:
-    """What its author may write instead."""
-    said = observed.program.values[value]
-    if said.kind is not Kind.OP:
+def _replacement(observed: Observed, value: int, limits: str, full_scale: float) -> str:
+    """Source text with which its author may replace the declaration."""
+    declaration = observed.program.values[value]
+    if declaration.kind is not Kind.OP:
         name = declared_name(observed.program, observed.nodes, value)
-        return f'{said.kind.value.capitalize()}("{name}", {limits}, ...)'
+        return f'{declaration.kind.value.capitalize()}("{name}", {limits}, ...)'
     if observed.nodes[value].kind == "saturated":
-        return f"ops.saturated(..., {full:g})"
+        return f"ops.saturated(..., {full_scale:g})"
     return f'ops.bounded(..., {limits}, "why")'
 
 
 def _declared(observed: Observed, value: int) -> bool:
     """Whether the author of a Kalman filter wrote this range, or may write one at this line."""
-    said, kalman = observed.program.values[value], observed.estimator
-    if said.kind is Kind.STATE and isinstance(kalman, Kalman):
+    declaration, kalman = observed.program.values[value], observed.estimator
+    if declaration.kind is Kind.STATE and isinstance(kalman, Kalman):
         declared = [s.name for s in (*kalman.estimated, *kalman.memory) if hasattr(s, "low")]
         return declared_name(observed.program, observed.nodes, value) in declared
-    if said.kind is not Kind.OP:
+    if declaration.kind is not Kind.OP:
         return True
     node = observed.nodes[value]
     text = node.line.source() if isinstance(node.line, Place) else ""
@@ -104,20 +104,20 @@ def _declared(observed: Observed, value: int) -> bool:
     return not any(f"{name}(" in text for name in ("State", "Attitude", "Measurement"))
 
 
-def _of_deviation(
-    observed: Observed, value: int, kalman: Kalman, full: float, gains: int
+def _deviation_advice(
+    observed: Observed, value: int, kalman: Kalman, full_scale: float, gains: int
 ) -> Advice | None:
-    """What a variance of a Kalman filter needs: its words follow from ``sd_max``."""
+    """Advice for a variance of a Kalman filter, whose format follows from ``sd_max``."""
     name = observed.program.values[value].name
     i, j = kalman.covariance_states.get(name, (0, -1))
-    named = {s.name: s for s in kalman.estimated if isinstance(s, State)}
-    state = named.get(kalman.errors[i]) if i == j else None
-    most = float(f"{math.sqrt(_BELOW * full):.4g}")
-    if state is None or most < state.sd:
+    states = {s.name: s for s in kalman.estimated if isinstance(s, State)}
+    state = states.get(kalman.errors[i]) if i == j else None
+    largest = float(f"{math.sqrt(_BELOW * full_scale):.4g}")
+    if state is None or largest < state.sd:
         return None
     line = observed.lines.get(value, "")
-    how = f'State("{state.name}", ..., sd_max={most:g})'
-    return Advice(name, line, 0.0, most * most, gains, how)
+    how = f'State("{state.name}", ..., sd_max={largest:g})'
+    return Advice(name, line, 0.0, largest * largest, gains, how)
 
 
 def _own_slack(observed: Observed, value: int) -> bool:
@@ -130,10 +130,10 @@ def _own_slack(observed: Observed, value: int) -> bool:
     numbers = {
         node.number: n for n, node in sorted(observed.nodes.items(), key=lambda item: -item[0])
     }
-    within = _interval(observed, node, numbers)
+    bounds = _interval(observed, node, numbers)
     low, high = observed.reached(value)
-    seen = max(-low, high, observed.program.format(value).lsb)
-    return within is not None and max(-within[0], within[1]) >= seen * 2.0 ** (RESERVE_BITS + 1)
+    limit = max(-low, high, observed.program.format(value).lsb)
+    return bounds is not None and max(-bounds[0], bounds[1]) >= limit * 2.0 ** (RESERVE_BITS + 1)
 
 
 def _interval(

@@ -14,7 +14,7 @@ from boresight.sim.records.reading import read_bytes
 
 __all__ = ["FIGURES", "JUDGED", "against_section", "read_report"]
 
-_ONE = {
+_PROGRAM = {
     "word": Figure("word", "", "bits"),
     "config": Figure("configuration", ""),
     "timing.latency_cycles_by_output.*": Figure("latency", "cycles", "cycles"),
@@ -35,20 +35,20 @@ _ONE = {
     "accuracy.logs.*.truth.*.rms": Figure("error against truth, rms", "error"),
     "numerics.*.format": Figure("format", ""),
 }
-_SAME = {name: Figure(name, "same") for name in ("design", "config", "word")}
+_IDENTITY = {name: Figure(name, "same") for name in ("design", "config", "word")}
 
 
 def _with_programs(figures: Mapping[str, Figure]) -> dict[str, Figure]:
-    """Of a report, and of a report of several programs."""
+    """Figures by their place in a report of one program, and of several."""
     return {
         f"{of}{place}": figure for of in ("", "programs.*.") for place, figure in figures.items()
     }
 
 
-#: What two reports are compared by.
-FIGURES = _with_programs(_ONE)
-#: What is judged where a report is compared with that of an earlier day.
-JUDGED = _with_programs({place: f for place, f in _ONE.items() if f.kind} | _SAME)
+#: Figures by which two reports are compared.
+FIGURES = _with_programs(_PROGRAM)
+#: Figures that are judged against an earlier report.
+JUDGED = _with_programs({place: f for place, f in _PROGRAM.items() if f.kind} | _IDENTITY)
 
 
 def read_report(path: str | Path) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def read_report(path: str | Path) -> dict[str, Any]:
 
 
 def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """What differs between two reports.
+    """Differences of two reports.
 
     Returns
     -------
@@ -85,8 +85,8 @@ def against_section(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict
     comparison = compared(after, before, FIGURES, file="")
     rows = []
     for c in comparison.changes:
-        numbers = isinstance(c.before, float) and isinstance(c.now, float) and c.before > 0 < c.now
-        ratio = float(f"{c.now / c.before:.4g}") if numbers else None  # type: ignore[operator]
+        numeric = isinstance(c.before, float) and isinstance(c.now, float) and c.before > 0 < c.now
+        ratio = float(f"{c.now / c.before:.4g}") if numeric else None  # type: ignore[operator]
         row = {"figure": c.figure, "unit": c.unit, "before": c.before, "after": c.now}
         rows.append({**row, "ratio": ratio})
     return {

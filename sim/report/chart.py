@@ -28,8 +28,8 @@ _LINE = 12.0  # height of a line of output names
 _BAND = 128  # cycles of one band, at most
 
 
-def _text(x: float, y: float, text: str, *, more: str = "") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}"{more}>{escape(text)}</text>'
+def _text(x: float, y: float, text: str, *, attributes: str = "") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}"{attributes}>{escape(text)}</text>'
 
 
 def _box(x: float, y: float, width: float, kind: str, title: str) -> str:
@@ -54,8 +54,8 @@ class _Band:
         line, right = -1, math.inf
         for cycle, name, latency in reversed(outputs):
             text = f"{name}: {latency}"
-            clear = self.x(cycle) + 9 + 5.8 * len(text) < right
-            line = 0 if clear else line + 1
+            fits = self.x(cycle) + 9 + 5.8 * len(text) < right
+            line = 0 if fits else line + 1
             right = self.x(cycle)
             self.outputs.append((cycle, text, line))
         lines = max((line + 1 for _, _, line in self.outputs), default=0)
@@ -70,7 +70,7 @@ class _Band:
         lanes = [top + self.names + k * (_ROW + _GAP) for k in range(self.lanes)]
         inputs = lanes[-1] + _ROW + _GAP
         for name, y in (*((f"lane {k}", y) for k, y in enumerate(lanes)), ("inputs", inputs)):
-            yield _text(_LEFT - 6, y + _ROW * 0.7, name, more=' text-anchor="end"')
+            yield _text(_LEFT - 6, y + _ROW * 0.7, name, attributes=' text-anchor="end"')
             yield _box(
                 self.x(first),
                 y,
@@ -96,7 +96,7 @@ class _Band:
         for cycle, text, line in self.outputs:
             x, y = self.x(cycle + 0.5), lanes[0] - 6 - line * _LINE
             yield f'<line x1="{x:.1f}" y1="{y - 8:.1f}" x2="{x:.1f}" y2="{lanes[0] + 3:.1f}"/>'
-            yield _text(x + 3, y, text, more=' class="out"')
+            yield _text(x + 3, y, text, attributes=' class="out"')
         bottom = inputs + _ROW
         step = 10 if last - first > 60 else 5
         for cycle in range(-(-first // step) * step, last + 1, step):
@@ -105,7 +105,7 @@ class _Band:
                 f'<line class="tick" x1="{x:.1f}" y1="{bottom:.1f}" x2="{x:.1f}" '
                 f'y2="{bottom + 4:.1f}"/>'
             )
-            yield _text(x, bottom + 14, str(cycle), more=' text-anchor="middle" class="tick"')
+            yield _text(x, bottom + 14, str(cycle), attributes=' text-anchor="middle" class="tick"')
 
 
 def schedule_chart(schedule: Mapping[str, Any]) -> str:

@@ -120,7 +120,7 @@ def report_data(
     return data
 
 
-#: Values of which a report says what they do to an output.
+#: Values in a report whose rounding contributes most to an output's error.
 _INFLUENCES = 5
 
 
@@ -134,7 +134,7 @@ def _influence(program: Program, observed: Observed) -> list[dict[str, Any]]:
 
 
 def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
-    """Whether all checks are good, and what is wrong, with the log where there are several."""
+    """Whether all checks are good, and their failures, with the log where there are several."""
     several = len(checks) > 1
     return {
         "good": all(check.good for check in checks) if checks else None,
@@ -155,9 +155,9 @@ def _rate(checks: Sequence[CheckResult]) -> float | None:
 def _profile(checks: Sequence[CheckResult]) -> dict[str, Any] | None:
     """Where formats come from beside intervals; None: nowhere."""
     profiles = [check.build.estimators[check.number].profile for check in checks]
-    if not profiles or (own := profiles[0]) is None:
+    if not profiles or (profile := profiles[0]) is None:
         return None
-    return {"file": own.place, "logs": list(own.logs), "formats": len(own.ranges)}
+    return {"file": profile.place, "logs": list(profile.logs), "formats": len(profile.ranges)}
 
 
 def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, Any]]:
@@ -190,13 +190,13 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
     ]
 
 
-def _resources(made: Estimate | Mapped | Routed | None, device: Device) -> dict[str, Any]:
-    estimate = made.mapped if isinstance(made, Routed) else made
-    used: Mapping[str, float] = {}
+def _resources(area: Estimate | Mapped | Routed | None, device: Device) -> dict[str, Any]:
+    estimate = area.mapped if isinstance(area, Routed) else area
+    usage: Mapping[str, float] = {}
     if estimate is not None:
-        used = estimate.used if isinstance(estimate, Mapped) else estimate.area.used()
+        usage = estimate.used if isinstance(estimate, Mapped) else estimate.area.used()
     names = {**_AREA, "blkmem": device.memory}
-    counts = {key: used.get(name) for key, name in names.items()}
+    counts = {key: usage.get(name) for key, name in names.items()}
     return {
         **counts,
         "percent": {
@@ -205,7 +205,7 @@ def _resources(made: Estimate | Mapped | Routed | None, device: Device) -> dict[
         },
         "available": {key: device.capacity(name) for key, name in names.items()},
         "units": {key: device.resources[name].unit for key, name in names.items()},
-        "more": {key: n for key, n in used.items() if key not in names.values()},
+        "more": {key: n for key, n in usage.items() if key not in names.values()},
         "source": f"estimate: cells of the netlist by {tool_of(estimate)}, before packing"
         if estimate is not None
         else None,
@@ -238,13 +238,13 @@ def _firmware(program: Program, words: IntArray | None, warn: Warn) -> dict[str,
 def measure_c(program: Program, words: IntArray, *, seconds: float = 0.05) -> dict[str, Any]:
     """Rate of the C on this computer: the best of repeated runs over the words of a log."""
     model = CModel(program)
-    best, spent = float("inf"), 0.0
-    while spent < seconds:
+    best, total = float("inf"), 0.0
+    while total < seconds:
         model.reset()
         start = time.perf_counter()
         model.update(words)
-        took = time.perf_counter() - start
-        best, spent = min(best, took), spent + took
+        duration = time.perf_counter() - start
+        best, total = min(best, duration), total + duration
     return {
         "updates_per_s": float(f"{len(words) / best:.3g}"),
         "source": f"measured: best run of the C on this computer, one core, gcc "

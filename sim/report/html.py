@@ -19,9 +19,9 @@ from boresight.sim.report.sources import source_of
 __all__ = ["render_html"]
 
 #: Cycles whose chart is unfolded, at most.
-_MOST_CYCLES = 640
+_MAX_CYCLES = 640
 #: Rows of the table of advice, at most.
-_MOST_ADVICE = 12
+_MAX_ADVICE = 12
 
 
 def net_name(text: str) -> str:
@@ -30,7 +30,7 @@ def net_name(text: str) -> str:
 
 
 def _linker(links: Mapping[str, str]) -> Callable[[str], str]:
-    """What makes "file.py, line 41" in a text a link, where the file's address is known."""
+    """A function that makes "file.py, line 41" in a text a link if the file has an address."""
     addresses = {escape(name): escape(address) for name, address in links.items()}
     if not addresses:
         return escape
@@ -55,19 +55,19 @@ def _range_bar(row: Mapping[str, Any]) -> dict[str, float] | None:
 
 
 def _plots(log: Mapping[str, Any], k: int) -> dict[str, str | None]:
-    series, other = log["series"], log["reference"] or "comparison"
-    outputs, turned = series["outputs"], series["vs_log_deg"]
-    along = "sample" if log["seconds"] is None else "time from the first sample, s"
-    t = (series["t"], along)
-    inexact = any(o["unit"] not in EXACT_UNITS for o in outputs.values())
+    series, truth = log["series"], log["reference"] or "comparison"
+    outputs, attitude = series["outputs"], series["vs_log_deg"]
+    time_label = "sample" if log["seconds"] is None else "time from the first sample, s"
+    t = (series["t"], time_label)
+    has_error = any(o["unit"] not in EXACT_UNITS for o in outputs.values())
     return {
-        "outputs": output_plot(*t, outputs, other, salt=f"outputs{k}"),
-        "errors": error_plot(*t, outputs, salt=f"errors{k}") if inexact else None,
-        "vs_log": log_difference_plot(*t, turned, other, salt=f"log{k}") if turned else None,
+        "outputs": output_plot(*t, outputs, truth, salt=f"outputs{k}"),
+        "errors": error_plot(*t, outputs, salt=f"errors{k}") if has_error else None,
+        "vs_log": log_difference_plot(*t, attitude, truth, salt=f"log{k}") if attitude else None,
     }
 
 
-def _named(row: Mapping[str, Any]) -> bool:
+def _is_prominent(row: Mapping[str, Any]) -> bool:
     """Whether a value is part of the estimator's interface or needs attention."""
     return (
         row["kind"] in ("input", "param", "state")
@@ -79,26 +79,26 @@ def _named(row: Mapping[str, Any]) -> bool:
 def _advice(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Rows with advice, first those whose bits take most of an output's error."""
 
-    def taken(row: Mapping[str, Any]) -> tuple[float, int]:
+    def priority(row: Mapping[str, Any]) -> tuple[float, int]:
         gains = int(row["advice"]["gains"])
         return -row["effect"] * (1.0 - 0.25**gains), -gains
 
-    return sorted((r for r in rows if r["advice"]), key=taken)
+    return sorted((r for r in rows if r["advice"]), key=priority)
 
 
 def _warnings(data: Mapping[str, Any]) -> list[str]:
-    """What restricts the numbers, without what failed, which stands above."""
-    failed = data["verdict"]["failures"]
-    said = [w.partition(": ")[2] for w in data["warnings"]]
+    """Warnings that restrict the numbers, without the failures, which the page has above."""
+    failures = data["verdict"]["failures"]
+    messages = [w.partition(": ")[2] for w in data["warnings"]]
     return [
         w
-        for w, text in zip(data["warnings"], said, strict=True)
-        if not any(text and (text in f or f.partition(": ")[2] in w) for f in failed)
+        for w, text in zip(data["warnings"], messages, strict=True)
+        if not any(text and (text in f or f.partition(": ")[2] in w) for f in failures)
     ]
 
 
 def _finite(data: Mapping[str, Any]) -> None:
-    """ValueError if the data holds what JSON cannot."""
+    """ValueError if the data holds numbers that JSON cannot."""
 
     def walk(x: Any, path: str) -> None:
         if isinstance(x, Mapping):
@@ -130,18 +130,18 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
     """
     _finite(data)
     rows, widths = data["numerics"], data["widths"]
-    swept = widths is not None and any(p["outputs"] for p in widths["points"])
+    has_widths = widths is not None and any(p["outputs"] for p in widths["points"])
     return page(
         "boresight.sim.report",
         "report.html",
         d=data,
         warnings=_warnings(data),
-        most_cycles=_MOST_CYCLES,
+        most_cycles=_MAX_CYCLES,
         worst=worst_output,
         linked=_linker(links or {}),
         advice=_advice(rows),
-        most_advice=_MOST_ADVICE,
-        width_plot=width_plot(widths["points"], salt="widths") if swept else None,
+        most_advice=_MAX_ADVICE,
+        width_plot=width_plot(widths["points"], salt="widths") if has_widths else None,
         net_name=net_name,
         unknown=UNKNOWN,
         source=lambda path: source_of(data, path) or "",
@@ -153,8 +153,8 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
             (
                 "Inputs, parameters, states, outputs, and what needs attention",
                 True,
-                [(r, _range_bar(r)) for r in rows if _named(r)],
+                [(r, _range_bar(r)) for r in rows if _is_prominent(r)],
             ),
-            ("All other values", False, [(r, _range_bar(r)) for r in rows if not _named(r)]),
+            ("All other values", False, [(r, _range_bar(r)) for r in rows if not _is_prominent(r)]),
         ],
     )

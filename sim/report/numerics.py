@@ -12,8 +12,8 @@ from boresight.sim.report.observed import Observed
 
 __all__ = ["numerics_section"]
 
-#: What only a log tells.
-_SEEN = (
+#: Keys whose values need a log.
+_OBSERVED = (
     *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice", "effect"),
     *("error_max", "error_rms", "error_lsb", "saturations"),
 )
@@ -30,7 +30,7 @@ def _state(
     saturations: int | None,
     headroom: float | None,
 ) -> str:
-    """One word for how the value stands: what the report colours."""
+    """State of the value in one word, for the colour in the report."""
     if saturations:
         return "saturated"
     if overflow is Overflow.WRAP:
@@ -44,8 +44,8 @@ def _state(
     # A range that arithmetic proves may be used to its end, and so may one whose end is reached
     # exactly, unclamped (a flag, the cosine of 0); any other declared range is a claim.
     end = value.low if -reached[0] > reached[1] else value.high
-    claimed = value.range_source.startswith("declared") and end not in reached
-    return "tight" if claimed else "ok"
+    is_claim = value.range_source.startswith("declared") and end not in reached
+    return "tight" if is_claim else "ok"
 
 
 def numerics_section(program: Program, observed: Observed | None) -> list[dict[str, Any]]:
@@ -64,7 +64,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
     "ok".
     """
     overflow = {op.dest: op.overflow for op in program.ops}
-    following = dict(program.states)
+    next_value = dict(program.states)
     outputs: dict[int, list[str]] = {}
     units: dict[int, str] = {}
     for name, number in zip(program.output_names, program.outputs, strict=True):
@@ -74,7 +74,7 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
     rows = []
     for n, value in enumerate(program.values):
         if value.kind is not Kind.CONST:
-            mode = overflow.get(following.get(n, n))
+            mode = overflow.get(next_value.get(n, n))
             rows.append(
                 {
                     "signal": value.name
@@ -91,23 +91,23 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
                     "line": None if observed is None else observed.lines.get(n),
                     "format_min": _digits(program.format(n).min),
                     "format_max": _digits(program.format(n).max),
-                    **_seen(program, n, mode, observed),
+                    **_observations(program, n, mode, observed),
                 }
             )
     return rows
 
 
-def _seen(
+def _observations(
     program: Program, n: int, mode: Overflow | None, observed: Observed | None
 ) -> dict[str, Any]:
-    """What was observed of a value; nulls without an observation."""
+    """Observations of a value; nulls without any."""
     value = program.values[n]
     if observed is None:
-        return {**dict.fromkeys(_SEEN), "state": _state(value, mode, None, None, None)}
+        return {**dict.fromkeys(_OBSERVED), "state": _state(value, mode, None, None, None)}
     headroom, wasted, advice = None, None, None
     if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
-        exact = observed.headroom_bits(n)
-        headroom, wasted, advice = round(exact, 2), wasted_bits(exact), advice_of(observed, n)
+        bits = observed.headroom_bits(n)
+        headroom, wasted, advice = round(bits, 2), wasted_bits(bits), advice_of(observed, n)
     error, saturations, lsb = observed.errors.get(n), observed.saturations(n), program.format(n).lsb
     reached = observed.reached(n)
     ends = [

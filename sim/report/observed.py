@@ -1,4 +1,4 @@
-"""What logs drove every value of a program to, and how far rounding moved it."""
+"""Ranges of every value of a program on logs, and the effect of rounding on it."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class Observed:
     errors : mapping of int to Rounding
         By value number, of all logs.
     nodes : mapping of int to Node
-        What was traced, by value number.
+        Traced operation, by value number.
     lines : mapping of int to str
-        Where its author wrote a value: "file.py, line 41".
+        Source location of a value: "file.py, line 41".
     influences : mapping of str to list of Influence
         Of each output on the first log, the largest first.
     estimator : Estimator, optional
@@ -69,15 +69,15 @@ class Observed:
 
     @classmethod
     def of(cls, program: Program, checks: Sequence[CheckResult]) -> Observed:
-        """What the records of checks did; ValueError if one was of another program."""
+        """Observations on the records of checks; ValueError if one was of another program."""
         for check in checks:
-            ours, theirs = program.digest, check.build.programs[check.number].digest
-            if ours != theirs:
-                raise ValueError(f"check must belong to program {ours[:12]}, not {theirs[:12]}")
+            expected, actual = program.digest, check.build.programs[check.number].digest
+            if expected != actual:
+                raise ValueError(f"check must belong to program {expected[:12]}, not {actual[:12]}")
         first = checks[0]
-        nodes, errors, seen = first.build.nodes[first.number], dict[int, Rounding](), []
+        nodes, errors, runs = first.build.nodes[first.number], dict[int, Rounding](), []
         for check in checks:
-            seen.append(Traversed(program, _rounded(program, nodes, check, errors)))
+            runs.append(Traversed(program, _rounded(program, nodes, check, errors)))
         estimator = first.build.estimators[first.number]
         declared = {
             (kind, d.name): d.line
@@ -92,21 +92,21 @@ class Observed:
         return cls(
             program,
             [c.given.record.name for c in checks],
-            [own.count for own in seen],
+            [run.count for run in runs],
             first.given.words(program),
-            [own.ranges for own in seen],
+            [run.ranges for run in runs],
             errors,
             nodes,
             {n: line for n, line in lines.items() if line},
-            influences(program, nodes, seen[0].inputs, seen[0].states, seen[0].before),
+            influences(program, nodes, runs[0].inputs, runs[0].states, runs[0].before),
             estimator,
         )
 
     def extremes(self, value: int) -> tuple[Extreme, Extreme]:
         """Smallest and largest word that was seen."""
-        seen = list(zip(self.ranges, self.logs, strict=True))
-        lows = [Extreme(int(r.low[value]), log, int(r.low_at[value])) for r, log in seen]
-        highs = [Extreme(int(r.high[value]), log, int(r.high_at[value])) for r, log in seen]
+        pairs = list(zip(self.ranges, self.logs, strict=True))
+        lows = [Extreme(int(r.low[value]), log, int(r.low_at[value])) for r, log in pairs]
+        highs = [Extreme(int(r.high[value]), log, int(r.high_at[value])) for r, log in pairs]
         return min(lows, key=lambda e: e.word), max(highs, key=lambda e: e.word)
 
     def reached(self, value: int) -> tuple[float, float]:
@@ -131,12 +131,12 @@ class Observed:
         """Largest share that the rounding of a value, or of a state's next, has in any output."""
         number = dict(self.program.states).get(value, value)
         name = self.program.values[number].name
-        every = (i for influences in self.influences.values() for i in influences)
-        return max((i.share for i in every if i.value == name), default=0.0)
+        contributions = (i for influences in self.influences.values() for i in influences)
+        return max((i.share for i in contributions if i.value == name), default=0.0)
 
     @property
     def said(self) -> str:
-        """On how many updates of what."""
+        """Numbers of updates, and their logs."""
         counts = zip(self.counts, self.logs, strict=True)
         return ", ".join(f"{count} updates of {log}" for count, log in counts)
 
@@ -145,11 +145,11 @@ def _rounded(
     program: Program, nodes: dict[int, Node], check: CheckResult, errors: dict[int, Rounding]
 ) -> Iterator[tuple[IntArray, IntArray]]:
     """Words and states of a check's rows, piece by piece; their rounding goes to ``errors``."""
-    before: IntArray | None = None
-    for given, fixed, _ in check.parts():
-        words, states = given.words(program), fixed.states
+    previous: IntArray | None = None
+    for columns, fixed, _ in check.parts():
+        words, states = columns.words(program), fixed.states
         assert states is not None
-        for n, own in rounding_errors(program, nodes, words, states, before).items():
-            errors[n] = own.joined(errors.get(n, Rounding()))
-        before = states[-1]
+        for n, rounding in rounding_errors(program, nodes, words, states, previous).items():
+            errors[n] = rounding.joined(errors.get(n, Rounding()))
+        previous = states[-1]
         yield words, states

@@ -17,7 +17,7 @@ __all__ = ["error_plot", "log_difference_plot", "output_plot", "width_plot"]
 
 Curve = Sequence[float | None]
 
-#: What a plot by unit shows of each output: see `sim.report.accuracy`.
+#: Data of each output in a plot by unit: see `sim.report.accuracy`.
 Outputs = Mapping[str, Mapping[str, Any]]
 
 _DOTTED: dict[str, Any] = {"linestyle": (0, (1.5, 2.0)), "linewidth": 1.6, "alpha": 0.75}
@@ -35,15 +35,15 @@ def _unwrapped(y: FloatArray) -> FloatArray:
     return y
 
 
-def _known(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    good = np.isfinite(y)
-    return t[good], y[good]
+def _finite_points(t: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    finite = np.isfinite(y)
+    return t[finite], y[finite]
 
 
 def _colours(names: Sequence[str]) -> dict[str, str]:
     """A colour for each curve: its own, or the next unused one."""
-    rest = cycle(COLOUR[k] for k in _CYCLE if k not in names)
-    return {name: COLOUR[name] if name in COLOUR else next(rest) for name in names}
+    unused = cycle(COLOUR[k] for k in _CYCLE if k not in names)
+    return {name: COLOUR[name] if name in COLOUR else next(unused) for name in names}
 
 
 def _panels(outputs: Outputs, along: str) -> tuple[Any, Iterator[tuple[Any, str, list[str]]]]:
@@ -51,30 +51,30 @@ def _panels(outputs: Outputs, along: str) -> tuple[Any, Iterator[tuple[Any, str,
     units = list(dict.fromkeys(o["unit"] for o in outputs.values()))
     figure, axes = figure_and_axes(2.4 * len(units), len(units), sharex=True, squeeze=False)
     axes[-1, 0].set_xlabel(along)
-    named = ([n for n, o in outputs.items() if o["unit"] == unit] for unit in units)
-    return figure, zip(axes[:, 0], units, named, strict=True)
+    names = ([n for n, o in outputs.items() if o["unit"] == unit] for unit in units)
+    return figure, zip(axes[:, 0], units, names, strict=True)
 
 
 def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt: str) -> str:
     """Outputs over time, and where they are known their truths, which ``other`` names."""
-    shown = {name: o for name, o in outputs.items() if o["fixed"] is not None}
+    plotted = {name: o for name, o in outputs.items() if o["fixed"] is not None}
     with settings():
-        figure, panels = _panels(shown, along)
+        figure, panels = _panels(plotted, along)
         t = _floats(times)
         for axes, unit, names in panels:
             step = {"drawstyle": "steps-post"} if unit in EXACT_UNITS else {}
             for name, colour in _colours(names).items():
-                y = _floats(shown[name]["fixed"])
+                y = _floats(plotted[name]["fixed"])
                 axes.plot(t, _wrap(unit, y), color=colour, label=name, **step)
-                if "low" in shown[name]:
-                    band = (_floats(shown[name][end]) for end in ("low", "high"))
+                if "low" in plotted[name]:
+                    band = (_floats(plotted[name][end]) for end in ("low", "high"))
                     axes.fill_between(t, *band, color=colour, alpha=0.25, linewidth=0)
-                if shown[name]["truth"] is not None:
-                    where, y = _known(t, _floats(shown[name]["truth"]))
-                    axes.plot(where, _wrap(unit, y), color=colour, **_DOTTED)
-            if any(shown[name]["truth"] is not None for name in names):
+                if plotted[name]["truth"] is not None:
+                    t_truth, y = _finite_points(t, _floats(plotted[name]["truth"]))
+                    axes.plot(t_truth, _wrap(unit, y), color=colour, **_DOTTED)
+            if any(plotted[name]["truth"] is not None for name in names):
                 axes.plot([], [], color=INK, label=other, **_DOTTED)
-            _mark_parting(axes, [shown[name] for name in names])
+            _mark_parting(axes, [plotted[name] for name in names])
             axes.set_ylabel(shown_unit(unit) or "dimensionless")
             legend(axes, 6)
         return svg(figure, salt)
@@ -86,17 +86,17 @@ def _wrap(unit: str, y: FloatArray) -> FloatArray:
 
 def error_plot(times: Curve, along: str, outputs: Outputs, *, salt: str) -> str:
     """Fixed point against float64, with each output's tolerance."""
-    shown = {name: o for name, o in outputs.items() if o["unit"] not in EXACT_UNITS}
+    plotted = {name: o for name, o in outputs.items() if o["unit"] not in EXACT_UNITS}
     with settings():
-        figure, panels = _panels(shown, along)
+        figure, panels = _panels(plotted, along)
         t = _floats(times)
         for axes, unit, names in panels:
             for name, colour in _colours(names).items():
-                y = _floats(shown[name]["error"])
+                y = _floats(plotted[name]["error"])
                 _draw_log(axes, t, y, colour, name)
-            limits = {shown[n]["tolerance"]: None for n in names}
+            limits = {plotted[n]["tolerance"]: None for n in names}
             _draw_tolerances(axes, (x for x in limits if x is not None))
-            _mark_parting(axes, [shown[name] for name in names])
+            _mark_parting(axes, [plotted[name] for name in names])
             axes.set_yscale("log")
             axes.set_ylabel(_error_of(unit))
             legend(axes, 6)
@@ -116,20 +116,20 @@ def _error_of(unit: str) -> str:
 
 def _mark_parting(axes: Any, outputs: Sequence[Mapping[str, Any]]) -> None:
     """A red line where the first of the outputs leaves its tolerance."""
-    begins = [o["beyond_from"] for o in outputs if o["beyond_from"] is not None]
-    if begins:
-        first = min(begins)
+    times = [o["beyond_from"] for o in outputs if o["beyond_from"] is not None]
+    if times:
+        first = min(times)
         axes.axvline(first, color=RED, linewidth=1.6, label=f"parts at {first:g}")
 
 
 def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -> None:
-    """A curve on a logarithmic axis: what is equal, as far as a curve can show, is a gap."""
-    t, y = _known(t, y)
+    """A curve on a logarithmic axis: differences below 1e-15 are gaps."""
+    t, y = _finite_points(t, y)
     y = np.where(y < 1e-15, np.nan, y)
     axes.plot(t, y, color=colour, label=name, linewidth=0.9)
-    beside = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
-    alone = beside[1:-1] & ~beside[:-2] & ~beside[2:]
-    axes.plot(t[alone], y[alone], color=colour, marker=".", markersize=2.5, linestyle="")
+    present = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
+    isolated = present[1:-1] & ~present[:-2] & ~present[2:]
+    axes.plot(t[isolated], y[isolated], color=colour, marker=".", markersize=2.5, linestyle="")
 
 
 def log_difference_plot(
@@ -153,27 +153,27 @@ def width_plot(points: Sequence[Mapping[str, Any]], *, salt: str) -> str:
     ``points`` are those of `sim.report.widths`; half turns are shown in degrees. Where updates
     saturate the point is a red cross.
     """
-    ran = [p for p in points if p["outputs"]]
-    shown = {
+    completed = [p for p in points if p["outputs"]]
+    plotted = {
         o["output"]: {"unit": "deg" if o["unit"] == "ht" else o["unit"], "column": k}
-        for k, o in enumerate(ran[0]["outputs"])
+        for k, o in enumerate(completed[0]["outputs"])
         if o["unit"] != "words"
     }
     with settings():
-        figure, panels = _panels(shown, "width of the words, bits")
-        t = np.array([p["word"] for p in ran], dtype=np.float64)
-        bad = np.array([bool(p["saturated_updates"]) for p in ran])
+        figure, panels = _panels(plotted, "width of the words, bits")
+        t = np.array([p["word"] for p in completed], dtype=np.float64)
+        bad = np.array([bool(p["saturated_updates"]) for p in completed])
         for axes, unit, names in panels:
             limits: dict[float, None] = {}
             for name, colour in _colours(names).items():
-                own = [p["outputs"][shown[name]["column"]] for p in ran]
-                scale = 180.0 if own[0]["unit"] == "ht" else 1.0
-                y = scale * _floats([o["max"] for o in own])
+                results = [p["outputs"][plotted[name]["column"]] for p in completed]
+                scale = 180.0 if results[0]["unit"] == "ht" else 1.0
+                y = scale * _floats([o["max"] for o in results])
                 y = np.where(y < 1e-15, np.nan, y)
                 axes.plot(t, y, color=colour, marker="o", markersize=3.5, label=name)
                 axes.plot(t[bad], y[bad], color=RED, marker="x", markersize=8, linestyle="")
-                if own[0]["tolerance"] is not None:
-                    limits[scale * own[0]["tolerance"]] = None
+                if results[0]["tolerance"] is not None:
+                    limits[scale * results[0]["tolerance"]] = None
             _draw_tolerances(axes, limits)
             axes.set_yscale("log")
             axes.set_xticks(t)

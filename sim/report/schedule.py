@@ -1,4 +1,4 @@
-"""The schedule as plain data: which unit was busy when, and what a chart of it needs."""
+"""The schedule as plain data: busy cycles of each unit, and the data of a chart."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def _kind(schedule: Schedule, slot: Slot) -> str:
 
 
 def _label(schedule: Schedule, slot: Slot) -> str:
-    """What the slot does, with the names of its values."""
+    """Description of the slot, with the names of its values."""
     program = schedule.program
     name = [v.name for v in program.values]
-    sent = "" if slot.emit is None else f"emit {program.output_names[slot.emit]}"
+    emission = "" if slot.emit is None else f"emit {program.output_names[slot.emit]}"
     if slot.op is None:
-        return sent
-    sent = sent and f"; {sent}"
+        return emission
+    emission = emission and f"; {emission}"
     op = program.ops[slot.op]
     if slot.term is None:
-        what = [
+        captures = [
             w
             for w, on in (
                 ("sign", slot.cap_flag),
@@ -45,13 +45,13 @@ def _label(schedule: Schedule, slot: Slot) -> str:
             )
             if on
         ]
-        return f"{name[op.dest]}: capture {', '.join(what)} of {name[slot.a]}{sent}"
+        return f"{name[op.dest]}: capture {', '.join(captures)} of {name[slot.a]}{emission}"
     term = op.terms[slot.term]
     b = f"c{term.coefficient}[table {op.table}]" if term.b is None else name[term.b]
-    when = "" if term.when.value == "always" else f" {term.when.value} flag"
+    condition = "" if term.when.value == "always" else f" {term.when.value} flag"
     return (
         f"{name[op.dest]}: term {slot.term + 1} of {len(op.terms)}, "
-        f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{when}{sent}"
+        f"{_SIGN[term.negate.value]} {name[term.a]} * {b}{condition}{emission}"
     )
 
 
@@ -62,8 +62,8 @@ _LINES = 8
 def _by_line(core: Core, lines: Mapping[int, str]) -> list[dict[str, Any]]:
     """Source lines with most slots; None: of no line."""
     s = core.schedule
-    of = {v.name: lines.get(n) for n, v in enumerate(core.program.values)}
-    ops = [of.get(s.program.values[op.dest].name) for op in s.program.ops]
+    line_of = {v.name: lines.get(n) for n, v in enumerate(core.program.values)}
+    ops = [line_of.get(s.program.values[op.dest].name) for op in s.program.ops]
     count = Counter(ops[x.op] for x in s.slots if x.op is not None)
     return [{"line": line, "slots": n} for line, n in count.most_common(_LINES)] if lines else []
 

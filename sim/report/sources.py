@@ -36,7 +36,7 @@ def sources(
     observed: str,
     device: Device,
 ) -> dict[str, str]:
-    """What each part of the report rests on; `source_of` looks a number up.
+    """Source of each part of the report; `source_of` looks a number up.
 
     ``observed`` says on how many updates of what the ranges were observed; empty: not at all.
     """
@@ -74,16 +74,16 @@ def sources(
         mapped = estimate.mapped if isinstance(estimate, Routed) else estimate
         texts["resources"] = f"cells of the netlist by {tool_of(mapped)}: {mapped.command}"
     if isinstance(estimate, Routed):
-        made = f"{estimate.source}: {estimate.command}"
-        texts |= dict.fromkeys(("timing.fmax_mhz", "timing.critical_path"), made)
+        source = f"{estimate.source}: {estimate.command}"
+        texts |= dict.fromkeys(("timing.fmax_mhz", "timing.critical_path"), source)
         texts["timing.update_us_at_fmax"] = f"latency over fmax_mhz: {estimate.source}"
     if isinstance(estimate, Estimate):
-        made = f"estimate, {tool_of(estimate)}: {estimate.command}"
+        source = f"estimate, {tool_of(estimate)}: {estimate.command}"
         texts |= {
-            "resources": made,
-            "timing.fmax_mhz": f"static timing of that netlist, {NOTE}; {made}",
+            "resources": source,
+            "timing.fmax_mhz": f"static timing of that netlist, {NOTE}; {source}",
             "timing.update_us_at_fmax": f"latency over fmax_mhz: {NOTE}",
-            "timing.critical_path": f"static timing of that netlist, {NOTE}; {made}",
+            "timing.critical_path": f"static timing of that netlist, {NOTE}; {source}",
         }
     if data["firmware"]["source"] is not None:
         texts["firmware.updates_per_s"] = str(data["firmware"]["source"])

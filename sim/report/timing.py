@@ -34,29 +34,29 @@ def timing_section(
     warn: Callable[[str], None],
     rate_hz: float | None = None,
 ) -> dict[str, Any]:
-    """What the schedule says, what was counted, what the estimate gives; records a second."""
+    """Predicted and counted cycles, estimated clock, and records a second."""
     s = core.schedule
     update_us = s.latency / clock_mhz
     paper_us = PAPER_US.get(core.program.name)
-    ran = [x for x in levels if not x.error]
-    least = min((x.cycles_min for x in ran if x.cycles_min is not None), default=None)
-    most = max((x.cycles_max for x in ran if x.cycles_max is not None), default=None)
-    if least is None:
+    completed = [x for x in levels if not x.error]
+    smallest = min((x.cycles_min for x in completed if x.cycles_min is not None), default=None)
+    largest = max((x.cycles_max for x in completed if x.cycles_max is not None), default=None)
+    if smallest is None:
         warn("cycles: predicted by the schedule, not counted in a simulation")
-    elif (least, most) != (s.latency, s.latency):
-        warn(f"cycles: predicted {s.latency}, counted {least} to {most}")
+    elif (smallest, largest) != (s.latency, s.latency):
+        warn(f"cycles: predicted {s.latency}, counted {smallest} to {largest}")
     if rate_hz is not None and rate_hz * s.interval > clock_mhz * 1e6:
         warn(
             f"interval: {s.interval} cycles at {clock_mhz:g} MHz are longer than a record's at "
             f"{rate_hz:g} Hz"
         )
     return {
-        "latency_cycles": {"predicted": s.latency, "min": least, "max": most},
+        "latency_cycles": {"predicted": s.latency, "min": smallest, "max": largest},
         "latency_cycles_by_output": dict(zip(s.program.output_names, s.latencies, strict=True)),
         "urgent_outputs": list(s.program.output_names[: s.urgent]),
         "interval_cycles": s.interval,
         "interval_cycles_counted": max(
-            (x.interval_max for x in ran if x.interval_max is not None), default=None
+            (x.interval_max for x in completed if x.interval_max is not None), default=None
         ),
         "update_us": round(update_us, 4),
         "updates_per_s": round(clock_mhz * 1e6 / s.interval, 1),
@@ -69,7 +69,7 @@ def timing_section(
         "speedup": round(paper_us / update_us, 1) if paper_us is not None else None,
         **_clock(estimate, s.latency, clock_mhz, grade, warn),
         "source": "cycles: the schedule, re-proven by its checker"
-        + (", and counted in simulation" if least is not None else "")
+        + (", and counted in simulation" if smallest is not None else "")
         + (f"; clock: static timing, {NOTE}" if isinstance(estimate, Estimate) else "")
         + (f"; clock: {estimate.source}" if isinstance(estimate, Routed) else ""),
     }

@@ -41,12 +41,12 @@ def width_section(
     for width in widths:
         progress(f"W = {width}")
         points.append({"word": width, **_point(check, width)})
-    least = None
+    smallest = None
     for point in sorted(points, key=lambda p: -int(p["word"])):
         if not point["good"]:
             break
-        least = point["word"]
-    return {"dataset": check.given.record.name, "points": points, "least_good": least}
+        smallest = point["word"]
+    return {"dataset": check.given.record.name, "points": points, "least_good": smallest}
 
 
 def _point(check: CheckResult, width: int) -> dict[str, Any]:
@@ -57,12 +57,12 @@ def _point(check: CheckResult, width: int) -> dict[str, Any]:
     except InputError as error:
         return {"good": False, "error": str(error), "saturated_updates": None, "outputs": []}
     outputs = build.estimators[0].outputs
-    beside = Differences(outputs, [o.name for o in outputs])
-    for given, _, floating in check.parts():
-        run = level.run(given.inputs)
+    differences = Differences(outputs, [o.name for o in outputs])
+    for columns, _, floating in check.parts():
+        run = level.run(columns.inputs)
         saturated += run.n_saturated
-        beside.add(run.outputs, floating.outputs)
-    errors = beside.result()
+        differences.add(run.outputs, floating.outputs)
+    errors = differences.result()
     return {
         "good": not saturated and all(d.good for d in errors),
         "error": "",

@@ -125,7 +125,7 @@ class Compiled:
             run_folder = Path(temporary) if folder is None else folder
             for name, text in (files or {}).items():
                 (run_folder / name).write_text(text)
-            done = subprocess.run(
+            result = subprocess.run(
                 [
                     str(self.program),
                     f"+max_cycles={max_cycles}",
@@ -136,18 +136,18 @@ class Compiled:
                 text=True,
                 check=False,
             )
-        tail = done.stderr.strip().splitlines()
-        if done.returncode or not tail or not tail[-1].startswith("@cycles "):
+        tail = result.stderr.strip().splitlines()
+        if result.returncode or not tail or not tail[-1].startswith("@cycles "):
             raise SimulationFailed(
-                f"compiled simulation failed: exit code {done.returncode}\n"
-                f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+                f"compiled simulation failed: exit code {result.returncode}\n"
+                f"{result.stdout[-2000:]}\n{result.stderr[-2000:]}"
             )
         _, cycles, finished, seconds = tail[-1].split()
         if finished != "1":
             raise SimulationFailed(
-                f"compiled simulation not finished after {cycles} cycles\n{done.stdout[-2000:]}"
+                f"compiled simulation not finished after {cycles} cycles\n{result.stdout[-2000:]}"
             )
-        return CompletedRun(done.stdout, int(cycles), float(seconds))
+        return CompletedRun(result.stdout, int(cycles), float(seconds))
 
 
 def build(

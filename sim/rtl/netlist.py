@@ -34,7 +34,7 @@ _NET = re.compile(rf"{re.escape(CORE)}\.n\d+")
 _LINES = re.MULTILINE | re.DOTALL
 _MODULE = re.compile(r"^module (\w+)", _LINES)
 #: Parameters of a memory's output latch at configuration, which the core does not read.
-_UNREAD = ("INIT_A", "INIT_B")
+_UNUSED = ("INIT_A", "INIT_B")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,13 +64,13 @@ class Cells:
 
     def sources(self) -> dict[str, str]:
         """Their Verilog, by file name; a cell of ``own`` replaces that of the library."""
-        own = {name: Path(__file__).with_name(name).read_text() for name in self.own}
-        kinds = "|".join(kind for text in own.values() for kind in _MODULE.findall(text))
+        texts = {name: Path(__file__).with_name(name).read_text() for name in self.own}
+        kinds = "|".join(kind for text in texts.values() for kind in _MODULE.findall(text))
         library = "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)])
         if kinds:
             library = re.sub(rf"^module (?:{kinds})\b.*?^endmodule", "", library, flags=_LINES)
         included = {Path(name).name: cell_library(name) for name in self.included}
-        return {"cells.v": library, **included, **own}
+        return {"cells.v": library, **included, **texts}
 
 
 #: By the family's name.
@@ -149,7 +149,7 @@ class NetlistSimulation(CompiledSimulation):
             _, _, codes = wires_of(trace)
             nets = {code for name, code in codes.items() if _NET.fullmatch(name)}
             cycles = changes_of(trace)
-            next(cycles)  # all values, as they are
+            next(cycles)  # all initial values
             count = sum(len(nets & changes.keys()) for _, changes in cycles)
         return count / (stop - first)
 
@@ -173,8 +173,8 @@ def verilog_of(netlist: Mapping[str, Any], top: str, family: Cells) -> str:
     for name, port in ports.items():
         nets = _nets(port["bits"])
         if name not in pads:
-            inward = port["direction"] == "input"
-            lines.append(f"  assign {nets} = {name};" if inward else f"  assign {name} = {nets};")
+            is_input = port["direction"] == "input"
+            lines.append(f"  assign {nets} = {name};" if is_input else f"  assign {name} = {nets};")
     for number, cell in enumerate(cells.values()):
         kind = cell["type"]
         if kind == _NO_HARDWARE:
@@ -185,8 +185,8 @@ def verilog_of(netlist: Mapping[str, Any], top: str, family: Cells) -> str:
         pins = cell["connections"]
         if kind in family.vectors:
             pins = _vectors(pins, f"c{number}_", lines)
-        wired = ", ".join(f".{k}({_nets(v)})" for k, v in pins.items() if v)
-        lines.append(f"  {kind} #({params}) c{number} ({wired});")
+        connections = ", ".join(f".{k}({_nets(v)})" for k, v in pins.items() if v)
+        lines.append(f"  {kind} #({params}) c{number} ({connections});")
     return "\n".join([*lines, "endmodule", ""])
 
 
@@ -200,20 +200,20 @@ def _vectors(
 ) -> dict[str, list[int | str]]:
     """Pins with numbers as vectors; wires for those that are not connected are added to lines."""
     vectors: dict[str, dict[int, int | str]] = {}
-    single: dict[str, list[int | str]] = {}
+    merged: dict[str, list[int | str]] = {}
     for name, bits in pins.items():
         stem = name.rstrip("0123456789")
         if stem == name:
-            single[name] = list(bits)
+            merged[name] = list(bits)
         elif bits:
             vectors.setdefault(stem, {})[int(name.removeprefix(stem))] = bits[0]
-    for stem, wired in vectors.items():
-        single[stem] = []
-        for k in range(max(wired) + 1):
-            if k not in wired:
+    for stem, numbered in vectors.items():
+        merged[stem] = []
+        for k in range(max(numbered) + 1):
+            if k not in numbered:
                 lines.append(f"  wire {prefix}{stem}{k};")
-            single[stem].append(wired.get(k, f"{prefix}{stem}{k}"))
-    return single
+            merged[stem].append(numbered.get(k, f"{prefix}{stem}{k}"))
+    return merged
 
 
 def _parameters(
@@ -221,7 +221,7 @@ def _parameters(
 ) -> Iterator[tuple[str, str]]:
     """Parameters as Verilog constants; the contents of a memory as one number."""
     values = dict(cell["parameters"])
-    for name in _UNREAD if contents else ():
+    for name in _UNUSED if contents else ():
         values.pop(name, None)
     for kind, (prefix, count, width) in contents.items():
         words = [_bits(values.pop(f"{prefix}{k:02X}", "0")) for k in range(count)]

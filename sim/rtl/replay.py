@@ -108,7 +108,7 @@ class Batch:
     def packed(self) -> bytes:
         """Binary form of the batch, defined in `harness.cpp`."""
         head = (len(self.inputs), len(self.bus_writes), self.stall, self.trace, self.limit)
-        counted = np.arange(self.inputs.shape[1]) < self.n_in[:, None]
+        valid = np.arange(self.inputs.shape[1]) < self.n_in[:, None]
         writes = [
             x
             for w in self.bus_writes
@@ -116,7 +116,7 @@ class Batch:
                 (w.record, -1, w.cycle) if isinstance(w, Reset) else (w.record, w.address, w.word)
             )
         ]
-        words = np.concatenate([self.n_in, self.inputs[counted], np.array(writes, dtype=np.int64)])
+        words = np.concatenate([self.n_in, self.inputs[valid], np.array(writes, dtype=np.int64)])
         return np.array(head, dtype=np.int64).tobytes() + words.astype(np.int32).tobytes()
 
     def result(
@@ -151,19 +151,19 @@ class Batch:
             for lane, address, value, cycle in traced.reshape(-1, 4).tolist()
         )
         counts, flags, intervals = updates.reshape(-1, 3).T.astype(np.int64)
-        cut = intervals == -2
-        n_out = np.where(cut, counts, self.n_out[: len(counts)])
-        wrong = (counts != n_out) | ((intervals < 0) & ~cut)
-        if wrong.any() and not fault:
-            k = int(np.argmax(wrong))
+        was_reset = intervals == -2
+        n_out = np.where(was_reset, counts, self.n_out[: len(counts)])
+        mismatches = (counts != n_out) | ((intervals < 0) & ~was_reset)
+        if mismatches.any() and not fault:
+            k = int(np.argmax(mismatches))
             fault = f"update {k} gave {counts[k]} output words, {n_out[k]} expected"
             if intervals[k] < 0:
                 fault = f"update {k} of {len(self.n_out)} did not complete"
         if fault:
             raise ReplayFailed(f"{who}: {fault}", writes)
-        there = np.arange(self.n_out.max()) < n_out[:, None]
-        outputs, latency = np.zeros((2, *there.shape), dtype=np.int64)
-        outputs[there], latency[there] = words, cycles + 1
+        valid = np.arange(self.n_out.max()) < n_out[:, None]
+        outputs, latency = np.zeros((2, *valid.shape), dtype=np.int64)
+        outputs[valid], latency[valid] = words, cycles + 1
         return RtlRun(outputs, flags != 0, latency, intervals, writes)
 
 

@@ -86,33 +86,33 @@ class _Bench:
             await self.half(0)
         self.dut.rst.value = 0
         lfsr = (0x2F6E2B1 + stall) & 0xFFFF_FFFF
-        record = at = 0
+        record = index = 0
         offer, counting, complete = True, False, False
         first = 0
         while True:
-            waits = at == 0 and bool(self.writes) and self.writes[0][0] == record
-            valid = offer and record < len(self.records) and not waits
-            strobe, take = waits and not counting, not stall or (lfsr >> 3 ^ lfsr >> 17) & 1
-            ends = valid and at == len(self.records[record]) - 1
+            write_pending = index == 0 and bool(self.writes) and self.writes[0][0] == record
+            valid = offer and record < len(self.records) and not write_pending
+            strobe, take = write_pending and not counting, not stall or (lfsr >> 3 ^ lfsr >> 17) & 1
+            is_last = valid and index == len(self.records[record]) - 1
             inputs = {"in_valid": valid, "out_ready": take, "bus_stb": strobe}
             if valid:
-                inputs["in_payload"] = self.records[record][at] & (last - 1) | ends * last
+                inputs["in_payload"] = self.records[record][index] & (last - 1) | is_last * last
             if strobe:
                 _, inputs["bus_addr"], word = self.writes[0]
                 inputs["bus_data"] = word & (last - 1)
             await self.half(0, **inputs)
             if counting and self.update == self.trace:
                 self.write_down()
-            ready, moves = self.read("in_ready"), self.read("out_valid") and take
-            asks = ready and at == 0 and counting and complete and record == self.update + 1
-            if asks or not self.limit:
-                count, interval = len(self.words) - first, self.cycle if asks else -1
+            ready, taken = self.read("in_ready"), self.read("out_valid") and take
+            begins = ready and index == 0 and counting and complete and record == self.update + 1
+            if begins or not self.limit:
+                count, interval = len(self.words) - first, self.cycle if begins else -1
                 self.updates.extend((count, self.read("saturated"), interval))
                 self.update, first, complete = self.update + 1, len(self.words), False
             if self.update == len(self.records) or not self.limit:
                 return
             self.limit -= 1
-            if moves:
+            if taken:
                 payload = self.read("out_payload")
                 self.words.append(self.signed(payload))
                 self.cycles.append(self.cycle)
@@ -121,11 +121,11 @@ class _Bench:
                 del self.writes[0]
             await self.half(1)
             self.cycle += 1
-            counting = counting and not asks
+            counting = counting and not begins
             if valid and ready:
-                if at == 0:
+                if index == 0:
                     self.cycle, counting = 1, True
-                at, record = (0, record + 1) if ends else (at + 1, record)
+                index, record = (0, record + 1) if is_last else (index + 1, record)
                 offer = not stall or bool(lfsr >> 5 & 1)
             elif not offer:
                 offer = bool(lfsr >> 9 & 1)

@@ -56,15 +56,15 @@ def _after_header(mode: str, folder: Path, command: list[str]) -> list[str]:
     """
     if "-c" not in command:
         return command
-    header, made = folder / _HEADER, folder / f"{_HEADER}.gch"
-    at = command.index("-c")
+    header, binary = folder / _HEADER, folder / f"{_HEADER}.gch"
+    index = command.index("-c")
     if mode == "keep" and b"Free Software Foundation" in _version(command[0]):
         header.write_text('#include "verilated.h"\n')
-        flags = [word for word in command[:at] if not word.startswith("-MM")]
-        subprocess.run([*flags, "-x", "c++-header", "-o", str(made), str(header)], check=False)
-    if not made.exists():
+        flags = [word for word in command[:index] if not word.startswith("-MM")]
+        subprocess.run([*flags, "-x", "c++-header", "-o", str(binary), str(header)], check=False)
+    if not binary.exists():
         return command
-    return [*command[:at], "-include", str(header), *command[at:]]
+    return [*command[:index], "-include", str(header), *command[index:]]
 
 
 def _key(command: list[str], include: Path) -> str:
@@ -81,13 +81,13 @@ def _compile(mode: str, folder: Path, command: list[str]) -> int:
     if not (source.name.startswith("verilated") and source.suffix == ".cpp" and "-o" in command):
         return subprocess.run(_after_header(mode, folder, command), check=False).returncode
     position = command.index("-o") + 1
-    stored = folder / f"{_key([*command[:position], *command[position + 1 :]], source.parent)}.o"
-    if stored.exists():
-        shutil.copyfile(stored, command[position])
+    entry = folder / f"{_key([*command[:position], *command[position + 1 :]], source.parent)}.o"
+    if entry.exists():
+        shutil.copyfile(entry, command[position])
         return 0
     code = subprocess.run(command, check=False).returncode
     if code == 0 and mode == "keep":
-        shutil.copyfile(command[position], stored)
+        shutil.copyfile(command[position], entry)
     return code
 
 

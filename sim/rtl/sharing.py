@@ -69,7 +69,7 @@ def completed(turns: Sequence[Turn], streams: int, number: int) -> list[IntArray
         if turn.number == number:
             rows.append(tuple(done))
         done[turn.number] += 1
-    return list(np.array(rows, dtype=np.int64).reshape(-1, streams).T)
+    return list(np.array(rows, dtype=np.int64).reshape(len(rows), streams).T)
 
 
 def run_in_turns(

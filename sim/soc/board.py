@@ -78,15 +78,15 @@ def attitude_files(
         prefix = float_prefix(software) if single else next(iter(texts)).removesuffix(".h")
         files |= texts
         sources.append(f"{prefix}.c")
-    about = system.map()
-    programs = about.programs[: system.plan.filters]
+    description = system.map()
+    programs = description.programs[: system.plan.filters]
     number = 0 if software is None else system.plan.names.index(software.name)
     files |= {
         "filter.h": filter_header(prefix, single=single, number=number),
         "records.h": records_header(
             programs, outputs=RESULTS + Place.OUTPUTS, inputs=RESULTS + Place.INPUTS
         ),
-        "registers.h": c_header(about),
+        "registers.h": c_header(description),
         "soc_registers.h": soc_header(),
     }
     return files, sources
@@ -174,7 +174,7 @@ class BoardBench:
         SimulationFailed
             The simulation hangs.
         """
-        done = self.compiled.run(
+        result = self.compiled.run(
             {
                 "updates": updates,
                 "after": after,
@@ -190,7 +190,7 @@ class BoardBench:
             files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults},
         )
         lines: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
-        for line in done.stdout.splitlines():
+        for line in result.stdout.splitlines():
             kind, *rest = line.split()
             if kind in lines:
                 lines[kind].append(rest)
@@ -206,8 +206,8 @@ class BoardBench:
             _attitude_writes(lines["B"], *_sizes(self.board)),
             console,
             len(lines["W"]),
-            done.cycles,
-            done.seconds,
+            result.cycles,
+            result.seconds,
         )
 
 
@@ -222,36 +222,36 @@ def _attitude_writes(rows: Sequence[Sequence[str]], inputs: int, outputs: int) -
 
     A header of 0 is not that of an update; updates count from 1 on.
     """
-    behind = _OUTPUTS + outputs
-    size = behind + inputs
-    begun: list[dict[int, int]] = []  # words as they were first written
-    later: list[dict[int, int]] = []  # and as they were last written
-    at: list[int] = []
+    inputs_start = _OUTPUTS + outputs
+    size = inputs_start + inputs
+    first_words: list[dict[int, int]] = []  # words as they were first written
+    last_words: list[dict[int, int]] = []  # and as they were last written
+    cycles: list[int] = []
     for cycle, index, word in rows:
         k = int(index) % size
         if k == 0:
-            begun.append({})
-            later.append({})
-            at.append(0)
-        if begun:
-            begun[-1].setdefault(k, int(word, 16))
-            later[-1][k] = int(word, 16)
-            if _OUTPUTS <= k < behind:
-                at[-1] = int(cycle)
-    whole = [n for n, words in enumerate(begun) if len(words) == size and words[0]]
+            first_words.append({})
+            last_words.append({})
+            cycles.append(0)
+        if first_words:
+            first_words[-1].setdefault(k, int(word, 16))
+            last_words[-1][k] = int(word, 16)
+            if _OUTPUTS <= k < inputs_start:
+                cycles[-1] = int(cycle)
+    complete = [n for n, words in enumerate(first_words) if len(words) == size and words[0]]
 
     def table(words: Sequence[dict[int, int]]) -> npt.NDArray[np.uint32]:
         return np.array(
-            [[words[n][k] for k in range(size)] for n in whole], dtype=np.uint32
+            [[words[n][k] for k in range(size)] for n in complete], dtype=np.uint32
         ).reshape(-1, size)
 
-    first, final = table(begun), table(later)
+    first, final = table(first_words), table(last_words)
     return AttitudeWrites(
-        np.array([at[n] for n in whole], dtype=np.int64),
+        np.array([cycles[n] for n in complete], dtype=np.int64),
         first[:, 0].astype(np.int64),
-        first[:, _OUTPUTS:behind].view(np.int32),
-        first[:, behind:].view(np.int32),
-        final[:, _OUTPUTS:behind].view(np.int32),
+        first[:, _OUTPUTS:inputs_start].view(np.int32),
+        first[:, inputs_start:].view(np.int32),
+        final[:, _OUTPUTS:inputs_start].view(np.int32),
         final[:, 2].astype(np.int64),
     )
 

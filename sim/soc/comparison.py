@@ -56,9 +56,9 @@ def _figures(run: Measured) -> dict[str, Any]:
 def _integer(e: Estimator, inputs: FloatArray, optimise: str) -> dict[str, Any]:
     program = e.compile()
     run = measure_integer(program, inputs, optimise=optimise)
-    wanted, _ = CModel(program).update(input_words(program, inputs[..., None])[..., 0])
-    wrong = (run.outputs.view(np.int32) != wanted).any(axis=1)
-    return {**_figures(run), "mismatches": int(wrong.sum())}
+    expected, _ = CModel(program).update(input_words(program, inputs[..., None])[..., 0])
+    mismatches = (run.outputs.view(np.int32) != expected).any(axis=1)
+    return {**_figures(run), "mismatches": int(mismatches.sum())}
 
 
 def _single(e: Estimator, inputs: FloatArray, optimise: str) -> dict[str, Any]:
@@ -66,16 +66,16 @@ def _single(e: Estimator, inputs: FloatArray, optimise: str) -> dict[str, Any]:
     inputs = inputs.astype(np.float32).astype(np.float64)
     reference = e.run_float(inputs[..., None]).outputs
     values = run.outputs.view(np.float32).astype(np.float64)
-    named = {o.name: values[:, k] for k, o in enumerate(e.outputs)}
+    by_name = {o.name: values[:, k] for k, o in enumerate(e.outputs)}
     deviation = largest_turn_deg(
-        attitude_of(named), attitude_of({k: v[:, 0] for k, v in reference.items()})
+        attitude_of(by_name), attitude_of({k: v[:, 0] for k, v in reference.items()})
     )
-    wrong = named["status"] != reference["status"][:, 0]
+    mismatches = by_name["status"] != reference["status"][:, 0]
     return {
         **_figures(run),
         "apart_deg": float(deviation),
         "bound_deg": FLOAT_BOUND_DEG,
-        "status_mismatches": int(wrong.sum()),
+        "status_mismatches": int(mismatches.sum()),
     }
 
 

@@ -34,7 +34,7 @@ RAM = 256 * 1024
 #: Clock cycles per bit of the console: the minimum.
 DIVISOR = 8
 #: Cycles after which an update counts as hung.
-_PATIENCE = 1_000_000
+_UPDATE_LIMIT = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def measure_image(
     bench = bench or soc_bench(ram=image.ram)
     run = bench.run(
         {"records": n, "words": width},
-        max_cycles=(n + 1) * _PATIENCE,
+        max_cycles=(n + 1) * _UPDATE_LIMIT,
         files={
             "firmware.hex": image.hex,
             "records.hex": "".join(f"{word:08x}\n" for word in records.ravel()),

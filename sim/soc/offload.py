@@ -35,18 +35,18 @@ def offload(bench: BoardBench, log: Record, *, updates: int = 1000) -> dict[str,
     """
     image = attitude_image(bench.board.system, ram=bench.ram)
     run = bench.run(image, stimulus(log, bench.board), updates=updates)
-    seen = run.newest
+    writes = run.newest
     program = bench.board.core.parts[0].program
     # Every parameter has its value after power-up.
-    wanted, _ = CModel(program).update(seen.inputs)
-    at = (seen.header & 0xFFFF) - 1
-    to_memory = (seen.complete - run.updates[at])[_FIRST:]
+    expected, _ = CModel(program).update(writes.inputs)
+    numbers = (writes.header & 0xFFFF) - 1
+    to_memory = (writes.complete - run.updates[numbers])[_FIRST:]
     to_update = run.updates - run.samples[: len(run.updates)]
     return {
         "estimator": program.name,
         "updates": len(run.updates),
-        "in_memory": len(at),
-        "mismatches": int((seen.outputs != wanted).any(axis=1).sum()),
+        "in_memory": len(numbers),
+        "mismatches": int((writes.outputs != expected).any(axis=1).sum()),
         "sample_to_update_cycles": {"min": int(to_update.min()), "max": int(to_update.max())},
         "update_to_memory_cycles": {
             "median": int(np.median(to_memory)),

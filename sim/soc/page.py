@@ -11,7 +11,7 @@ from boresight.sim.plotting import COLOUR, INK, figure_and_axes, legend, setting
 
 __all__ = ["bars", "render_page", "timeline"]
 
-_WAYS = (
+_FORMS = (
     ("float C", "float", COLOUR["pitch"]),
     ("integer C", "integer", COLOUR["amber"]),
     ("core", "hardware", COLOUR["heading"]),
@@ -27,9 +27,9 @@ _COLUMNS = (
 Row = Mapping[str, Any]
 
 
-def _cycles(row: Row, way: str) -> float:
-    value = row[way]["cycles"]
-    return float(value if way == "hardware" else value["median"])
+def _cycles(row: Row, form: str) -> float:
+    value = row[form]["cycles"]
+    return float(value if form == "hardware" else value["median"])
 
 
 def bars(rows: Sequence[Row], *, salt: str = "soc-bars") -> str:
@@ -37,16 +37,16 @@ def bars(rows: Sequence[Row], *, salt: str = "soc-bars") -> str:
     with settings():
         figure, axes = figure_and_axes(0.9 + 0.72 * len(rows))
         axes.set_xscale("log")
-        for k, (label, way, colour) in enumerate(_WAYS):
-            at = [y + 0.26 * (k - 1) for y in range(len(rows))]
-            values = [_cycles(row, way) for row in rows]
-            axes.barh(at, values, left=0.0, height=0.23, color=colour, label=label)
-            for y, value in zip(at, values, strict=True):
+        for k, (label, form, colour) in enumerate(_FORMS):
+            positions = [y + 0.26 * (k - 1) for y in range(len(rows))]
+            values = [_cycles(row, form) for row in rows]
+            axes.barh(positions, values, left=0.0, height=0.23, color=colour, label=label)
+            for y, value in zip(positions, values, strict=True):
                 axes.text(1.05 * value, y, f"{value:,.0f}", va="center", fontsize=8)
-        marked = [(y, row["paper_cycles"]) for y, row in enumerate(rows) if row["paper_cycles"]]
+        paper = [(y, row["paper_cycles"]) for y, row in enumerate(rows) if row["paper_cycles"]]
         axes.plot(
-            [c for _, c in marked],
-            [y - 0.26 for y, _ in marked],
+            [c for _, c in paper],
+            [y - 0.26 for y, _ in paper],
             linestyle="none",
             marker="|",
             markersize=15,
@@ -71,19 +71,19 @@ def timeline(rows: Sequence[Row], *, salt: str = "soc-time") -> str:
     """Times of one update at the paper's clock, linear; the paper's two times as lines."""
     with settings():
         figure, axes = figure_and_axes(0.9 + 0.72 * len(rows))
-        for k, (label, way, colour) in enumerate(_WAYS):
-            at = [y + 0.26 * (k - 1) for y in range(len(rows))]
+        for k, (label, form, colour) in enumerate(_FORMS):
+            positions = [y + 0.26 * (k - 1) for y in range(len(rows))]
             axes.barh(
-                at,
-                [_cycles(row, way) / CLOCK_MHZ for row in rows],
+                positions,
+                [_cycles(row, form) / CLOCK_MHZ for row in rows],
                 height=0.23,
                 color=colour,
                 label=label,
             )
-        most = max(_cycles(row, "float") for row in rows) / CLOCK_MHZ
+        peak = max(_cycles(row, "float") for row in rows) / CLOCK_MHZ
         for row_at, row in enumerate(rows):
-            ours = _cycles(row, "hardware") / CLOCK_MHZ
-            axes.text(ours + 0.006 * most, row_at + 0.26, f"{ours:.2f} µs", va="center", fontsize=8)
+            time = _cycles(row, "hardware") / CLOCK_MHZ
+            axes.text(time + 0.006 * peak, row_at + 0.26, f"{time:.2f} µs", va="center", fontsize=8)
         for name, cycles in {
             (f"{row['paper_cycles'] / CLOCK_MHZ:,.0f} µs in the paper", row["paper_cycles"])
             for row in rows
@@ -93,7 +93,7 @@ def timeline(rows: Sequence[Row], *, salt: str = "soc-time") -> str:
             axes.text(cycles / CLOCK_MHZ, len(rows) - 0.52, f" {name}", fontsize=8, va="bottom")
         axes.set_yticks(range(len(rows)), [row["estimator"] for row in rows])
         axes.set_ylim(len(rows) - 0.5, -0.5)
-        axes.set_xlim(0.0, 1.06 * most)
+        axes.set_xlim(0.0, 1.06 * peak)
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
         axes.set_axisbelow(True)
@@ -107,7 +107,7 @@ def _cells(row: Row) -> list[str]:
     paper, ratios = row["paper_cycles"], row["ratios"]
     return [
         row["estimator"],
-        *(f"{_cycles(row, way):,.0f}" for way in ("float", "integer", "hardware")),
+        *(f"{_cycles(row, form):,.0f}" for form in ("float", "integer", "hardware")),
         f"{paper:,}" if paper else "",
         f"{ratios['integer_to_hardware']:.0f}",
         f"{ratios['float_to_hardware']:.0f}",
@@ -119,7 +119,7 @@ def _cells(row: Row) -> list[str]:
 
 
 def _offload(row: Row) -> str:
-    """What the complete board did."""
+    """Result of the complete board."""
     to_memory = row["update_to_memory_cycles"]
     return (
         f"The complete board with {row['estimator']} on the core: {row['in_memory']:,} of "

@@ -1,4 +1,4 @@
-"""Worlds: closed loops in which an estimator's outputs move what it measures next.
+"""Worlds: closed loops in which an estimator's outputs determine its next measurements.
 
 ====== ============================================================================================
 module what it holds

@@ -1,4 +1,4 @@
-"""The two devices of Ma Long et al. (2014), and how sure each number about them is.
+"""The two devices of Ma Long et al. (2014), with the source of each number.
 
 ADIS16385: gyro and accelerometer of three axes on one SPI port. HMR3300: magnetometer of three
 axes that sends text lines. Of neither is a complete data sheet at hand; `FACTS` says for each

@@ -36,16 +36,16 @@ def fast_turn(
     rate_rad_s : three floats
         Rate about sensor axes [rad/s] between rise and fall; less than half a turn in a step.
     seconds : float
-        How long it has that rate.
+        Time at that rate [s].
     """
     corners = begin_s + np.cumsum([0.0, RAMP_S, seconds, RAMP_S])
-    part = np.interp(log.t - 0.5 * log.dt, corners, [0.0, 1.0, 1.0, 0.0])
-    turned = np.cumsum(part * log.dt)[:, None]
-    r = rotation_vector_to_quaternion(turned * np.asarray(rate_rad_s, dtype=np.float64))
+    share = np.interp(log.t - 0.5 * log.dt, corners, [0.0, 1.0, 1.0, 0.0])
+    turn_time = np.cumsum(share * log.dt)[:, None]
+    r = rotation_vector_to_quaternion(turn_time * np.asarray(rate_rad_s, dtype=np.float64))
     # A step of the sensor: back by the turn before it, the step of the housing, the turn after it.
-    back = quaternion_conjugate(np.concatenate([[[1.0, 0.0, 0.0, 0.0]], r[:-1]]))
+    turn_back = quaternion_conjugate(np.concatenate([[[1.0, 0.0, 0.0, 0.0]], r[:-1]]))
     housing = rotation_vector_to_quaternion(log.gyr * log.dt[:, None])
-    step = quaternion_multiply(quaternion_multiply(back, housing), r)
+    step = quaternion_multiply(quaternion_multiply(turn_back, housing), r)
     to_sensor = quaternion_conjugate(r)
     return replace(
         log,

@@ -24,7 +24,7 @@ __all__ = ["Loop", "Parting", "close_loop", "drive", "parting"]
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """What happened between a source and a level, in a whole run or a part of it.
+    """Records and outputs of a source and a level, in a whole run or a part of it.
 
     Of a level with several runs side by side every shape has the runs behind n: (n, runs), ...
 
@@ -42,7 +42,7 @@ class Loop:
     clamped : dict of str to int
         Samples up to here beyond the range of inputs that are declared to be clamped.
     seconds : float
-        That it took.
+        Duration.
     """
 
     level: str
@@ -65,7 +65,7 @@ class Loop:
 
     @classmethod
     def joined(cls, parts: Sequence[Loop]) -> Loop:
-        """Parts of which each goes on where the last one ended, as one."""
+        """Consecutive parts as one loop."""
         run, last = Run.joined([part.run for part in parts]), parts[-1]
         inputs = np.concatenate([part.inputs for part in parts])
         new = np.concatenate([part.new for part in parts])
@@ -85,13 +85,13 @@ class Loop:
         return cls(last.level, inputs, new, run, truth, last.clamped, seconds)
 
     def record(self, estimator: Estimator, name: str) -> Record:
-        """What the level saw as a record, with truths: any level can be run on it again.
+        """The inputs of the level as a record, with truths: any level can be run on it again.
 
         NaN where there was no new sample; a flag of validity has no column.
         """
-        seen = np.where(self.new, self.inputs, np.nan)
+        samples = np.where(self.new, self.inputs, np.nan)
         columns = {
-            i.name: Column(seen[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
+            i.name: Column(samples[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
         }
         columns |= {f"{n}{TRUTH}": Column(v) for n, v in self.truth.items()}
         return Record(name, columns, index_place(name))
@@ -123,9 +123,9 @@ class Parting:
     def line(self) -> str:
         """One line for people."""
         a, b = self.levels
-        why = "on the same records: these levels differ" if self.same_records else "of the record"
+        cause = "on the same records: these levels differ" if self.same_records else "of the record"
         return (
-            f"{a} and {b} part in step {self.step}: {self.what} {why}, "
+            f"{a} and {b} part in step {self.step}: {self.what} {cause}, "
             f"{self.values[0]!r} and {self.values[1]!r}"
         )
 
@@ -138,7 +138,7 @@ def drive(
     keep: Collection[str] | None = None,
     anew: bool = True,
 ) -> Iterator[Loop]:
-    """Run a level from a reset on over what a source gives, and yield what happens part by part.
+    """Run a level from a reset on over the records of a source, and yield the loop part by part.
 
     A part is a record of a world that gets the outputs, one of the `World.pieces` of a world that
     ignores them, or the whole of a log.
@@ -233,8 +233,8 @@ def _world(
         else:
             outputs = {name: value[0].reshape(runs) for name, value in run.outputs.items()}
         run = run if keep is None else run.outputs_alone(keep)
-        seen, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
-        yield Loop(level.name, *seen, run, truth, reader.clamped, seconds)
+        samples, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
+        yield Loop(level.name, *samples, run, truth, reader.clamped, seconds)
     if not reader.rows:
         raise InputError.at(
             f"world {world.name}",
@@ -264,25 +264,25 @@ def close_loop(
     parts, rows = list[Loop](), 0
     for part in drive(world, level, steps=steps, keep=keep):
         parts.append(part)
-        before, rows = rows, rows + len(part.inputs)
-        if progress is not None and rows // 1000 > before // 1000:
+        previous, rows = rows, rows + len(part.inputs)
+        if progress is not None and rows // 1000 > previous // 1000:
             progress(rows)
     return Loop.joined(parts)
 
 
 def _rows(
-    world: World, done: int, piece: Mapping[str, Any], steps: int | None
+    world: World, rows_read: int, piece: Mapping[str, Any], steps: int | None
 ) -> tuple[dict[str, Any], int]:
     """Columns of a piece as (n, 1) or (n, runs), at most so many that ``steps`` are done; n."""
     lengths = {len(np.atleast_1d(column)) for column in piece.values()}
     if len(lengths) != 1 or not min(lengths):
         raise InputError.at(
-            f"world {world.name}, step {done}",
+            f"world {world.name}, step {rows_read}",
             wanted="columns of one length",
             found=" and ".join(map(str, sorted(lengths))) or "none",
             fix="give every column a value for each record",
         )
-    n = lengths.pop() if steps is None else min(lengths.pop(), steps - done)
+    n = lengths.pop() if steps is None else min(lengths.pop(), steps - rows_read)
     columns = {name: np.atleast_1d(column)[:n] for name, column in piece.items()}
     return {name: c[:, None] if c.ndim == 1 else c for name, c in columns.items()}, n
 
@@ -293,24 +293,26 @@ def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:
     Records and outputs are compared exactly: equal levels give equal loops.
     """
     n = min(len(first.inputs), len(second.inputs))
-    seen = first.inputs[:n] != second.inputs[:n]
+    inputs_differ = first.inputs[:n] != second.inputs[:n]
     names = list(first.outputs)
-    answered = np.stack([first.outputs[k][:n] != second.outputs[k][:n] for k in names], axis=1)
-    differs = seen.any(axis=1) | answered.any(axis=1)
+    outputs_differ = np.stack(
+        [first.outputs[k][:n] != second.outputs[k][:n] for k in names], axis=1
+    )
+    differs = inputs_differ.any(axis=1) | outputs_differ.any(axis=1)
     if not differs.any():
         return None
     step = int(np.argmax(differs))
     levels = (first.level, second.level)
-    if seen[step].any():
-        k = int(np.argmax(seen[step]))
+    if inputs_differ[step].any():
+        k = int(np.argmax(inputs_differ[step]))
         values = (float(first.inputs[step, k]), float(second.inputs[step, k]))
         return Parting(step, f"input {estimator.inputs[k].name}", levels, values, False)
-    name = names[int(np.argmax(answered[step]))]
+    name = names[int(np.argmax(outputs_differ[step]))]
     pair = (float(first.outputs[name][step]), float(second.outputs[name][step]))
     return Parting(step, f"output {name}", levels, pair, True)
 
 
 def _guarded(world: World, call: Callable[..., Any], *args: object) -> Any:
-    """Call a world's method; what it raises becomes one line."""
+    """Call a world's method; its exceptions become one line."""
     where, fix = f"world {world.name}", "correct the world"
     return called(call, *args, where=where, wanted="a record", fix=fix)

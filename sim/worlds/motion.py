@@ -80,15 +80,15 @@ class StackedMotion:
     def __post_init__(self) -> None:
         if not self.swings:
             raise InputError("swings must have at least one entry, not none")
-        left: dict[int, float] = {}
+        end_angles: dict[int, float] = {}
         for k, swing in enumerate(self.swings):
             start = float(swing.at(np.zeros(1))[0][0])
-            if abs(start - left.get(swing.axis, start)) > 1e-9:
+            if abs(start - end_angles.get(swing.axis, start)) > 1e-9:
                 raise InputError(
-                    f"swing {k} must start at {math.degrees(left[swing.axis]):g} deg, "
+                    f"swing {k} must start at {math.degrees(end_angles[swing.axis]):g} deg, "
                     f"where its stage stands, not {math.degrees(start):g} deg"
                 )
-            left[swing.axis] = float(swing.at(np.array([swing.seconds]))[0][0])
+            end_angles[swing.axis] = float(swing.at(np.array([swing.seconds]))[0][0])
 
     @property
     def seconds(self) -> float:
@@ -109,17 +109,17 @@ class StackedMotion:
         """Stage angles [rad], rates [rad/s] and accelerations [rad/s^2] at times t [s]: (n, 3)."""
         t = np.asarray(t, dtype=np.float64)
         out = np.zeros((3, len(t), 3))
-        first: set[int] = set()
+        started: set[int] = set()
         start = 0.0
         for swing in self.swings:
             end = start + swing.seconds
-            if swing.axis not in first:  # until its first swing the stage stands at its start
-                first.add(swing.axis)
+            if swing.axis not in started:  # until its first swing the stage stands at its start
+                started.add(swing.axis)
                 out[0, :, swing.axis] = swing.at(np.zeros(1))[0]
-            moving, after = (t >= start) & (t < end), t >= end
+            moving, ended = (t >= start) & (t < end), t >= end
             for row, value in zip(out, swing.at(t[moving] - start), strict=True):
                 row[moving, swing.axis] = value
-            out[0, after, swing.axis] = swing.at(np.array([swing.seconds]))[0]
+            out[0, ended, swing.axis] = swing.at(np.array([swing.seconds]))[0]
             start = end
         return out[0], out[1], out[2]
 
@@ -145,18 +145,18 @@ class StackedMotion:
         x, y, z = np.eye(3)
         ry_t, rz_t = (np.swapaxes(_turn(k, angles[:, k]), 1, 2) for k in (1, 2))
         (a1, b1, c1), (a2, b2, c2) = (np.moveaxis(d, 1, 0)[:, :, None] for d in (first, second))
-        low = ry_t @ x  # (n, 3): the axis of stage x, seen from stage y
-        u = low * a1 + y * b1
-        u_dot = low * a2 - b1 * np.cross(y, low * a1) + y * b2
-        turned = _apply(rz_t, u)
-        w = turned + z * c1
-        w_dot = _apply(rz_t, u_dot) - c1 * np.cross(z, turned) + z * c2
+        x_axis = ry_t @ x  # (n, 3): the axis of stage x, seen from stage y
+        u = x_axis * a1 + y * b1
+        u_dot = x_axis * a2 - b1 * np.cross(y, x_axis * a1) + y * b2
+        u_top = _apply(rz_t, u)
+        w = u_top + z * c1
+        w_dot = _apply(rz_t, u_dot) - c1 * np.cross(z, u_top) + z * c2
         return w, w_dot
 
     def specific_force(
         self, t: npt.ArrayLike, *, gravity: float, lever: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> FloatArray:
-        """What an ideal accelerometer feels [m/s^2] at times t [s]: (n, 3).
+        """Specific force of an ideal accelerometer [m/s^2] at times t [s]: (n, 3).
 
         Parameters
         ----------

@@ -27,7 +27,7 @@ __all__ = ["Sensors", "record"]
 class Sensors:
     """Three triads on one body, in rad/s, m/s^2 and uT.
 
-    ``gyro_bias``: what is subtracted from the gyro's readings, the bias found at rest.
+    ``gyro_bias``: bias found at rest, which is subtracted from the gyro's readings.
     """
 
     gyro: Triad

@@ -20,7 +20,7 @@ __all__ = ["Ride", "profile", "ride"]
 
 @dataclass(frozen=True, eq=False)
 class Ride:
-    """What a vehicle does, at records of ``rate_hz``.
+    """Motion of a vehicle, at records of ``rate_hz``.
 
     Roll, pitch and unwrapped heading (n, 3) [rad]; q body to navigation (n, 4); mean body rate
     since the sample before (n, 3) [rad/s]; acceleration in navigation axes and specific force in
@@ -66,9 +66,9 @@ def ride(
     q = quaternions_of(euler)
     rate = np.zeros((len(accel), 3))
     rate[1:] = turns_between(q[:-1], q[1:]) * rate_hz
-    c, s, across = np.cos(heading), np.sin(heading), speed * turn
+    c, s, lateral = np.cos(heading), np.sin(heading), speed * turn
     acceleration = np.stack(
-        [accel * c - across * s, accel * s + across * c, np.broadcast_to(-lift, c.shape)], axis=1
+        [accel * c - lateral * s, accel * s + lateral * c, np.broadcast_to(-lift, c.shape)], axis=1
     )
     force = rotate(quaternion_conjugate(q), acceleration - [0.0, 0.0, GRAVITY])
     return Ride(rate_hz, euler, q, rate, acceleration, force)

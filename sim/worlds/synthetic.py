@@ -41,7 +41,7 @@ _LARGEST_LOG = 10_000_000
 
 @dataclass(frozen=True)
 class SensorError:
-    """What one triad adds to the true value, in its unit.
+    """Error that one triad adds to the true value, in its unit.
 
     White noise, whose standard deviation of each sample and axis is 0 or more, and an offset.
     `InputError` if a value is not finite, the noise negative or the bias not three numbers.
@@ -122,21 +122,21 @@ def synthetic_log(
     legal = 2 <= count <= _LARGEST_LOG
     _require("seconds * rate_hz", count, f"2 to {_LARGEST_LOG} samples", legal)
 
-    motion, pull, gyr_rng, acc_rng, mag_rng = (
+    motion_rng, force_rng, gyr_rng, acc_rng, mag_rng = (
         np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5)
     )
     # one sample more, before the first, for the first gyro step
     t = np.arange(-1, count) / rate_hz
     limits = (np.radians(max_pitch_deg), _ROLL_LIMIT, _HEADING_LIMIT)
-    theta, gamma, psi = (_sum_of_sines(t, limit, motion) for limit in limits)
+    theta, gamma, psi = (_sum_of_sines(t, limit, motion_rng) for limit in limits)
     if through_vertical:
-        theta = _LOOP_LIMIT * np.sin(2 * np.pi * 0.1 * t + motion.uniform(0, 2 * np.pi))
+        theta = _LOOP_LIMIT * np.sin(2 * np.pi * 0.1 * t + motion_rng.uniform(0, 2 * np.pi))
     q = euler_to_quaternion(np.stack([theta, gamma, psi], axis=-1))
     turn = turns_between(q[:-1], q[1:])
     q, t = q[1:], t[1:]
 
     to_body = quaternion_conjugate(q)
-    force = np.stack([_sum_of_sines(t, acceleration, pull) for _ in range(3)], axis=-1)
+    force = np.stack([_sum_of_sines(t, acceleration, force_rng) for _ in range(3)], axis=-1)
     force[:, 2] += gravity
     mag = (mag_error or SensorError()).apply(rotate(to_body, field_ut), mag_rng)
     mag[np.arange(count) % mag_every != 0] = np.nan

@@ -1,4 +1,4 @@
-"""A three-axis sensor: what it makes of a true vector.
+"""A three-axis sensor: from a true vector to its reading.
 
 ::
 
@@ -50,9 +50,9 @@ class Triad:
     bias : three floats
         Constant offset; of a magnetometer: hard iron.
     matrix : 3 x 3 floats
-        What the axes make of the true vector: scale, misalignment, soft iron.
+        From the true vector to the axes: scale, misalignment, soft iron.
     latency_s : float, 0 or more
-        Age of what a reading shows, at the time it is used.
+        Age of a reading's value at the time of its use.
     averaged : float, 1 or more
         Readings that the reader averages into one value: variance and lsb shrink by it.
 
@@ -100,7 +100,7 @@ class Triad:
         latency_s: float | None = None,
         averaged: float | None = None,
     ) -> Triad:
-        """The same sensor with other errors; what is None stays."""
+        """The same sensor with other errors; None leaves one as it is."""
         return dataclasses.replace(
             self,
             matrix=self.matrix if matrix is None else _rows(np.asarray(matrix, dtype=np.float64)),

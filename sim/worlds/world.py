@@ -74,7 +74,7 @@ class World:
         return None
 
     def draw(self, seed: int) -> None:
-        """Take another draw of what is random, noise and errors: each ``seed`` its own.
+        """Take another draw of all random values, noise and errors: each ``seed`` its own.
 
         `start` follows, and begins the draw that was taken last: store the seed here, and make
         generators of it there.
@@ -97,7 +97,7 @@ class World:
 
 
 def drawn(world: World, seed: int) -> None:
-    """Let a world take a draw (`World.draw`); what it raises becomes one line."""
+    """Let a world take a draw (`World.draw`); its exceptions become one line."""
     where = f"world {world.name}, draw"
     called(world.draw, seed, where=where, wanted=f"a draw of seed {seed}", fix="correct the world")
 
@@ -112,12 +112,12 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
     """
     where = f"world {world.name}, bound"
     wanted = f"standard deviations of {records} records by output name"
-    given: Any = called(world.bound, where=where, wanted=wanted, fix="correct the world")
+    result: Any = called(world.bound, where=where, wanted=wanted, fix="correct the world")
     fix = "return {NAME: an array with a number for each record}"
-    if not isinstance(given, Mapping):
-        raise InputError.at(where, wanted=wanted, found=type(given).__name__, fix=fix)
+    if not isinstance(result, Mapping):
+        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=fix)
     bound = {}
-    for name, values in given.items():
+    for name, values in result.items():
         try:
             bound[name] = np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
@@ -129,10 +129,10 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
     return bound
 
 
-#: What stands for a world: a text, a class or an object.
+#: Reference to a world: a text, a class or an object.
 NamedWorld: TypeAlias = str | type[World] | World
 
 
 def world_of(what: NamedWorld) -> World:
-    """The world that is meant; see `model.resolve.load`."""
+    """The world of a name, class or object; see `model.resolve.load`."""
     return load(what, World, "world", {}, WORLD_GROUP)

@@ -1,4 +1,4 @@
-"""Logs in the cases of a protocol, as an estimator reads them: what parameters are tuned on."""
+"""Logs in the cases of a protocol, as an estimator reads them, for the tuning of parameters."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Cell:
 
 
 def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> list[Cell]:
-    """Every log in every case that needs no full scale; what counts is what the protocol counts.
+    """Every log in every case that needs no full scale; samples count as in the protocol.
 
     Only what is run and judged is kept of each, not the log's other columns.
 
@@ -44,14 +44,14 @@ def cells(estimator: Estimator, records: Sequence[Record], protocol: str) -> lis
             found="another one",
             fix="leave --protocol out, or name another",
         )
-    held = []
+    out = []
     for record in records:
         log = NineAxis.of(record)
         for case in cases:
             trial = prepared(case, log)
             columns = feed(estimator, replace(trial, mov=counted(trial)).record())
-            bare = Record(
+            head = Record(
                 record.name, {"t": Column(trial.t[:1].copy())}, record.place, record.source
             )
-            held.append(Cell(log.name, case, replace(columns, record=bare, new=columns.new[:0])))
-    return held
+            out.append(Cell(log.name, case, replace(columns, record=head, new=columns.new[:0])))
+    return out

@@ -27,7 +27,7 @@ _STYLES = (
 )
 
 
-#: What the field does: key of `worse.field_off`, label, colour.
+#: Deviations of the field: key of `worse.field_off`, label, colour.
 _FIELD = (
     ("field_heading", "from north, deg", "#CC79A7"),
     ("field_dip", "dip from its median, deg", "#009E73"),
@@ -35,7 +35,7 @@ _FIELD = (
 )
 
 
-def _shown(data: Mapping[str, Any]) -> list[str]:
+def _plotted(data: Mapping[str, Any]) -> list[str]:
     """Filters in plots: float64 lies upon fixed point."""
     return [name for name in data["filters"] if not name.endswith(FLOAT)]
 
@@ -55,10 +55,10 @@ def dots(
         log_axis(axes)
         for k, name in enumerate(names):
             colour, marker = _STYLES[k % len(_STYLES)]
-            places = [(v[name], j) for j, (_, v) in enumerate(rows) if v[name]]
-            if places:
+            points = [(v[name], j) for j, (_, v) in enumerate(rows) if v[name]]
+            if points:
                 axes.plot(
-                    *zip(*places, strict=True),
+                    *zip(*points, strict=True),
                     linestyle="none",
                     marker=marker,
                     color=colour,
@@ -81,12 +81,12 @@ def strip(data: Mapping[str, Any], name: str, salt: str) -> str:
         axes.grid(False, axis="y")
         axes.set_xscale("log", base=2)
         axes.axvline(1.0, color=INK, linewidth=0.8)
-        places = [
+        points = [
             (t["rows"][name] / t["rows"][rival], groups.index(t["group"]))
             for t in data["trials"]
             if t["rows"][name] and t["rows"][rival]
         ]
-        axes.plot(*zip(*places, strict=True), "o", color=_STYLES[0][0], markersize=4, alpha=0.5)
+        axes.plot(*zip(*points, strict=True), "o", color=_STYLES[0][0], markersize=4, alpha=0.5)
         axes.set_yticks(range(len(groups)), groups)
         axes.set_ylim(len(groups) - 0.5, -0.5)
         axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
@@ -95,7 +95,7 @@ def strip(data: Mapping[str, Any], name: str, salt: str) -> str:
 
 
 def story(run: Mapping[str, Any], name: str, rival: str, salt: str) -> str:
-    """Both errors over the time of a run, and what the field did in truth; rest is shaded."""
+    """Both errors over the time of a run, and the true deviations of the field; rest is shaded."""
     curves = {n: np.array(v, dtype=np.float64) for n, v in run["curves"].items()}
     t, rest = curves["t"], curves["moves"] < 0.5
     with settings():
@@ -118,8 +118,8 @@ def story(run: Mapping[str, Any], name: str, rival: str, salt: str) -> str:
 
 
 def render_page(data: Mapping[str, Any]) -> str:
-    """HTML text of what `boresight accuracy --protocol` gives."""
-    names, groups = _shown(data), data["groups"]
+    """HTML text of the result of `boresight accuracy --protocol`."""
+    names, groups = _plotted(data), data["groups"]
     limit = f"{SETTLED_DEG[1]:g}"
     errors = [(g["group"], {n: g["rows"][n][g["judged"]] for n in names}) for g in groups]
     times = [(g["group"], {n: g["rows"][n][f"settled_{limit}"] for n in names}) for g in groups]

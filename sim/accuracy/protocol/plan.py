@@ -1,4 +1,4 @@
-"""Protocols: lists of cases, each one thing that is done to every trial."""
+"""Protocols: lists of cases, each one change of every trial."""
 
 from __future__ import annotations
 
@@ -58,50 +58,50 @@ class Case:
     full_scale: tuple[str, ...] = ()
 
 
-def _one(
+def _case(
     name: str, *work: Variant, judged: str = "total", full_scale: tuple[str, ...] = ()
 ) -> Case:
     return Case(name, name, chain(*work), judged, full_scale)
 
 
-def _first() -> list[Case]:
-    """The cases that people ask for first."""
+def _basic() -> list[Case]:
+    """The most important cases."""
     return [
-        _one("as recorded"),
-        _one("starts in motion", cut_in_motion()),
-        _one("in motion, bias 0.7 deg/s", cut_in_motion(), biased()),
-        _one("bias 0.7 deg/s", biased()),
-        _one("third of the rate", slower(3.0)),
+        _case("as recorded"),
+        _case("starts in motion", cut_in_motion()),
+        _case("in motion, bias 0.7 deg/s", cut_in_motion(), biased()),
+        _case("bias 0.7 deg/s", biased()),
+        _case("third of the rate", slower(3.0)),
     ]
 
 
 def _full() -> list[Case]:
-    cases = _first()
+    cases = _basic()
     for k in range(PLACES):
         cases.append(Case(f"cut at place {k}", "starts anywhere", cut_in_motion(place=k)))
     cases += [
-        _one("in motion, bias 1 deg/s", cut_in_motion(), biased(2.0**0.5)),
-        _one("bias warms up to 0.7 deg/s", warming()),
-        *(_one(f"{rate:g} Hz", resampled(rate)) for rate in RATES_HZ),
-        _one("field x 1.1", scaled_field(1.1)),
-        _one("field x 0.9", scaled_field(0.9)),
+        _case("in motion, bias 1 deg/s", cut_in_motion(), biased(2.0**0.5)),
+        _case("bias warms up to 0.7 deg/s", warming()),
+        *(_case(f"{rate:g} Hz", resampled(rate)) for rate in RATES_HZ),
+        _case("field x 1.1", scaled_field(1.1)),
+        _case("field x 0.9", scaled_field(0.9)),
         *(
             Case(f"field offset 10 %, way {k}", "field offset 10 %", hard_iron(0.1, k))
             for k in range(WAYS)
         ),
-        _one("magnetometer at 10 Hz", magnetometer_at(10.0)),
-        _one("no field for a minute", without_field(60.0)),
-        _one("never a field", without_field(), judged="inclination"),
-        _one("accelerometer of 4 g", clipped(4.0 * GRAVITY)),
-        _one("gaps in the samples", gaps()),
-        _one("noise x 3", noisier()),
+        _case("magnetometer at 10 Hz", magnetometer_at(10.0)),
+        _case("no field for a minute", without_field(60.0)),
+        _case("never a field", without_field(), judged="inclination"),
+        _case("accelerometer of 4 g", clipped(4.0 * GRAVITY)),
+        _case("gaps in the samples", gaps()),
+        _case("noise x 3", noisier()),
         *(
-            _one(f"{what} clipped at {share:g}", clipped_to_share(of, share), full_scale=(of,))
-            for what, of in (("gyro", "gyr"), ("accelerometer", "acc"))
+            _case(f"{name} clipped at {share:g}", clipped_to_share(key, share), full_scale=(key,))
+            for name, key in (("gyro", "gyr"), ("accelerometer", "acc"))
             for share in CLIPPED
         ),
-        _one("fast turns", fast_turns(), full_scale=("gyr",)),
-        _one("sensors as they come", uncalibrated()),
+        _case("fast turns", fast_turns(), full_scale=("gyr",)),
+        _case("sensors as they come", uncalibrated()),
     ]
     for k in range(len(mountings())):
         cases.append(Case(f"mounting {k}", "mounted 24 ways", mounted(k)))
@@ -110,7 +110,7 @@ def _full() -> list[Case]:
 
 def _short() -> list[Case]:
     names = ("cut at place 0", "noise x 3", "magnetometer at 10 Hz", "never a field", "mounting 13")
-    return _first() + [case for case in _full() if case.name in names]
+    return _basic() + [case for case in _full() if case.name in names]
 
 
 def _glance() -> list[Case]:

@@ -63,7 +63,7 @@ SETTLED_FOR_S = 10.0
 
 @dataclass(frozen=True)
 class Campaign:
-    """What is run.
+    """Trials, filters and parameters of a campaign.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Campaign:
     word: int = 32
 
     def identity(self) -> dict[str, Any]:
-        """What the figures depend on, as plain data."""
+        """All inputs of the figures, as plain data."""
         classes = map(estimator_of, self.estimators)
         return {
             "protocol": self.protocol,
@@ -131,9 +131,9 @@ def _levels(
 ) -> tuple[Emitted, CompiledFloat]:
     """Fixed point and float64 of one of ours, made for rates where it needs to know them."""
     params = dict(dict(campaign.params).get(name, ()))
-    made = estimator_of(name)
-    made = made.for_rates(dict(rates)) if rates else made
-    build = Build(made, word=campaign.word, params=[params])
+    estimator = estimator_of(name)
+    estimator = estimator.for_rates(dict(rates)) if rates else estimator
+    build = Build(estimator, word=campaign.word, params=[params])
     if not gives_attitude(build.estimators[0]):
         raise InputError.at(
             name,
@@ -149,15 +149,15 @@ def settled_s(t: FloatArray, error: FloatArray, limit: float) -> float | None:
 
     Samples whose error is NaN say nothing.
     """
-    known = np.isfinite(error)
-    t, above = t[known], error[known] >= limit
+    is_finite = np.isfinite(error)
+    t, above = t[is_finite], error[is_finite] >= limit
     if not len(t):
         return None
-    # What begins at the start, and after each sample above the limit; and how long it lasts.
-    begins = np.concatenate([[t[0]], t[above]])
-    lasts = np.diff(np.concatenate([begins, [t[-1]]]))
-    long = np.flatnonzero(lasts >= SETTLED_FOR_S)
-    return float(begins[long[0]] - t[0]) if len(long) else None
+    # Spans that begin at the start or with a sample above the limit, and their durations.
+    starts = np.concatenate([[t[0]], t[above]])
+    durations = np.diff(np.concatenate([starts, [t[-1]]]))
+    settled = np.flatnonzero(durations >= SETTLED_FOR_S)
+    return float(starts[settled[0]] - t[0]) if len(settled) else None
 
 
 def counted(log: NineAxis) -> BoolArray:
@@ -177,34 +177,34 @@ def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
 def run_ours(
     campaign: Campaign, name: str, log: NineAxis, full_scale: Sequence[str] = ()
 ) -> tuple[Estimator, list[Run]]:
-    """One of ours, made for the log's rates, and what it gives in fixed point and in float64.
+    """One of ours, made for the log's rates, and its runs in fixed point and in float64.
 
     ``full_scale``: see `Case`.
     """
     record = log.record()
     rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
     levels = _levels(campaign, name, rates)
-    made = levels[0].build.estimators[0]
-    most = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
-    scales = full_scale_params(made.params, rate=most.get("gyr"), force=most.get("acc"))
+    estimator = levels[0].build.estimators[0]
+    largest = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
+    scales = full_scale_params(estimator.params, rate=largest.get("gyr"), force=largest.get("acc"))
     for level in levels:
         level.set_params({**scales, **(level.build.params[0] or {})})
-    inputs = feed(made, record).inputs
-    return made, [level.run_anew(inputs) for level in levels]
+    inputs = feed(estimator, record).inputs
+    return estimator, [level.run_anew(inputs) for level in levels]
 
 
 def _ours(campaign: Campaign, name: str, case: Case, log: NineAxis) -> list[dict[str, Any]]:
-    made, runs = run_ours(campaign, name, log, case.full_scale)
+    estimator, runs = run_ours(campaign, name, log, case.full_scale)
     q = [attitude_of(run.outputs) for run in runs]
-    near = differences(made.outputs, runs[0].outputs, runs[1].outputs)
-    more = {
-        "good": all(d.good for d in near),
+    deviations = differences(estimator.outputs, runs[0].outputs, runs[1].outputs)
+    figures = {
+        "good": all(d.good for d in deviations),
         "apart_deg": largest_turn_deg(*q),
-        "changed": sum(int(np.count_nonzero(d.apart)) for d in near if d.unit == "words"),
+        "changed": sum(int(np.count_nonzero(d.apart)) for d in deviations if d.unit == "words"),
         "saturated": runs[0].n_saturated,
     }
     return [
-        {"estimator": name, "level": "fixed", **figures_of(log, q[0]), **more},
+        {"estimator": name, "level": "fixed", **figures_of(log, q[0]), **figures},
         {"estimator": name, "level": "float", **figures_of(log, q[1])},
     ]
 
@@ -214,14 +214,14 @@ def run_cases(campaign: Campaign, cases: Sequence[tuple[int, str, str]]) -> list
 
     A filter that can make nothing of a case has no metrics.
     """
-    known = {case.name: case for case in cases_of(campaign.protocol)}
+    by_name = {case.name: case for case in cases_of(campaign.protocol)}
     out = []
     for number, trial, case in cases:
-        log = prepared(known[case], log_of(trial))
+        log = prepared(by_name[case], log_of(trial))
         rows = []
         for name in campaign.estimators:
             try:
-                rows += _ours(campaign, name, known[case], log)
+                rows += _ours(campaign, name, by_name[case], log)
             except InputError as error:  # one that is made for another rate, for example
                 rows.append({"estimator": name, "level": "fixed", "refused": str(error)})
         dip = dip_rad(log_of(trial))

@@ -19,7 +19,7 @@ RIVAL = "vqf_online"
 WORSE = 1.15
 #: A ratio to the rival on one trial is left out where both are below this, degrees.
 SMALL_DEG = 0.5
-#: What is added to the name of a filter in float64.
+#: Suffix of the name of a filter in float64.
 FLOAT = " float64"
 
 Row = Mapping[str, Any]
@@ -44,13 +44,13 @@ def summary(cases: Sequence[Case], runs: Sequence[Mapping[str, Any]]) -> dict[st
     filters = list(dict.fromkeys(label(row) for run in runs for row in run["rows"]))
     groups = []
     for group, figure in judged.items():
-        held = [run for run in runs if group_of[run["case"]] == group]
-        table = [{label(row): row for row in run["rows"]} for run in held]
+        group_runs = [run for run in runs if group_of[run["case"]] == group]
+        table = [{label(row): row for row in run["rows"]} for run in group_runs]
         rows = {name: _row([t[name] for t in table]) for name in filters}
         for name in filters:
             if RIVAL in filters and name != RIVAL and not name.endswith(FLOAT):
-                rows[name] |= _against(held, table, name, figure)
-        groups.append({"group": group, "judged": figure, "runs": len(held), "rows": rows})
+                rows[name] |= _against(group_runs, table, name, figure)
+        groups.append({"group": group, "judged": figure, "runs": len(group_runs), "rows": rows})
     return {
         "filters": filters,
         "rival": RIVAL if RIVAL in filters else None,
@@ -62,8 +62,8 @@ def summary(cases: Sequence[Case], runs: Sequence[Mapping[str, Any]]) -> dict[st
 
 
 def _mean(values: Iterable[float | None]) -> float | None:
-    known = [v for v in values if v is not None]
-    return float(np.mean(known)) if known else None
+    numbers = [v for v in values if v is not None]
+    return float(np.mean(numbers)) if numbers else None
 
 
 def _row(rows: Sequence[Row]) -> dict[str, Any]:
@@ -78,8 +78,8 @@ def _row(rows: Sequence[Row]) -> dict[str, Any]:
 
 def _median(times: Sequence[float | None]) -> float | None:
     """Median, those that never settled being the latest of all."""
-    middle = sorted(np.inf if t is None else t for t in times)[len(times) // 2] if times else np.inf
-    return float(middle) if np.isfinite(middle) else None
+    median = sorted(np.inf if t is None else t for t in times)[len(times) // 2] if times else np.inf
+    return float(median) if np.isfinite(median) else None
 
 
 def _against(
@@ -108,9 +108,9 @@ def _by_trial(
     judged: Mapping[str, str],
     filters: Sequence[str],
 ) -> list[dict[str, Any]]:
-    held: dict[tuple[str, str], list[Row]] = {}
+    grouped: dict[tuple[str, str], list[Row]] = {}
     for run in runs:
-        held.setdefault((run["trial"], group_of[run["case"]]), []).append(run)
+        grouped.setdefault((run["trial"], group_of[run["case"]]), []).append(run)
     return [
         {
             "trial": trial,
@@ -125,7 +125,7 @@ def _by_trial(
                 for name in filters
             },
         }
-        for (trial, group), values in held.items()
+        for (trial, group), values in grouped.items()
     ]
 
 
@@ -136,8 +136,8 @@ def _fixed(runs: Sequence[Row]) -> list[dict[str, Any]]:
         for row in run["rows"]:
             if row["level"] != "fixed" or "refused" in row:
                 continue
-            start = {"apart_deg": 0.0, "where": "", "changed": 0, "saturated": 0, "good": True}
-            entry = largest.setdefault(row["estimator"], start)
+            initial = {"apart_deg": 0.0, "where": "", "changed": 0, "saturated": 0, "good": True}
+            entry = largest.setdefault(row["estimator"], initial)
             if row["apart_deg"] > entry["apart_deg"]:
                 entry |= {"apart_deg": row["apart_deg"], "where": f"{run['trial']}, {run['case']}"}
             entry["changed"] += row["changed"]
@@ -164,7 +164,7 @@ def _deg(x: float | None) -> str:
 
 
 def text(data: Mapping[str, Any]) -> str:
-    """What `summary` found, for people."""
+    """The result of `summary` as text."""
     filters, width = data["filters"], max(len(g["group"]) for g in data["groups"]) + 2
     lines = [
         "Root mean square error in degrees, mean over trials; the first second is left out.",

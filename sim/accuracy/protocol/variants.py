@@ -1,4 +1,4 @@
-"""What is done to a trial: each a function of a nine-axis log that gives another one.
+"""Perturbations of a trial: functions from a nine-axis log to another one.
 
 The truth goes along, so that every variant is judged by the same method. Chance is drawn from the
 trial's name: the same trial and variant give the same log everywhere.
@@ -113,8 +113,8 @@ def warming(time_s: float = 60.0) -> Variant:
     """The gyro's bias grows to `BIAS_DEG_S` as it warms up, 1 - exp(-t/time_s)."""
 
     def work(log: NineAxis) -> NineAxis:
-        grown = -np.expm1(-(log.t - log.t[0]) / time_s)[:, None]
-        return replace(log, gyr=log.gyr + grown * np.radians(BIAS_DEG_S))
+        growth = -np.expm1(-(log.t - log.t[0]) / time_s)[:, None]
+        return replace(log, gyr=log.gyr + growth * np.radians(BIAS_DEG_S))
 
     return work
 
@@ -127,26 +127,26 @@ def resampled(rate_hz: float) -> Variant:
     """
 
     def work(log: NineAxis) -> NineAxis:
-        begins = log.t[0] - log.dt[0]
-        edges = np.concatenate([[begins], log.t])
-        count = int((log.t[-1] - begins) * rate_hz)
-        at = begins + np.arange(count + 1) / rate_hz
+        start = log.t[0] - log.dt[0]
+        edges = np.concatenate([[start], log.t])
+        count = int((log.t[-1] - start) * rate_hz)
+        times = start + np.arange(count + 1) / rate_hz
 
         def means(values: FloatArray) -> FloatArray:
-            whole = np.concatenate([np.zeros((1, 3)), np.cumsum(values * log.dt[:, None], axis=0)])
-            read = np.stack([np.interp(at, edges, column) for column in whole.T], axis=1)
+            sums = np.concatenate([np.zeros((1, 3)), np.cumsum(values * log.dt[:, None], axis=0)])
+            read = np.stack([np.interp(times, edges, column) for column in sums.T], axis=1)
             return np.diff(read, axis=0) * rate_hz
 
-        t = at[1:]
-        above = np.clip(np.searchsorted(log.t, t - 1e-9), 1, len(log) - 1)
-        share = ((t - log.t[above - 1]) / (log.t[above] - log.t[above - 1]))[:, None]
+        t = times[1:]
+        upper = np.clip(np.searchsorted(log.t, t - 1e-9), 1, len(log) - 1)
+        share = ((t - log.t[upper - 1]) / (log.t[upper] - log.t[upper - 1]))[:, None]
         q = None
         if log.q is not None:
-            low, high = log.q[above - 1], log.q[above]
+            low, high = log.q[upper - 1], log.q[upper]
             high = np.where((low * high).sum(axis=1, keepdims=True) < 0.0, -high, high)
             q = low + np.clip(share, 0.0, 1.0) * (high - low)
             q /= np.linalg.norm(q, axis=1, keepdims=True)
-        mov = None if log.mov is None else log.mov[above]
+        mov = None if log.mov is None else log.mov[upper]
         steps = np.full(count, 1.0 / rate_hz)
         return NineAxis(log.name, t, means(log.gyr), means(log.acc), means(log.mag), q, steps, mov)
 
@@ -170,9 +170,9 @@ def hard_iron(share: float, draw: int = 0) -> Variant:
     """
 
     def work(log: NineAxis) -> NineAxis:
-        way = _rng(log, draw).standard_normal(3)
+        direction = _rng(log, draw).standard_normal(3)
         size = share * np.nanmedian(np.linalg.norm(log.mag, axis=1))
-        return replace(log, mag=log.mag + size * way / np.linalg.norm(way))
+        return replace(log, mag=log.mag + size * direction / np.linalg.norm(direction))
 
     return work
 
@@ -190,10 +190,10 @@ def mountings() -> FloatArray:
 def mounted(which: int) -> Variant:
     """The sensor turned in its housing: one of `mountings`."""
     c = mountings()[which]
-    turned = quaternion_conjugate(matrix_to_quaternion(c))
+    rotation = quaternion_conjugate(matrix_to_quaternion(c))
 
     def work(log: NineAxis) -> NineAxis:
-        q = None if log.q is None else quaternion_multiply(log.q, turned)
+        q = None if log.q is None else quaternion_multiply(log.q, rotation)
         return replace(log, gyr=log.gyr @ c.T, acc=log.acc @ c.T, mag=log.mag @ c.T, q=q)
 
     return work
@@ -214,11 +214,11 @@ def without_field(seconds: float | None = None) -> Variant:
     """No field for so long, from the middle of the log on; or never any."""
 
     def work(log: NineAxis) -> NineAxis:
-        begin = 0.5 * (log.t[0] + log.t[-1])
-        dark = np.ones(len(log), dtype=np.bool_)
+        start = 0.5 * (log.t[0] + log.t[-1])
+        blind = np.ones(len(log), dtype=np.bool_)
         if seconds is not None:
-            dark = (log.t >= begin) & (log.t < begin + seconds)
-        return replace(log, mag=np.where(dark[:, None], np.nan, log.mag))
+            blind = (log.t >= start) & (log.t < start + seconds)
+        return replace(log, mag=np.where(blind[:, None], np.nan, log.mag))
 
     return work
 
@@ -236,8 +236,8 @@ def clipped_to_share(sensor: str, share: float) -> Variant:
 
     def work(log: NineAxis) -> NineAxis:
         values = getattr(log, sensor)
-        least = GRAVITY if sensor == "acc" else 0.0
-        limit = least + share * max(float(np.abs(values).max()) - least, 0.0)
+        offset = GRAVITY if sensor == "acc" else 0.0
+        limit = offset + share * max(float(np.abs(values).max()) - offset, 0.0)
         return replace(log, **{sensor: np.clip(values, -limit, limit)})
 
     return work
@@ -256,12 +256,12 @@ def fast_turns(count: int = 8) -> Variant:
         moving = log.t[log.counts]
         edges = np.linspace(moving[0], moving[-1], count + 1)
         for begin, length in zip(edges[:-1], np.diff(edges), strict=True):
-            way = rng.standard_normal(3)
-            rate = rng.uniform(1.0, 1.5) * full_scale / np.abs(way).max()
+            direction = rng.standard_normal(3)
+            rate = rng.uniform(1.0, 1.5) * full_scale / np.abs(direction).max()
             log = fast_turn(
                 log,
                 begin_s=begin + rng.uniform(0.0, 0.5) * length,
-                rate_rad_s=rate * way,
+                rate_rad_s=rate * direction,
                 seconds=rng.uniform(0.02, 0.2),
             )
         return replace(log, gyr=np.clip(log.gyr, -full_scale, full_scale))
@@ -300,15 +300,15 @@ def gaps(share: float = 0.02, longest: int = 20) -> Variant:
         rng = _rng(log)
         present = np.ones(len(log), dtype=np.bool_)
         count = round(2.0 * share * len(log) / (1 + longest))
-        for at in rng.integers(1, len(log), count):
-            present[at : at + int(rng.integers(1, longest + 1))] = False
+        for first in rng.integers(1, len(log), count):
+            present[first : first + int(rng.integers(1, longest + 1))] = False
         return _rows(log, np.flatnonzero(present))
 
     return work
 
 
 def noisier(factor: float = 3.0) -> Variant:
-    """White noise so many times as large: what lacks is added.
+    """White noise so many times as large, by adding the difference.
 
     The noise of a sensor is estimated from its second differences where they are small: the
     quietest tenth of the log in stretches of a tenth of a second.
@@ -329,6 +329,6 @@ def _with_noise(values: FloatArray, factor: float, rng: np.random.Generator) -> 
     if not len(blocks):
         return values
     # the variance of a second difference of white noise is six times that of a sample
-    quiet = np.quantile(blocks.var(axis=1), 0.1, axis=0) / 6.0
-    sd = np.sqrt((factor**2 - 1.0) * quiet)
+    variance = np.quantile(blocks.var(axis=1), 0.1, axis=0) / 6.0
+    sd = np.sqrt((factor**2 - 1.0) * variance)
     return np.asarray(values + sd * rng.standard_normal(values.shape))

@@ -1,4 +1,4 @@
-"""Single runs that are worse than the rival's, and what the field did meanwhile.
+"""Single runs that are worse than the rival's, with the deviations of the field.
 
 Where a magnetometer is misled, every filter that believes it is; which one is led further astray,
 and when, is seen beside what the field does in truth: turned to the reference's frame, how far it
@@ -53,7 +53,7 @@ def worse_runs(
 
 
 def field_off(log: NineAxis) -> dict[str, FloatArray]:
-    """What the field does in truth, (n,) each; NaN where it or the truth is not known.
+    """True deviations of the field, (n,) each; NaN where field or truth is not known.
 
     ``field_heading`` [deg]: how far it points from north, as far as a level compass is misled.
     ``field_dip`` [deg] and ``field_norm`` [%]: from their medians over the log.
@@ -62,25 +62,25 @@ def field_off(log: NineAxis) -> dict[str, FloatArray]:
     norm, dip = np.linalg.norm(log.mag, axis=1), np.degrees(np.arctan2(-u, np.hypot(e, n)))
     with np.errstate(all="ignore"):
         share = 100.0 * (norm / np.nanmedian(norm) - 1.0) if np.isfinite(norm).any() else norm
-        middle = np.nanmedian(dip) if np.isfinite(dip).any() else 0.0
+        median_dip = np.nanmedian(dip) if np.isfinite(dip).any() else 0.0
     return {
         "field_heading": np.degrees(np.arctan2(e, n)),
-        "field_dip": dip - middle,
+        "field_dip": dip - median_dip,
         "field_norm": share,
     }
 
 
 def _means(t: FloatArray, values: FloatArray, edges: FloatArray) -> list[float | None]:
-    """Mean of what is known between edges; None where nothing is."""
-    known = np.isfinite(values)
-    count, _ = np.histogram(t[known], edges)
-    total, _ = np.histogram(t[known], edges, weights=values[known])
+    """Mean of the finite values between edges; None where there is none."""
+    is_finite = np.isfinite(values)
+    count, _ = np.histogram(t[is_finite], edges)
+    total, _ = np.histogram(t[is_finite], edges, weights=values[is_finite])
     pairs = zip(total, count, strict=True)
     return [float(x / c) if c else None for x, c in pairs]
 
 
 def curves(campaign: Campaign, name: str, run: Mapping[str, Any]) -> dict[str, Any]:
-    """Both filters' errors over the time of a run, and what the field did, as plain data.
+    """Both filters' errors over the time of a run, and the field's deviations, as plain data.
 
     Means over stretches of `STEP_S`, or longer where they were more than `POINTS`: ``t`` [s],
     ``ours`` and ``rival`` [deg] (the judged angle), those of `field_off`, and ``moves``, the share
@@ -93,15 +93,15 @@ def curves(campaign: Campaign, name: str, run: Mapping[str, Any]) -> dict[str, A
     rival = run_peer(peer(RIVAL), log.record(), dip_rad(log_of(trial)))
     t = log.t - log.t[0]
     edges = np.arange(0.0, t[-1] + STEP_S, max(STEP_S, t[-1] / POINTS))
-    known = np.asarray(np.isfinite(log.attitude).all(axis=1))
-    whole = np.where(known[:, None], log.attitude, [1.0, 0.0, 0.0, 0.0])
+    has_truth = np.asarray(np.isfinite(log.attitude).all(axis=1))
+    reference = np.where(has_truth[:, None], log.attitude, [1.0, 0.0, 0.0, 0.0])
     columns = {
-        label: np.where(known, getattr(attitude_error(q, whole), run["figure"]), np.nan)
+        label: np.where(has_truth, getattr(attitude_error(q, reference), run["figure"]), np.nan)
         for label, q in (("ours", fixed), ("rival", rival))
     }
     columns |= field_off(log) | {"moves": log.counts.astype(np.float64)}
-    middle = 0.5 * (edges[:-1] + edges[1:])
-    return {"t": middle.tolist(), **{n: _means(t, v, edges) for n, v in columns.items()}}
+    centres = 0.5 * (edges[:-1] + edges[1:])
+    return {"t": centres.tolist(), **{n: _means(t, v, edges) for n, v in columns.items()}}
 
 
 def explained(

@@ -1,4 +1,4 @@
-"""What a target of the three angles is made of."""
+"""Targets of the three angles, and their bands."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def each(
     note: str = "",
     **beside: Sequence[float] | None,
 ) -> Iterator[Target]:
-    """A target for each axis, the last ones of what is given for more.
+    """A target for each axis; of values for more axes the last ones count.
 
     ``spread``: p05 and p95; ``beside``: what the paper prints, what the prototype measured.
     """
@@ -40,7 +40,7 @@ def each(
             high=band[k][1],
             unit=unit,
             binding=False,
-            beside={who: values[k] for who, values in beside.items() if values is not None},
+            beside={origin: values[k] for origin, values in beside.items() if values is not None},
             spread=None if spread is None else (spread["p05"][k], spread["p95"][k]),
             note=note,
         )

@@ -83,14 +83,14 @@ def table_3(cases: Mapping[str, Any]) -> Iterator[Target]:
                 bands[ratio] = around(printed, *paper.RATIO)
             for source, band in bands.items():
                 shares = 100.0 * _inside(row, band).mean(axis=0)
-                within = f"Runs inside the band: {' / '.join(f'{x:.0f}' for x in shares)} %."
+                inside_note = f"Runs inside the band: {' / '.join(f'{x:.0f}' for x in shares)} %."
                 yield from each(
                     f"{row['title']}: sd, {_CASE[case]}, {level}",
                     source,
                     sd["pooled"],
                     band,
                     spread=sd,
-                    note=f"{limit} {median} {within}".strip(),
+                    note=f"{limit} {median} {inside_note}".strip(),
                     paper=printed,
                     prototype=prototype,
                 )
@@ -158,7 +158,7 @@ def figure_7(data: Mapping[str, Any]) -> Iterator[Target]:
     for key, d in data["difference"].items():
         case, name = key.split("/")
         title = f"complementary less {data['table_3']['cases'][case][name]['title']}"
-        prototyped = key == "noise/ekf_quaternion"
+        has_prototype = key == "noise/ekf_quaternion"
         yield from each(
             f"{title}: sd, {_CASE[case]}",
             "specification: pitch and roll 0.05",
@@ -168,7 +168,7 @@ def figure_7(data: Mapping[str, Any]) -> Iterator[Target]:
             note="Heading is not part of this check: with Table 2's noises the Kalman gain of "
             "the heading is about 0.02 a sample, the complementary filter's is 0.1, so the two "
             "smooth differently.",
-            prototype=(0.021, 0.024, 0.089) if prototyped else None,
+            prototype=(0.021, 0.024, 0.089) if has_prototype else None,
         )
         yield from each(
             f"{title}: largest, {_CASE[case]}",
@@ -180,5 +180,5 @@ def figure_7(data: Mapping[str, Any]) -> Iterator[Target]:
             f"largest of 2,993 samples; 95 % of them stay below "
             f"{_slashes(d['p95_abs']['median'])} deg.",
             paper=(paper.FIG_7_DEG,) * 3,
-            prototype=(0.10, 0.11, 0.33) if prototyped else None,
+            prototype=(0.10, 0.11, 0.33) if has_prototype else None,
         )

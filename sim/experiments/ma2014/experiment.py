@@ -56,12 +56,12 @@ class Ma2014(Experiment):
         """See `Experiment`: the targets of the paper are reported, those of ours are binding."""
         details = measure(seed, runs, say, self.jobs)
         first = make_log(E2, CASES["C"], details["shown_seed"])
-        judged = (*targets(details), *_equalities(first, say))
+        judged_targets = (*targets(details), *_equalities(first, say))
         return Result(
             figures=_figures(details),
-            targets=judged,
+            targets=judged_targets,
             details=details,
-            pages={"ma2014.html": render(details, judged)},
+            pages={"ma2014.html": render(details, judged_targets)},
         )
 
 
@@ -70,14 +70,14 @@ def measure(seed: int, runs: int, say: Say, jobs: int | None = None) -> dict[str
     seeds = [seed + k for k in range(runs)]
     rows, errors = stacked(seeds, say, jobs)
     heading = errors["C/complementary"][:, :, 2].std(axis=0)
-    shown = int(np.argsort(heading)[(runs - 1) // 2])  # the run in the middle
-    first = make_log(E2, CASES["C"], seeds[shown])
-    others = [s for s in seeds if s != seeds[shown]][: HEADING_RUNS - 1]
+    median_run = int(np.argsort(heading)[(runs - 1) // 2])  # the run in the middle
+    first = make_log(E2, CASES["C"], seeds[median_run])
+    other_seeds = [s for s in seeds if s != seeds[median_run]][: HEADING_RUNS - 1]
     t = first.values("t", "s")[LEAD:]
     return {
         "seed": seed,
         "runs": runs,
-        "shown_seed": seeds[shown],
+        "shown_seed": seeds[median_run],
         "side_runs": min(runs, SIDE_RUNS),
         "table_1": table_1(first),
         "table_3": {
@@ -88,12 +88,12 @@ def measure(seed: int, runs: int, say: Say, jobs: int | None = None) -> dict[str
             "complementary": gains_per_s(),
             **{key: kalman_parameters(key) for key in KALMAN},
         },
-        "spectra": heading_test([seeds[shown], *others], say),
+        "spectra": heading_test([seeds[median_run], *other_seeds], say),
         "figures": {
             "time_s": plain(t, 3),
             "stages_deg": plain(np.degrees(E2.stages(t)[0]), 3),
             "truth_deg": plain(truth_deg(first)[LEAD:], 3),
-            "error_deg": {key: plain(errors[f"C/{key}"][:, shown], 4) for key in _SHOWN},
+            "error_deg": {key: plain(errors[f"C/{key}"][:, median_run], 4) for key in _SHOWN},
         },
         "difference": differences(errors),
         "kinematics": kinematics(say),
@@ -103,18 +103,18 @@ def measure(seed: int, runs: int, say: Say, jobs: int | None = None) -> dict[str
 
 
 def _equalities(log: Record, say: Say) -> list[Target]:
-    """What must hold whatever the numbers are: C equals the integer interpreter."""
+    """Binding targets: C equals the integer interpreter."""
     out = []
     for method in METHODS:
         if method.estimator is None or method.key.startswith("gyro"):
             continue
         say(f"C against the integer interpreter: {method.estimator}")
-        wrong, total = count_mismatches(method, log)
+        mismatches, total = count_mismatches(method, log)
         out.append(
             Target(
                 name=f"{method.estimator}: updates in which C and the integer interpreter differ",
                 source="bit for bit",
-                value=wrong if total else np.nan,
+                value=mismatches if total else np.nan,
                 high=0,
                 note=f"{total:,} updates compared.",
             )

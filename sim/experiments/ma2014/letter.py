@@ -41,10 +41,10 @@ def _rates(x: FloatArray, w: FloatArray, as_printed: bool) -> FloatArray:
     st, ct, sg, cg = np.sin(x[..., 0]), np.cos(x[..., 0]), np.sin(x[..., 1]), np.cos(x[..., 1])
     wx, wy, wz = np.moveaxis(w, -1, 0)
     if as_printed:
-        across = st * wy + ct * wz
-        return np.stack([wx + sg / cg * across, ct * wy - st * wz, across / cg], axis=-1)
-    across = cg * wz - sg * wx
-    return np.stack([cg * wx + sg * wz, wy - st / ct * across, across / ct], axis=-1)
+        cross_rate = st * wy + ct * wz
+        return np.stack([wx + sg / cg * cross_rate, ct * wy - st * wz, cross_rate / cg], axis=-1)
+    cross_rate = cg * wz - sg * wx
+    return np.stack([cg * wx + sg * wz, wy - st / ct * cross_rate, cross_rate / ct], axis=-1)
 
 
 def filter_to_the_letter(
@@ -75,8 +75,8 @@ def filter_to_the_letter(
     out[0] = x
     p, i = np.asarray(kp), np.asarray(ki)
     for k in range(1, len(measured)):
-        middle = x + 0.5 * dt * _rates(x, gyr[k], as_printed)
-        x = x + dt * _rates(middle, gyr[k], as_printed)
+        midpoint = x + 0.5 * dt * _rates(x, gyr[k], as_printed)
+        x = x + dt * _rates(midpoint, gyr[k], as_printed)
         e = wrap_rad(x - measured[k])
         integral = integral + i * e
         x = wrap_rad(x - p * e - integral)

@@ -92,7 +92,7 @@ def _params(method: Method) -> dict[str, float]:
 
 
 def kalman_parameters(name: str) -> dict[str, float]:
-    """Table 2 in the parameters of a quaternion EKF, by what it calls them.
+    """Table 2 in the parameters of a quaternion EKF, by their names.
 
     Noise of the angles at rest, level and at heading 0, for the filter that measures a quaternion::
 
@@ -107,17 +107,17 @@ def kalman_parameters(name: str) -> dict[str, float]:
     level = math.hypot(FIELD_UT[0], FIELD_UT[1])
     pitch, roll = acc[1] / GRAVITY, acc[0] / GRAVITY
     heading = math.hypot(mag[0] / level, roll * FIELD_UT[2] / level)
-    known = {
+    values = {
         "scale": 64.0,
         "p0_sd": 0.01,
         **dict(zip(("field_east", "field_north", "field_up"), FIELD_UT, strict=True)),
     }
     for k, axis in enumerate("xyz"):
-        known[f"gyro_sd_{axis}"] = math.sqrt(TABLE_2.gyro[k])
-        known[f"angle_sd_{axis}"] = (pitch, roll, heading)[k]
-        known[f"acc_sd_{axis}"] = acc[k]
-        known[f"mag_sd_{axis}"] = mag[k]
-    return {p.name: max(known[p.name], p.low) for p in ESTIMATORS[name].params if p.name in known}
+        values[f"gyro_sd_{axis}"] = math.sqrt(TABLE_2.gyro[k])
+        values[f"angle_sd_{axis}"] = (pitch, roll, heading)[k]
+        values[f"acc_sd_{axis}"] = acc[k]
+        values[f"mag_sd_{axis}"] = mag[k]
+    return {p.name: max(values[p.name], p.low) for p in ESTIMATORS[name].params if p.name in values}
 
 
 def run_method(
@@ -174,10 +174,10 @@ def _reference(method: Method, logs: Sequence[Record]) -> FloatArray:
 
 def count_mismatches(method: Method, log: Record) -> tuple[int, int]:
     """Updates in which C and the integer interpreter differ, and updates compared."""
-    (wanted,), (run,) = _runs(method, [log], ("fixed", "c"))
+    (expected,), (run,) = _runs(method, [log], ("fixed", "c"))
     assert run.words is not None and run.saturated is not None
-    wrong = (run.words != wanted.words).any(axis=1) | (run.saturated != wanted.saturated)
-    return int(wrong.sum()) + bool(wanted.fault), len(wrong)
+    mismatches = (run.words != expected.words).any(axis=1) | (run.saturated != expected.saturated)
+    return int(mismatches.sum()) + bool(expected.fault), len(mismatches)
 
 
 def truth_deg(log: Record) -> FloatArray:

@@ -19,7 +19,7 @@ _SHOWN = ("gyro", "mag_acc", "ekf_quaternion", "complementary")
 
 
 def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
-    """HTML text of what was measured and judged: no script, printable."""
+    """HTML text of the measured and judged figures: no script, printable."""
     return page(
         "boresight.sim.experiments.ma2014",
         "page.html",

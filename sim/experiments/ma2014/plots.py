@@ -1,4 +1,4 @@
-"""Plots of the page, as inline SVG; what each shows stands in its caption in page.html."""
+"""Plots of the page, as inline SVG; their captions are in page.html."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's tests, section by section: what each measures, as plain data."""
+"""The paper's tests, section by section: the measured figures, as plain data."""
 
 from __future__ import annotations
 
@@ -84,11 +84,11 @@ def _row(error: FloatArray) -> dict[str, Any]:
 
     ``max_moving``: the largest after the run's mean has been taken off.
     """
-    moving = error - error.mean(axis=0)
+    centred = error - error.mean(axis=0)
     return {
         "sd": _summary(error.std(axis=0)),
         "max": _summary(np.abs(error).max(axis=0)),
-        "max_moving": _summary(np.abs(moving).max(axis=0)),
+        "max_moving": _summary(np.abs(centred).max(axis=0)),
     }
 
 
@@ -103,14 +103,14 @@ def stacked(
     say(f"section 3.2: {len(CASES)} cases, {count} runs of {E2.seconds:g} s")
     rows: dict[str, dict[str, Any]] = {case: {} for case in CASES}
     errors: dict[str, FloatArray] = {}
-    done = {}
+    completed = {}
     for method, results in dispatch(jobs, [(m, _of_method, (m, tuple(seeds))) for m in METHODS]):
         say(f"  {method.title}")
-        done[method] = results
+        completed[method] = results
     for method in METHODS:
-        own, judged = done[method]
-        errors |= {f"{case}/{method.key}": error for case, error in judged.items()}
-        for case, row in own.items():
+        method_rows, method_errors = completed[method]
+        errors |= {f"{case}/{method.key}": error for case, error in method_errors.items()}
+        for case, row in method_rows.items():
             rows[case][method.key] = row
     return rows, errors
 
@@ -123,7 +123,7 @@ def _seeds(seeds: Sequence[int]) -> dict[str, Sequence[int]]:
 @lru_cache(maxsize=1)
 def _logs(seeds: tuple[int, ...]) -> list[Record]:
     """The logs of all cases."""
-    return [make_log(E2, CASES[name], k) for name, own in _seeds(seeds).items() for k in own]
+    return [make_log(E2, CASES[name], k) for name, group in _seeds(seeds).items() for k in group]
 
 
 def _of_method(
@@ -132,25 +132,25 @@ def _of_method(
     """Rows of one method by case, and errors (steps, runs, 3) of the cases that are judged."""
     logs, rows, errors, end = _logs(seeds), dict[str, Any](), dict[str, FloatArray](), 0
     forms = run_method(method, logs)
-    real, *fixed = (score(angles, logs) for angles, _ in forms)
-    for name, own in _seeds(seeds).items():
-        part, end = slice(end, end + len(own)), end + len(own)
+    floating, *fixed = (score(angles, logs) for angles, _ in forms)
+    for name, group in _seeds(seeds).items():
+        part, end = slice(end, end + len(group)), end + len(group)
         row = {
             "title": method.title,
             "estimator": method.estimator,
             "paper_row": method.row,
-            "float": _row(real[:, part]),
+            "float": _row(floating[:, part]),
             "fixed": None,
         }
-        for scored in fixed:
-            difference = np.abs(_wrapped(scored[:, part] - real[:, part]))
-            row["fixed"] = _row(scored[:, part])
+        for fixed_error in fixed:
+            difference = np.abs(_wrapped(fixed_error[:, part] - floating[:, part]))
+            row["fixed"] = _row(fixed_error[:, part])
             row["fixed_vs_float"] = {
                 "max": plain(difference.max(axis=(0, 1)), 9),
                 "sd": plain(difference.std(axis=0).max(axis=0), 9),
             }
         if name in JUDGED:
-            errors[name] = (fixed or [real])[0][:, part]
+            errors[name] = (fixed or [floating])[0][:, part]
             row["sd_runs"] = plain(errors[name].std(axis=0))
         rows[name] = row
     rows["C"]["saturated_updates"] = sum(saturated for _, saturated in forms)
@@ -174,11 +174,11 @@ def heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
         # whole periods: the last sample is the first of the next one
         error = score(angles, logs)[: round(E1.seconds * LOOP_HZ), :, 2]
         s = spectrum(error, LOOP_HZ)
-        low = s.frequency <= SHOWN_HZ
+        shown = s.frequency <= SHOWN_HZ
         variance, slow = np.square(error.std(axis=0)), share(s, 0.0, SLOW_HZ)
         methods[method.key] = {
             "title": method.title,
-            "amplitude_deg": plain(s.amplitude[low, 0], 6),
+            "amplitude_deg": plain(s.amplitude[shown, 0], 6),
             "sd_deg": _spread(np.sqrt(variance)),
             "energy_below_slow": _spread(slow),
             "slow_deg": _spread(np.sqrt(variance * slow)),
@@ -188,7 +188,7 @@ def heading_test(seeds: Sequence[int], say: Say) -> dict[str, Any]:
         "line_hz": LINE_HZ,
         "slow_hz": SLOW_HZ,
         "runs": len(seeds),
-        "frequency_hz": plain(s.frequency[low], 6),
+        "frequency_hz": plain(s.frequency[shown], 6),
         "methods": methods,
     }
 
@@ -259,13 +259,13 @@ def calibration(seed: int, repetitions: int = 10, sight_deg: float = 0.5) -> dic
     for n in (1, repetitions):
         t = triad_matrix(sights[:n], np.eye(3))
         t_0 = nearest_rotation(t)
-        left = quaternion_to_rotation_vector(matrix_to_quaternion(t_0 @ mounting.T))
+        residual = quaternion_to_rotation_vector(matrix_to_quaternion(t_0 @ mounting.T))
         rows.append(
             {
                 "repetitions": n,
                 "orthogonality_t": orthogonality_error(t),
                 "orthogonality_t0": orthogonality_error(t_0),
-                "left_deg": float(np.degrees(np.linalg.norm(left))),
+                "left_deg": float(np.degrees(np.linalg.norm(residual))),
             }
         )
     return {"sight_deg": sight_deg, "rows": rows}
@@ -283,7 +283,7 @@ def differences(errors: Mapping[str, FloatArray]) -> dict[str, Any]:
 
 
 def table_1(log: Record) -> list[dict[str, Any]]:
-    """Table 1 and what the simulated stages do; Euler angles differ from stage angles."""
+    """Table 1 and the angles of the simulated stages; Euler angles differ from stage angles."""
     euler = truth_deg(log)
     rows, end = [], 0.0
     for row, swing, stage in zip(paper.TABLE_1, E2.swings, np.degrees(E2.ends), strict=True):

@@ -1,4 +1,4 @@
-"""The targets of the specification beside what was measured.
+"""The targets of the specification beside the measured figures.
 
 A standard deviation over many runs is pooled, the root of the mean variance: variances add, and for
 a random walk the pooled value has a closed form, which a single run is far from. Medians and 5 to
@@ -20,9 +20,9 @@ __all__ = ["targets"]
 
 def _eq_3(rows: Sequence[Mapping[str, Any]]) -> Iterator[Target]:
     for row in rows:
-        what = f"{row['what']} at {row['rate_hz']:g} Hz, noise-free"
+        label = f"{row['what']} at {row['rate_hz']:g} Hz, noise-free"
         yield from each(
-            f"consistent kinematics: {what}, sd",
+            f"consistent kinematics: {label}, sd",
             "specification, 0.005",
             row["complementary"]["sd"],
             below([paper.FIXED_LIMIT_DEG] * 3),
@@ -32,7 +32,7 @@ def _eq_3(rows: Sequence[Mapping[str, Any]]) -> Iterator[Target]:
         if row["rate_hz"] == 100.0:
             prototype = paper.PRINTED_SD_DEG[row["filter"]]
             yield from each(
-                f"eq. (3) as printed: {what}, sd",
+                f"eq. (3) as printed: {label}, sd",
                 "specification, 10 %",
                 row["complementary_as_printed"]["sd"],
                 around(prototype),
@@ -81,8 +81,8 @@ _LINES: tuple[tuple[str, str, str, str, str, float, Band | None, str], ...] = (
 
 
 def _spectra(methods: Mapping[str, Any]) -> Iterator[Target]:
-    for name, source, key, what, unit, prototype, band, note in _LINES:
-        s = {quantile: [x] for quantile, x in methods[key][what].items()}
+    for name, source, key, figure, unit, prototype, band, note in _LINES:
+        s = {quantile: [x] for quantile, x in methods[key][figure].items()}
         yield from each(
             name,
             source,
@@ -95,7 +95,7 @@ def _spectra(methods: Mapping[str, Any]) -> Iterator[Target]:
             prototype=(prototype,),
         )
     letter = methods["letter"]["line_deg"]["median"]
-    for name, what, to, note in (
+    for name, figure, reference, note in (
         (
             "slow part (below 0.02 Hz): complementary over gyro",
             "slow_deg",
@@ -113,7 +113,7 @@ def _spectra(methods: Mapping[str, Any]) -> Iterator[Target]:
             f"{letter:.3f} deg.",
         ),
     ):
-        value = methods["complementary"][what]["median"] / methods[to][what]["median"]
+        value = methods["complementary"][figure]["median"] / methods[reference][figure]["median"]
         source, axes = "Figure 5: suppressed, below 1", ("heading",)
         yield from each(name, source, [value], [(None, 1.0)], unit="", axes=axes, note=note)
 

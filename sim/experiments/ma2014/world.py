@@ -1,4 +1,4 @@
-"""The two tests of Ma Long et al. (2014) as logs: motions, and what is wrong with the sensors."""
+"""The two tests of Ma Long et al. (2014) as logs: motions, and errors of the sensors."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def _table_1() -> StackedMotion:
     for row in TABLE_1:
         axis = "xyz".index(row["stage"])
         end = float(row["end_deg"][axis])
-        out = angle[axis] == 0.0  # from the middle to the end of the swing, or back
+        outward = angle[axis] == 0.0  # from the middle to the end of the swing, or back
         swings.append(
             Swing(
                 axis,
-                math.radians(end if out else angle[axis]),
+                math.radians(end if outward else angle[axis]),
                 row["period_s"],
                 row["periods"],
-                phase=0.0 if out else math.pi / 2.0,
+                phase=0.0 if outward else math.pi / 2.0,
             )
         )
         angle[axis] = end
@@ -63,7 +63,7 @@ E2 = _table_1()
 
 @dataclass(frozen=True)
 class Case:
-    """What is wrong with the sensors besides the noise of Table 2.
+    """Errors of the sensors besides the noise of Table 2.
 
     Parameters
     ----------

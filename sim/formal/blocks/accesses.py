@@ -19,12 +19,12 @@ __all__ = ["PROOFS", "WORD", "Dispatched", "Packed"]
 WORD = 18
 
 
-def _held(m: Module, name: str, payload: Any, ready: Any) -> Any:
+def _stable_valid(m: Module, name: str, payload: Any, ready: Any) -> Any:
     """``valid`` of a stream whose source keeps valid and payload until ready."""
     valid = unknown(m, 1, f"{name}_valid")
     waited = before(m, valid & ~ready, f"{name}_waited")
-    shown = before(m, payload, f"{name}_before")
-    m.d.comb += Assume(~waited | (valid & (payload == shown)))
+    previous = before(m, payload, f"{name}_before")
+    m.d.comb += Assume(~waited | (valid & (payload == previous)))
     return valid
 
 
@@ -38,31 +38,31 @@ class Packed(Harness[Packer]):
     """
 
     def surround(self, m: Module, dut: Packer, inside: Inside) -> None:
-        """The body at work, its next byte, and what is taken."""
+        """The current body, its next byte, and the words that are taken."""
         reply, size = dut.i_reply, word_bytes(WORD)
         ready, answer = unknown(m, 1, "ready"), unknown(m, WORD + 2, "answer")
         m.d.comb += [
             dut.o.ready.eq(ready),
             reply.payload.data.eq(answer[:WORD]),
             reply.payload.kind.eq(answer[WORD:]),
-            reply.valid.eq(_held(m, "reply", answer, reply.ready)),
+            reply.valid.eq(_stable_valid(m, "reply", answer, reply.ready)),
         ]
-        recorded, whole = Signal(name="of_record"), Signal(name="word_is_last")
+        recorded, final = Signal(name="of_record"), Signal(name="word_is_last")
         waits, word = Signal(name="word_waits"), Signal(WORD, name="word_taken")
         if dut.records:
             item = unknown(m, WORD + 1, "item")
             m.d.comb += [
                 dut.i.payload.data.eq(item[:WORD]),
                 dut.i.payload.last.eq(item[-1]),
-                dut.i.valid.eq(_held(m, "record", item, dut.i.ready)),
+                dut.i.valid.eq(_stable_valid(m, "record", item, dut.i.ready)),
             ]
         head, place = Signal(init=1, name="is_kind"), Signal(range(size), name="byte_number")
         out, ends = dut.o.valid & ready, Signal(name="word_ends")
-        shown = Signal(8 * size, name="extended")
-        last = ~head & (place == size - 1) & (whole | ~recorded)
+        value = Signal(8 * size, name="extended")
+        last = ~head & (place == size - 1) & (final | ~recorded)
         m.d.comb += [
             ends.eq(out & ~head & (place == size - 1)),
-            shown.eq(Mux(recorded, word.as_signed(), answer[:WORD].as_signed())),
+            value.eq(Mux(recorded, word.as_signed(), answer[:WORD].as_signed())),
         ]
         with m.If(out):
             m.d.sync += head.eq(last)
@@ -70,14 +70,14 @@ class Packed(Harness[Packer]):
                 m.d.sync += place.eq(Mux(place == size - 1, 0, place + 1))
         with m.If(ends):
             m.d.sync += waits.eq(0)
-            with m.If(whole):
+            with m.If(final):
                 m.d.sync += recorded.eq(0)
         idle = head & ~recorded
         kind = Mux(recorded, Kind.RECORD, answer[WORD:])
         m.d.comb += [
             Assert(~dut.o.valid | Mux(recorded, waits, reply.valid)),
             Assert(
-                ~dut.o.valid | (dut.o.payload.data == Mux(head, kind, shown.word_select(place, 8)))
+                ~dut.o.valid | (dut.o.payload.data == Mux(head, kind, value.word_select(place, 8)))
             ),
             Assert(~dut.o.valid | ((dut.o.payload.last == last) & ~dut.o.payload.raw)),
             Assert((reply.valid & reply.ready) == (ends & ~recorded)),
@@ -85,29 +85,29 @@ class Packed(Harness[Packer]):
             reached(m, ends & ~recorded, "reply"),
         ]
         count = Signal(range(4), name="idle_cycles")
-        work = reply.valid
+        pending = reply.valid
         if dut.records:
-            work = Mux(recorded, waits, reply.valid) | dut.i.valid
+            pending = Mux(recorded, waits, reply.valid) | dut.i.valid
             taken = dut.i.valid & dut.i.ready
             with m.If(taken):
-                m.d.sync += [waits.eq(1), recorded.eq(1), word.eq(item[:WORD]), whole.eq(item[-1])]
+                m.d.sync += [waits.eq(1), recorded.eq(1), word.eq(item[:WORD]), final.eq(item[-1])]
             answers, fsm = inside["answer"], inside.state
             m.d.comb += [
                 # A record's words are taken when the one before has left, none in a reply's body.
                 Assert(~taken | (~waits & (recorded | idle))),
-                reached(m, ends & recorded & whole & (word[-1]), "record"),
+                reached(m, ends & recorded & final & (word[-1]), "record"),
                 # For induction.
                 Assert(fsm("IDLE", "KIND", "WORD", "NEXT")),
                 Assert(~fsm("IDLE") | (idle & ~waits & dut.i.ready)),
                 Assert(
-                    ~fsm("NEXT") | (recorded & ~waits & ~whole & ~head & dut.i.ready & (place == 0))
+                    ~fsm("NEXT") | (recorded & ~waits & ~final & ~head & dut.i.ready & (place == 0))
                 ),
                 Assert(~fsm("KIND", "WORD") | (~dut.i.ready & (recorded == ~answers))),
                 Assert(~fsm("KIND", "WORD") | Mux(answers, reply.valid, waits)),
                 Assert(~fsm("NEXT") | ~answers),
                 Assert(~fsm("KIND") | (head & (place == 0))),
                 Assert(~fsm("WORD") | ~head),
-                Assert(~fsm("KIND", "WORD") | (inside["last"] == (whole | answers))),
+                Assert(~fsm("KIND", "WORD") | (inside["last"] == (final | answers))),
                 Assert(~fsm("KIND", "WORD") | answers | (inside["held"] == word)),
                 Assert((inside["place"] == place) | fsm("IDLE")),
                 Assert(~fsm("IDLE") | (place == 0)),
@@ -120,7 +120,7 @@ class Packed(Harness[Packer]):
                 Assert(head | reply.valid),
             ]
         m.d.comb += Assert((place < size) & (~head | (place == 0)))
-        m.d.sync += count.eq(Mux(work & ~dut.o.valid, count + 1, 0))
+        m.d.sync += count.eq(Mux(pending & ~dut.o.valid, count + 1, 0))
         m.d.comb += Assert(count <= 1)
 
 
@@ -142,12 +142,12 @@ class Dispatched(Harness[Dispatcher]):
         words = [Signal(WORD, name=f"word{k}") for k in range(dut.depth)]
         new = [unknown(m, WORD, f"new{k}") for k in range(dut.depth)]
         stays = before(m, pending & ~dut.done, "stays")
-        kind_before, shown = before(m, kind, "kind_before"), Signal(WORD, name="shown")
+        kind_before, output = before(m, kind, "kind_before"), Signal(WORD, name="shown")
         m.d.sync += [w.eq(Mux(stays, w, n)) for w, n in zip(words, new, strict=True)]
         m.d.comb += [
             dut.pending.eq(pending),
             dut.kind.eq(kind),
-            dut.word_data.eq(shown),
+            dut.word_data.eq(output),
             Assume(~stays | (pending & (kind == kind_before))),
             Assume(
                 ~pending
@@ -159,7 +159,7 @@ class Dispatched(Harness[Dispatcher]):
         self._claims(m, pending, kind, words)
         index, cycles = dut.index, dut.read_cycles
         with m.If(dut.read):
-            m.d.sync += shown.eq(Array(words)[index])
+            m.d.sync += output.eq(Array(words)[index])
         # For induction: how far the frame is, and how long it has taken.
         record, first = kind == Kind.RECORD, index == 0
         at_word = Signal(WORD, name="at_word")
@@ -173,11 +173,11 @@ class Dispatched(Harness[Dispatcher]):
             Assert(state("IDLE") | pending),
             Assert(~state("IDLE") | fresh),
             Assert(~state(*access) | ~record),
-            Assert(~state("ADDRESS") | (first & fresh & (shown == words[0]))),
+            Assert(~state("ADDRESS") | (first & fresh & (output == words[0]))),
             Assert(~state("FETCH") | record | (fresh & (first | (index == 1)))),
             Assert(~(state("FETCH") & (index == 1)) | record | (kind == Kind.WRITE)),
             Assert(~state("WRITE") | ((kind == Kind.WRITE) & fresh & bus.w_stb)),
-            Assert(~state("WRITE") | ((index == 1) & (shown == words[1]))),
+            Assert(~state("WRITE") | ((index == 1) & (output == words[1]))),
             Assert(~state("READ", *reads) | ((kind == Kind.READ) & fresh)),
             Assert(~state("REPLY") | ~self.replied),
             Assert(~state("REPLY") | Mux(kind == Kind.WRITE, self.wrote, self.got)),
@@ -198,13 +198,13 @@ class Dispatched(Harness[Dispatcher]):
                 Assert(~(state("FETCH") & record) | (~self.wrote & ~self.got & ~self.replied)),
                 Assert(~state("RECORD") | (record & (self.sent == index) & (index < inputs))),
                 Assert(~state("RECORD") | (~self.wrote & ~self.got & ~self.replied)),
-                Assert(~state("RECORD") | (shown == at_word)),
+                Assert(~state("RECORD") | (output == at_word)),
                 Assert(dut.o.valid == state("RECORD")),
                 Assert(~state("RECORD") | (dut.o.payload.last == (index == inputs - 1))),
                 Assert(inside["busy"] == self.busy),
                 Assert(~(state(*access, "FETCH") & ~record) | ~self.busy),
             ]
-        own: list[tuple[str, Any]] = [
+        cycle_limits: list[tuple[str, Any]] = [
             ("IDLE", 0),
             ("FETCH", Mux(record, 1 + 2 * index, Mux(first, 1, 3))),
             ("ADDRESS", 2),
@@ -215,11 +215,11 @@ class Dispatched(Harness[Dispatcher]):
             ("DONE", Mux(record, 1 + 2 * inputs, Mux(kind == Kind.READ, 5 + cycles, 6))),
         ]
         if inputs:
-            own.append(("RECORD", 2 + 2 * index))
-        m.d.comb += [Assert(~state(name) | (self.cycles <= count)) for name, count in own]
+            cycle_limits.append(("RECORD", 2 + 2 * index))
+        m.d.comb += [Assert(~state(name) | (self.cycles <= count)) for name, count in cycle_limits]
 
     def _claims(self, m: Module, pending: Any, kind: Any, words: list[Signal]) -> None:
-        """What the frame has led to so far, and may lead to now."""
+        """Effects of the frame so far, and those that it may have now."""
         dut, bus, reply, inputs = self.dut, self.dut.bus, self.dut.o_reply, self.dut.inputs
         wrote, got, replied = (Signal(name=n) for n in ("wrote", "got", "replied"))
         self.wrote, self.got, self.replied = wrote, got, replied
@@ -228,7 +228,7 @@ class Dispatched(Harness[Dispatcher]):
         self.sent, self.busy = sent, busy
         self.due = due = Signal(range(dut.read_cycles + 2), name="read_due")
         self.cycles = cycles = Signal(8, name="own_cycles")
-        ack, grant, taken = (
+        ack, grant, reply_ready = (
             unknown(m, 1, "ack"),
             unknown(m, 1, "grant"),
             unknown(m, 1, "reply_ready"),
@@ -237,29 +237,29 @@ class Dispatched(Harness[Dispatcher]):
             bus.w_ack.eq(ack & bus.w_stb),
             bus.r_data.eq(unknown(m, WORD, "r_data")),
             dut.grant.eq(grant),
-            reply.ready.eq(taken),
+            reply.ready.eq(reply_ready),
         ]
         address = words[0][: len(bus.addr)]
-        asks = dut.request & ~bus.w_stb
-        waits = (bus.w_stb & ~bus.w_ack) | (reply.valid & ~taken) | (asks & ~grant)
+        read_request = dut.request & ~bus.w_stb
+        stalled = (bus.w_stb & ~bus.w_ack) | (reply.valid & ~reply_ready) | (read_request & ~grant)
         with m.If(bus.w_ack):
             m.d.sync += wrote.eq(1)
-        m.d.sync += due.eq(Mux(asks & grant, dut.read_cycles, Mux(due == 0, 0, due - 1)))
+        m.d.sync += due.eq(Mux(read_request & grant, dut.read_cycles, Mux(due == 0, 0, due - 1)))
         with m.If(due == 1):
             m.d.sync += [got.eq(1), answer.eq(bus.r_data)]
-        with m.If(reply.valid & taken):
+        with m.If(reply.valid & reply_ready):
             m.d.sync += replied.eq(1)
         if inputs:
             ready = unknown(m, 1, "core_ready")
             m.d.comb += [dut.o.ready.eq(ready), dut.answered.eq(unknown(m, 1, "answered"))]
-            moves = dut.o.valid & ready
+            transfer = dut.o.valid & ready
             with m.If(dut.answered):
                 m.d.sync += busy.eq(0)
-            with m.If(moves):
+            with m.If(transfer):
                 m.d.sync += sent.eq(sent + 1)
                 with m.If(sent == 0):
                     m.d.sync += busy.eq(1)
-            waits = waits | (dut.o.valid & ~ready) | (busy & (kind != Kind.RECORD))
+            stalled = stalled | (dut.o.valid & ~ready) | (busy & (kind != Kind.RECORD))
             m.d.comb += [
                 Assert(~dut.o.valid | (pending & (kind == Kind.RECORD) & (sent < inputs))),
                 Assert(~dut.o.valid | (dut.o.payload.data == Array(words)[sent])),
@@ -268,7 +268,7 @@ class Dispatched(Harness[Dispatcher]):
                 Assert(~dut.request | ~busy),
                 reached(m, dut.done & (kind == Kind.RECORD), "record"),
             ]
-        m.d.sync += cycles.eq(cycles + (pending & ~waits))
+        m.d.sync += cycles.eq(cycles + (pending & ~stalled))
         with m.If(dut.done):
             m.d.sync += [s.eq(0) for s in (wrote, got, replied, sent, cycles)]
         is_read, is_write = kind == Kind.READ, kind == Kind.WRITE
@@ -276,12 +276,12 @@ class Dispatched(Harness[Dispatcher]):
             Assert(~bus.w_stb | (pending & is_write & ~wrote & dut.request)),
             Assert(~bus.w_stb | ((bus.addr == address) & (bus.w_data == words[1]))),
             Assert(~before(m, bus.w_stb & ~bus.w_ack, "written") | bus.w_stb),
-            Assert(~asks | (pending & is_read & ~got & (due == 0) & (bus.addr == address))),
+            Assert(~read_request | (pending & is_read & ~got & (due == 0) & (bus.addr == address))),
             Assert((due == 0) | (bus.addr == address)),
             Assert(~reply.valid | (pending & ~replied & Mux(is_read, got, is_write & wrote))),
             Assert(~reply.valid | (reply.payload.kind == kind)),
             Assert(~reply.valid | (reply.payload.data == Mux(is_read, answer, address))),
-            Assert(~before(m, reply.valid & ~taken, "answering") | reply.valid),
+            Assert(~before(m, reply.valid & ~reply_ready, "answering") | reply.valid),
             Assert(~dut.done | (pending & Mux(is_read | is_write, replied, sent == inputs))),
             Assert(cycles <= max(6 + dut.read_cycles, 7, 2 + 2 * inputs)),
             reached(m, dut.done & is_read, "read"),

@@ -47,24 +47,24 @@ class Sent(Harness[AttitudeOutput]):
         word, newest = Signal(32, name="word"), unknown(m, 32, "newest")
         with m.If(dut.port.take):
             m.d.sync += word.eq(newest)
-        looked, read = dut.port.index == index, word
+        hit, read = dut.port.index == index, word
         for k in range(dut.read_cycles):
-            looked, read = before(m, looked, f"looked{k}"), before(m, read, f"read{k}")
-        m.d.comb += [dut.port.value.eq(value), Assume(~looked | (value == read))]
+            hit, read = before(m, hit, f"looked{k}"), before(m, read, f"read{k}")
+        m.d.comb += [dut.port.value.eq(value), Assume(~hit | (value == read))]
 
         sending, text = Signal(name="sending"), Signal(name="sends_text")
         number, flags = Signal(8, name="number"), Signal(8, name="flags_taken")  # of the byte
         outputs = Signal(5, name="outputs")
-        due, left = Signal(name="is_due"), Signal(10, name="updates_left")
+        is_due, updates_left = Signal(name="is_due"), Signal(10, name="updates_left")
         wants_text = (dut.mode == OutputMode.TEXT) & Const(dut.text, 1)
-        begins = due & ~sending
-        m.d.comb += due.eq(
-            dut.updated & ((dut.mode == OutputMode.BINARY) | wants_text) & (left <= 1)
+        begins = is_due & ~sending
+        m.d.comb += is_due.eq(
+            dut.updated & ((dut.mode == OutputMode.BINARY) | wants_text) & (updates_left <= 1)
         )
-        with m.If(due):
-            m.d.sync += left.eq(dut.divider)
-        with m.Elif(dut.updated & (left > 1)):
-            m.d.sync += left.eq(left - 1)
+        with m.If(is_due):
+            m.d.sync += updates_left.eq(dut.divider)
+        with m.Elif(dut.updated & (updates_left > 1)):
+            m.d.sync += updates_left.eq(updates_left - 1)
         last = Signal(name="is_last")
         m.d.comb += last.eq(number == Mux(text, len(LINE) - 1, _SIZE * (2 + outputs)))
         with m.If(taken):
@@ -75,26 +75,26 @@ class Sent(Harness[AttitudeOutput]):
             m.d.sync += [sending.eq(1), text.eq(wants_text), flags.eq(dut.flags)]
             m.d.sync += outputs.eq(len(OUTPUTS) if dut.text else dut.last_output + 1)
         place = (number - 1)[2:]
-        of_word = Mux(place < 2, place, Place.OUTPUTS + place - 2)
-        byte, which = Signal(8, name="byte_wanted"), (number - 1)[:2]
-        m.d.comb += byte.eq(Mux((place == 0) & (which == 3), flags, word.word_select(which, 8)))
-        known = (of_word == index) | ((place == 0) & (which == 3))
+        result = Mux(place < 2, place, Place.OUTPUTS + place - 2)
+        byte, part = Signal(8, name="byte_wanted"), (number - 1)[:2]
+        m.d.comb += byte.eq(Mux((place == 0) & (part == 3), flags, word.word_select(part, 8)))
+        known = (result == index) | ((place == 0) & (part == 3))
         data = dut.o.payload
         m.d.comb += [
             Assert(dut.port.take == begins),
-            Assert(dut.events == Cat(begins, due & sending)),
+            Assert(dut.events == Cat(begins, is_due & sending)),
             Assert(~dut.o.valid | sending),
             Assert(~dut.o.valid | (data.last == last)),
             Assert(~dut.o.valid | (data.raw == text)),
             Assert(~(dut.o.valid & ~text & (number == 0)) | (data.data == Kind.ATTITUDE)),
             Assert(~(dut.o.valid & ~text & (number != 0) & known) | (data.data == byte)),
         ]
-        stood = before(m, dut.o.valid & ~ready, "stood")
-        shown = before(m, data.as_value(), "shown")
+        was_stalled = before(m, dut.o.valid & ~ready, "stood")
+        previous = before(m, data.as_value(), "shown")
         m.d.comb += [
-            Assert(~stood | (dut.o.valid & (data.as_value() == shown))),
+            Assert(~was_stalled | (dut.o.valid & (data.as_value() == previous))),
             reached(m, taken & ~text & (number == 2 * _SIZE if dut.text else last), "frame"),
-            reached(m, due & sending, "skipped"),
+            reached(m, is_due & sending, "skipped"),
         ]
         self.sending, self.text, self.number, self.last = sending, text, number, last
         self.byte, self.known, self.taken = byte, known, taken
@@ -105,7 +105,7 @@ class Sent(Harness[AttitudeOutput]):
             Assert(~text | Const(dut.text, 1)),
             Assert((outputs >= 1) | ~sending | text),
             Assert(outputs <= 1 << dut.bits),
-            Assert(inside["left"] == left),
+            Assert(inside["left"] == updates_left),
             Assert(~sending | (inside["flags"] == flags)),
             Assert(~(sending & text) | (number < len(LINE))),
         ]
@@ -142,19 +142,19 @@ class Sent(Harness[AttitudeOutput]):
         ]
         if dut.text:
             self._line(m, inside, before_byte, within, at(_State.FORM), at(_State.MULTIPLY))
-        waits = Signal(range(_PACE + 2))
+        wait_cycles = Signal(range(_PACE + 2))
         with m.If(~sending | dut.o.valid):
-            m.d.sync += waits.eq(0)
+            m.d.sync += wait_cycles.eq(0)
         with m.Else():
-            m.d.sync += waits.eq(waits + 1)
+            m.d.sync += wait_cycles.eq(wait_cycles + 1)
         pace = 2 + dut.read_cycles
         steps = {_State.FETCH: 0, _State.LOAD: dut.read_cycles, _State.FORM: 1 + dut.read_cycles}
         again = inside["again"] if dut.read_cycles == 2 else Const(0)
         m.d.comb += [
-            Assert(text | (waits <= pace)),
+            Assert(text | (wait_cycles <= pace)),
             Assert(~again | at(_State.FETCH)),
             *(
-                Assert(~at(s) | text | (waits == k + (again if s is _State.FETCH else 0)))
+                Assert(~at(s) | text | (wait_cycles == k + (again if s is _State.FETCH else 0)))
                 for s, k in steps.items()
             ),
         ]
@@ -174,16 +174,16 @@ class Sent(Harness[AttitudeOutput]):
         codes = Array(Const(entry.code, len(inside["code"])) for entry in LINE)
         op, code = Signal(2, name="op_wanted"), Signal.like(inside["code"], name="code_wanted")
         m.d.comb += [op.eq(ops[number]), code.eq(codes[number])]
-        word, which, nibble = code[3:], code[1:3], Signal(4, name="nibble")
-        of_flags = (word == 0) & which.all()
-        byte = Mux(of_flags, self.flags, self.word.word_select(which, 8))
+        word, part, nibble = code[3:], code[1:3], Signal(4, name="nibble")
+        of_flags = (word == 0) & part.all()
+        byte = Mux(of_flags, self.flags, self.word.word_select(part, 8))
         known = (op == Op.HEX) & (of_flags | (Cat(word[:3], Const(0, 1), word[3]) == self.index))
         character = Mux(nibble > 9, nibble + ord("A") - 10, nibble + ord("0"))
-        shown = dut.o.valid & text
+        is_sent = dut.o.valid & text
         m.d.comb += [
             nibble.eq(byte.word_select(code[0], 4)),
-            Assert(~(shown & (op == Op.LITERAL)) | (dut.o.payload.data == code)),
-            Assert(~(shown & known) | (dut.o.payload.data == character)),
+            Assert(~(is_sent & (op == Op.LITERAL)) | (dut.o.payload.data == code)),
+            Assert(~(is_sent & known) | (dut.o.payload.data == character)),
             reached(m, self.taken & text, "character"),
             # For induction.
             Assert(~(before_byte & text) | (place == number)),

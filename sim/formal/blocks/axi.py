@@ -27,18 +27,18 @@ class Packets(Harness[StreamFromAxi | StreamToAxi]):
             m.d.comb += [dut.axi.tdata.eq(data), dut.axi.tlast.eq(last)]
             m.d.comb += [dut.axi.tvalid.eq(valid), dut.o.ready.eq(ready)]
             offered, accepted = Cat(data[:word], last), dut.axi.tready
-            gives, output = dut.o.valid, Value.cast(dut.o.payload)
-            after: Any = lambda payload: payload  # noqa: E731
+            output_valid, output = dut.o.valid, Value.cast(dut.o.payload)
+            converted: Any = lambda payload: payload  # noqa: E731
         else:
             offered = unknown(m, word + 1, "payload")
             m.d.comb += [dut.i.payload.eq(offered), dut.i.valid.eq(valid), dut.axi.tready.eq(ready)]
-            accepted, gives = dut.i.ready, dut.axi.tvalid
+            accepted, output_valid = dut.i.ready, dut.axi.tvalid
             output = Cat(dut.axi.tdata, dut.axi.tlast)
             sign = len(dut.axi.tdata) - word
-            after = lambda p: Cat(p[:word], p[word - 1].replicate(sign), p[word])  # noqa: E731
+            converted = lambda p: Cat(p[:word], p[word - 1].replicate(sign), p[word])  # noqa: E731
         head, tail = (Signal(word + 1, name=name) for name in ("head", "tail"))
         count = Signal(range(3), name="count")
-        puts, gets = valid & accepted, gives & ready
+        puts, gets = valid & accepted, output_valid & ready
         m.d.sync += count.eq(count + puts - gets)
         with m.If(gets):
             m.d.sync += head.eq(tail)
@@ -49,14 +49,14 @@ class Packets(Harness[StreamFromAxi | StreamToAxi]):
 
         fifo = inside.parts["fifo"]
         first = fifo["consume"]
-        waited = before(m, gives & ~ready, "waited")
+        waited = before(m, output_valid & ~ready, "waited")
         m.d.comb += [
             # Outputs follow from words accepted before this cycle: no path from any input.
             Assert(accepted == (count != 2)),
-            Assert(gives == (count != 0)),
-            Assert(~gives | (output == after(head))),
+            Assert(output_valid == (count != 0)),
+            Assert(~output_valid | (output == converted(head))),
             # The rules of a handshake: valid and payload stay until ready.
-            Assert(~waited | (gives & (output == before(m, output, "given")))),
+            Assert(~waited | (output_valid & (output == before(m, output, "given")))),
             # For induction.
             Assert(count <= 2),
             Assert(fifo.component.level == count),
@@ -65,7 +65,7 @@ class Packets(Harness[StreamFromAxi | StreamToAxi]):
             Assert((count != 2) | (fifo.word("storage", ~first) == tail)),
             reached(m, (count == 2) & gets & ~valid, "full"),
             reached(m, (count == 1) & gets & puts, "flows"),
-            reached(m, waited & gives & ready, "late"),
+            reached(m, waited & output_valid & ready, "late"),
         ]
 
 
@@ -127,17 +127,17 @@ class Lite(Harness[AxiLiteSlave]):
             payload.eq(payloads),
             Assume(~waits | (offers & (payloads == before(m, payloads, f"{name}_what")))),
         ]
-        has = pending & ~done
-        m.d.sync += pending.eq(has | (valid & ready))
+        is_pending = pending & ~done
+        m.d.sync += pending.eq(is_pending | (valid & ready))
         with m.If(valid & ready):
             m.d.sync += stored.eq(payloads)
         # It follows from requests and responses before this cycle: no path from any input. And no
         # response without a request.
-        m.d.comb += [Assert(ready == ~has), Assert(~done | pending)]
-        return stored, has
+        m.d.comb += [Assert(ready == ~is_pending), Assert(~done | pending)]
+        return stored, is_pending
 
     def _writes(
-        self, m: Module, adr: Value, data: Value, whole: Value, *, wrote: Value, w_ack: Value
+        self, m: Module, adr: Value, data: Value, full: Value, *, wrote: Value, w_ack: Value
     ) -> Value:
         """The bus executes the write unchanged; the response follows. Returns whether one waits."""
         dut, axi, bus = self.dut, self.dut.axi, self.dut.bus
@@ -145,7 +145,7 @@ class Lite(Harness[AxiLiteSlave]):
         acknowledged = before(m, w_ack, "acknowledged")
         partial = strobes != 0b1111
         m.d.comb += [
-            Assert(~bus.w_stb | (dut.request & whole & ~partial & ~axi.bvalid)),
+            Assert(~bus.w_stb | (dut.request & full & ~partial & ~axi.bvalid)),
             Assert(~bus.w_stb | ((bus.addr == adr[2:]) & (bus.w_data == word[: len(bus.w_data)]))),
             Assert(~acknowledged | wrote),
             Assert(~wrote | (acknowledged == ~partial)),
@@ -156,10 +156,10 @@ class Lite(Harness[AxiLiteSlave]):
             reached(m, wrote & (axi.bresp == Response.SLVERR), "refused"),
             reached(m, wrote & (strobes == 0), "of_no_byte"),
         ]
-        return whole & ~axi.bvalid
+        return full & ~axi.bvalid
 
     def _reads(
-        self, m: Module, inside: Inside, address: Value, has: Value, *, done: Value
+        self, m: Module, inside: Inside, address: Value, is_pending: Value, *, done: Value
     ) -> Value:
         """The bus executes the read; the response has the word of the next cycle."""
         dut, axi, bus = self.dut, self.dut.axi, self.dut.bus
@@ -167,15 +167,15 @@ class Lite(Harness[AxiLiteSlave]):
         granted = before(m, read & dut.grant, "granted")
         word = before(m, bus.r_data, "word")
         m.d.comb += [
-            Assert(~read | (has & ~axi.rvalid & (bus.addr == address[2:]))),
+            Assert(~read | (is_pending & ~axi.rvalid & (bus.addr == address[2:]))),
             Assert(inside["fetch"] == granted),
-            Assert(~granted | (has & ~axi.rvalid)),
+            Assert(~granted | (is_pending & ~axi.rvalid)),
             Assert(done == before(m, granted, "fetched")),
             Assert(~done | (axi.rdata == word)),
             Assert(axi.rresp == Response.OKAY),
             reached(m, done, "read"),
         ]
-        return has & ~axi.rvalid
+        return is_pending & ~axi.rvalid
 
     def _turns(
         self,
@@ -193,13 +193,13 @@ class Lite(Harness[AxiLiteSlave]):
         was_idle = before(m, idle & (writes | reads), "was_idle")
         m.d.comb += Assert(~was_idle | dut.request | wrote)
         passed = []
-        for name, waits, other in (("write", writes, read_done), ("read", reads, wrote)):
+        for name, waits, other_done in (("write", writes, read_done), ("read", reads, wrote)):
             count = Signal(range(4), name=f"{name}_passed")
             with m.If(~waits):
                 m.d.sync += count.eq(0)
-            with m.Elif(other):
+            with m.Elif(other_done):
                 m.d.sync += count.eq(count + 1)
-            passed.append(Mux(waits, count + other, 0))
+            passed.append(Mux(waits, count + other_done, 0))
         m.d.comb += [
             Assert(passed[0] <= 1),
             Assert(passed[1] <= 1),

@@ -65,7 +65,7 @@ class Shared(Harness[BusArbiter]):
         m.d.comb += Cat(initiator.w_stb, initiator.addr, initiator.w_data).eq(drives)
         end = request & Mux(initiator.w_stb, initiator.w_ack, dut.grant[k])
         waited = before(m, request & ~end, f"waited{k}")
-        seen = (
+        matches = (
             request
             & (bus.addr == initiator.addr)
             & (bus.w_data == initiator.w_data)
@@ -75,7 +75,7 @@ class Shared(Harness[BusArbiter]):
         m.d.comb += [
             Assume(~waited | (request & (drives == before(m, drives, f"drives{k}")))),
             # The bus has the signals of the granted initiator, and only its word is taken.
-            Assert(~dut.grant[k] | seen),
+            Assert(~dut.grant[k] | matches),
             Assert(initiator.w_ack == (dut.grant[k] & bus.w_ack)),
             Assert(initiator.r_data == bus.r_data),
         ]
@@ -116,59 +116,59 @@ class Slave(Harness[WishboneSlave]):
             Assume(~w_ack | (grant & bus.w_stb)),
         ]
         selected = cyc & stb
-        going = before(m, selected & ~wb.ack, "going")
-        m.d.comb += Assume(~(going & selected) | (drives == before(m, drives, "drives")))
+        ongoing = before(m, selected & ~wb.ack, "going")
+        m.d.comb += Assume(~(ongoing & selected) | (drives == before(m, drives, "drives")))
 
         ends = dut.request & Mux(bus.w_stb, w_ack, grant)
         fetched = before(m, ends & ~bus.w_stb, "fetched")
-        free = ~dut.request & ~fetched & ~wb.ack
-        began = before(m, free & selected, "began")
-        transfer, begun, held_on = self._transfer(m, drives, selected, free=free, ends=ends)
+        idle = ~dut.request & ~fetched & ~wb.ack
+        was_started = before(m, idle & selected, "began")
+        transfer, active, still_selected = self._transfer(m, drives, selected, idle=idle, ends=ends)
         is_write, adr, dat_w = (
             transfer[0],
             transfer[1 : 1 + len(wb.adr)],
             transfer[1 + len(wb.adr) :],
         )
         word = before(m, r_data, "word")
-        complete = before(m, Mux(is_write, ends, fetched) & held_on & selected, "complete")
+        complete = before(m, Mux(is_write, ends, fetched) & still_selected & selected, "complete")
         m.d.comb += [
             # The bus has the master's transfer, unchanged, until its end, and no other.
-            Assert(dut.request == begun),
+            Assert(dut.request == active),
             Assert(
                 ~dut.request | ((bus.addr == adr) & (bus.w_data == dat_w) & (bus.w_stb == is_write))
             ),
             Assert(dut.request | ~bus.w_stb),
-            Assert(~began | dut.request),
+            Assert(~was_started | dut.request),
             # The reply: once, after the end, if the master has waited for it, with the right word.
             Assert(wb.ack == complete),
             Assert(~(wb.ack & ~is_write) | (wb.dat_r == word)),
             Assert(~wb.ack | ~dut.request),
             # For induction.
             Assert(inside["fetch"] == fetched),
-            Assert(~(dut.request | fetched) | (inside["wanted"] == held_on)),
+            Assert(~(dut.request | fetched) | (inside["wanted"] == still_selected)),
             Assert(~(fetched & (dut.request | wb.ack))),
             Assert(~fetched | ~is_write),
             reached(m, wb.ack & is_write, "wrote"),
             reached(m, wb.ack & ~is_write, "read"),
-            reached(m, ends & ~held_on, "given_up"),
+            reached(m, ends & ~still_selected, "given_up"),
         ]
 
     def _transfer(
-        self, m: Module, drives: Value, selected: Value, *, free: Value, ends: Value
+        self, m: Module, drives: Value, selected: Value, *, idle: Value, ends: Value
     ) -> tuple[Signal, Signal, Signal]:
         """The transfer on the bus: the master's signals at its begin.
 
         Also whether it has begun and not ended, and whether the master has waited for it so far.
         """
         transfer = Signal(len(drives), name="kept")
-        begun, held_on = Signal(name="begun"), Signal(name="held_on")
-        with m.If(free):
-            m.d.sync += [transfer.eq(drives), begun.eq(selected), held_on.eq(selected)]
+        active, still_selected = Signal(name="begun"), Signal(name="held_on")
+        with m.If(idle):
+            m.d.sync += [transfer.eq(drives), active.eq(selected), still_selected.eq(selected)]
         with m.Else():
-            m.d.sync += held_on.eq(held_on & selected)
+            m.d.sync += still_selected.eq(still_selected & selected)
         with m.If(ends):
-            m.d.sync += begun.eq(0)
-        return transfer, begun, held_on
+            m.d.sync += active.eq(0)
+        return transfer, active, still_selected
 
 
 def _arbiter(count: int) -> Proof:

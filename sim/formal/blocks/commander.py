@@ -48,8 +48,8 @@ class Commanded(Harness[Commander]):
         with m.If(taken):
             m.d.sync += number.eq(number + 1)
         kind = Mux(dut.mode[1], ord("M"), ord("H"))
-        ours = Mux(stage == Stage.SELECT.value, kind, ord("S"))
-        command = Array([Const(ord("*"), 8), Mux(dut.busy, ours, letter), *map(ord, "\r\n")])
+        code = Mux(stage == Stage.SELECT.value, kind, ord("S"))
+        command = Array([Const(ord("*"), 8), Mux(dut.busy, code, letter), *map(ord, "\r\n")])
         stood = before(m, dut.o.valid & ~ready, "stood")
         m.d.comb += [
             Assert(~dut.o.valid | (dut.o.payload == command[number])),
@@ -77,18 +77,18 @@ class Commanded(Harness[Commander]):
         failures = Signal(range(TRIES), name="failures")
         idle, tick, any_kind = ~dut.o.valid, dut.tick, ~dut.mode.any()
         overdue, quiet = tick & (since == end), noise == 0
-        other = dut.line & ~any_kind & (dut.is_counts != (dut.mode >= 2))
-        wanted = dut.line & ~other
+        other_line = dut.line & ~any_kind & (dut.is_counts != (dut.mode >= 2))
+        wanted_line = dut.line & ~other_line
         watches, pauses = stage == Stage.WATCH.value, stage == Stage.PAUSE.value
         starting, attempt = stage == Stage.START.value, ~watches & ~pauses
-        effect = Mux(starting, wanted, quiet)
-        done = idle & attempt & effect
+        effect = Mux(starting, wanted_line, quiet)
+        succeeds = idle & attempt & effect
         fails = idle & attempt & ~effect & (overdue | dut.invalid)
-        begins = idle & watches & ~user & ~any_kind & (overdue | other)
+        begins = idle & watches & ~user & ~any_kind & (overdue | other_line)
         rests = idle & pauses & overdue
-        sends = begins | (done & ~starting) | (idle & ~attempt & user)
+        sends = begins | (succeeds & ~starting) | (idle & ~attempt & user)
         m.d.sync += since.eq(Mux(overdue, 0, since + tick))
-        with m.If(dut.o.valid | begins | done | fails | (watches & (wanted | any_kind))):
+        with m.If(dut.o.valid | begins | succeeds | fails | (watches & (wanted_line | any_kind))):
             m.d.sync += since.eq(0)
         with m.If(dut.heard | dut.o.valid):
             m.d.sync += noise.eq(quiet_ticks)
@@ -96,9 +96,9 @@ class Commanded(Harness[Commander]):
             m.d.sync += noise.eq(noise - 1)
         with m.If(begins):
             m.d.sync += stage.eq(Mux(quiet, Stage.SELECT.value, Stage.STOP.value))
-        with m.If(done):
+        with m.If(succeeds):
             m.d.sync += stage.eq(Mux(starting, Stage.WATCH.value, stage + 1))
-        with m.If(done & starting):
+        with m.If(succeeds & starting):
             m.d.sync += failures.eq(0)
         with m.If(fails | rests):
             m.d.sync += failures.eq(failures + 1)
@@ -110,9 +110,9 @@ class Commanded(Harness[Commander]):
             Assert(dut.busy == attempt),
             Assert(dut.paused == pauses),
             Assert(dut.o.valid == before(m, sends | (dut.o.valid & ~dut.sent), "is_sent")),
-            Assert(dut.acknowledged == (done & (stage != Stage.SELECT.value))),
+            Assert(dut.acknowledged == (succeeds & (stage != Stage.SELECT.value))),
             Assert(dut.timed_out == fails),
-            reached(m, (dut.acknowledged & starting) if self.whole else done, "answered"),
+            reached(m, (dut.acknowledged & starting) if self.whole else succeeds, "answered"),
             # For induction.
             Assert(stage <= Stage.PAUSE.value),
             Assert(inside["stage"] == stage),
@@ -125,19 +125,19 @@ class Commanded(Harness[Commander]):
             m,
             timeout,
             (attempt, idle, 3, (stage - 1) * timeout + since),
-            (watches, idle & ~user & ~wanted & ~any_kind, 1, since),
+            (watches, idle & ~user & ~wanted_line & ~any_kind, 1, since),
             (pauses, idle & ~user, TRIES, failures * timeout + since),
         )
         return stage
 
     def _bounds(self, m: Module, timeout: int, *waits: tuple[Value, Value, int, Value]) -> None:
         """Ticks of an attempt, until one begins, of a pause: at most so many time-outs."""
-        for k, (within, counts, most, passed) in enumerate(waits):
-            ticks = Signal(range(most * timeout + 2), name=f"ticks{k}")
+        for k, (active, counts, limit, bound) in enumerate(waits):
+            ticks = Signal(range(limit * timeout + 2), name=f"ticks{k}")
             m.d.sync += ticks.eq(ticks + (counts & self.dut.tick))
-            with m.If(~within | (~counts if k else 0)):
+            with m.If(~active | (~counts if k else 0)):
                 m.d.sync += ticks.eq(0)
-            m.d.comb += [Assert(ticks <= most * timeout), Assert(~within | (ticks <= passed))]
+            m.d.comb += [Assert(ticks <= limit * timeout), Assert(~active | (ticks <= bound))]
 
 
 def _proof(timeout_ticks: int, quiet_ticks: int, *, whole: bool) -> Proof:

@@ -30,10 +30,10 @@ _WORD = 26
 _REGISTER = Declared("a", Kind.INPUT, 24, -1.0, 1.0, "declared")
 
 
-def _plan(records: Sequence[Sequence[Fed]], **more: Any) -> Plan:
+def _plan(records: Sequence[Sequence[Fed]], **options: Any) -> Plan:
     """A plan with these records of the estimators."""
     count = len(records)
-    feed = Feed(tuple(map(tuple, records)), **more.pop("feed", {}))
+    feed = Feed(tuple(map(tuple, records)), **options.pop("feed", {}))
     return Plan(
         word=_WORD,
         names=(*(f"estimator{k}" for k in range(count)), *FRONT_NAMES),
@@ -41,7 +41,7 @@ def _plan(records: Sequence[Sequence[Fed]], **more: Any) -> Plan:
         lengths=(1,) * (count + len(FRONT_NAMES)),
         feed=feed,
         count_bits=10,
-        **more,
+        **options,
     )
 
 
@@ -95,7 +95,7 @@ class _Core:
         self.size_in, self.size_out = table(program, self.words_in), table(program, self.words_out)
         go, full = unknown(m, 1, "go") | steady, taken == self.size_in
         self.first = first = (taken == 0) & (given == 0)
-        other = program != dut.choice
+        differs = program != dut.choice
         can_switch, can_take = first & request, ~full & ~(first & request)
         can_give = full
         if plan.early:
@@ -117,15 +117,15 @@ class _Core:
         ]
         chosen = Signal(name="chosen_before")
         m.d.comb += dut.chosen.eq(chosen)
-        m.d.sync += [request.eq(other & ~(can_switch & go)), chosen.eq(~other)]
+        m.d.sync += [request.eq(differs & ~(can_switch & go)), chosen.eq(~differs)]
         with m.If(can_switch & go):
             m.d.sync += program.eq(dut.choice)
-        after_in, after_out = Signal(4), Signal(4)
-        m.d.comb += [after_in.eq(taken + takes), after_out.eq(given + gives)]
-        m.d.sync += [taken.eq(after_in), given.eq(after_out)]
+        taken_next, given_next = Signal(4), Signal(4)
+        m.d.comb += [taken_next.eq(taken + takes), given_next.eq(given + gives)]
+        m.d.sync += [taken.eq(taken_next), given.eq(given_next)]
         with m.If(takes & flushing & dut.i.payload.last):
             m.d.sync += stale.eq(1)
-        with m.If(dut.framing | ((after_in == self.size_in) & (after_out == self.size_out))):
+        with m.If(dut.framing | ((taken_next == self.size_in) & (given_next == self.size_out))):
             m.d.sync += [taken.eq(0), given.eq(0), stale.eq(0)]
 
 
@@ -153,10 +153,10 @@ class Updates(Harness[Conductor]):
         # One of the cases, the same always: nothing stands still, and each update has all there is.
         self.steady = steady = fixed(m, 1, "steady")
         copied = ~dut.feed_busy if plan.feed.registers else 1
-        begun = after_start(m)
-        self.at_start = steady & ~begun
+        started = after_start(m)
+        self.at_start = steady & ~started
         in_steady = {
-            "sample": begun & copied,
+            "sample": started & copied,
             "time": 0,
             "filter": plan.filters - 1,
             "source": 3,
@@ -275,9 +275,9 @@ class Updates(Harness[Conductor]):
         if plan.early:
             given = Mux(self.of_filter, self.inside["number"], given)
             ended = self.inside["ended"]
-            done = self.of_filter & (core.given == core.size_out)
+            answer_complete = self.of_filter & (core.given == core.size_out)
             m.d.comb += [
-                Assert(~feed | (ended == done)),
+                Assert(~feed | (ended == answer_complete)),
                 Assert(~collects | ~ended | (first & self.of_filter)),
             ]
         m.d.comb += [
@@ -297,7 +297,7 @@ class Updates(Harness[Conductor]):
             Signal.like(self.running, name="chosen_filter"),
         )
         open_ = Signal(name="begun")
-        turned = Signal(name="turned")  # the sign of this update's time step
+        step_sign = Signal(name="turned")  # the sign of this update's time step
         m.d.sync += open_.eq((open_ | self.begin) & ~self.complete & ~self.late)
         with m.If(self.begin):
             m.d.sync += number.eq(dut.number + 1)
@@ -305,9 +305,9 @@ class Updates(Harness[Conductor]):
                 m.d.sync += filter_.eq(dut.filter)
         fed, heard = self.fed & open_, self.heard & open_
         with m.If(heard & (core.program == inertial) & dut.o.payload.last):
-            m.d.sync += turned.eq(core.data[-1])
+            m.d.sync += step_sign.eq(core.data[-1])
 
-        # The followed place: what is to be there, what the controller has written.
+        # The followed place: its expected word, and the word that the controller has written.
         place = fixed(m, 6, "place")
         wanted, stored = Signal(1 + plan.word, name="wanted"), Signal(1 + plan.word, name="stored")
         raw = Mux(core.taken == RAW.index("stamp"), Place.STAMP, Place.RAWS + core.taken)
@@ -353,7 +353,7 @@ class Updates(Harness[Conductor]):
                     (header.number == number)
                     & (header.filter == filter_)
                     & (header.field_used == self.use_field)
-                    & (header.restart == turned)
+                    & (header.restart == step_sign)
                 )
             ),
             Assert(dut.updated == before(m, self.complete, "completed")),
@@ -369,21 +369,21 @@ class Updates(Harness[Conductor]):
         # Which words have come.
         feed, of_filter, last = self._is(State.FEED), self.of_filter, self.last
         finish = self._is(State.FINISH)
-        for which, count in (
+        for in_region, count in (
             (region == Place.INPUTS >> 4, Mux(of_filter & last, Mux(feed, self.count, inputs), 0)),
             (
                 region == Place.OUTPUTS >> 4,
                 Mux(of_filter & last, Mux(finish | self.ended, outputs, self.given), 0),
             ),
         ):
-            m.d.comb += Assert(~(open_ & which) | (wanted[-1] == (offset < count)))
-        came = Mux(place == Place.STAMP, RAW.index("stamp"), offset)
+            m.d.comb += Assert(~(open_ & in_region) | (wanted[-1] == (offset < count)))
+        word_number = Mux(place == Place.STAMP, RAW.index("stamp"), offset)
         m.d.comb += [
             Assert(
                 ~(open_ & regular & ((region == Place.RAWS >> 4) | (place == Place.STAMP)))
-                | (wanted[-1] == (~feed | of_filter | (came < self.count)))
+                | (wanted[-1] == (~feed | of_filter | (word_number < self.count)))
             ),
-            Assert(~(open_ & (of_filter | finish)) | (self.inside["restarting"] == turned)),
+            Assert(~(open_ & (of_filter | finish)) | (self.inside["restarting"] == step_sign)),
         ]
 
     def _line(self, m: Module) -> None:
@@ -397,31 +397,31 @@ class Updates(Harness[Conductor]):
         m.d.comb += kind_now.eq(Mux(line, kind, held_kind))
         m.d.sync += held_kind.eq(kind_now)
         for k, value in enumerate(values):
-            held = Signal(16, name=f"held_value{k}")
-            m.d.comb += dut.values[k].eq(Mux(line, value, held))
-            m.d.sync += held.eq(dut.values[k])
+            held_value = Signal(16, name=f"held_value{k}")
+            m.d.comb += dut.values[k].eq(Mux(line, value, held_value))
+            m.d.sync += held_value.eq(dut.values[k])
         # The last line was accepted and no program has had it; it was alone while one had it.
         unused, alone = Signal(name="unused"), Signal(name="alone")
         accepted = line & Mux(kind, source[0], source[1])
         turns = self._is(State.TURN)
-        began = before(m, self.complete, "turning")
-        begins = self.complete & unused
-        whole, ready = Signal(name="whole"), before(m, begins & ~line, "begun_alone")
+        updated = before(m, self.complete, "turning")
+        starts = self.complete & unused
+        whole, ready = Signal(name="whole"), before(m, starts & ~line, "begun_alone")
         m.d.comb += whole.eq(Mux(turns, ready & (held_kind == (job == Job.COUNTS)), alone))
         m.d.sync += alone.eq(whole & ~line)
         finished = self._is(State.FINISH) & self.of_sensor
         with m.If(line):
             m.d.sync += unused.eq(accepted)
-        with m.Elif(begins):
+        with m.Elif(starts):
             m.d.sync += unused.eq(0)
-        good = finished & alone & ~line
+        valid = finished & alone & ~line
         fresh, bank = self.inside["fresh"], self.inside["bank"]
         self.field_number = number = fixed(m, 2, "field_word")
-        now, self.field = Signal(plan.word, name="field_now"), Signal(plan.word, name="field")
+        field_now, self.field = Signal(plan.word, name="field_now"), Signal(plan.word, name="field")
         with m.If(self.heard & self.of_sensor & (core.given == number)):
-            m.d.sync += now.eq(core.data)
-        with m.If(good):
-            m.d.sync += self.field.eq(now)
+            m.d.sync += field_now.eq(core.data)
+        with m.If(valid):
+            m.d.sync += self.field.eq(field_now)
         zeros = plan.word - 16
         used = self.steady & self.complete & self.use_field
         cover = [] if plan.feed.holds else [reached(m, used, "field_used")]
@@ -435,26 +435,26 @@ class Updates(Harness[Conductor]):
                 for k in range(_LINE)
             ),
             Assert(
-                ~before(m, finished, "field_finished") | (fresh == before(m, good, "field_good"))
+                ~before(m, finished, "field_finished") | (fresh == before(m, valid, "field_good"))
             ),
             Assert(~before(m, fresh & ~self.begin, "was_fresh") | fresh),
             *cover,
             # For induction.
             Assert(~fresh | self._is(State.IDLE, State.FLUSH)),
-            Assert(~turns | began),
+            Assert(~turns | updated),
             Assert(~(self.of_sensor & self.at_work | turns) | (self.inside["line_alone"] == whole)),
             Assert(self.inside["line_waits"] == unused),
             Assert(~unused | (self.inside["line_counts"] == held_kind)),
         ]
         if not plan.feed.holds:
             bank = Const(0)
-        there = self.inside.word("calibrated", Cat(number, Const(2, 2), bank))
-        new = self.inside.word("calibrated", Cat(number, Const(2, 2), bank ^ plan.feed.holds))
-        came = self._is(State.FINISH) | (self._is(State.COLLECT) & (core.given > number))
+        stored = self.inside.word("calibrated", Cat(number, Const(2, 2), bank))
+        new_field = self.inside.word("calibrated", Cat(number, Const(2, 2), bank ^ plan.feed.holds))
+        word_came = self._is(State.FINISH) | (self._is(State.COLLECT) & (core.given > number))
         used = fresh | (self.open_ & self.use_field) | Const(plan.feed.holds, 1)
         m.d.comb += [
-            Assert(~used | (there == self.field)),
-            Assert(~(self.of_sensor & came) | (new == now)),
+            Assert(~used | (stored == self.field)),
+            Assert(~(self.of_sensor & word_came) | (new_field == field_now)),
         ]
 
     def _registers(self, m: Module) -> None:
@@ -471,30 +471,30 @@ class Updates(Harness[Conductor]):
             dut.feed_take.eq(take),
         ]
         self.register = number = fixed(m, 5, "register")
-        now, self.set_word = (
+        register_now, self.set_word = (
             Signal(self.plan.word, name="register_now"),
             Signal(self.plan.word, name="register_in_set"),
         )
         self.new_set = Signal(name="new_set")
         port = unit.component
         with m.If(writes & ~dut.feed_busy & (index == number)):
-            m.d.sync += now.eq(word)
+            m.d.sync += register_now.eq(word)
         with m.If(port.done):
-            m.d.sync += [self.set_word.eq(now), self.new_set.eq(1)]
+            m.d.sync += [self.set_word.eq(register_now), self.new_set.eq(1)]
         with m.Elif(self.complete):
             m.d.sync += self.new_set.eq(0)
         copied = port.valid & (port.index > number)
-        there = inside.word("calibrated", Cat(number, Const(1, 1)))
+        stored = inside.word("calibrated", Cat(number, Const(1, 1)))
         m.d.comb += [
             Assume(number < len(registers)),
             # The set changes between updates, and before the estimators' records.
             Assert(~(port.valid & self.of_filter & self.at_work)),
             reached(m, self.steady & self.complete & self.new_set, "set_used"),
             # For induction.
-            Assert(there == Mux(copied, now, self.set_word)),
-            Assert(unit.word("words", number) == now),
+            Assert(stored == Mux(copied, register_now, self.set_word)),
+            Assert(unit.word("words", number) == register_now),
             Assert(~port.valid | (port.index < len(registers))),
-            Assert(~(port.valid & (port.index == number)) | (port.data == now)),
+            Assert(~(port.valid & (port.index == number)) | (port.data == register_now)),
             Assert(port.valid == unit["going"]),
             Assert(inside["set_fresh"] == self.new_set),
         ]
@@ -503,51 +503,51 @@ class Updates(Harness[Conductor]):
         """Each word of an estimator's record is the one that the plan routes to its place."""
         dut, plan, core = self.dut, self.plan, self.core
         number = fixed(m, 3, "sample_word")
-        word, there = Signal(plan.word, name="word_of_sample"), Signal(name="word_came")
+        word, word_came = Signal(plan.word, name="word_of_sample"), Signal(name="word_came")
         with m.If(self.heard & (core.program == plan.inertial) & (core.given == number)):
-            m.d.sync += [word.eq(core.data), there.eq(1)]
+            m.d.sync += [word.eq(core.data), word_came.eq(1)]
         with m.If(self.begin):
-            m.d.sync += there.eq(0)
+            m.d.sync += word_came.eq(0)
         stored = self.inside.word("calibrated", Cat(number, Const(0, 1)))
         given = Mux(self._is(State.COLLECT), core.given, Mux(self._is(State.FEED), 0, len(RAW) - 1))
         feed = self._is(State.FEED)
         m.d.comb += [
             Assume(number < len(RAW) - 1),
-            Assert(~self.open_ | (there == Mux(self.of_filter, 1, number < given))),
-            Assert(~(self.open_ & there) | (stored == word)),
+            Assert(~self.open_ | (word_came == Mux(self.of_filter, 1, number < given))),
+            Assert(~(self.open_ & word_came) | (stored == word)),
         ]
         constants = {ZERO: 0, **{HELD + k: c for k, c in enumerate(plan.feed.constants)}}
         for place, constant in constants.items():
             m.d.comb += Assert(self.inside.word("calibrated", Const(place, 6)) == constant)
 
-        def right(place: int) -> Value:
+        def is_routed(place: int) -> Value:
             if place < len(RAW) - 1:
                 return (number != place) | (dut.i.payload.data == word)
             if place in range(PLACES["mx"], PLACES["mz"] + 1):
-                other = self.field_number != place - PLACES["mx"]
-                return other | (dut.i.payload.data == self.field)
+                is_other_word = self.field_number != place - PLACES["mx"]
+                return is_other_word | (dut.i.payload.data == self.field)
             if place >= REGISTERS:
                 return (self.register != place - REGISTERS) | (dut.i.payload.data == self.set_word)
             return dut.i.payload.data == constants[place]
 
         for program, record in enumerate(plan.feed.records):
-            for k, each in enumerate(record):
-                here = feed & self.offer & self.of_filter & (self.ours == program)
-                here &= self.count == k
-                holds = right(each.place)
-                if each.absent is not None:
-                    holds = Mux(self.use_field, holds, right(each.absent))
-                m.d.comb += Assert(~here | holds)
+            for k, source in enumerate(record):
+                at_word = feed & self.offer & self.of_filter & (self.ours == program)
+                at_word &= self.count == k
+                matches = is_routed(source.place)
+                if source.absent is not None:
+                    matches = Mux(self.use_field, matches, is_routed(source.absent))
+                m.d.comb += Assert(~at_word | matches)
         raws = [Cat(Const(0, plan.word - 16), dut.word)] * (len(RAW) - 2)
         raws += [dut.stamp[32 - plan.word :], self.inside["restarting"] << plan.word - 1]
         for k, raw in enumerate(raws):
-            here = self.fed & (core.program == plan.inertial) & (core.taken == k)
-            m.d.comb += Assert(~here | ((dut.i.payload.data == raw) & (dut.index == k % 8)))
+            at_word = self.fed & (core.program == plan.inertial) & (core.taken == k)
+            m.d.comb += Assert(~at_word | ((dut.i.payload.data == raw) & (dut.index == k % 8)))
 
     def _bound(self, m: Module) -> None:
         """An update is complete, and a sample's words are taken, within so many cycles.
 
-        Cycles count in which the core does what it can do. ``left`` is how many more there can be
+        Cycles count in which the core does what it can do. ``remaining`` is the most there can be
         until the end of the update; each of them makes it smaller.
         """
         dut, plan, core, feeds = self.dut, self.plan, self.core, self._is(State.FEED)
@@ -564,45 +564,45 @@ class Updates(Harness[Conductor]):
         idle = records[plan.inertial] + registers + longest + 1
         chains = table(self.running, [sum(records[p] for p in c) + first for c in plan.chains])
         after_filter = table(self.running, [table(self.step, costs) for costs in filters])
-        after = Mux(inertial, registers + chains, Mux(self.of_filter, after_filter, idle))
+        after_program = Mux(inertial, registers + chains, Mux(self.of_filter, after_filter, idle))
         # Until the selected program is seen and a word is offered.
         turn = Mux(right, Mux(dut.chosen, 1, 2) + request, Mux(request, 3, 4))
         turn = Mux(right & self.offer, request, turn)
         answer = Mux(core.first, 0, core.size_out - core.given)
         stale = Mux(core.stale, answer, 0)
-        out = Mux(self.ended, 0, self.size_out - self.given)
+        answer_left = Mux(self.ended, 0, self.size_out - self.given)
         copy = Const(0)
         if plan.feed.registers:
             unit = self.inside.parts["registers"].component
             copy = Mux(unit.valid, len(plan.feed.registers) - unit.index, 0)
-        seen = Mux(dut.chosen, 0, Mux(core.program == dut.choice, 1 + request, Mux(request, 3, 4)))
+        wait = Mux(dut.chosen, 0, Mux(core.program == dut.choice, 1 + request, Mux(request, 3, 4)))
         ends = Mux(
             inertial,
             1 + copy + chains,
-            Mux(self.of_filter, Mux(self.last, 1 + seen, 1 + after_filter), 1 + idle),
+            Mux(self.of_filter, Mux(self.last, 1 + wait, 1 + after_filter), 1 + idle),
         )
         switch = Mux(request, 2, Mux(core.program == plan.inertial, 2 - self.offer, 3))
         taken = Mux(core.first, switch, answer + 5 - self.offer)
         flush = Mux(dut.choice == plan.inertial, taken, answer + 6) + max(core.words_out) + idle
         limit = 6 + 2 * max(core.words_out) + idle
-        left = Signal(range(2 * limit))
+        remaining = Signal(range(2 * limit))
         states = {
             State.IDLE: stale + idle,
-            State.FEED: stale + turn + self.size_in - self.count + out + 2 + after,
-            State.COLLECT: out + 2 + after,
+            State.FEED: stale + turn + self.size_in - self.count + answer_left + 2 + after_program,
+            State.COLLECT: answer_left + 2 + after_program,
             State.FINISH: ends,
             State.TURN: records[plan.field] + idle,
         }
         total: Value = flush
         for state, cycles in states.items():
             total = Mux(self._is(state), cycles, total)
-        since = Signal(range(2 * limit))
-        m.d.comb += left.eq(total)
+        elapsed = Signal(range(2 * limit))
+        m.d.comb += remaining.eq(total)
         with m.If(self.complete | self.late):
-            m.d.sync += since.eq(0)
+            m.d.sync += elapsed.eq(0)
         with m.Elif(core.flows & (~self._is(State.IDLE) | self.begin)):
-            m.d.sync += since.eq(since + 1)
-        m.d.comb += [Assert(since <= limit), Assert(since + left <= limit)]
+            m.d.sync += elapsed.eq(elapsed + 1)
+        m.d.comb += [Assert(elapsed <= limit), Assert(elapsed + remaining <= limit)]
         self.limit = limit
 
         # Of the sample whose words are taken, or that waits.
@@ -616,17 +616,17 @@ class Updates(Harness[Conductor]):
         with m.Elif(core.flows & (age != limit)):
             m.d.sync += age.eq(age + 1)
         first_word = records[plan.inertial] + 1
-        sooner = Mux(feeds & inertial, stale + turn + self.size_in - self.count, first_word)
+        budget = Mux(feeds & inertial, stale + turn + self.size_in - self.count, first_word)
         for state, cycles in (
             (State.TURN, records[plan.field] + first_word),
-            (State.FEED, turn + self.size_in - self.count + out + 2 + first_word),
-            (State.COLLECT, out + 2 + first_word),
+            (State.FEED, turn + self.size_in - self.count + answer_left + 2 + first_word),
+            (State.COLLECT, answer_left + 2 + first_word),
             (State.FINISH, 1 + first_word),
         ):
-            sooner = Mux(self.of_sensor & self._is(state), cycles, sooner)
+            budget = Mux(self.of_sensor & self._is(state), cycles, budget)
         m.d.comb += [
             Assert(~(self.fed & (core.program == plan.inertial)) | (age < limit)),
-            Assert(~(self.waiting | (feeds & inertial)) | (age + sooner <= limit)),
+            Assert(~(self.waiting | (feeds & inertial)) | (age + budget <= limit)),
             Assert(~self.waiting | self._is(State.IDLE) | self.of_sensor),
         ]
 
@@ -659,33 +659,33 @@ class Watched(Harness[Conductor]):
             dut.o.valid.eq(unknown(m, 1, "valid")),
             dut.o.payload.last.eq(unknown(m, 1, "last")),
         ]
-        time, begin = Signal(bits), fixed(m, bits, "time_at_start")
+        time, time_at_start = Signal(bits), fixed(m, bits, "time_at_start")
         m.d.sync += time.eq(time + 1)
-        m.d.comb += dut.time.eq(time + begin)
+        m.d.comb += dut.time.eq(time + time_at_start)
         state, late = inside["state"], dut.events[dut.EVENTS.index("watchdog")]
-        done = (state == State.IDLE) | inside.parts["results"].component.complete
+        job_ended = (state == State.IDLE) | inside.parts["results"].component.complete
         at_work = Signal(range(2 * patience))
-        m.d.sync += at_work.eq(Mux(done | late, 0, at_work + 1))
-        again, once = Signal(name="aborted"), inside["once"]
-        m.d.sync += again.eq(~done & (again | (late & once)))
-        ended_after = before(m, Mux(done, at_work, 0), "ended_after")
-        again_before = before(m, again, "aborted_before")
+        m.d.sync += at_work.eq(Mux(job_ended | late, 0, at_work + 1))
+        aborted, once = Signal(name="aborted"), inside["once"]
+        m.d.sync += aborted.eq(~job_ended & (aborted | (late & once)))
+        ended_after = before(m, Mux(job_ended, at_work, 0), "ended_after")
+        aborted_before = before(m, aborted, "aborted_before")
         phase, watched = dut.time[: bits - 1], dut.time[bits - 1]
         since = Mux(phase == 0, half, phase)  # the watched bit has changed
-        seen, started = before(m, watched, "watched_before"), after_start(m)
+        watched_before, started = before(m, watched, "watched_before"), after_start(m)
         m.d.comb += [
             # Also one that just ends is aborted.
-            Assert(~late | again | (at_work >= half) | again_before | (ended_after >= half)),
+            Assert(~late | aborted | (at_work >= half) | aborted_before | (ended_after >= half)),
             Assert(at_work <= patience),
             Assert(~before(m, late, "late_before") | (state == State.FLUSH)),
             Cover(late),
             # For induction.
-            Assert(inside["bit"] == seen),
-            Assert(Mux(started, (seen ^ watched) == (phase == 0), ~once & ~late)),
-            Assert(~again | once),
-            Assert(~again | (at_work < since) | late),
-            Assert(again | once | (at_work < since)),
-            Assert(again | ~once | ((at_work >= since) & ((at_work < since + half) | late))),
+            Assert(inside["bit"] == watched_before),
+            Assert(Mux(started, (watched_before ^ watched) == (phase == 0), ~once & ~late)),
+            Assert(~aborted | once),
+            Assert(~aborted | (at_work < since) | late),
+            Assert(aborted | once | (at_work < since)),
+            Assert(aborted | ~once | ((at_work >= since) & ((at_work < since + half) | late))),
         ]
 
 

@@ -70,9 +70,9 @@ class Delivered(Elaboratable):
             unpacker.read.eq(unknown(m, 1, "read")),
             unpacker.index.eq(unknown(m, len(unpacker.index), "index")),
         ]
-        waited, stood = Signal(name="waited"), Signal(9, name="stood")
-        m.d.sync += [waited.eq(valid & ~framer.i.ready), stood.eq(Cat(valid, byte))]
-        m.d.comb += Assume(~waited | (Cat(valid, byte) == stood))
+        waited, previous = Signal(name="waited"), Signal(9, name="stood")
+        m.d.sync += [waited.eq(valid & ~framer.i.ready), previous.eq(Cat(valid, byte))]
+        m.d.comb += Assume(~waited | (Cat(valid, byte) == previous))
         with m.If(valid & framer.i.ready):
             m.d.sync += [number.eq(number + 1), taken_byte.eq(byte)]
             with m.If(number == 0):
@@ -148,23 +148,23 @@ class Delivered(Elaboratable):
         seen, pending, held_kind = self.seen, self.pending, self.held_kind
         gathered, words, held = self.gathered, self.words, self.held
         for k in range(len(words)):
-            for name, where, frame in (("sent", half, words), ("held", ~half, held)):
-                stored = taking.word("buffer", k + Mux(where, depth, 0))
-                there = (
+            for name, buffer_half, frame in (("sent", half, words), ("held", ~half, held)):
+                stored = taking.word("buffer", k + Mux(buffer_half, depth, 0))
+                is_stored = (
                     (seen > size * (k + 1))
                     if name == "sent"
                     else (pending & ((held_kind == Kind.WRITE) | (k == 0)))
                 )
-                m.d.comb += Assert(~there | (stored == frame[k]))
-        looked, wanted = Signal(name="looked"), Signal(WORD, name="wanted")
+                m.d.comb += Assert(~is_stored | (stored == frame[k]))
+        was_read, expected = Signal(name="looked"), Signal(WORD, name="wanted")
         m.d.sync += [
-            looked.eq(
+            was_read.eq(
                 unpacker.read & pending & ((unpacker.index == 0) | (held_kind == Kind.WRITE))
             ),
-            wanted.eq(Array(held)[unpacker.index]),
+            expected.eq(Array(held)[unpacker.index]),
         ]
         m.d.comb += [
-            Assert(~looked | (unpacker.word_data == wanted)),
+            Assert(~was_read | (unpacker.word_data == expected)),
             Assert(~pending | (held_kind == Kind.WRITE) | (held_kind == Kind.READ)),
             *(
                 Assert(
@@ -181,8 +181,8 @@ class Delivered(Elaboratable):
         number, seen, kind, length = self.number, self.seen, self.kind, self.length
         begin, body, low, high, finish = self.parts
         full, byte, literal = self.full, sending["byte"], sending["literal"]
-        ours, theirs = sending.parts["crc"].component, taking.parts["crc"].component
-        sent, got = ~ours.crc, ~theirs.crc  # the registers
+        tx_crc, rx_crc = sending.parts["crc"].component, taking.parts["crc"].component
+        tx, rx = ~tx_crc.crc, ~rx_crc.crc  # the registers
         ending = full & begin
         within = seen != 0
         checks = Mux(high, ~full, Mux(finish, 2 - full, Mux(ending, 2, 0)))
@@ -201,8 +201,8 @@ class Delivered(Elaboratable):
             Assert(~self.of_body | ((byte == self.taken_byte) & ~literal)),
             Assert(~(self.of_body & (number == 1)) | (self.taken_byte == kind)),
             Assert(~(full & (begin | (body & (number == 0)))) | ((byte == END) & literal)),
-            Assert(~(full & high) | ((byte == ours.crc[:8]) & ~literal)),
-            Assert(~(full & finish) | ((byte == ours.crc[8:]) & ~literal)),
+            Assert(~(full & high) | ((byte == tx_crc.crc[:8]) & ~literal)),
+            Assert(~(full & finish) | ((byte == tx_crc.crc[8:]) & ~literal)),
             # State of the unpacker.
             Assert(taking["headed"] == within),
             Assert(~within | (taking["kind"] == kind)),
@@ -213,16 +213,15 @@ class Delivered(Elaboratable):
             Assert(taking["place"] < size),
             Assert((checks == 0) | ((taking["count"] == length) & (taking["place"] == checks))),
             # The two checks.
-            Assert(~body | (number != 0) | (sent == 0xFFFF)),
-            Assert(~(body & ~full & (number == 0)) | (got == 0xFFFF)),
-            Assert(~(self.of_body & (seen == 0)) | (got == 0xFFFF)),
+            Assert(~body | (number != 0) | (tx == 0xFFFF)),
+            Assert(~(body & ~full & (number == 0)) | (rx == 0xFFFF)),
+            Assert(~(self.of_body & (seen == 0)) | (rx == 0xFFFF)),
             Assert(
-                ~((body & (number != 0)) | low)
-                | (sent == Mux(full, shifts(got, self.taken_byte), got))
+                ~((body & (number != 0)) | low) | (tx == Mux(full, shifts(rx, self.taken_byte), rx))
             ),
-            Assert(~(high & full) | (got == sent)),
-            Assert(~((high & ~full) | (finish & full)) | (got == shifts(sent, ours.crc[:8]))),
-            Assert(~(finish & ~full | ending) | (theirs.match_detected & (got == GOOD))),
+            Assert(~(high & full) | (rx == tx)),
+            Assert(~((high & ~full) | (finish & full)) | (rx == shifts(tx, tx_crc.crc[:8]))),
+            Assert(~(finish & ~full | ending) | (rx_crc.match_detected & (rx == GOOD))),
         ]
 
 

@@ -68,7 +68,7 @@ class Frames(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         """Frame, stall, rest; each ends when it will."""
         m = Module()
-        goes = Const(1) if self.quick else unknown(m, 1, "goes")
+        go = Const(1) if self.quick else unknown(m, 1, "goes")
         framed, stalled = Signal(name="framed"), Signal(init=1, name="stalled")
         cycles, word = Signal(2, name="cycles"), Signal(BITS, name="answered_word")
         m.d.comb += [
@@ -79,10 +79,10 @@ class Frames(wiring.Component):
         m.d.sync += [self.o_valid.eq(0), cycles.eq(cycles + ~cycles[1])]
         with m.If(self.i.ready & self.i.valid):
             m.d.sync += [framed.eq(1), cycles.eq(1)]
-        with m.If(framed & goes):
+        with m.If(framed & go):
             m.d.sync += [framed.eq(0), stalled.eq(1), self.o_valid.eq(1), word.eq(self.answer)]
             m.d.sync += cycles.eq(0)
-        with m.If(stalled & cycles[1] & goes):
+        with m.If(stalled & cycles[1] & go):
             m.d.sync += stalled.eq(0)
         return m
 
@@ -92,7 +92,7 @@ def scaled(component: type[Adis16385] = Adis16385, *, quick: bool = False) -> Ad
 
     Ticks of 2 cycles, 2 for the reset pulse, 1 for the wait after it, 4 for the time-out.
     """
-    # The component takes times; what it makes of them is replaced by less.
+    # The component takes times; its counts of ticks are replaced by smaller ones.
     reader = component(
         clock_hz=1e6, timing=Timing(period_s=0.05, startup_s=1e-3), settings=Settings(bad_limit=2)
     )
@@ -105,7 +105,7 @@ def scaled(component: type[Adis16385] = Adis16385, *, quick: bool = False) -> Ad
 
 
 class Sampled(Harness[Adis16385]):
-    """What is sent, what becomes of the answers, and when the reader starts again.
+    """Commands, the use of the answers, and restarts of the reader.
 
     Answers, data-ready, settings and orders are any. One word of the sample is followed, any, but
     the same always.
@@ -123,9 +123,9 @@ class Sampled(Harness[Adis16385]):
         self.time = time = Signal(32, name="clock")
         for name in ("data_ready", "miso", "msc_ctrl", "smpl_prd", "sens_avg"):
             port = getattr(dut, name)
-            some = time[4] if name == "data_ready" else port.init
-            some = some if spi.quick else unknown(m, port.shape(), f"{name}_in")
-            m.d.comb += port.eq(some)
+            value = time[4] if name == "data_ready" else port.init
+            value = value if spi.quick else unknown(m, port.shape(), f"{name}_in")
+            m.d.comb += port.eq(value)
         m.d.sync += time.eq(time + 1)
         m.d.comb += dut.time.eq(time)
 
@@ -146,9 +146,9 @@ class Sampled(Harness[Adis16385]):
         self.reply = before(m, spi.o_valid & self.framing & ~self.start_over, "reply")
         self.heard = before(m, spi.o_data, "heard")
         self._commands(m)
-        known = Array([Const(dut.settings.identity, 16), *self.used])
+        expected_values = Array([Const(dut.settings.identity, 16), *self.used])
         self.which = Mux(state == _START, Mux(self.frame == 1, 0, self.frame - 9), self.turn)[:2]
-        self.right = self.heard == known[self.which]
+        self.right = self.heard == expected_values[self.which]
         checks = [self.frame == k for k in _CHECKS]
         self.start_check = self.reply & (state == _START) & Cat(checks).any()
         self.judged = self.reply & (state == _BURST) & (self.frame == _LAST)
@@ -215,10 +215,10 @@ class Sampled(Harness[Adis16385]):
         data = Array([word[8 * k : 8 * k + 8] for word in self.used for k in range(2)])
         byte = data[(frame - _WRITES.start)[:3]] & writes.replicate(8)
         command = Cat(byte, address, writes)
-        # What the answer is: a device gives what the frame before asked for.
+        # A device answers the request of the frame before.
         with m.If(self.takes):
             m.d.sync += [self.sent.eq(spi.i.payload), self.asked.eq(self.sent[8:15])]
-        now = self.sent[8:15]
+        sent_register = self.sent[8:15]
         port = inside.parts["spi"]
         framed, stalled = port["framed"], port["stalled"]
         out = framed | (stalled & ~port["cycles"][1])
@@ -229,8 +229,8 @@ class Sampled(Harness[Adis16385]):
             # For induction.
             Assert(~(self.framing & out) | (self.sent == command)),
             Assert(~(self.framing & out) | first | (self.asked == earlier)),
-            Assert(~self.framing | out | first | (now == earlier)),
-            Assert((state != _EDGE) | ((now == REGISTERS["TEMP_OUT"]) & ~framed)),
+            Assert(~self.framing | out | first | (sent_register == earlier)),
+            Assert((state != _EDGE) | ((sent_register == REGISTERS["TEMP_OUT"]) & ~framed)),
         ]
         cycles = port["cycles"]
         m.d.comb += [
@@ -247,7 +247,7 @@ class Sampled(Harness[Adis16385]):
         inside, frame, turn, state = self.inside, self.frame, self.turn, self.state
         step = inside["step"]
         of_sample = Mux(frame == 7, 24 + turn, Mux(frame == 8, 28 + turn, 16 + frame))
-        looked = before(m, step, "looked")
+        previous_step = before(m, step, "looked")
         rows: list[dict[str, int]] = [{} for _ in range(32)]
         for k, name in enumerate(_STARTS):
             rows[3 + k] = {
@@ -260,11 +260,11 @@ class Sampled(Harness[Adis16385]):
         for k, sampled in enumerate(_SAMPLES):
             for t, checked in enumerate(CHECKED) if k > 6 else ((0, ""),):
                 number = 16 + k if k < 7 else 24 + t if k == 7 else 28 + t
-                asked = _SAMPLES[k - 1] or checked
+                register = _SAMPLES[k - 1] or checked
                 rows[number] = {
                     "command": REGISTERS[sampled or checked],
                     "stores": k < _LAST,
-                    "place": 0 if k == _LAST else WORDS.index(asked) if k else 6,
+                    "place": 0 if k == _LAST else WORDS.index(register) if k else 6,
                     "checks": k == _LAST,
                     "which": number % 4,
                     "whole": k == _LAST,
@@ -274,15 +274,15 @@ class Sampled(Harness[Adis16385]):
         for name in columns:
             column = inside[name]
             table = Array(Const(int(row.get(name, 0)), len(column)) for row in rows)
-            m.d.comb += Assert(column == table[looked])
+            m.d.comb += Assert(column == table[previous_step])
         m.d.comb += [
             Assert((state != _START) | (step == 3 + frame)),
             Assert((state != _BURST) | (step == of_sample)),
             Assert((state != _EDGE) | (step == 16) | stalled),
             Assert((state > _STARTUP) | ((state == _RESET) & self.begins) | (step == 3)),
-            Assert((state != _STARTUP) | (looked == 3)),
-            Assert(~self.framing | (looked == step) | stalled),
-            Assert(~(self.framing & self.out) | (looked == step)),
+            Assert((state != _STARTUP) | (previous_step == 3)),
+            Assert(~self.framing | (previous_step == step) | stalled),
+            Assert(~(self.framing & self.out) | (previous_step == step)),
             Assert(~(self.framing & self.out) | (inside["expected"] == inside["known"])),
             Assert((state > _BURST) == 0),
             Assert(frame <= Mux(state == _START, _LAST_START, _LAST)),
@@ -303,12 +303,12 @@ class Sampled(Harness[Adis16385]):
         value = Mux(place == 6, Cat(heard[:12], heard[11].replicate(4)), heard)
         hit = store & (place == index)
         word = Signal(16, name="word_wanted", reset_less=True)
-        ours = Signal(name="is_ours")
+        is_current = Signal(name="is_ours")
         self.accepted = (state == _EDGE) & self.edge & ~spi.busy
         with m.If(self.accepted):
-            m.d.sync += ours.eq(0)
+            m.d.sync += is_current.eq(0)
         with m.If(hit):
-            m.d.sync += [word.eq(value), ours.eq(1)]
+            m.d.sync += [word.eq(value), is_current.eq(1)]
         temperature, diag = Signal(16, name="temperature"), Signal(16, name="diag")
         with m.If(store & (place == 6)):
             m.d.sync += temperature.eq(value)
@@ -328,11 +328,11 @@ class Sampled(Harness[Adis16385]):
         answered_at = Mux(index == 6, 0, Mux(index == 7, 7, index + 1))
         m.d.comb += [
             Assert(dut.word == word),
-            Assert(~dut.sample | ours),
+            Assert(~dut.sample | is_current),
             Assert((dut.temperature == temperature) & (dut.diag_stat == diag)),
             Assert((dut.stamp == stamp) & (dut.number == number)),
             # For induction.
-            Assert((state != _BURST) | (frame <= answered_at) | ours),
+            Assert((state != _BURST) | (frame <= answered_at) | is_current),
             Assert((state != _BURST) | (Mux(frame == 0, 0, self.inside["over"]) == over)),
             Assert(self.inside["edges"] == edges),
             Assert(self.inside["storing"] == store),
@@ -342,9 +342,9 @@ class Sampled(Harness[Adis16385]):
         settings = dut.settings
         self.invalid = (diag & settings.invalid_mask).any()
         self.alarm = (diag & settings.alarm_mask).any()
-        known = (state != _BURST) | (frame < 8)
-        m.d.comb += Assert(known | (self.inside["invalid"] == self.invalid))
-        m.d.comb += Assert(known | (self.inside["alarm"] == self.alarm))
+        status_open = (state != _BURST) | (frame < 8)
+        m.d.comb += Assert(status_open | (self.inside["invalid"] == self.invalid))
+        m.d.comb += Assert(status_open | (self.inside["alarm"] == self.alarm))
 
     def _judge(self, m: Module) -> None:
         """Events and flags, each as its meaning says; when the reader starts again."""
@@ -390,13 +390,13 @@ class Sampled(Harness[Adis16385]):
         with m.If(good | (state == _RESET)):
             m.d.sync += count.eq(0)
         happened = Cat(event[name] for name in EVENTS)
-        shown = Cat(self.running if name == "running" else flag[name] for name in FLAGS.members)
+        flags = Cat(self.running if name == "running" else flag[name] for name in FLAGS.members)
         identity, config = flag["identity_error"], flag["config_error"]
         started = (state == _START) & (self.frame > 1)
         m.d.comb += [
             Assert(dut.events == before(m, happened, "happened")),
             Assert(dut.sample == before(m, good, "good")),
-            Assert(dut.flags.as_value() == shown),
+            Assert(dut.flags.as_value() == flags),
             # For induction.
             Assert(~self.running | (doubt == (identity | config))),
             Assert(~(self.running & identity) | (self.turn == 0)),
@@ -508,7 +508,7 @@ class Recovered(Sampled):
         super()._states(m)
         dut, works, state, frame = self.dut, self.works, self.state, self.frame
         limit = dut.settings.bad_limit
-        known = Array([Const(1), *(self.kept.word_select(k, 16) == self.used[k] for k in range(3))])
+        equal = Array([Const(1), *(self.kept.word_select(k, 16) == self.used[k] for k in range(3))])
         again, whole, waits = Signal(name="again"), Signal(name="whole"), Signal(name="waits")
         bad, linked = Signal(range(limit + 2), name="bad_since"), Signal(2, name="linked")
         link = self.judged & self.right & ~self.good & ~self.invalid
@@ -537,7 +537,7 @@ class Recovered(Sampled):
             Assert(linked <= 1),
         ]
         burst, edge = state == _BURST, state == _EDGE
-        right_setting = known[self.turn]
+        right_setting = equal[self.turn]
         started = (state == _START) & again
         m.d.comb += [
             Assert(works | (~again & ~whole & ~waits & (bad == 0) & (linked == 0))),
@@ -551,7 +551,7 @@ class Recovered(Sampled):
             Assert(~(burst & whole & (frame == 8)) | ~self.invalid),
             Assert(~(works & self.judged & whole) | (self.right == right_setting)),
             Assert((linked == 0) | ~self.doubt | ~right_setting),
-            Assert(~(again & self.running) | (known[1] & known[2] & known[3] & ~self.doubt)),
+            Assert(~(again & self.running) | (equal[1] & equal[2] & equal[3] & ~self.doubt)),
             Assert(~(started & self.out) | (self.got & ((frame == 0) | self.got_before))),
             Assert(~(started & (frame != 0)) | self.got),
             *(

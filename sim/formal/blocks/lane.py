@@ -85,9 +85,9 @@ class InStages(Harness[Lane]):
             ]
         # Amount: the shift, less the part of the count, not below 0.
         part = Mux(dut.scale == 1, norm3, Mux(dut.scale == 2, norm3 & ~1, norm3 >> 1))
-        less = Signal(signed(8))
-        m.d.comb += less.eq(dut.shift - Mux(dut.scale == 0, 0, part))
-        first_amount = register.after(Mux(less < 0, 0, less), 5, "amount_first")
+        amount = Signal(signed(8))
+        m.d.comb += amount.eq(dut.shift - Mux(dut.scale == 0, 0, part))
+        first_amount = register.after(Mux(amount < 0, 0, amount), 5, "amount_first")
         amount4 = first_amount
         for k in range(at.amount + 2, at.shift + 1):
             amount4 = register.after(amount4, 5, f"amount_{k}")
@@ -126,10 +126,10 @@ class InStages(Harness[Lane]):
     def _captures(self, m: Module, inside: Inside, register: _Registers) -> tuple[Signal, Signal]:
         """Read: flag, index and count of the raw word; the count serves the stage amount."""
         dut, arith = self.dut, self.arith
-        seen = Signal(arith.word)
-        m.d.comb += seen.eq(dut.a + (dut.quarter << (arith.word - 2)))
-        flag = register.after(seen[-1], 1, "flag", dut.cap_flag)
-        index = (seen >> arith.fraction_bits)[: arith.INDEX_BITS]
+        captured = Signal(arith.word)
+        m.d.comb += captured.eq(dut.a + (dut.quarter << (arith.word - 2)))
+        flag = register.after(captured[-1], 1, "flag", dut.cap_flag)
+        index = (captured >> arith.fraction_bits)[: arith.INDEX_BITS]
         held = register.after(index, arith.INDEX_BITS, "index", dut.cap_index)
         count = Signal(5)
         m.d.comb += count.eq(_leading_sign_count(dut.a, arith))
@@ -140,8 +140,8 @@ class InStages(Harness[Lane]):
         leading = inside.parts["leading"]
         place = Value.cast(0)
         for k in reversed(groups):
-            here = Const(k, 5) + leading[f"place{k}"]
-            place = here if k == groups[-1] else Mux(leading[f"hit{k}"], here, place)
+            position = Const(k, 5) + leading[f"place{k}"]
+            place = position if k == groups[-1] else Mux(leading[f"hit{k}"], position, place)
         m.d.comb += [
             Assert(dut.index == Mux(dut.cap_index, index, held)),
             Assert(inside["held"] == held),
@@ -171,9 +171,9 @@ class InStages(Harness[Lane]):
         result = Mux(wrap, q[: arith.word], clamped)
         outside = dut.words[0] if dut.sources == 1 else Mux(dut.which, dut.words[1], dut.words[0])
         # With one source the field that selects another is not used.
-        used = ~(dut.outside & dut.which) if dut.sources == 1 else Const(1)
+        is_defined = ~(dut.outside & dut.which) if dut.sources == 1 else Const(1)
         m.d.comb += [
-            Assert(~used | (dut.result == Mux(dut.outside, outside, result)[: arith.word])),
+            Assert(~is_defined | (dut.result == Mux(dut.outside, outside, result)[: arith.word])),
             Assert(dut.saturated == (dut.sticky & ~wrap & ~dut.outside & (clamped != q))),
             reached(m, dut.saturated & (q < 0), "clamped_below"),
             reached(m, dut.saturated & (q > 0), "clamped_above"),
@@ -241,8 +241,8 @@ class OfPartialProducts(Harness[Multiplier]):
 
         hh = {"hh": products.pop("hh")}
         lh = {"lh": products.pop("lh")}
-        now = later(products, 2) | lh
-        last = later(now, 3)
+        second = later(products, 2) | lh
+        last = later(second, 3)
         if dut.sums:  # slice hh comes a cycle later than lh
             third, last = last, later(last | hh, 4)
             m.d.comb += [
@@ -257,8 +257,8 @@ class OfPartialProducts(Harness[Multiplier]):
         m.d.comb += [
             total.eq(last["ll"] + ((last["hl"] + last["lh"]) << cut) + (last["hh"] << (2 * cut))),
             # For induction: the sums on their way.
-            Assert(inside.parts["hl"]["p0"] == (now["ll"] >> cut) + now["hl"]),
-            Assert(inside["low"] == now["ll"][:cut]),
+            Assert(inside.parts["hl"]["p0"] == (second["ll"] >> cut) + second["hl"]),
+            Assert(inside["low"] == second["ll"][:cut]),
             Assert(dut.p == total),
             reached(m, dut.p < -1, "negative"),
         ]
@@ -297,11 +297,11 @@ class OfOneSlice(Harness[Multiplier]):
         a, b = words.values()
         rest: Value = Const(0)
         for name, factor, bits in (("ah", a[low:].as_signed(), b[:low]), ("b", b, a[:low])):
-            own = register.after(factor, factor.shape(), f"{name}_1")
+            multiplicand = register.after(factor, factor.shape(), f"{name}_1")
             digits = register.after(bits, low, f"{name}_digits_1")
             for bit in range(low):
-                m.d.comb += Assert(inside[f"{name}_row{bit}"] == Mux(digits[bit], own, 0))
-            product = own * digits
+                m.d.comb += Assert(inside[f"{name}_row{bit}"] == Mux(digits[bit], multiplicand, 0))
+            product = multiplicand * digits
             product = register.after(product, product.shape(), f"{name}_2")
             m.d.comb += Assert(inside[f"{name}_product"] == product)
             rest += product << (low if name == "ah" else 0)

@@ -89,8 +89,8 @@ class OneWord(Harness[Operands]):
                 first = slots - w.size + owner * w.block
                 inside = (slot >= first) & (slot < first + w.block)
                 parity = Mux(inside, dut.others[owner], parity)
-        here = address[machine.offset_bits :] == bank if machine.lanes == 2 else Value.cast(1)
-        return here & (self._physical(low, parity) == offset)
+        in_bank = address[machine.offset_bits :] == bank if machine.lanes == 2 else Value.cast(1)
+        return in_bank & (self._physical(low, parity) == offset)
 
     def _physical(self, offset: Value, parity: Value) -> Value:
         """Offset in a bank: bit c of the state region is exclusive-or the parity."""
@@ -114,8 +114,8 @@ class OneWord(Harness[Operands]):
             ]
             if shared < 3 * block:
                 rest = inside.word("tables2", number[:9])
-                behind = (number >= 2 * block) & (number < 3 * block)
-                m.d.comb += Assert(~behind | (rest == number))
+                in_tables2 = (number >= 2 * block) & (number < 3 * block)
+                m.d.comb += Assert(~in_tables2 | (rest == number))
             if shared < 2 * block:
                 first = inside.word("tables0", number[:10])
                 m.d.comb += Assert((number >= 2 * block) | (first == number))
@@ -153,16 +153,16 @@ class OneWord(Harness[Operands]):
     def _read(
         self, m: Module, name: str, chosen: Value, word: Value, out: Value, raw: Value
     ) -> None:
-        """What a port shows after the enabled cycles in which it read the word."""
-        was, value = chosen, word
+        """The word at a port after the enabled cycles of reading it."""
+        was_read, value = chosen, word
         for k in range(1, self.machine.stages.read + 1):
-            before, was = was, Signal(name=f"{name}_chosen{k}", reset_less=True)
+            was_read_before, was_read = was_read, Signal(name=f"{name}_chosen{k}", reset_less=True)
             read, value = value, Signal.like(out, name=f"{name}_value{k}", reset_less=True)
             with m.If(self.dut.en):
-                m.d.sync += [was.eq(before), value.eq(read)]
-            shown = out if k == self.machine.stages.read else raw
-            m.d.comb += Assert(~was | (shown == value))
-        m.d.comb += reached(m, was & (value > 5), f"{name}_read")
+                m.d.sync += [was_read.eq(was_read_before), value.eq(read)]
+            port_value = out if k == self.machine.stages.read else raw
+            m.d.comb += Assert(~was_read | (port_value == value))
+        m.d.comb += reached(m, was_read & (value > 5), f"{name}_read")
 
 
 def linked(config: str, owners: tuple[int, ...] | None = (0, 1)) -> dict[str, Any]:

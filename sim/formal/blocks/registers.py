@@ -44,7 +44,7 @@ class Bus(Harness[Registers]):
         offset, half = addr[:9] % (512 // dut.machine.lanes), dut.machine.bank_depth // 2
         parameter = ~addr[9] & (offset < half)
         if dut.selector:
-            self._chosen(m, w_stb=w_stb, parameter=parameter, grant=grant, waited=waited)
+            self._by_port(m, w_stb=w_stb, parameter=parameter, grant=grant, waited=waited)
         else:
             self._by_bus(
                 m,
@@ -75,18 +75,18 @@ class Bus(Harness[Registers]):
             if dut.programs > 1
             else Const(0)
         )
-        waits = parameter | change
+        needs_grant = parameter | change
         program = Signal(range(dut.programs), name="program_now")
         with m.If(grant & dut.switch):
             m.d.sync += program.eq(w_data)
         m.d.comb += [
             # Only the present write is granted: no phantom.
-            Assert(~grant | (w_stb & waits & bus.w_ack & (dut.switch == change))),
+            Assert(~grant | (w_stb & needs_grant & bus.w_ack & (dut.switch == change))),
             # An acknowledged write is granted in the same cycle, or need not be granted.
-            Assert(~bus.w_ack | (w_stb & (grant | ~waits))),
-            Assert(~w_stb | waits | bus.w_ack),
+            Assert(~bus.w_ack | (w_stb & (grant | ~needs_grant))),
+            Assert(~w_stb | needs_grant | bus.w_ack),
             # It is requested from its second cycle on, until the grant: none is lost.
-            Assert(dut.request == (waited & waits)),
+            Assert(dut.request == (waited & needs_grant)),
             Assert((dut.program == program) & (dut.program < dut.programs)),
             reached(m, grant & ~dut.switch, "parameter_written"),
             reached(m, waited & bus.w_ack & w_stb, "waited_long"),
@@ -94,7 +94,7 @@ class Bus(Harness[Registers]):
         if dut.programs > 1:
             m.d.comb += reached(m, dut.program == dut.programs - 1, "last_program")
 
-    def _chosen(self, m: Module, *, w_stb: Any, parameter: Any, grant: Any, waited: Any) -> None:
+    def _by_port(self, m: Module, *, w_stb: Any, parameter: Any, grant: Any, waited: Any) -> None:
         """Writes, if a port chooses the program."""
         dut, bus = self.dut, self.dut.bus
         choice = unknown(m, dut.choice.shape(), "choice")
@@ -145,7 +145,7 @@ class Bus(Harness[Registers]):
             m.d.sync += [updates.eq(updates + 1), last.eq(pending | saturated)]
         m.d.sync += pending.eq(Mux(commit | framing, 0, pending | saturated))
         status = flags | idle << 2 | parity << 3
-        now = Array(
+        values = Array(
             [
                 status,
                 updates,
@@ -155,7 +155,7 @@ class Bus(Harness[Registers]):
             ]
         )
         value = Signal(word, name="expected")
-        m.d.comb += value.eq(now[addr[:3]])
+        m.d.comb += value.eq(values[addr[:3]])
         documented = before(m, (addr >= 512) & (addr <= PROGRAM), "documented")
         m.d.comb += [
             Assert(~documented | (dut.bus.r_data == before(m, value, "read_before"))),

@@ -43,19 +43,19 @@ class Whole(Harness[Results]):
         # Each is the word, and whether the update has written it.
         now, newest = Signal(1 + word, name="word_now"), Signal(1 + word, name="word_newest")
         hit = w_en & (w_index == index)
-        after = Signal(1 + word)
-        m.d.comb += after.eq(now)
+        next_word = Signal(1 + word)
+        m.d.comb += next_word.eq(now)
         with m.If(hit):
-            m.d.comb += after.eq(Cat(w_data, 1))
-        m.d.sync += now.eq(after)
+            m.d.comb += next_word.eq(Cat(w_data, 1))
+        m.d.sync += now.eq(next_word)
         with m.If(begin):
             m.d.sync += now.eq(0)
         with m.If(complete):
-            m.d.sync += newest.eq(after)
+            m.d.sync += newest.eq(next_word)
         write, bank_newest = inside["write"], inside["newest"]
         m.d.comb += [
             Assert(~writing | (write != bank_newest)),
-            reached(m, complete & after[-1], "completed"),
+            reached(m, complete & next_word[-1], "completed"),
         ]
         self.writing, self.index, self.now, self.newest = writing, index, now, newest
         for k in range(len(dut.ports)):
@@ -70,22 +70,22 @@ class Whole(Harness[Results]):
         m.d.comb += [port.take.eq(take), port.index.eq(r_index)]
         with m.If(take):
             m.d.sync += stored_word.eq(newest)
-        looked = before(m, r_index == index, f"looked{k}")
-        wanted = before(m, stored_word, f"wanted{k}")
+        index_matches = before(m, r_index == index, f"looked{k}")
+        expected = before(m, stored_word, f"wanted{k}")
         bank = inside[f"held{k}"]
         m.d.comb += [
-            Assert(~(looked & wanted[-1]) | (port.value == wanted[:-1])),
-            reached(m, looked & wanted[-1] & writing, f"read{k}"),
+            Assert(~(index_matches & expected[-1]) | (port.value == expected[:-1])),
+            reached(m, index_matches & expected[-1] & writing, f"read{k}"),
             Assert(~writing | (write != bank)),
         ]
-        for name, which, content in (
+        for name, bank_number, content in (
             ("write", write, now),
             ("newest", inside["newest"], newest),
             ("held", bank, stored_word),
         ):
-            there = inside.word(f"copy{k}", Cat(index, which))
+            stored = inside.word(f"copy{k}", Cat(index, bank_number))
             m.d.comb += Assert(
-                ~content[-1] | (there == content[:-1]) | (~writing if name == "write" else 0)
+                ~content[-1] | (stored == content[:-1]) | (~writing if name == "write" else 0)
             )
 
 

@@ -38,9 +38,9 @@ class Parsed(Harness[SentenceParser]):
         m.d.comb += dut.pause.eq(pause)
         # A receiver gives a byte, or an error.
         m.d.comb += Assume(~(valid & error))
-        come, byte = before(m, valid, "come"), before(m, data, "byte_before")
-        spoilt = before(m, error, "spoilt")
-        over = inside.parts["arithmetic"].component.over
+        received, byte = before(m, valid, "come"), before(m, data, "byte_before")
+        had_error = before(m, error, "spoilt")
+        exceeds_limit = inside.parts["arithmetic"].component.over
 
         def is_a(text: str) -> Value:
             return byte == ord(text)
@@ -53,32 +53,32 @@ class Parsed(Harness[SentenceParser]):
             Signal(name="is_tenths"),
             Signal(name="is_minus"),
         )
-        good = Signal(name="byte_fits")
+        byte_fits = Signal(name="byte_fits")
         ends = (is_a(",") & (field != 2)) | (is_a("\r") & (field == 2))
         may_point = (number <= WHOLE_MAX) & Mux(field == 0, ~minus, tenths)
-        begins = (part == _FRONT) & (field == 0) & (number == 0)
-        m.d.comb += good.eq(0)
+        at_start = (part == _FRONT) & (field == 0) & (number == 0)
+        m.d.comb += byte_fits.eq(0)
         with m.Switch(part):
             with m.Case(_FRONT):
-                m.d.comb += good.eq(digit | is_a("-") | (is_a(" ") & (number != SPACES_MAX)))
+                m.d.comb += byte_fits.eq(digit | is_a("-") | (is_a(" ") & (number != SPACES_MAX)))
             with m.Case(_SIGNED, _POINT):
-                m.d.comb += good.eq(digit)
+                m.d.comb += byte_fits.eq(digit)
             with m.Case(_WHOLE):
-                m.d.comb += good.eq(
+                m.d.comb += byte_fits.eq(
                     (digit & (number != DIGITS_MAX))
                     | (is_a(".") & may_point)
-                    | (ends & ~tenths & ~over)
+                    | (ends & ~tenths & ~exceeds_limit)
                 )
             with m.Case(_TENTH):
-                m.d.comb += good.eq(ends & ~over)
-        line = come & is_a("\n")
-        whole = line & fits & (part == _RETURN)
+                m.d.comb += byte_fits.eq(ends & ~exceeds_limit)
+        line = received & is_a("\n")
+        complete = line & fits & (part == _RETURN)
         with m.If(line):
             m.d.sync += [fits.eq(1), part.eq(_FRONT), number.eq(0), field.eq(0)]
             m.d.sync += [tenths.eq(0), minus.eq(0)]
-        with m.Elif(come & ~good):
+        with m.Elif(received & ~byte_fits):
             m.d.sync += fits.eq(0)
-        with m.Elif(come & fits):
+        with m.Elif(received & fits):
             with m.If(is_a(" ") | (digit & (part == _WHOLE))):
                 m.d.sync += number.eq(number + 1)
             with m.Elif(is_a("-")):
@@ -93,9 +93,9 @@ class Parsed(Harness[SentenceParser]):
                 m.d.sync += part.eq(_TENTH)
             with m.Elif(digit):
                 m.d.sync += [part.eq(_WHOLE), number.eq(1)]
-        with m.Elif(~come & (spoilt | (pause & ~begins))):
+        with m.Elif(~received & (had_error | (pause & ~at_start))):
             m.d.sync += fits.eq(0)
-        accepted = before(m, whole, "accepted")
+        accepted = before(m, complete, "accepted")
         m.d.comb += [
             Assert(dut.line == before(m, accepted, "line_due")),
             Assert(~dut.line | (dut.is_counts == before(m, before(m, ~tenths, "c0"), "c1"))),

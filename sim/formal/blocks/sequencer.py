@@ -62,7 +62,7 @@ class Stepped(Harness[Sequencer]):
         self.fill = dut.machine.prefetch + 1
 
     def surround(self, m: Module, dut: Sequencer, inside: Inside) -> None:
-        """``at`` is the executed word of the rules; negative values count the cycles to it."""
+        """Sets ``at``, the executed word of the rules; negative values count the cycles to it."""
         inputs = {
             name: unknown(m, 1, name)
             for name in ("i_valid", "i_last", "o_ready", "request", "switch")
@@ -70,15 +70,15 @@ class Stepped(Harness[Sequencer]):
         for name, signal in inputs.items():
             m.d.comb += getattr(dut, name).eq(signal)
         self.program = Signal(range(len(PROGRAMS)))
-        other = unknown(m, 1, "other")
+        next_program = unknown(m, 1, "other")
         m.d.comb += dut.program.eq(self.program)
         with m.If(dut.grant & dut.switch):
-            m.d.sync += self.program.eq(other)
+            m.d.sync += self.program.eq(next_program)
         self._rules(m, **inputs)
         self._registers(m, inside)
         self._back_to_idle(m, **inputs)
 
-    def _of(self, field: str) -> Any:
+    def _field(self, field: str) -> Any:
         """A field of the executed word."""
         longest = max(map(len, PROGRAMS))
         names = {"get": ("get", "get_last")}.get(field, (field,))
@@ -109,7 +109,7 @@ class Stepped(Harness[Sequencer]):
             Signal(name=n) for n in ("first", "takes", "moves", "fault", "granted", "at_home")
         )
         self.first, self.takes, self.fault, self.moves = first, takes, fault, moves
-        get, emit = self._of("get"), self._of("emit")
+        get, emit = self._field("get"), self._field("emit")
         m.d.comb += [
             self.active.eq(at >= 0),
             self.length.eq(Array(len(words) for words in PROGRAMS)[self.program]),
@@ -118,7 +118,7 @@ class Stepped(Harness[Sequencer]):
             grant.eq(first & request),
             takes.eq(get & i_valid & ~swallowing & ~grant),
             moves.eq(~(get & ~takes) & ~(emit & ~o_ready)),
-            fault.eq(takes & (i_last ^ self._of("get_last"))),
+            fault.eq(takes & (i_last ^ self._field("get_last"))),
             Assert(dut.active == self.active),
             Assert(dut.en == moves),
             Assert(dut.grant == grant),
@@ -128,9 +128,9 @@ class Stepped(Harness[Sequencer]):
             Assert(dut.idle == (first & ~i_valid)),
             Assert(dut.commit == (home & moves & ~fault)),
             Assert(dut.framing == fault),
-            Assert(dut.write[0] == (takes | (grant & ~switch) | (moves & self._of("we")))),
+            Assert(dut.write[0] == (takes | (grant & ~switch) | (moves & self._field("we")))),
             *(
-                Assert(dut.write[lane] == (moves & self._of("we")))
+                Assert(dut.write[lane] == (moves & self._field("we")))
                 for lane in range(1, dut.machine.lanes)
             ),
         ]
@@ -138,8 +138,8 @@ class Stepped(Harness[Sequencer]):
             m.d.sync += swallowing.eq(0)
         with m.If(takes):
             m.d.sync += [
-                begun.eq(~(i_last | self._of("get_last"))),
-                swallowing.eq(self._of("get_last") & ~i_last),
+                begun.eq(~(i_last | self._field("get_last"))),
+                swallowing.eq(self._field("get_last") & ~i_last),
             ]
         with m.If(fault | (grant & switch)):
             m.d.sync += at.eq(-self.fill)
@@ -160,7 +160,7 @@ class Stepped(Harness[Sequencer]):
         contents = [0] * (1 << len(pc))
         for number, word in enumerate(dut.image.hardware_rom(dut.machine)[0]):
             contents[number] = word
-        used = Array(
+        microwords = Array(
             Const(word, dut.machine.word_bits) for word in contents[: sum(dut.image.lengths)]
         )
 
@@ -174,14 +174,14 @@ class Stepped(Harness[Sequencer]):
         outputs = [out, inside["rom0_out"]] if dut.machine.has("memory") else [out]
         m.d.comb += [
             *(
-                Assert((at < -words) | (shown == used[(base + ahead(words)[:3])[:4]]))
-                for words, shown in enumerate(reversed(outputs), start=1)
+                Assert((at < -words) | (output == microwords[(base + ahead(words)[:3])[:4]]))
+                for words, output in enumerate(reversed(outputs), start=1)
             ),
             Assert((at >= -self.fill) & (at < length) & (self.program < len(PROGRAMS))),
             Assert(fill == (1 << (self.fill + Mux(at < 0, at, 0)).as_unsigned()[:3]) - 1),
             Assert((at == -self.fill) | (pc == base + ahead(self.fill - 1)[:3])),
             Assert((at == -self.fill) | ((pc >= base) & (pc < base + length))),
-            Assert(~self.active | (dut.word.as_value() == used[(base + at[:3])[:4]])),
+            Assert(~self.active | (dut.word.as_value() == microwords[(base + at[:3])[:4]])),
             Assert(
                 ~self.active
                 | (homes == Cat(at == length - len(homes) + k for k in range(len(homes))))
@@ -217,13 +217,13 @@ class Stepped(Harness[Sequencer]):
             m.d.sync += count.eq(0)
         with m.Elif(flows):
             m.d.sync += count.eq(count + 1)
-        longest, past = max(map(len, PROGRAMS)), self.at > self.first_get
+        longest, past_first_get = max(map(len, PROGRAMS)), self.at > self.first_get
         m.d.comb += [
             Assert(count <= limit),
             # For induction.
             Assert(
                 Mux(
-                    past,
+                    past_first_get,
                     count + self.first_get + 1 <= self.at,
                     count <= longest + self.fill + self.at,
                 )

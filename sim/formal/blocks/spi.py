@@ -92,17 +92,17 @@ class Framed(Harness[SpiController]):
         """The frame, its pins and its words."""
         dut, period = self.dut, self.dut.half_cycles
         # Position in the frame; after a reset the beginning of the stall.
-        before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
-        total = frame + dut.stall_halves
+        lead, frame_end = dut.setup_halves, dut.setup_halves + 2 * BITS
+        total = frame_end + dut.stall_halves
         busy = Signal(init=1)
         framed = Signal()
-        half = Signal(range(total + 1), init=frame)
+        half = Signal(range(total + 1), init=frame_end)
         cycle = Signal(range(period))
         last = cycle == period - 1
         sent = Signal(BITS)
         heard = Signal(BITS)
-        clocked = busy & (half >= before) & (half < frame)
-        shifts = clocked & last & ((half - before)[0])
+        clocked = busy & (half >= lead) & (half < frame_end)
+        shifts = clocked & last & ((half - lead)[0])
         with m.If(busy):
             m.d.sync += cycle.eq(Mux(last, 0, cycle + 1))
             with m.If(last):
@@ -114,19 +114,17 @@ class Framed(Harness[SpiController]):
         with m.If(take):
             m.d.sync += [busy.eq(1), half.eq(0), sent.eq(payload), heard.eq(0), framed.eq(1)]
         shifted = Signal(range(BITS + 1))
-        m.d.comb += shifted.eq(
-            Mux(clocked, (half - before) >> 1, Mux(busy & (half < before), 0, BITS))
-        )
+        m.d.comb += shifted.eq(Mux(clocked, (half - lead) >> 1, Mux(busy & (half < lead), 0, BITS)))
         m.d.comb += [
             Assert(dut.i.ready == ~busy),
             Assert(dut.busy == busy),
-            Assert(dut.cs_n == ~(busy & (half < frame))),
-            Assert(dut.sclk == ~(clocked & ~(half - before)[0])),
+            Assert(dut.cs_n == ~(busy & (half < frame_end))),
+            Assert(dut.sclk == ~(clocked & ~(half - lead)[0])),
             # Each bit of the command is stable before and during its clock.
             Assert(dut.mosi == dut.o_data[-1]),
             Assert(~clocked | (dut.mosi == sent.bit_select((BITS - 1 - shifted)[:4], 1))),
             Assert(dut.o_data == ((sent << shifted) | heard)[:BITS]),
-            Assert(dut.o_valid == (busy & framed & (half == frame) & (cycle == 0))),
+            Assert(dut.o_valid == (busy & framed & (half == frame_end) & (cycle == 0))),
         ]
         self.busy, self.framed, self.half, self.cycle = busy, framed, half, cycle
         self.clocked, self.heard, self.shifted = clocked, heard, shifted
@@ -134,24 +132,24 @@ class Framed(Harness[SpiController]):
     def _registers(self, m: Module, inside: Inside) -> None:
         """For induction: the registers inside, and the state of the watchers."""
         dut, period = self.dut, self.dut.half_cycles
-        before, frame = dut.setup_halves, dut.setup_halves + 2 * BITS
-        total = frame + dut.stall_halves
+        lead, frame_end = dut.setup_halves, dut.setup_halves + 2 * BITS
+        total = frame_end + dut.stall_halves
         busy, framed, half, cycle = self.busy, self.framed, self.half, self.cycle
         clocked, heard, shifted = self.clocked, self.heard, self.shifted
         cs_before, sclk_before, edges = self.cs_before, self.sclk_before, self.edges
         high_for, since, limit = self.high_for, self.since, self.limit
         left, timer = inside["left"], inside["timer"]
         base = 1 << len(left) - 1
-        elapsed = (half - frame) * period + cycle  # of the stall
-        stalls = busy & (half >= frame)
-        ended = stalls & (half == frame) & (cycle == 0)
+        elapsed = (half - frame_end) * period + cycle  # of the stall
+        stalls = busy & (half >= frame_end)
+        ended = stalls & (half == frame_end) & (cycle == 0)
         m.d.comb += [
             Assert((high_for <= self.stall) & (since <= limit)),
             Assert((half < total) & (cycle < period) & (busy | (half + cycle == 0))),
             Assert(framed | ~busy | stalls),
             Assert((heard >> shifted) == 0),
             Assert(
-                left == Mux(busy, base + 2 * BITS - 1 + before - half, base - 1 - dut.stall_halves)
+                left == Mux(busy, base + 2 * BITS - 1 + lead - half, base - 1 - dut.stall_halves)
             ),
             Assert(timer == Mux(busy, period - 1 - cycle, period - 1)),
             Assert(inside["tick"] == (timer == 0)),
@@ -163,19 +161,19 @@ class Framed(Harness[SpiController]):
             Assert(~(busy & ~stalls & (half + cycle != 0)) | ~cs_before),
             Assert(~(busy & ~stalls & (half + cycle == 0)) | (cs_before & sclk_before)),
             Assert(busy | (cs_before & sclk_before)),
-            Assert(~(stalls & (half + cycle != frame)) | (cs_before & sclk_before)),
+            Assert(~(stalls & (half + cycle != frame_end)) | (cs_before & sclk_before)),
             Assert(~ended | ((cs_before ^ framed) & sclk_before)),
             # Edges of sclk so far: that at the beginning of this half is seen within its cycle 0.
-            Assert(~(busy & (half < before) & (half + cycle != 0)) | (edges == 0)),
-            Assert(~clocked | (edges == (half - before) + (cycle != 0))),
+            Assert(~(busy & (half < lead) & (half + cycle != 0)) | (edges == 0)),
+            Assert(~clocked | (edges == (half - lead) + (cycle != 0))),
             Assert(~(clocked & (cycle != 0)) | (sclk_before == dut.sclk)),
             Assert(~(clocked & (cycle == 0)) | (sclk_before != dut.sclk)),
-            Assert(~(busy & (half < before) & (half + cycle != 0)) | sclk_before),
+            Assert(~(busy & (half < lead) & (half + cycle != 0)) | sclk_before),
             Assert(~(clocked & (cycle != 0)) | (since == cycle)),
-            Assert(~(clocked & (cycle == 0) & (half > before)) | (since >= period)),
-            Assert(~(clocked & (cycle == 0) & (half == before)) | (since >= self.setup)),
+            Assert(~(clocked & (cycle == 0) & (half > lead)) | (since >= period)),
+            Assert(~(clocked & (cycle == 0) & (half == lead)) | (since >= self.setup)),
             Assert(
-                ~(busy & (half < before) & (half + cycle != 0))
+                ~(busy & (half < lead) & (half + cycle != 0))
                 | (since == Mux(half * period + cycle > limit, limit, half * period + cycle))
             ),
             Assert(~(framed & ended) | ((edges == 2 * BITS) & (since >= period))),
@@ -189,14 +187,14 @@ def proof(half: int, stall: int, setup: int, *, whole: bool = True) -> Proof:
         dut = SpiController(half_cycles=half, stall_cycles=stall, setup_cycles=setup)
         return Framed(dut, stall=stall, setup=setup, whole=whole)
 
-    pause = -(-stall // half) * half
-    before = -(-setup // half) * half
-    seen = 2 * pause + before + 2 * BITS * half + 5 if whole else pause + before + 5
+    gap = -(-stall // half) * half
+    lead = -(-setup // half) * half
+    cycle = 2 * gap + lead + 2 * BITS * half + 5 if whole else gap + lead + 5
     return Proof(
         name=f"spi.framed_{half}_{stall}_{setup}",
         depth=6,
         induction=2,
-        cover=range(seen, seen + 1),
+        cover=range(cycle, cycle + 1),
         claim=f"SPI, half period {half}, stall {stall}, setup {setup} cycles: no shorter half "
         "period, setup or stall than these, whatever the inputs and resets; 16 clocks in each "
         "frame and none outside; both words are whole and in order",

@@ -84,7 +84,7 @@ class Mapped(Harness[SystemBus]):
 
         words, stored = self._words(m, addr=addr, w_data=w_data, w_done=bus.w_ack)
         expected, defined = self._expected(m, words, addr)
-        bad = before(m, (read | (w_stb & ~waited)) & ~defined, "bad_before")
+        bad_access = before(m, (read | (w_stb & ~waited)) & ~defined, "bad_before")
         to_core, to_results = _to_core(addr), _to_results(addr)
         # One arbitrary word of each memory is followed.
         offset = fixed(m, len(dut.csr.offset), "offset")
@@ -98,7 +98,7 @@ class Mapped(Harness[SystemBus]):
             Assert(~core.w_stb | ((core.addr == addr) & (core.w_data == w_data))),
             Assert(bus.w_ack == (w_stb & Mux(to_core, core_ack, waited))),
             Assert(dut.results.index == Mux(to_results, addr[:6], NO_RESULT)),
-            Assert(~followed | (inside["bad"] == bad)),
+            Assert(~followed | (inside["bad"] == bad_access)),
             reached(m, dut.filter == 2, "third_filter"),
             reached(m, followed & (bus.r_data == 0x424F5245), "identified"),
             reached(m, core.w_stb & core_ack & waited, "core_waited"),
@@ -110,12 +110,12 @@ class Mapped(Harness[SystemBus]):
         dut = self.dut
         to_core, to_results = _to_core(addr), _to_results(addr)
         to_counters = (addr >= COUNTERS) & (addr <= COUNTERS + EVENTS)
-        word_here, defined = Signal(32, name="own_word"), Signal(name="known")
+        register_word, defined = Signal(32, name="own_word"), Signal(name="known")
         with m.Switch(addr):
             for address, word in words.items():
                 with m.Case(address):
-                    m.d.comb += [word_here.eq(word), defined.eq(1)]
-        word = before(m, word_here, "own_before")
+                    m.d.comb += [register_word.eq(word), defined.eq(1)]
+        word = before(m, register_word, "own_before")
         word = Mux(before(m, to_counters, "of_counters"), dut.counters.value, word)
         word = Mux(before(m, to_results, "of_results"), dut.results.value, word)
         word = Mux(before(m, to_core & (addr >= 512), "of_core"), dut.core.r_data, word)
@@ -130,7 +130,7 @@ class Mapped(Harness[SystemBus]):
             r.address: Const(1 << 32 | (r.reset or 0), 33) for r in self.dut.csr.registers
         }
         for register in self.dut.csr.registers:
-            here, name = w_done & (addr == register.address), register.name
+            hit, name = w_done & (addr == register.address), register.name
             width = register.width or 32
             if register.access is Access.READ_ONLY:
                 if register.reset is None:
@@ -140,15 +140,15 @@ class Mapped(Harness[SystemBus]):
                     words[register.address] = register.reset
             elif register.access is Access.WRITE_ONLY:
                 words[register.address] = 0
-                strobe, order = getattr(self.dut, f"{name}_stb"), getattr(self.dut, name)
-                m.d.comb += [Assert(strobe == here), Assert(order == Mux(here, w_data[:width], 0))]
+                strobe, command = getattr(self.dut, f"{name}_stb"), getattr(self.dut, name)
+                m.d.comb += [Assert(strobe == hit), Assert(command == Mux(hit, w_data[:width], 0))]
             else:
                 value = Signal(
                     width, name=f"kept_{name}", init=register.reset or 0, reset_less=True
                 )
                 words[register.address], stored[register.address] = value, value | 1 << 32
                 legal = w_data[:width] < (len(register.names) or 1 << width)
-                with m.If(here & legal):
+                with m.If(hit & legal):
                     m.d.sync += value.eq(w_data)
                 m.d.comb += Assert(getattr(self.dut, name) == value)
         return words, stored

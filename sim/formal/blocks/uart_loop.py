@@ -55,7 +55,7 @@ class Loop(Elaboratable):
         m.d.comb += self.frame.invariant(sender, sending)
         self._queue(m)
         self._reception(m, receiving)
-        self._together(m)
+        self._relations(m)
         return m
 
     def _queue(self, m: Module) -> None:
@@ -73,17 +73,17 @@ class Loop(Elaboratable):
             Assert(~receiver.valid | (self.age > receiver.latency - receiver.spacing)),
             Assert(~self.take | (self.waiting < 2)),
         ]
-        left = (self.waiting - receiver.valid)[:2]
+        remaining = (self.waiting - receiver.valid)[:2]
         m.d.sync += [
             self.age.eq(self.age + 1),
             self.took.eq(self.took + 1),
-            self.waiting.eq(left + self.take),
+            self.waiting.eq(remaining + self.take),
         ]
         with m.If(receiver.valid):
             m.d.sync += [self.older.eq(self.newer), self.age.eq(self.took + 1)]
         with m.If(self.take):
             m.d.sync += [self.newer.eq(self.payload), self.took.eq(0)]
-            with m.If(left == 0):
+            with m.If(remaining == 0):
                 m.d.sync += [self.older.eq(self.payload), self.age.eq(0)]
         arrived = Signal(2, name="arrived")
         with m.If(receiver.valid):
@@ -146,20 +146,20 @@ class Loop(Elaboratable):
         self.begins, self.busy, self.got = begins, busy, got
         self.since, self.ran, self.byte = since, ran, byte
 
-    def _together(self, m: Module) -> None:
+    def _relations(self, m: Module) -> None:
         """Relations of the reception to frame and queue: for induction."""
         receiver, frame = self.receiver, self.frame
         busy, got, since, ran, byte = self.busy, self.got, self.since, self.ran, self.byte
         length = 10 * self.sender.divisor
         earliest, latest = 2 + receiver.spacing, 1 + 2 * receiver.spacing
-        same, unseen = busy & (since < length), Signal(name="unseen")
+        current, unseen = busy & (since < length), Signal(name="unseen")
         m.d.comb += [
-            unseen.eq(frame.busy & ~got & ~same),
+            unseen.eq(frame.busy & ~got & ~current),
             # Reception and frame.
             Assert(~self.begins | (unseen & (frame.time >= earliest) & (frame.time <= latest))),
             Assert(~busy | ((since >= ran + earliest) & (since <= ran + latest))),
-            Assert(~same | (frame.busy & (since == frame.time) & (byte == frame.byte) & ~got)),
-            Assert(~busy | same | ~frame.busy | (frame.time <= since - length)),
+            Assert(~current | (frame.busy & (since == frame.time) & (byte == frame.byte) & ~got)),
+            Assert(~busy | current | ~frame.busy | (frame.time <= since - length)),
             Assert(~unseen | (frame.time <= latest)),
             Assert(~(frame.busy & got) | (frame.number == 9)),
             # Reception and queue.

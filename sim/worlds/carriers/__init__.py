@@ -1,1 +1,1 @@
-"""Carriers that never rest, and what a sensor on them sees."""
+"""Carriers that never rest, and logs of a sensor on them."""

@@ -60,14 +60,14 @@ def _waves(
 
 def _car(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
     """Starts, brakes and turns of a town; the body rolls and pitches on its springs."""
-    parts, speed, left = [(5.0, 0.0, 0.0)], 12.0, t[-1] - t[0]
-    while left > 0.0:
+    parts, speed, remaining = [(5.0, 0.0, 0.0)], 12.0, t[-1] - t[0]
+    while remaining > 0.0:
         seconds = rng.uniform(3.0, 9.0)
-        wanted = rng.uniform(3.0, 20.0)
-        accel = float(np.clip((wanted - speed) / seconds, -3.0, 2.5))
+        target = rng.uniform(3.0, 20.0)
+        accel = float(np.clip((target - speed) / seconds, -3.0, 2.5))
         turn = float(rng.choice([0.0, 0.0, 1.0, -1.0]) * rng.uniform(4.0, 20.0))
         parts.append((seconds, accel, turn if speed < 15.0 else 0.2 * turn))
-        speed, left = speed + accel * seconds, left - seconds
+        speed, remaining = speed + accel * seconds, remaining - seconds
     accel, turn = profile(parts, rate_hz)[:, : len(t)].copy()
     accel[0] += 12.0 * rate_hz  # it drives already; this sample is none of the log's
     shake = _waves(t, rng, 1.0, 12.0, 3)
@@ -92,8 +92,8 @@ def _drone(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
     thrust = GRAVITY * (1.0 + 0.06 * _waves(t, rng, 0.1, 1.0, 1))
     up = rotate(q, np.concatenate([np.zeros((len(t), 2)), thrust], axis=1)) - [0.0, 0.0, GRAVITY]
     velocity, acceleration = np.zeros(3), np.empty_like(up)
-    for k, pull in enumerate(up):
-        acceleration[k] = pull - 0.35 * velocity
+    for k, force in enumerate(up):
+        acceleration[k] = force - 0.35 * velocity
         velocity = velocity + acceleration[k] / rate_hz
     shaking = rotate(q, 1.5 * rng.standard_normal((len(t), 3)))
     return q, acceleration + shaking, np.zeros_like(up)
@@ -108,11 +108,11 @@ def _pedestrian(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Jour
     euler[:, 1] += 0.06 * np.sin(0.5 * cadence)
     ahead = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
     aside = np.stack([ahead[:, 1], -ahead[:, 0]], axis=1)
-    level = 1.5 * np.cos(cadence)[:, None] * ahead + np.sin(0.5 * cadence)[:, None] * aside
-    level += 1.2 * np.gradient(heading, t)[:, None] * -aside  # walks at 1.2 m/s
+    horizontal = 1.5 * np.cos(cadence)[:, None] * ahead + np.sin(0.5 * cadence)[:, None] * aside
+    horizontal += 1.2 * np.gradient(heading, t)[:, None] * -aside  # walks at 1.2 m/s
     up = 2.5 * np.sin(cadence) + 0.8 * np.sin(2.0 * cadence + 0.7)
     field = 3.0 * _waves(t, rng, 0.02, 0.25, 3)  # steel of the building
-    return euler_to_quaternion(euler), np.concatenate([level, up[:, None]], axis=1), field
+    return euler_to_quaternion(euler), np.concatenate([horizontal, up[:, None]], axis=1), field
 
 
 def _ship(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
@@ -120,11 +120,11 @@ def _ship(t: FloatArray, rate_hz: float, rng: np.random.Generator) -> Journey:
     angles, heave = at_sea(t, rng)
     heading = np.radians(25.0) * _waves(t, rng, 0.002, 0.01, 1)[:, 0]
     q = euler_to_quaternion(np.stack([angles[:, 1], angles[:, 0], heading], axis=-1))
-    level = 0.3 * _waves(t, rng, 0.05, 0.2, 2)
-    return q, np.concatenate([level, heave[:, None]], axis=1), np.zeros((len(t), 3))
+    horizontal = 0.3 * _waves(t, rng, 0.05, 0.2, 2)
+    return q, np.concatenate([horizontal, heave[:, None]], axis=1), np.zeros((len(t), 3))
 
 
-#: What it is, its rate [Hz].
+#: Draw of its journey, its rate [Hz].
 CARRIERS: dict[str, tuple[Draw, float]] = {
     "car": (_car, 100.0),
     "drone": (_drone, 400.0),
@@ -152,7 +152,7 @@ def carrier(name: str, seed: int, *, seconds: float = 120.0) -> NineAxis:
     rate = turns_between(q[:-1], q[1:]) * rate_hz
     q, t = q[1:], t[1:]
     body = quaternion_conjugate(q)
-    true = (
+    truth = (
         rate,
         rotate(body, acceleration[1:] + [0.0, 0.0, GRAVITY]),
         rotate(body, np.asarray(FIELD_UT) + change[1:]),
@@ -162,7 +162,7 @@ def carrier(name: str, seed: int, *, seconds: float = 120.0) -> NineAxis:
         v
         + bias * sensors.standard_normal(3)
         + noise * np.sqrt(rate_hz / 100.0) * sensors.standard_normal(v.shape)
-        for v, noise, bias in zip(true, quality.noise, quality.bias, strict=True)
+        for v, noise, bias in zip(truth, quality.noise, quality.bias, strict=True)
     )
     steps = np.full(len(t), 1.0 / rate_hz)
     return NineAxis(f"{name}-{seed}", t, gyr, acc, mag, q, steps)

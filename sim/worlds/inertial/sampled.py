@@ -1,4 +1,4 @@
-"""What ideal inertial sensors read between sampled attitudes and velocities."""
+"""Readings of ideal inertial sensors between sampled attitudes and velocities."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def rates_and_forces(
     rates, forces : float64 (n, 3)
     """
     rates = turns_between(q[:-1], q[1:]) / dt
-    middle = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * dt * rates))
+    mid_attitude = quaternion_multiply(q[:-1], rotation_vector_to_quaternion(0.5 * dt * rates))
     return rates, rotate(
-        quaternion_conjugate(middle), np.diff(v, axis=0) / dt - np.asarray(gravity)
+        quaternion_conjugate(mid_attitude), np.diff(v, axis=0) / dt - np.asarray(gravity)
     )

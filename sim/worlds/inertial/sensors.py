@@ -73,23 +73,23 @@ class Triad:
     ) -> None:
         self.bias, self.matrix, self.noise, self.dt = bias, matrix, noise, dt
         self._white, self._walk = (np.random.default_rng([*seed, k]) for k in range(2))
-        self._now, self._left = np.zeros(3), np.zeros(3)
+        self._bias_walk, self._residual = np.zeros(3), np.zeros(3)
 
     def read(self, true: FloatArray) -> FloatArray:
         """Reports (n, 3) of the next true increments (n, 3)."""
         reading: FloatArray = true @ self.matrix.T + self.bias * self.dt
-        noise, root = self.noise, math.sqrt(self.dt)
+        noise, sqrt_dt = self.noise, math.sqrt(self.dt)
         if noise.white:
-            reading += noise.white * root * self._white.standard_normal(true.shape)
+            reading += noise.white * sqrt_dt * self._white.standard_normal(true.shape)
         if noise.walk:
-            steps = noise.walk * root * self._walk.standard_normal(true.shape)
-            steps[0] += self._now
-            walked = np.cumsum(steps, axis=0)
-            reading += walked * self.dt
-            self._now = walked[-1]
+            steps = noise.walk * sqrt_dt * self._walk.standard_normal(true.shape)
+            steps[0] += self._bias_walk
+            bias = np.cumsum(steps, axis=0)
+            reading += bias * self.dt
+            self._bias_walk = bias[-1]
         if noise.lsb:
-            whole = self._left + np.cumsum(reading, axis=0)
-            counts = np.rint(whole / noise.lsb)
+            total = self._residual + np.cumsum(reading, axis=0)
+            counts = np.rint(total / noise.lsb)
             reading = noise.lsb * np.diff(counts, axis=0, prepend=0.0)
-            self._left = whole[-1] - noise.lsb * counts[-1]
+            self._residual = total[-1] - noise.lsb * counts[-1]
         return reading

@@ -101,8 +101,8 @@ def drawn(
     """A vibration of eight parts of random frequency and phase, ``rms`` [rad]; None for 0."""
     parts = 8
     hertz, phase = rng.uniform(low_hz, high_hz, parts), rng.uniform(0.0, 2.0 * math.pi, parts)
-    each = np.full(parts, rms * math.sqrt(2.0 / parts))
-    return Vibration(each, hertz, phase, np.asarray(axis), np.asarray(lever)) if rms else None
+    amplitude = np.full(parts, rms * math.sqrt(2.0 / parts))
+    return Vibration(amplitude, hertz, phase, np.asarray(axis), np.asarray(lever)) if rms else None
 
 
 class Turning:
@@ -146,7 +146,7 @@ class Turning:
         self.starts = [start]
         for turn in turns:
             vector = np.array(turn.rate) * (turn.samples * dt)
-            self.starts.append(_turned(vector) @ self.starts[-1])
+            self.starts.append(_rotation(vector) @ self.starts[-1])
 
     @property
     def samples(self) -> int:
@@ -174,9 +174,9 @@ class Turning:
         parts = []
         for number, (begin, end) in enumerate(pairwise(self.begins.tolist())):
             skipped = -(-max(0, begin - first - every + 1) // every)
-            own = np.arange(first + (skipped + 1) * every - 1, min(last, end), every)
-            if len(own):
-                parts.append((number, (own - begin).astype(np.float64)))
+            numbers = np.arange(first + (skipped + 1) * every - 1, min(last, end), every)
+            if len(numbers):
+                parts.append((number, (numbers - begin).astype(np.float64)))
         return parts
 
     def matrix(self, first: int, last: int, every: int = 1) -> FloatArray:
@@ -185,11 +185,11 @@ class Turning:
         Of ``every`` samples the last one.
         """
         parts = self._parts(first, last, every)
-        rows = [[self._in_body(unit, n, own + 1.0) for n, own in parts] for unit in np.eye(3)]
+        rows = [[self._in_body(unit, n, k + 1.0) for n, k in parts] for unit in np.eye(3)]
         product = np.stack([np.concatenate(row) for row in rows], axis=1)
         if self.vibration is not None:
             angle = self.vibration.at(self._ends(first, last, every))
-            product = product @ _turned(angle[:, None] * self.vibration.axis)
+            product = product @ _rotation(angle[:, None] * self.vibration.axis)
         return product
 
     def velocity(self, first: int, last: int, every: int = 1) -> FloatArray:
@@ -204,58 +204,58 @@ class Turning:
         return np.asarray(self.dt * np.arange(first + every, last + 1, every))
 
     def increments(self, first: int, last: int) -> FloatArray:
-        """What perfect sensors give (n, 6) in samples first to last - 1.
+        """Increments of perfect sensors (n, 6) in samples first to last - 1.
 
         Turn to inertial space [rad], then specific force over time [m/s], both integrated in body
         axes as they turn.
         """
         pieces = []
-        for number, own in self._parts(first, last):
+        for number, samples in self._parts(first, last):
             rate = np.array(self.turns[number].rate)
             share = float(np.sinc(0.5 * np.linalg.norm(rate) * self.dt / math.pi))
             parts = [
-                self.dt * self._in_body(v, number, own + 0.5, share)
+                self.dt * self._in_body(v, number, samples + 0.5, share)
                 for v in (rate + self.earth, self.force)
             ]
             if self.vibration is not None:
-                shaken = self._shaken(self.vibration, number, own)
-                parts = [still + more for still, more in zip(parts, shaken, strict=True)]
+                changes = self._vibration_increments(self.vibration, number, samples)
+                parts = [base + change for base, change in zip(parts, changes, strict=True)]
             pieces.append(np.concatenate(parts, axis=1))
         return np.concatenate(pieces)
 
-    def _shaken(
-        self, shaking: Vibration, number: int, own: FloatArray
+    def _vibration_increments(
+        self, vibration: Vibration, number: int, samples: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """What vibration adds to increments (n, 3): with B = R(a d), w_ib, w_ie, f without it::
+        """Increments (n, 3) by vibration: with B = R(a d), w_ib, w_ie, f without it::
 
             a D(d) + int (B^T - 1) w_ib        s D(d') + int (B^T - 1) f + (w_ib' + w_ie) x s d'
 
         a the axis, d the angle, s = a x lever; D are differences, which are exact, the integrals
         Gauss and Legendre's of three nodes; w_ib' = B^T w_ib + a d'.
         """
-        rate, axis, side = np.array(self.turns[number].rate), shaking.axis, shaking.side
-        t = self.dt * (self.begins[number] + own)
-        turned = (shaking.at(t + self.dt) - shaking.at(t))[:, None] * axis
-        pushed = (shaking.at(t + self.dt, 1) - shaking.at(t, 1))[:, None] * side
+        rate, axis, side = np.array(self.turns[number].rate), vibration.axis, vibration.side
+        t = self.dt * (self.begins[number] + samples)
+        angle = (vibration.at(t + self.dt) - vibration.at(t))[:, None] * axis
+        velocity = (vibration.at(t + self.dt, 1) - vibration.at(t, 1))[:, None] * side
         for node, weight in zip(0.5 + 0.5 * _NODES, 0.5 * self.dt * _WEIGHTS, strict=True):
-            d, speed = (shaking.at(t + node * self.dt, k)[:, None] for k in (0, 1))
+            d, speed = (vibration.at(t + node * self.dt, k)[:, None] for k in (0, 1))
             w, earth, f = (
-                self._in_body(v, number, own + node)
+                self._in_body(v, number, samples + node)
                 for v in (rate + self.earth, self.earth, self.force)
             )
-            change = _back(axis, d, w)
-            turned += weight * change
-            whole = w + change + speed * axis + earth
-            pushed += weight * (_back(axis, d, f) + np.cross(whole, side) * speed)
-        return turned, pushed
+            change = _rotation_change(axis, d, w)
+            angle += weight * change
+            total = w + change + speed * axis + earth
+            velocity += weight * (_rotation_change(axis, d, f) + np.cross(total, side) * speed)
+        return angle, velocity
 
 
-def _turned(vector: FloatArray) -> FloatArray:
+def _rotation(vector: FloatArray) -> FloatArray:
     """R of rotation vectors (..., 3) [rad]."""
     return quaternion_to_matrix(rotation_vector_to_quaternion(vector))
 
 
-def _back(axis: FloatArray, angle: FloatArray, v: FloatArray) -> FloatArray:
+def _rotation_change(axis: FloatArray, angle: FloatArray, v: FloatArray) -> FloatArray:
     """(R(axis angle)^T - 1) v of vectors (n, 3), angles (n, 1)."""
-    once = np.cross(axis, v)
-    return np.asarray((1.0 - np.cos(angle)) * np.cross(axis, once) - np.sin(angle) * once)
+    cross = np.cross(axis, v)
+    return np.asarray((1.0 - np.cos(angle)) * np.cross(axis, cross) - np.sin(angle) * cross)

@@ -1,4 +1,4 @@
-"""A mark on a turntable that tells an azimuth once a turn, and what goes wrong with it."""
+"""A mark on a turntable that gives an azimuth once a turn, and its faults."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEP = 2.0 * math.pi / 2**18  #: of an encoder of 18 bits [rad], 4.94".
 
 @dataclass(frozen=True)
 class Mark:
-    """Where the mark is, what tells it, and faults.
+    """Position of the mark, its sensor, and faults.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ class Mark:
     wrong: float = 0.0
 
     def __post_init__(self) -> None:
-        known = ("hall", "encoder", "none")
-        require(self.index in known, "mark, index", f"one of {', '.join(known)}", self.index)
+        kinds = ("hall", "encoder", "none")
+        require(self.index in kinds, "mark, index", f"one of {', '.join(kinds)}", self.index)
         for name in ("missed", "doubled", "wrong"):
             value = getattr(self, name)
             require(0.0 <= value <= 1.0, f"mark, {name}", "a share, 0 to 1", value)
@@ -62,7 +62,7 @@ class Pulses:
     share : float64 (n,)
         When in it, 0 (its begin) to 1 (its end).
     azimuth : float64 (n,)
-        That it tells [rad], 0 to 2 pi.
+        Azimuth of the mark [rad], 0 to 2 pi.
     """
 
     sample: IntArray
@@ -74,24 +74,24 @@ def pulses(
     mark: Mark, heading: float, rate: float, samples: int, dt: float, rng: np.random.Generator
 ) -> Pulses:
     """Pulses of a turntable that turns at a rate [rad/s], above 0, from a heading [rad] on."""
-    turn, at, each = 2.0 * math.pi, math.radians(mark.at_deg), rate * dt
-    count = math.ceil(samples * each / turn) + 1
-    noise, luck = rng.normal(size=count), rng.random((4, count))
-    late = 1.0 + 4.0 * rng.random(count)
+    turn, mark_angle, step = 2.0 * math.pi, math.radians(mark.at_deg), rate * dt
+    count = math.ceil(samples * step / turn) + 1
+    noise, draws = rng.normal(size=count), rng.random((4, count))
+    delay = 1.0 + 4.0 * rng.random(count)
     # Times are in samples, of which k ends at k + 1.
-    passed = ((at - heading) % turn + turn * np.arange(count)) / each
-    readings = np.full(count, at)
+    marks = ((mark_angle - heading) % turn + turn * np.arange(count)) / step
+    readings = np.full(count, mark_angle)
     if mark.index == "encoder":
-        read = np.ceil(passed)
-        readings = at + STEP * np.rint(each * (read - passed) / STEP)
+        times = np.ceil(marks)
+        readings = mark_angle + STEP * np.rint(step * (times - marks) / STEP)
     else:
-        read = passed + STEP / math.sqrt(12.0) * noise / each
-    there = (luck[0] >= mark.missed) & (mark.index != "none")
-    again = there & (luck[1] < mark.doubled)
-    astray = (luck[2] < mark.wrong) & (mark.index != "none")
-    parts = (there, read), (again, read + late), (astray, passed + luck[3] * turn / each)
-    t = np.concatenate([times[some] for some, times in parts])
-    azimuth = np.concatenate([readings[some] for some, _ in parts]) % turn
+        times = marks + STEP / math.sqrt(12.0) * noise / step
+    present = (draws[0] >= mark.missed) & (mark.index != "none")
+    repeated = present & (draws[1] < mark.doubled)
+    misplaced = (draws[2] < mark.wrong) & (mark.index != "none")
+    parts = (present, times), (repeated, times + delay), (misplaced, marks + draws[3] * turn / step)
+    t = np.concatenate([times[selected] for selected, times in parts])
+    azimuth = np.concatenate([readings[selected] for selected, _ in parts]) % turn
     inside = (t > 0.0) & (t <= samples)
     t, azimuth = t[inside], azimuth[inside]
     sample, first = np.unique(np.ceil(t).astype(np.int64) - 1, return_index=True)

@@ -193,6 +193,14 @@ def test_an_output_leaves_with_no_state_that_the_lane_has_no_room_for(
     assert first[1] == first[0] + CONFIGS["fast"].latency and emits[0] == carrier
 
 
+def test_a_state_that_no_lane_has_room_for_is_placed_nowhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(CONFIGS, "short", replace(CONFIGS["small"], rom_words=64))
+    with pytest.raises(ScheduleError, match=r"^carry: no schedule within 512 cycles$"):
+        carried([[by(X)]], {}, Style(), config="short", next_state=0, state_quota=(0,), outputs=1)
+
+
 @pytest.mark.parametrize("patience, carrier", [(None, 3), (0.0, None)])
 def test_an_output_leaves_with_no_op_that_is_in_the_way(
     patience: float | None, carrier: int | None

@@ -54,7 +54,8 @@ def program(
 @pytest.mark.parametrize("seed", range(24))
 def test_checker_passes(config: str, seed: int) -> None:
     p = random_program(seed, n_ops=5 + 4 * seed, recent=seed % 5 / 4)
-    s = schedule(p, CONFIGS[config], restarts=10, urgent=min(2, len(p.outputs)))
+    machine = dataclasses.replace(CONFIGS[config], depth=Machine.DEPTHS[seed % 5 - 1])
+    s = schedule(p, machine, restarts=10, urgent=min(2, len(p.outputs)))
     check_schedule(p, s, allocate(s))
 
 

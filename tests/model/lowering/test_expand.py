@@ -136,6 +136,9 @@ def test_ranges_follow_from_the_argument() -> None:
 @pytest.mark.parametrize(
     "function, span, wanted",
     [
+        (lambda x: ops.rsqrt(0.0 * x - 1.0), (0.0, 1.0), "a root of 0 or more"),
+        (lambda x: ops.sqrt(0.0 * x - 1.0), (0.0, 1.0), "a root of 0 or more"),
+        (lambda x: ops.rsqrt(0.0 * x), (0.0, 1.0), "a finite range"),
         (ops.exp, (0.0, EXP_LIMIT + 1.0), "an exponent of at most 44, found x0 in"),
         (
             ops.log,
@@ -154,7 +157,12 @@ def test_what_has_no_word(trace: Any, function: Any, span: Range, wanted: str) -
 
 
 def test_constants_are_correctly_rounded() -> None:
+    """As plain numbers are, however they get into the program."""
     g = Tracer("unit")
+    for function in (ops.rsqrt, ops.sqrt, ops.asin_ht):
+        assert node_of(function(g.const(0.3))).value == function(0.3)
+    assert [node_of(n).value for n in ops.sincos_ht(g.const(0.1))] == [*ops.sincos_ht(0.1)]
+    assert [node_of(ops.asin_ht(g.const(x))).value for x in (-1.0, 7.0)] == [0.0, 0.5]
     made = [ops.exp(g.const(0.3)), ops.log(g.const(0.3)), ops.tanh(g.const(0.3))]
     plain = [ops.exp(0.3), ops.log(0.3), ops.tanh(0.3)]
     assert [node_of(n).value for n in made] == plain

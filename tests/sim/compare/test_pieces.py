@@ -70,7 +70,7 @@ def test_a_log_that_is_read_in_pieces(
     build = Build(estimator("complementary"), word=word)
     (whole,) = of_pieces(build, record, (1 << 16,))
     monkeypatch.setattr(module, "KEPT", 256)
-    monkeypatch.setattr(logs, "_WHOLE", 0)
+    monkeypatch.setattr(logs, "_MEMORY_LIMIT", 0)
     log = Log.of(file)
     assert log.data == file
     assert of_pieces(build, log, (1, 7, 400)) == of_pieces(build, record, (400,)) == {whole}

@@ -38,7 +38,7 @@ def test_accuracy_and_tune_hold_no_long_file(
     held = figures(tmp_path)
     assert [each["samples"] for each in held[0]["logs"]] == [200, 200]
     most = list[int]()
-    monkeypatch.setattr(log, "_WHOLE", 0)
+    monkeypatch.setattr(log, "_MEMORY_LIMIT", 0)
     take = feed.Feeder.take
     monkeypatch.setattr(
         feed.Feeder, "take", lambda self, record: most.append(len(record)) or take(self, record)
