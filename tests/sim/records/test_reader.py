@@ -2,6 +2,8 @@
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -172,7 +174,7 @@ class Rated(Timed):
     """Made for some samples a second, at first 100."""
 
     inputs = (*Timed.inputs, Input("z", -2.0, 2.0, "m", missing=0.0))
-    rates_hz = {"dt": 100.0, "z": 100.0}
+    rates_hz: Mapping[str, float] = {"dt": 100.0, "z": 100.0}
 
     def for_rates(self, rates_hz: Any) -> Estimator:
         made = Rated()
@@ -186,15 +188,38 @@ def record_at(rate_hz: float, every: int = 1) -> Record:
     return Record("walk", {"t": Column(t), "z": Column(z)})
 
 
-def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it() -> None:
-    assert len(feed(Rated(), record_at(101.0))) == 40
+class RatedAnew(Rated):
+    """Made for the rate that its constructor takes."""
+
+    def __init__(self, rate_hz: float = 100.0) -> None:
+        self.rates_hz = {"dt": rate_hz}
+
+
+@pytest.mark.parametrize(
+    "rated, rate_hz, unit, remedy",
+    [
+        (Rated, 50.0, None, "use a log at its rate (--every thins one that is faster), or design "
+         'its gains for that of the log and declare rates_hz = {"dt": 50}'),
+        (RatedAnew, 50.0, None, "make it with rate_hz=50"),
+        (Rated, 0.1, None, "the column t is probably in ms: write t[ms] in the header"),
+        (Rated, 1e5, "ms", "the column t is probably in s: write t[s] in the header"),
+        (RatedAnew, 1e-4, None, "the column t is probably in us: write t[us] in the header"),
+    ],
+)  # fmt: skip
+def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it(
+    rated: type[Rated], rate_hz: float, unit: str | None, remedy: str
+) -> None:
+    record = record_at(rate_hz * (1e-3 if unit else 1.0))
+    record = replace(
+        record, columns={**record.columns, "t": Column(record.columns["t"].values, unit)}
+    )
     with pytest.raises(
         InputError,
-        match=r"wanted 100 samples a second, for which rated is made, found 50; "
-        r"make it with rate_hz=50$",
+        match=rf"wanted 100 samples a second, for which \w+ is made, found {rate_hz:.6g}; "
+        f"{re.escape(remedy)}$",
     ):
-        feed(Rated(), record_at(50.0))
-    assert len(feed(Timed(), record_at(3.0))) == 40
+        feed(rated(), record)
+    assert len(feed(rated(), record_at(101.0))) == len(feed(Timed(), record_at(3.0))) == 40
 
 
 def test_made_for_the_rates_of_a_record() -> None:
