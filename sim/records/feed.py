@@ -20,7 +20,7 @@ from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Record, index_place, joined
+from boresight.sim.records.record import Record, index_place, joined, place_of_steps
 from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
@@ -175,7 +175,8 @@ class Feeder:
                 "--gaps restart",
                 wanted="an estimator that a time step below 0 restarts (restarts = True)",
                 found=estimator.name,
-                fix="choose --gaps bridge or refuse",
+                fix="choose --gaps bridge if its dt may be as long, or rows between the gaps by "
+                "--from and --to",
             )
         self.estimator, self.linked = estimator, linked
         self._start, self._place = 0, index_place("")
@@ -187,6 +188,8 @@ class Feeder:
         """The next piece."""
         estimator, reader = self.estimator, self._reader
         start, self._place = reader.rows, record.place
+        if "dt" not in record.columns:
+            self._place = place_of_steps(record.place)
         self._start = start
         if not start:
             _refuse_missing(estimator, record, self.linked)
@@ -278,7 +281,7 @@ _TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
 
 def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int]) -> None:
     """InputError for all inputs without a column, with the columns that may be meant."""
-    columns = list(record.columns)
+    columns = [c for c in record.columns if c != "dt" or "t" not in record.columns]
     missing = [
         i
         for k, i in enumerate(estimator.inputs)

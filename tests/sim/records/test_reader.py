@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import Feed, feed, fitted
+from boresight.sim.records.files import read_record
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import RESTART_S, Column, Record, steps_of
 
@@ -145,6 +147,28 @@ def test_many_columns_are_not_all_named() -> None:
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(40)})
     with pytest.raises(InputError, match=r"found columns k00, k01, .*, k07; add it"):
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
+
+
+@pytest.mark.parametrize("low, remedy", [
+    (0.0, "run the rows before and behind it by --to and --from; clamp=True would clamp dt"),
+    (RESTART_S, "--gaps restart restarts the filter there"),
+])  # fmt: skip
+def test_a_gap_is_named_by_its_time_and_a_cure(tmp_path: Path, low: float, remedy: str) -> None:
+    class Short(Timed):
+        inputs = (Input("dt", low, 0.02, "s"),)
+        restarts = low < 0.0
+
+    path = tmp_path / "log.csv"
+    path.write_text("t,a\n0.00,1\n0.01,1\n0.02,1\n0.52,1\n")
+    message = f"wanted a time step dt of {low:g} to 0.02 s, the declared range, found 0.5; correct "
+    for record, where in (
+        (read_record(path), rf"{re.escape(str(path))}, line 5, column t"),
+        (Record.of({"t": [0.0, 0.01, 0.02, 0.52]}), r"record, t\[3\]"),
+    ):
+        with pytest.raises(InputError, match=rf"^{where}: {message}.*; if it is a gap, {remedy}$"):
+            feed(Short(), record)
+    with pytest.raises(InputError, match=r"found columns t, a; add"):
+        feed(Probe(), read_record(path))
 
 
 def test_units_with_another_zero() -> None:
