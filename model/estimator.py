@@ -257,9 +257,8 @@ class Estimator:
         """
         check_word(word)
         trace = self.record()
-        if self.profile is not None:
-            self.profile.check(trace, self.name, self.inputs)
-        program, nodes = lower(trace, Arithmetic(word=word), self.profile)
+        profile = self.profile and self.profile.check(trace, self.name, self.inputs)
+        program, nodes = lower(trace, Arithmetic(word=word), profile)
         numbers = {value: node.number for value, node in nodes.items()}
         # An output that is the next value of states begins as the first of them does.
         first = {

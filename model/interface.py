@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from numbers import Real
 from typing import Protocol
 
 from boresight.model.declarations import Input, Output, Param, State, check_declared
@@ -20,6 +23,7 @@ class Interface(Protocol):
     states: tuple[State, ...]
     outputs: tuple[Output, ...]
     urgent: int
+    rates_hz: Mapping[str, float]
 
 
 def check_interface(estimator: Interface, line: str) -> None:
@@ -36,7 +40,8 @@ def check_interface(estimator: Interface, line: str) -> None:
     InputError
         A declaration that is not a tuple of its kind, a name that is illegal or occurs twice, a
         parameter with the name of an input or state, no output, ``urgent`` above the number of
-        outputs, ``valid_of`` without an input that has samples.
+        outputs, ``valid_of`` without an input that has samples, ``rates_hz`` that are no rates of
+        the log and of inputs.
     """
     name = f"estimator {estimator.name}"
     where = placed(line, name)
@@ -60,6 +65,7 @@ def check_interface(estimator: Interface, line: str) -> None:
             fix="it counts the leading outputs whose latency counts first",
         )
     _check_flags(estimator, name)
+    _check_rates(estimator, where)
 
 
 def _check_flags(estimator: Interface, name: str) -> None:
@@ -74,6 +80,31 @@ def _check_flags(estimator: Interface, name: str) -> None:
                 found=unknown[0],
                 fix=f"choose {', '.join(sorted(names)) or 'inputs with columns'}",
             )
+
+
+def _check_rates(estimator: Interface, where: str) -> None:
+    """Refuse sample rates without that of the log, of unknown inputs, or not above 0."""
+    rates, names = estimator.rates_hz, {"dt", *(i.name for i in estimator.inputs)}
+    found = None
+    if not isinstance(rates, Mapping):
+        found = type(rates).__name__
+    elif unknown := [name for name in rates if name not in names]:
+        found = repr(unknown[0])
+    elif rates and "dt" not in rates:
+        found = f"{', '.join(rates)} alone"
+    elif wrong := [f"{n}: {rate!r}" for n, rate in rates.items() if not _is_rate(rate)]:
+        found = wrong[0]
+    if found is not None:
+        raise InputError.at(
+            f"{where}, rates_hz",
+            wanted="samples a second, of the log (dt) and of inputs, by name",
+            found=found,
+            fix='write for example rates_hz = {"dt": 100.0}',
+        )
+
+
+def _is_rate(value: object) -> bool:
+    return isinstance(value, Real) and 0.0 < float(value) < math.inf
 
 
 def _check_parameters(estimator: Interface, name: str) -> None:

@@ -443,12 +443,12 @@ class Adis16385(wiring.Component):
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
         bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
-        bit = Signal()
-        before = Signal()
-        ran = Signal()
-        m.d.comb += bit.eq(Mux(running, Array(bits)[exponent], bits[0]))
-        # The change to another bit is not a tick.
-        m.d.sync += [before.eq(bit), ran.eq(running), tick.eq((bit ^ before) & (ran == running))]
+        changes = []
+        for bit in (bits[0], Array(bits)[exponent]):
+            before = Signal()
+            m.d.sync += before.eq(bit)
+            changes.append(bit ^ before)
+        m.d.sync += tick.eq(Mux(running, changes[1], changes[0]))
 
 
 class _Registers:

@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -59,8 +59,14 @@ class Profile:
         """Where its ranges come from, for a report."""
         return f"observed in {', '.join(self.logs)}"
 
-    def check(self, trace: Trace, name: str, inputs: Sequence[Input]) -> None:
-        """Raise InputError unless it was made of this record of a step; see `record_digest`."""
+    def check(self, trace: Trace, name: str, inputs: Sequence[Input]) -> Profile:
+        """Return it with the numbers of this record of a step; see `record_digest`.
+
+        Raises
+        ------
+        InputError
+            It was made of another step or other declarations.
+        """
         if name != self.estimator:
             raise InputError.at(
                 self.place,
@@ -75,26 +81,46 @@ class Profile:
                 found="one of another step or other declarations",
                 fix="make it anew with boresight fit, or leave it out with --no-profile",
             )
+        place = {number: k for k, number in enumerate(_declared_numbers(trace, inputs))}
+        ranges = {place[number]: range_ for number, range_ in self.ranges.items()}
+        limits = {place[number]: range_ for number, range_ in self.limits.items()}
+        return replace(self, ranges=ranges, limits=limits)
+
+
+def _declared_numbers(trace: Trace, inputs: Sequence[Input]) -> list[int]:
+    """Number that each expression has in the record of the inputs as declared.
+
+    Clamps of words of a source follow the leaves of a record; there they are the inputs themselves.
+    """
+    clamped = [e.number for e, i in zip(trace.inputs, inputs, strict=True) if i.beyond]
+    leaves = len(inputs) + len(trace.params) + len(trace.states)
+    after = range(leaves, len(trace.tracer.expressions) - len(clamped))
+    return [*range(leaves), *clamped, *after]
 
 
 def record_digest(trace: Trace, inputs: Sequence[Input]) -> str:
     """Digest of a recorded step with its declarations, without lines.
 
-    The ranges of inputs are those of ``inputs``, as declared: in a core that several programs share
-    the record has those of their sources.
+    The ranges of inputs are those of ``inputs``, as declared, and not clamped: in a core that
+    several programs share the record has those of their sources.
     """
     ranges = {i.name: [i.low, i.high] for i in inputs}
+    numbers = _declared_numbers(trace, inputs)
 
     def description(e: Any) -> list[Any]:
         if e.kind == "leaf" and e.data[0] == "input":
             return [*e.said[:-3], *ranges[e.data[1]], *e.said[-1:]]
-        return [*e.said]
+        return [e.kind, *(numbers[arg.number] for arg in e.args), *e.data]
 
+    declared = {numbers[e.number]: e for e in reversed(trace.tracer.expressions)}
     content = [
-        [description(e) for e in trace.tracer.expressions],
-        [[e.number for e in trace.inputs], {n: e.number for n, e in trace.outputs.items()}],
+        [description(declared[number]) for number in sorted(declared)],
+        [
+            [e.number for e in trace.inputs],
+            {n: numbers[e.number] for n, e in trace.outputs.items()},
+        ],
         [[e.number, default] for e, default, _ in trace.params],
-        [[e.number, initial, after.number] for e, initial, after in trace.states],
+        [[e.number, initial, numbers[after.number]] for e, initial, after in trace.states],
     ]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 

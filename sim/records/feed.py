@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from inspect import signature
 
 import numpy as np
 
@@ -13,12 +14,13 @@ from boresight.model.declarations import QUATERNION, Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
 from boresight.model.methods import called
+from boresight.model.units import linear
 from boresight.model.words.program import Program
 from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Record, index_place, joined
+from boresight.sim.records.record import Record, index_place, joined, place_of_steps
 from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
@@ -29,6 +31,8 @@ ROWS = 1 << 16
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
+#: Units that a column of times may have been meant in, in seconds.
+_TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +175,8 @@ class Feeder:
                 "--gaps restart",
                 wanted="an estimator that a time step below 0 restarts (restarts = True)",
                 found=estimator.name,
-                fix="choose --gaps bridge or refuse",
+                fix="choose --gaps bridge if its dt may be as long, or rows between the gaps by "
+                "--from and --to",
             )
         self.estimator, self.linked = estimator, linked
         self._start, self._place = 0, index_place("")
@@ -183,6 +188,8 @@ class Feeder:
         """The next piece."""
         estimator, reader = self.estimator, self._reader
         start, self._place = reader.rows, record.place
+        if "dt" not in record.columns:
+            self._place = place_of_steps(record.place)
         self._start = start
         if not start:
             _refuse_missing(estimator, record, self.linked)
@@ -241,8 +248,29 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
             record.where,
             wanted=f"{wanted:g} samples a second, for which {estimator.name} is made",
             found=f"{rate:.6g}",
-            fix=f"make it with rate_hz={rate:.6g}",
+            fix=_misread_unit(record, rate / wanted) or _for_rate(estimator, rate),
         )
+
+
+def _misread_unit(record: Record, factor: float) -> str:
+    """The remedy for times so many times too short, if that makes another unit; else empty."""
+    name = "t" if "t" in record.columns else "dt"
+    unit = record.columns[name].unit or "s"
+    seconds = linear(unit, "s")[0] * factor
+    near = [u for u, s in _TIME_UNITS.items() if abs(seconds / s - 1.0) <= _RATE_TOLERANCE]
+    if not near or near[0] == unit:
+        return ""
+    return f"the column {name} is probably in {near[0]}: write {name}[{near[0]}] in the header"
+
+
+def _for_rate(estimator: Estimator, rate: float) -> str:
+    """The remedy for a log at another rate."""
+    if "rate_hz" in signature(type(estimator)).parameters:
+        return f"make it with rate_hz={rate:.6g}"
+    return (
+        "use a log at its rate (--every thins one that is faster), or design its gains for that of "
+        f'the log and declare rates_hz = {{"dt": {rate:.6g}}}'
+    )
 
 
 #: Characters of a list of columns.
@@ -253,7 +281,7 @@ _TIMES = ("t", "time", "times", "timestamp", "time_s", "seconds")
 
 def _refuse_missing(estimator: Estimator, record: Record, linked: Collection[int]) -> None:
     """InputError for all inputs without a column, with the columns that may be meant."""
-    columns = list(record.columns)
+    columns = [c for c in record.columns if c != "dt" or "t" not in record.columns]
     missing = [
         i
         for k, i in enumerate(estimator.inputs)

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.declarations import Input
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.sim.records.record import RESTART_S
 
 __all__ = ["InputReader"]
 
@@ -170,13 +172,25 @@ class InputReader:
                     row,
                     run,
                     declared.name,
-                    f"{declared.low:g} to {declared.high:g} {declared.unit}".rstrip()
+                    "a time step dt of " * (declared.name == "dt")
+                    + f"{declared.low:g} to {declared.high:g} {declared.unit}".rstrip()
                     + ", the declared range",
                     f"{values[row, run, k]:.6g}"
                     + (f", and {count - 1} more beyond it" if count > 1 else ""),
-                    "correct the unit in the header, or the range; clamp=True would clamp it",
+                    f"correct the unit in the header, or the range; {self._remedy(declared)}",
                 )
             self.clamped[declared.name] = self.clamped.get(declared.name, 0) + count
+
+    def _remedy(self, declared: Input) -> str:
+        """What else helps against a value beyond its range."""
+        if declared.name != "dt":
+            return "clamp=True would clamp it"
+        restart = self.estimator.restarts and declared.low <= RESTART_S
+        return "if it is a gap, " + (
+            "--gaps restart restarts the filter there"
+            if restart
+            else "run the rows before and behind it by --to and --from; clamp=True would clamp dt"
+        )
 
     def _refuse_infinite(self, name: str, column: FloatArray) -> None:
         row, run = _first(np.isinf(column))

@@ -27,6 +27,7 @@ __all__ = [
     "Record",
     "index_place",
     "joined",
+    "place_of_steps",
     "rows_of",
     "shifted",
     "steps_of",
@@ -69,6 +70,15 @@ def index_place(where: str) -> Place:
 
 def _by_index(where: str, row: int, column: str) -> str:
     return f"{where}, {column}[{row}]"
+
+
+def place_of_steps(place: Place) -> Place:
+    """Return a function that names a time step which is computed by its time, in column ``t``."""
+    return partial(_by_time, place)
+
+
+def _by_time(place: Place, row: int, column: str) -> str:
+    return place(row, "t" if column == "dt" else column)
 
 
 def shifted(place: Place, start: int) -> Place:

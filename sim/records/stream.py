@@ -16,6 +16,7 @@ from boresight.sim.records.record import (
     Column,
     Record,
     joined,
+    place_of_steps,
     refuse_late,
     rows_of,
     steps_of,
@@ -55,7 +56,8 @@ def timed(blocks: Iterable[Record]) -> Iterator[Record]:
             refuse_late(block, column_last)
             steps = np.diff(t, prepend=t_last)
         t_last, column_last = float(t[-1]), float(block.columns["t"].values[-1])
-        yield block.derived({**block.columns, "dt": Column(steps)})
+        columns = {**block.columns, "dt": Column(steps)}
+        yield block.derived(columns, place_of_steps(block.place))
 
 
 def resized(blocks: Iterable[Record], rows: int = ROWS) -> Iterator[Record]:

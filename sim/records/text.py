@@ -14,12 +14,14 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from shlex import quote
 from typing import BinaryIO
 
 import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
+from boresight.model.units import check_unit
 from boresight.sim.records.columnar import fast_rows, fast_table
 from boresight.sim.records.record import Column, Record, name_of, split_header
 
@@ -95,7 +97,7 @@ def parse_csv(path: Path, content: bytes) -> Record:
             found="only blank lines and comments" if content.strip() else "an empty file",
             fix="write the header and one line per sample",
         )
-    heads = _header(f"{path}, line {top + 1}", lines[top])
+    heads = _header(path, top + 1, lines[top])
     rows = lines[top + 1 :]
     if rows and not rows[-1]:  # after the last line break
         rows.pop()
@@ -140,7 +142,7 @@ def _plain(path: Path, content: bytes) -> Record | None:
             break
         start, top = end + 1, top + 1
     try:
-        heads = _header(f"{path}, line {top + 1}", line.decode().rstrip("\r"))
+        heads = _header(path, top + 1, line.decode().rstrip("\r"))
     except UnicodeDecodeError:
         return None
     body = memoryview(content)[end + 1 : len(content.rstrip())]
@@ -173,7 +175,7 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         yield parse_csv(path, block + file.read())
         return
     (text, *_) = _lines_of(path, line)
-    heads = _header(f"{path}, line {top + 1}", text)
+    heads = _header(path, top + 1, text)
     rest, first = block[end:], top + 2
     while block:
         block = file.read(_BLOCK)
@@ -219,15 +221,21 @@ def _lines_of(path: Path, content: bytes) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
-def _header(where: str, line: str) -> list[tuple[str, str | None]]:
+def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
+    where = f"{path}, line {number}"
     for separator, name in ((";", "semicolons"), ("\t", "tabs")):
         if "," not in line and separator in line:
+            target = path.with_name(f"{path.stem}-commas.csv")
+            command = (
+                f"tr '{separator if separator == ';' else chr(92) + 't'},' ',.' "
+                f"< {quote(str(path))} > {quote(str(target))}"
+            )
+            packed = path.suffix.lower() in (".gz", ".zst")
             raise InputError.at(
                 where,
                 wanted="commas between the columns, and decimal points",
                 found=name,
-                fix=f"export it so, or: tr '{separator if separator == ';' else chr(92) + 't'},' "
-                "',.' < LOG > log.csv",
+                fix="export it so" if packed else f"export it so, or: {command}",
             )
     heads = [split_header(where, field) for field in _fields(where, line)]
     names = [name for name, _ in heads]
@@ -307,10 +315,21 @@ def _table(
             _location(path, first_line, row, names[column]),
             wanted="a finite number",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
-            fix="correct or remove the line",
+            fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
+            or "correct or remove the line",
         )
     table[invalid] = np.nan
     return table, faults
+
+
+def _units_fix(name: str, text: str) -> str:
+    """The remedy for a text that is a unit, in a row without numbers; else empty."""
+    unit = text.strip("[]() ")
+    try:
+        check_unit("", unit if unit[:1].isalpha() else None)
+    except InputError:
+        return ""
+    return f"a line of units? write them in the header, {name}[{unit}], and remove the line"
 
 
 def _numbers(body: str, fields: list[str]) -> FloatArray:

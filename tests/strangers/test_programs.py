@@ -20,6 +20,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.resolve import estimator_of
+from boresight.model.tolerances import tolerances
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
@@ -89,12 +90,18 @@ def test_check_is_good(name: str) -> None:
     assert all(d.tolerance is not None for d in result.accuracy.differences)
 
 
+#: A sum of charges is off by half a last bit more in each update: 100,000 of 2**-32, times the
+#: steepest slope of the voltage, 9.6.
+LONG = {"battery.py": ["volts=2.3e-4"]}
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("name", NAMES)
 def test_long_runs(name: str) -> None:
-    estimator, (columns, _) = estimator_of(place(name)), STRANGERS[name](100_000)
+    with tolerances(LONG.get(name, [])):
+        build = Build(estimator_of(place(name)))
+    columns, _ = STRANGERS[name](100_000)
     record = Record.of(columns)
-    build = Build(estimator)
     (long,) = Check(build, levels=("fixed", "c")).run(record)
     (rtl,) = Check(build, levels=("rtl",), simulator="verilator").run(record.head(2_000))
     for result in (long, rtl):

@@ -138,6 +138,7 @@ def test_ranges_follow_from_the_argument() -> None:
     [
         (lambda x: ops.rsqrt(0.0 * x - 1.0), (0.0, 1.0), "a root of 0 or more"),
         (lambda x: ops.sqrt(0.0 * x - 1.0), (0.0, 1.0), "a root of 0 or more"),
+        (lambda x: ops.rsqrt(0.0 * x), (0.0, 1.0), "a finite range"),
         (ops.exp, (0.0, EXP_LIMIT + 1.0), "an exponent of at most 44, found x0 in"),
         (
             ops.log,

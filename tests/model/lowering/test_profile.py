@@ -111,6 +111,14 @@ def test_where_a_source_gives_an_input_its_format_it_is_not(track: Profile) -> N
     track.check(other.trace(), "track", other.inputs)
 
 
+def test_where_words_of_a_source_are_clamped_its_numbers_follow(track: Profile) -> None:
+    wide = replace(Track.inputs[3], source_format=SourceFormat(20, -500.0, 500.0))
+    declared, clamped = Track().trace(), changed(inputs=(*Track.inputs[:3], wide)).trace()
+    (number,) = track.check(clamped, "track", (*Track.inputs[:3], wide)).ranges
+    kinds = [t.tracer.expressions[n].kind for t, n in ((declared, 9), (clamped, number))]
+    assert (number, kinds[0]) == (10, kinds[1])
+
+
 def test_of_another_estimator_it_is_refused(track: Profile) -> None:
     with pytest.raises(InputError, match="wanted a profile of other, found one of track"):
         track.check(Track().trace(), "other", Track.inputs)

@@ -331,9 +331,9 @@ def test_empty_fields_are_gaps() -> None:
         ("a\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
         ("#\na,b,a\n1,2,3\n", "walk.csv, line 2: wanted every column once, found 2 columns a; "),
         ("t;z\n0,1;2\n", "walk.csv, line 1: wanted commas between the columns, and decimal points, "
-         "found semicolons; export it so, or: tr ';,' ',.' < LOG > log.csv"),
+         "found semicolons; export it so, or: tr ';,' ',.' < walk.csv > walk-commas.csv"),
         ("t\tz\n0.1\t2\n", "walk.csv, line 1: wanted commas between the columns, and decimal "
-         "points, found tabs; export it so, or: tr '\\t,' ',.' < LOG > log.csv"),
+         "points, found tabs; export it so, or: tr '\\t,' ',.' < walk.csv > walk-commas.csv"),
         ("1,2.5\n3,4\n", "walk.csv, line 1: wanted a header of column names, found numbers only; "),
         ("a,\n1,2\n", "walk.csv, line 1: wanted column names like gx or gx[deg/s], found ''; "),
         ("a,b\n1,2\n1\n", "walk.csv, line 3: wanted 2 fields, as in the header, found 1; complete"),
@@ -341,6 +341,9 @@ def test_empty_fields_are_gaps() -> None:
         ("a,b\n1,2\n\n1,2\n", "walk.csv, line 3: wanted 2 fields, as in the header, found an empt"),
         ("a,b\n1,2\n1,x\n", "walk.csv, line 3, column b: wanted a finite number, found "
          "'x'; correct or remove the line"),
+        ("t,z\nus,[cm]\n1,2\n", "walk.csv, line 2, column t: wanted a finite number, found 'us'; "
+         "a line of units? write them in the header, t[us], and remove the line"),
+        ("a,b\nx,2\n", "walk.csv, line 2, column a: wanted a finite number, found 'x'; correct"),
         ("a,b\n1,2\n'3',1\n", "walk.csv, line 3, column a: wanted a finite number, found "),
         ('a,b\n1,"2\n3",4\n', "walk.csv, line 2: wanted quotes around whole fields, each within "),
         ('"a",b\n"1"2,3\n', "walk.csv, line 2: wanted quotes around whole fields, each within "),

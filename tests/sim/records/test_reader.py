@@ -2,6 +2,9 @@
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,7 @@ from hypothesis import strategies as st
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
 from boresight.sim.records.feed import Feed, feed, fitted
+from boresight.sim.records.files import read_record
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import RESTART_S, Column, Record, steps_of
 
@@ -145,6 +149,28 @@ def test_many_columns_are_not_all_named() -> None:
         fed(Timed(), **{f"k{n:02d}": [0.0] for n in range(8)})
 
 
+@pytest.mark.parametrize("low, remedy", [
+    (0.0, "run the rows before and behind it by --to and --from; clamp=True would clamp dt"),
+    (RESTART_S, "--gaps restart restarts the filter there"),
+])  # fmt: skip
+def test_a_gap_is_named_by_its_time_and_a_cure(tmp_path: Path, low: float, remedy: str) -> None:
+    class Short(Timed):
+        inputs = (Input("dt", low, 0.02, "s"),)
+        restarts = low < 0.0
+
+    path = tmp_path / "log.csv"
+    path.write_text("t,a\n0.00,1\n0.01,1\n0.02,1\n0.52,1\n")
+    message = f"wanted a time step dt of {low:g} to 0.02 s, the declared range, found 0.5; correct "
+    for record, where in (
+        (read_record(path), rf"{re.escape(str(path))}, line 5, column t"),
+        (Record.of({"t": [0.0, 0.01, 0.02, 0.52]}), r"record, t\[3\]"),
+    ):
+        with pytest.raises(InputError, match=rf"^{where}: {message}.*; if it is a gap, {remedy}$"):
+            feed(Short(), record)
+    with pytest.raises(InputError, match=r"found columns t, a; add"):
+        feed(Probe(), read_record(path))
+
+
 def test_units_with_another_zero() -> None:
     class Warm(Estimator):
         inputs = (Input("temperature", 200.0, 400.0, "K"),)
@@ -172,7 +198,7 @@ class Rated(Timed):
     """Made for some samples a second, at first 100."""
 
     inputs = (*Timed.inputs, Input("z", -2.0, 2.0, "m", missing=0.0))
-    rates_hz = {"dt": 100.0, "z": 100.0}
+    rates_hz: Mapping[str, float] = {"dt": 100.0, "z": 100.0}
 
     def for_rates(self, rates_hz: Any) -> Estimator:
         made = Rated()
@@ -186,15 +212,38 @@ def record_at(rate_hz: float, every: int = 1) -> Record:
     return Record("walk", {"t": Column(t), "z": Column(z)})
 
 
-def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it() -> None:
-    assert len(feed(Rated(), record_at(101.0))) == 40
+class RatedAnew(Rated):
+    """Made for the rate that its constructor takes."""
+
+    def __init__(self, rate_hz: float = 100.0) -> None:
+        self.rates_hz = {"dt": rate_hz}
+
+
+@pytest.mark.parametrize(
+    "rated, rate_hz, unit, remedy",
+    [
+        (Rated, 50.0, None, "use a log at its rate (--every thins one that is faster), or design "
+         'its gains for that of the log and declare rates_hz = {"dt": 50}'),
+        (RatedAnew, 50.0, None, "make it with rate_hz=50"),
+        (Rated, 0.1, None, "the column t is probably in ms: write t[ms] in the header"),
+        (Rated, 1e5, "ms", "the column t is probably in s: write t[s] in the header"),
+        (RatedAnew, 1e-4, None, "the column t is probably in us: write t[us] in the header"),
+    ],
+)  # fmt: skip
+def test_a_log_at_another_rate_is_refused_by_what_needs_to_know_it(
+    rated: type[Rated], rate_hz: float, unit: str | None, remedy: str
+) -> None:
+    record = record_at(rate_hz * (1e-3 if unit else 1.0))
+    record = replace(
+        record, columns={**record.columns, "t": Column(record.columns["t"].values, unit)}
+    )
     with pytest.raises(
         InputError,
-        match=r"wanted 100 samples a second, for which rated is made, found 50; "
-        r"make it with rate_hz=50$",
+        match=rf"wanted 100 samples a second, for which \w+ is made, found {rate_hz:.6g}; "
+        f"{re.escape(remedy)}$",
     ):
-        feed(Rated(), record_at(50.0))
-    assert len(feed(Timed(), record_at(3.0))) == 40
+        feed(rated(), record)
+    assert len(feed(rated(), record_at(101.0))) == len(feed(Timed(), record_at(3.0))) == 40
 
 
 def test_made_for_the_rates_of_a_record() -> None:

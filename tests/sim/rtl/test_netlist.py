@@ -221,7 +221,7 @@ def test_a_core_after_synthesis(
 def _with_a_wrong_lut(table: str, *arguments: Any, **options: Any) -> FamilyNetlist:
     result = copy.deepcopy(netlist_of(*arguments, **options))
     cells = result.synthesis.netlist["modules"]["core"]["cells"].values()
-    lut = [c for c in cells if c["type"] == table][40]
+    lut = [c for c in cells if c["type"] == table][60]
     (content,) = {"INIT", "LUT_INIT"} & lut["parameters"].keys()
     table_bits = lut["parameters"][content]
     if set(table_bits) <= {"0", "1"}:
