@@ -47,7 +47,7 @@ from boresight.sim.campaign import Journal, complete
 from boresight.sim.cluster import others
 from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
 from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
-from boresight.sim.explore.figures import Quantity, explored, quantities
+from boresight.sim.explore.figures import OF_AREA, Quantity, explored, quantities
 from boresight.sim.explore.measure import Case, Exploration, Task, measured
 from boresight.sim.explore.page import page_data, render_page
 from boresight.sim.records.columnar import parquet_of
@@ -176,6 +176,14 @@ def explore(
     known = quantities(estimator)
     demands = demands_of(want, known)
     wanted = quantity_of(least, known, "least") if least else None
+    asked = [demand.quantity.name for demand in demands] + ([wanted.name] if wanted else [])
+    if not (area or route) and (of_area := [figure for figure in asked if figure in OF_AREA]):
+        raise InputError.at(
+            "no-area",
+            wanted=f"areas and clocks, for {of_area[0]}",
+            found="--no-area",
+            fix=f"leave it out, or ask for no {of_area[0]}",
+        )
     read = read_logs(inputs)
     if not read:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")

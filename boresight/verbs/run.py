@@ -43,7 +43,7 @@ from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 from boresight.sim.records.feed import Feed, feeds
-from boresight.sim.records.files import read_pieces, record_of, write_pieces
+from boresight.sim.records.files import check_written, read_pieces, record_of, write_pieces
 from boresight.sim.records.record import Column, Record
 from boresight.sim.records.stream import ahead
 from boresight.sim.worlds.loop import Loop, drive
@@ -258,6 +258,8 @@ def run(
             found="t, the column of the times",
             fix="rename the output, or leave -o out",
         )
+    if output is not None:
+        check_written(output)
     target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
     parts, units = list[RunResult](), {o.name: o.unit for o in estimator.outputs}
 
@@ -274,7 +276,8 @@ def run(
         """Outputs, piece by piece; what the result needs of each goes to ``parts``."""
         for columns, loop in runs(level) if rows is None else ahead(runs(level)):
             parts.append(_result(estimator, on, columns, loop, whole=rows is None))
-            yield _record(of, units, columns.t, loop.outputs)
+            start = sum(part.rows for part in parts[:-1])
+            yield _record(of, units, columns.t, loop.outputs, start)
 
     with make_level(on, build) as level:
         level.traced = False
@@ -327,8 +330,23 @@ def _pieces(log: Any, steps: int | None, rows: int | None) -> Iterator[Record]:
 
 
 def _record(
-    name: str, units: Mapping[str, str], t: FloatArray | None, outputs: Mapping[str, FloatArray]
+    name: str,
+    units: Mapping[str, str],
+    t: FloatArray | None,
+    outputs: Mapping[str, FloatArray],
+    start: int = 0,
 ) -> Record:
+    """Outputs of the steps from ``start`` on as a log; InputError if one is infinite."""
+    infinite = {o: int(np.argmax(at)) for o, v in outputs.items() if (at := np.isinf(v)).any()}
+    if infinite:
+        output = min(infinite, key=infinite.__getitem__)
+        step = start + infinite[output]
+        raise InputError.at(
+            f"{name}, output {output}, step {step}",
+            wanted="a finite value",
+            found="an infinite one: the estimator diverges",
+            fix=f"--steps {step} gives the rows before it" if step else "correct the estimator",
+        )
     columns = {} if t is None else {"t": Column(t, "s")}
     for output, values in outputs.items():
         half_turns = units[output] == "ht"

@@ -14,7 +14,7 @@ from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.explore.cases import Planned
 from boresight.sim.explore.measure import ATTITUDES, Exploration
 
-__all__ = ["FIGURES", "ErrorFigures", "Explored", "Quantity", "explored", "quantities"]
+__all__ = ["FIGURES", "OF_AREA", "ErrorFigures", "Explored", "Quantity", "explored", "quantities"]
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,8 @@ FIGURES = (
     Quantity("toggles", "nets that change an update, as the netlist is simulated"),
     Quantity("word", "word width", "bits"),
 )
+#: Those that synthesis or routing gives.
+OF_AREA = ("lut", "ff", "dsp", "ram", "clock", "own_us")
 _NAMES = {quantity.name for quantity in FIGURES}
 #: Suffixes of the names of errors from truth: largest and root mean square.
 _TRUTH = (".truth", ".truth_rms")

@@ -37,6 +37,7 @@ __all__ = [
     "FORMATS",
     "RECORDINGS",
     "blocks_of",
+    "check_written",
     "content_of",
     "in_pieces",
     "log_files",
@@ -94,6 +95,8 @@ FORMATS = {
     ".feather": Format(parse_feather, _from_record(format_feather)),
     ".mat": Format(parse_mat, _from_record(format_mat)),
 }
+#: Suffixes of other kinds of files, under which no log is written.
+_FOREIGN = {".xls", ".xlsx", ".ods", ".h5", ".hdf5", ".json", ".npy", ".pkl", ".tsv", ".py"}
 #: Expected of a path in messages about files that cannot be opened.
 _READABLE = "a log file that can be read"
 #: Suffixes of CSV under other names.
@@ -186,6 +189,18 @@ def content_of(path: str | os.PathLike[str], record: Record) -> bytes:
     buffer = io.BytesIO()
     write_pieces(path, buffer, [record])
     return buffer.getvalue()
+
+
+def check_written(path: str | os.PathLike[str]) -> None:
+    """Refuse the name of a log to be written whose suffix says another kind of file."""
+    suffix = Path(path).suffix.lower()
+    if suffix in _FOREIGN:
+        raise InputError.at(
+            str(path),
+            wanted=f"a suffix of a log, {', '.join(FORMATS)}",
+            found=suffix,
+            fix="choose one; without a known suffix CSV is written",
+        )
 
 
 def write_pieces(path: str | os.PathLike[str], file: BinaryIO, pieces: Iterable[Record]) -> None:

@@ -113,12 +113,13 @@ def test_two_workers_give_what_one_process_gives(here) -> None:
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--want", "mm<1"], "want: wanted one of m"),
+        (["--want", "mm<1"], "want: wanted one of 20 names, nearest: m, "),
         (["--least", "size"], "least: wanted one of"),
         (["--words", "18,x"], "words: wanted whole numbers"),
         (["--words", "40"], "word"),
         (["--config", "large"], "config: wanted one of small"),
-        (["--target", "xc7"], "target: wanted one of xc6slx4"),
+        (["--target", "xc7"], " names, nearest: xc6slx"),
+        (["--want", "lut<500"], "no-area: wanted areas and clocks, for lut, found --no-area; "),
         (["--route"], "route: wanted a target that an open tool routes, found --target xc6slx9"),
         (["--toggles", "--target", "ice40-up5k"], "toggles: wanted a target whose netlist is"),
         (["--seeds", "2"], "seeds: wanted cores that are routed"),

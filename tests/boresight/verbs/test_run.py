@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import boresight
+from boresight import Estimator, Input, Output, State
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
@@ -146,6 +147,34 @@ def test_a_fault_in_a_later_piece_leaves_nothing(here: Path, monkeypatch) -> Non
         assert sorted(p.name for p in here.iterdir() if p.name.startswith(("out", ".bore"))) == []
     monkeypatch.setattr(module, "_ROWS", 100)
     assert main(["run", "complementary", "bad.csv", "--on", "c"]) == 2
+
+
+class Diverging(Estimator):
+    """Doubles its state."""
+
+    inputs = (Input("a", 0.0, 1.0),)
+    states = (State("s", -100.0, 100.0),)
+    outputs = (Output("s"),)
+
+    def step(self, x, u, p):
+        s = 2.0 * x.s + u.a
+        return {"s": s}, {"s": s}
+
+
+def test_an_estimator_that_diverges_is_named_with_its_step(here: Path) -> None:
+    Path("ones.csv").write_text("t,a\n" + "".join(f"{k},1\n" for k in range(1200)))
+    step = r"^diverging, output s, step 1023: .*diverges; --steps 1023 gives the rows before it$"
+    for rows in (None, 500):
+        with pytest.raises(InputError, match=step):
+            boresight.run(Diverging, "ones.csv", on="numpy", output="out.csv", rows=rows)
+        assert not Path("out.csv").exists()
+    assert len(boresight.run(Diverging, "ones.csv", on="numpy", output="out.csv", steps=1023))
+
+
+@pytest.mark.parametrize("name", ["out.xlsx", "out.json"])
+def test_a_log_is_not_written_under_the_suffix_of_another_kind(here: Path, name: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(name)}: wanted a suffix of a log"):
+        boresight.run(Diverging, "none.csv", output=name)
 
 
 def test_gaps_of_later_pieces_are_told(here: Path, capsys) -> None:
