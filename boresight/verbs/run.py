@@ -222,7 +222,8 @@ def run(
         Columns by input name (`Record.of`).
     on : str
         Level: float (compiled float64), numpy (the same, as written), fixed (the integer
-        interpreter), c or rtl (Verilator).
+        interpreter, in segments whose first states come from the C: it needs a C compiler), c or
+        rtl (Verilator).
     steps : int, optional
         Leading samples of the log.
     output : path, optional

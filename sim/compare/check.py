@@ -75,7 +75,8 @@ class _Attempt:
             self.levels = self._make()
             self.agreements = [Agreement(level) for level in self.levels]
             self.most = self.levels[0].most
-            say(f"{self.kind.name} in {self.tool}", self.most)
+            slow = " (slow: --simulator verilator leaves it out)" * (self.tool == "icarus")
+            say(f"{self.kind.name} in {self.tool}{slow}", self.most)
             self.exchange = self.kind.exchange(self.levels)
             if self.most is None:
                 return []
