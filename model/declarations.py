@@ -279,21 +279,24 @@ class Output:
 
     def __post_init__(self) -> None:
         _with_plain_numbers(self)
-        check_unit(placed(self.line, f"output {self.name}"), self.unit)
+        where = placed(self.line, f"output {self.name}")
+        check_unit(where, self.unit)
+        for name in ("tolerance", "share", "longest"):
+            _check_number(where, name, getattr(self, name) or 0.0)
         for name, value, wanted, valid in (
             ("share", self.share, "from 0 to 1", 0.0 <= self.share <= 1.0),
             ("longest", self.longest, "of 0 or more", self.longest >= 0),
         ):
             if not valid:
                 raise InputError.at(
-                    placed(self.line, f"output {self.name}"),
+                    where,
                     wanted=f"a {name} {wanted}",
                     found=repr(value),
                     fix="give what you accept of decisions that differ from those of float64",
                 )
         if self.tolerance is not None and not 0.0 <= self.tolerance < math.inf:
             raise InputError.at(
-                placed(self.line, f"output {self.name}"),
+                where,
                 wanted="a tolerance of 0 or more",
                 found=repr(self.tolerance),
                 fix="give the largest difference of fixed point and float that you accept",
@@ -357,6 +360,16 @@ def _with_plain_numbers(declaration: Any) -> None:
             object.__setattr__(declaration, part.name, value.item())
 
 
+def _check_number(where: str, subject: str, value: Any) -> None:
+    if not isinstance(value, Real):
+        raise InputError.at(
+            where,
+            wanted=f"{subject}: a number",
+            found=repr(value),
+            fix="write it without quotes" if isinstance(value, str) else "correct it",
+        )
+
+
 def _check_range(where: str, low: float, high: float) -> None:
     for limit in (low, high):
         if not isinstance(limit, Real):
@@ -377,6 +390,7 @@ def _check_range(where: str, low: float, high: float) -> None:
 
 
 def _check_inside(where: str, subject: str, value: float, low: float, high: float) -> None:
+    _check_number(where, subject, value)
     if not low <= value <= high:
         raise InputError.at(
             where,

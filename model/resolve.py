@@ -273,8 +273,10 @@ def _module(path: Path, kind: str) -> ModuleType:
             raise InputError.at(
                 _error_line(error, file, path),
                 wanted="a file that imports",
-                found=_error_text(error),
-                fix="correct it",
+                found=(found := _error_text(error)),
+                fix="take State from boresight.kalman, which has it"
+                if re.search(r"State\.__init__\(\) .* '(sd|sd_max|consider)'$", found)
+                else "correct it",
             ) from error
     vars(module)["__helpers__"] = [*_helpers.values()]
     return module

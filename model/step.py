@@ -16,7 +16,7 @@ from boresight.model.errors import InputError, closest
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
-__all__ = ["Values", "check_constants", "checked"]
+__all__ = ["Values", "check_constants", "check_number", "checked"]
 
 #: Remedies for errors of Python and numpy, by patterns of their texts.
 _REMEDIES = (
@@ -77,9 +77,12 @@ class Values(SimpleNamespace):
             raise AttributeError(name)
         kind, names = self._names
         near = ", ".join(closest(name, names))
+        all_of = f"one of the declared {kind}s"
         raise _Undeclared.at(
             author_line(),
-            wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
+            wanted=(f"{all_of}: {near}" if len(names) <= 4 else f"{all_of}, the nearest: {near}")
+            if near
+            else f"a declared {kind}",
             found=repr(name),
             fix=f"correct the name, or declare the {kind}",
         )
@@ -209,17 +212,22 @@ def _check_returned(
             fix=f"return it with the {kind}s, or change the declaration",
         )
     for name, value in returned.items():
-        if isinstance(value, np.ndarray) and value.ndim and not arrays:
-            raise InputError.at(
-                f"{where} {name}",
-                wanted="a number",
-                found=f"an array of shape {value.shape}",
-                fix="return its elements, each by a name of its own",
-            )
-        if isinstance(value, Condition) or not hasattr(value, "__truediv__"):
-            raise InputError.at(
-                f"{where} {name}",
-                wanted="a number",
-                found=f"a {type(value).__name__.lower()}",
-                fix="of a condition, return ops.where(condition, 1.0, 0.0)",
-            )
+        check_number(f"{where} {name}", value, arrays=arrays)
+
+
+def check_number(where: str, value: Any, *, arrays: bool = False) -> None:
+    """Refuse what a method gives instead of a number or traced value."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        if arrays:
+            return
+        found, fix = f"an array of shape {value.shape}", "give its elements one by one"
+    elif isinstance(value, Condition):
+        found, fix = "a condition", "write ops.where(condition, 1.0, 0.0)"
+    elif isinstance(value, tuple | list):
+        found, fix = f"a {type(value).__name__}", "give its elements one by one"
+    elif hasattr(value, "__truediv__"):
+        return
+    else:
+        found = "None" if value is None else f"a {type(value).__name__}, {value!r}"
+        fix = "compute it from states, inputs, parameters and numbers"
+    raise InputError.at(where, wanted="a number", found=found, fix=fix)

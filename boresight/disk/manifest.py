@@ -74,7 +74,7 @@ class Manifest:
             return cls._parse(data)
         except FileNotFoundError:
             return cls()
-        except (ValueError, KeyError, TypeError, AttributeError, IsADirectoryError):
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError, IsADirectoryError):
             raise InputError.at(
                 str(path),
                 wanted="the list of files that boresight keeps under this name",

@@ -122,7 +122,7 @@ def _journal(path: Path) -> Journal | None:
         data = json.loads((path / "journal.json").read_text(encoding="utf-8"))
         files = {inside(name): str(sha256) for name, sha256 in data["files"].items()}
         return Journal(str(data["by"]), str(data["of"]), files, bool(data["clears"]))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 
 

@@ -13,6 +13,7 @@ from boresight.model import declarations, ops
 from boresight.model.declarations import Named
 from boresight.model.errors import InputError
 from boresight.model.places import author_line, placed
+from boresight.model.step import check_number
 
 __all__ = ["AXES", "Attitude", "Measurement", "State", "axes_of", "grouped", "in_turn", "vector"]
 
@@ -262,27 +263,40 @@ def grouped(declared: Sequence[Named], values: Any) -> dict[str, Any]:
 
 
 def spread(
-    given: Mapping[str, Any], groups: Mapping[str, Sequence[str]], where: str, what: str
+    given: Mapping[str, Any],
+    groups: Mapping[str, Sequence[str]],
+    where: str,
+    what: str,
+    kind: str = "state",
 ) -> dict[str, Any]:
     """Values by the name of each component, of values by names and by names of vectors.
 
     Raises
     ------
     InputError
-        A name that is no component's nor vector's; another number of components.
+        No mapping; a name that is no component's nor vector's; another number of components; a
+        value that is no number.
     """
     members = {m for group in groups.values() for m in group}
     out: dict[str, Any] = {}
+    if not isinstance(given, Mapping):
+        raise InputError.at(
+            where,
+            wanted=f"a dictionary of {what} by the names of {kind}s",
+            found="None" if given is None else f"a {type(given).__name__}",
+            fix="return {NAME: VALUE, ...}, {} if there are none",
+        )
     for name, value in given.items():
         group = groups.get(name)
         if group is None and name not in members:
             raise InputError.at(
                 where,
-                wanted=f"{what} of states: {', '.join(sorted({*groups, *members}))}",
+                wanted=f"{what} of {kind}s: {', '.join(sorted({*groups, *members}))}",
                 found=repr(name),
-                fix="correct the name, or declare the state",
+                fix=f"correct the name, or declare the {kind}",
             )
         if group is None:
+            check_number(f"{where}, {name}", value)
             out[name] = value
             continue
         is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
@@ -290,10 +304,12 @@ def spread(
         if len(values) != len(group) or (what == NEXT and len(group) > 1 and not is_vector):
             raise InputError.at(
                 where,
-                wanted=f"{len(group)} components of {name}",
+                wanted=f"{len(group)} components of {name}" if len(group) > 1 else "a number",
                 found=str(len(values)) if is_vector else "one number",
-                fix=f"give {', '.join(group)}",
+                fix=f"give {', '.join(group)}" if len(group) > 1 else "give one number",
             )
+        for member, number in zip(group, values, strict=True):
+            check_number(f"{where}, {member}", number)
         out |= dict(zip(group, values, strict=True))
     return out
 
@@ -304,6 +320,8 @@ def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
 
 def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:
     for sd, bound in zip(sds, bounds, strict=True):
+        check_number(f"{where}, sd", sd)
+        check_number(f"{where}, sd_max", bound)
         if not 0.0 < sd <= bound < math.inf:
             missing = math.isnan(sd)
             raise InputError.at(

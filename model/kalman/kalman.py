@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ __all__ = ["Kalman"]
 _BELOW = 1.0 - 2.0**-17
 #: Share of its largest at which a variance grows no more.
 _HELD = 0.75
+#: What an author may leave out, so that it is not missed under another name.
+_WRITTEN = {"counters", "measure", "memory", "noise", "shown"}
 
 
 class Kalman(Estimator):
@@ -206,7 +209,7 @@ class Kalman(Estimator):
     # -- what follows ---------------------------------------------------------------------------
 
     def check_declarations(self) -> None:
-        """See `Estimator`; and that there is a method ``measure``."""
+        """See `Estimator`; that there is a method ``measure``, and no nearly known name."""
         super().check_declarations()
         if self.part not in ("", *PARTS):
             raise InputError.at(
@@ -215,6 +218,7 @@ class Kalman(Estimator):
                 found=repr(self.part),
                 fix="choose one, or leave it out",
             )
+        self._check_spelling()
         if type(self).measure is Kalman.measure and self.part != PREDICT:
             raise InputError.at(
                 placed(self._line, f"estimator {self.name}"),
@@ -222,6 +226,19 @@ class Kalman(Estimator):
                 found="none",
                 fix="write it: it returns a list of Measurement(z, h, r)",
             )
+
+    def _check_spelling(self) -> None:
+        """Refuse a name that is nearly one of `_WRITTEN`, unless that one is written, too."""
+        classes = [c for c in type(self).__mro__ if c not in Kalman.__mro__]
+        written = {name for c in classes for name in vars(c)}
+        for name in sorted(name for name in written if not hasattr(Kalman, name)):
+            for near in get_close_matches(name, _WRITTEN - written, 1, 0.8):
+                raise InputError.at(
+                    placed(self._line, f"estimator {self.name}"),
+                    wanted=f"names that are used, as {near}",
+                    found=name,
+                    fix=f"call it {near}, or otherwise if it is something else",
+                )
 
     def step(self, x: Any, u: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """One update: predict, then correct."""

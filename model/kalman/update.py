@@ -13,14 +13,14 @@ from typing import Any
 
 from boresight.model import ops
 from boresight.model.algebra import quaternion
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, closest
 from boresight.model.kalman.attitude import AttitudeView, corrected
 from boresight.model.kalman.declared import NEXT, Attitude, Measurement, axes_of, grouped, spread
 from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_const, product
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import place_of_function, placed
-from boresight.model.step import Values
+from boresight.model.step import Values, check_number
 
 __all__ = ["DITHER", "PARTS", "PREDICT", "Update", "checked_measurements", "moved", "noise_of"]
 
@@ -455,8 +455,26 @@ class Update:
         """Outputs of these states."""
         k = self.kalman
         results = {"nis": self.nis, **self.memory, **values}
-        results |= k.shown(self._view(values), self.u, self.p)
-        return {o.name: results[o.name] for o in k.outputs if o.name in results}
+        results |= self._shown(self._view(values))
+        for o in k.outputs:
+            if o.name not in results:
+                names = [n for n in results if n not in k.covariance_states]
+                raise InputError.at(
+                    placed(o.line, f"output {o.name} of {k.name}"),
+                    wanted=f"a state, nis or key of shown, as {', '.join(closest(o.name, names))}",
+                    found=repr(o.name),
+                    fix="correct the name, or return it in shown",
+                )
+        return {o.name: results[o.name] for o in k.outputs}
+
+    def _shown(self, view: Values) -> dict[str, Any]:
+        """What the author returns: outputs of the filter, or of a class that it is derived from."""
+        k = self.kalman
+        where = placed(place_of_function(k.shown), f"shown of {k.name}")
+        classes = [vars(c).get("outputs", ()) for c in type(k).__mro__]
+        names = dict.fromkeys(o.name for outputs in (k.outputs, *classes) for o in outputs)
+        given = k.shown(view, self.u, self.p)
+        return spread(given, {name: (name,) for name in names}, where, "values", "output")
 
 
 def _blocks(rows: Sequence[Slope]) -> list[list[int]]:
@@ -515,7 +533,8 @@ def noise_of(
         A name that is no state's, or a variance that may be negative.
     """
     where = placed(place_of_function(kalman.noise), f"noise of {kalman.name}")
-    single = {name: v for name, v in given.items() if not isinstance(name, tuple)}
+    is_mapping = isinstance(given, Mapping)  # else `spread` refuses it
+    single = {n: v for n, v in given.items() if not isinstance(n, tuple)} if is_mapping else given
     out: dict[tuple[int, int], Any] = {}
     for name, value in spread(single, kalman.groups, where, "noise").items():
         i = kalman.errors.index(name)
@@ -529,6 +548,7 @@ def noise_of(
         out[i, i] = value
     for pair in given.keys() - single.keys():
         i, j = sorted(kalman.errors.index(e) for e in _errors_of(kalman, pair, where))
+        check_number(f"{where}, {' and '.join(pair)}", given[pair])
         out[i, j] = given[pair]
     return out
 
@@ -551,7 +571,7 @@ def checked_measurements(kalman: Filter, given: Any) -> list[Measurement]:
     Raises
     ------
     InputError
-        No measurement, or something else.
+        No measurement, something else, or one whose z, h or r is no number.
     """
     is_sequence = isinstance(given, tuple | list)
     invalid = [m for m in given if not isinstance(m, Measurement)] if is_sequence else [given]
@@ -562,6 +582,9 @@ def checked_measurements(kalman: Filter, given: Any) -> list[Measurement]:
             found=f"a {type(invalid[0]).__name__}" if invalid else "none",
             fix="return one for each scalar that is measured",
         )
+    for m in given:
+        for part in ("z", "h", "r"):
+            check_number(placed(m.line, f"measurement, {part}"), getattr(m, part))
     return list(given)
 
 

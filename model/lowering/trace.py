@@ -286,7 +286,7 @@ class Tracer:
                 else f"a {type(x).__name__.lower()}",
                 fix="give it one element at a time"
                 if isinstance(x, np.ndarray | list | tuple)
-                else "of a condition, ops.where(condition, 1.0, 0.0) is one",
+                else "compute it from states, inputs, parameters and numbers",
             )
         return self.const(x)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from boresight.model.errors import InputError
 from boresight.sim.answer import Figure
 from boresight.sim.baseline import compared
-from boresight.sim.records.reading import read_bytes
+from boresight.sim.records.reading import read_json
 
 __all__ = ["FIGURES", "JUDGED", "against_section", "read_report"]
 
@@ -60,11 +59,7 @@ def read_report(path: str | Path) -> dict[str, Any]:
         It cannot be read, or is no report of one estimator.
     """
     wanted = "a report.json of boresight report"
-    content = read_bytes(Path(path), wanted)
-    try:
-        data = json.loads(content)
-    except ValueError:
-        data = None
+    data = read_json(path, wanted)
     parts = ("design", "digest", "timing", "resources", "numerics", "accuracy", "firmware")
     if not isinstance(data, dict) or not all(part in data for part in parts):
         raise InputError.at(

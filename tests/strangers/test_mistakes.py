@@ -111,12 +111,19 @@ RETURNED = {
     "array": ('return {"pos": y}, {"y": np.array([y, y])}', "shape (2,)", "its elements"),
     "nan": ('return {"pos": y}, {"y": math.nan}', "found nan", "wanted a finite number"),
     "constant": ('return {"pos": 9.0}, {"y": y}', "found 9.0", "wanted a constant in [-4, 4]"),
-    "text": ('return {"pos": y}, {"y": "high"}', "found a str", "wanted a number"),
+    "text": ('return {"pos": y}, {"y": "high"}', "found a str, 'high'", "wanted a number"),
+    "None": ('return {"pos": y}, {"y": None}', "output y: wanted a number, found None",
+             "compute it from states"),
 }  # fmt: skip
 #: What is replaced in HEAD or STEP, by what; found; cure.
 DECLARED = {
     "default": ('0.5, 0.0, 1.0),)', '5.0, 0.0, 1.0),)  #!', "found 5",
                 "correct the default or the"),
+    "a text": ('Param("gain", 0.5,', 'Param("gain", "0.5",  #!\n       ',
+               "parameter gain: wanted default: a number, found '0.5'", "without quotes"),
+    "a text as tolerance": ('Output("y", "m"),)', 'Output("y", "m", "1e-3"),)  #!',
+                            "output y: wanted tolerance: a number, found '1e-3'", "without"),
+    "sd": ('4.0, "m"),)', '4.0, "m", sd=1.0),)  #!', "'sd'", "take State from boresight.kalman"),
     "initial": ('4.0, "m"),)', '4.0, "m", 9.0),)  #!', "found 9", "correct the initial value"),
     "backwards": ('"b", 0.0, 2.0, "m"))', '"b", 2.0, 0.0, "m"))  #!', "[2, 0]", "low < high"),
     "infinite": ('"b", 0.0, 2.0, "m"))', '"b", 0.0, math.inf))  #!', "[0, inf]", "a finite range"),

@@ -60,6 +60,7 @@ def test_states(tmp_path: Path) -> None:
         "user's",
         "[]",
         "{}",
+        "[" * 100_000,
         '{"boresight_manifest": 2, "files": {}, "folders": []}',
         '{"boresight_manifest": 1, "files": {"../a": {"by": "", "of": "", "sha256": []}},'
         ' "folders": []}',

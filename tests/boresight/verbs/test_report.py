@@ -70,7 +70,9 @@ def test_all_of_it_has_to_be_good(verdict, code, lines, monkeypatch, capsys) -> 
 
 
 def test_nothing_is_written_of_what_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "deep.json").write_text("[" * 100_000)
     for change, message in (
+        ({"against": tmp_path / "deep.json"}, "deep.json: wanted a report.json .* nested too deep"),
         ({"steps": 0}, "^steps: wanted 1 or more"),
         ({"config": "huge"}, "^config: wanted one of small, fast"),
         ({"word": 17}, "^word: wanted 18 to 32"),
