@@ -9,7 +9,7 @@ from typing import Any
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, listed
 from boresight.model.words.fixed import check_word
 
 __all__ = [
@@ -47,12 +47,15 @@ def check_optional(where: str, value: Any, low: int, high: int | None = None) ->
         check_number(where, value, low, high)
 
 
-def check_choice(where: str, value: Any, choices: Iterable[str]) -> None:
-    """Raise InputError unless ``value`` is one of ``choices``."""
+def check_choice(where: str, value: Any, choices: Iterable[str], all_in: str = "") -> None:
+    """Raise InputError unless ``value`` is one of ``choices``, which ``all_in`` lists."""
     names = list(choices)
     if value not in names:
         raise InputError.at(
-            where, wanted=f"one of {', '.join(names)}", found=repr(value), fix="choose one of these"
+            where,
+            wanted=f"one of {listed(str(value), names)}",
+            found=repr(value),
+            fix=f"choose one; {all_in} has them all" if all_in else "choose one of these",
         )
 
 

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
-from itertools import chain
+from itertools import chain, takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -44,6 +44,9 @@ __all__ = ["arguments_of", "help_of", "main", "parse", "verb_of"]
 
 #: Longest complaint about the command line, in characters.
 _LONGEST = 300
+#: Options of all verbs, also in front of them, and those without a verb.
+_OF_ALL = ("--json", "--quiet", "-q")
+_OF_NONE = ("--help", "-h", "--version", "--print-completion")
 #: Messages of argparse, and their replacements.
 _WORDS = {
     "^the following arguments are required: (.*)": r"wanted \1, found none",
@@ -160,6 +163,10 @@ def parse(argv: Sequence[str]) -> dict[str, Any]:
             raise InputError.at(
                 word[:-2].rstrip("="), wanted="a value", found="none", fix="write one behind it"
             )
+    shared = list(takewhile(_OF_ALL.__contains__, argv))
+    argv = [*argv[len(shared) :][:1], *shared, *argv[len(shared) + 1 :]]
+    if argv and argv[0].startswith("-") and argv[0].partition("=")[0] not in _OF_NONE:
+        raise InputError.at("", wanted="a verb", found=argv[0], fix="its options follow it")
     parsed, unknown = _parser(*VERBS.keys() & {*argv}).parse_known_args(argv)
     if unknown:
         raise _unknown(parsed.verb, unknown)
@@ -174,9 +181,10 @@ def _unknown(verb: str, words: Sequence[str]) -> InputError:
         if verb == "explore":
             fix += ", an argument of the constructor before the options"
     else:
-        flags = [flag for argument in arguments_of(verb) for flag in argument.flags]
-        matches = get_close_matches(words[0].partition("=")[0], [*flags, "--json", "--quiet"], 1)
-        fix = f"write {matches[0]}" if matches else "leave it out"
+        flags = [*(flag for argument in arguments_of(verb) for flag in argument.flags), *_OF_ALL]
+        names = {flag.lstrip("-"): flag for flag in flags}
+        matches = get_close_matches(words[0].partition("=")[0].lstrip("-"), names, 1, 0.7)
+        fix = f"write {names[matches[0]]}" if matches else "leave it out"
     return InputError.at(
         verb, wanted="what this verb takes", found=" ".join(words), fix=f"{fix}; {hint}"
     )

@@ -254,8 +254,8 @@ class Output:
         Unit of the values.
     tolerance : float, optional
         Largest accepted difference of fixed point and float64, in ``unit``. Angles
-        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` bit by bit, with any
-        tolerance. By default the difference is shown and not judged.
+        of `PERIODS` are compared modulo their period; words of `EXACT_UNITS` bit by bit,
+        and take none. By default the difference is shown and not judged.
     meaning : str
         Description, for register maps and pages.
     share, longest : float, int
@@ -294,6 +294,13 @@ class Output:
                     found=repr(value),
                     fix="give what you accept of decisions that differ from those of float64",
                 )
+        if self.unit in EXACT_UNITS and self.tolerance:
+            raise InputError.at(
+                placed(self.line, f"output {self.name}"),
+                wanted=f"no tolerance of {self.unit}, which are compared bit by bit",
+                found=repr(self.tolerance),
+                fix="leave it out, or give share and longest, how many may differ",
+            )
         if self.tolerance is not None and not 0.0 <= self.tolerance < math.inf:
             raise InputError.at(
                 where,

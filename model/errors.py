@@ -5,10 +5,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterable, Mapping
 
-__all__ = ["InputError", "ToolMissing", "closest", "require", "shortened"]
+__all__ = ["InputError", "ToolMissing", "closest", "listed", "require", "shortened"]
 
 #: Maximum length of a message's parts, in characters.
 _WHERE, _WANTED, _FOUND = 120, 130, 130
+#: Longest list of names that a message shows whole, in characters.
+_LIST = 100
 
 
 def shortened(text: str, most: int) -> str:
@@ -22,6 +24,15 @@ def shortened(text: str, most: int) -> str:
 def closest(name: str, names: Iterable[str], most: int = 4) -> list[str]:
     """Return the ``most`` names closest to an unknown ``name``."""
     return difflib.get_close_matches(name[:100], list(names), most, 0.0)
+
+
+def listed(name: str, names: Iterable[str]) -> str:
+    """Return all ``names`` in their order, or how many they are and those nearest to ``name``."""
+    every = list(names)
+    text = ", ".join(every)
+    if len(text) <= _LIST:
+        return text
+    return f"{len(every)} names, nearest: {', '.join(closest(name, every))}"
 
 
 def _printable(text: str) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Named, Output, Param, State
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
@@ -188,7 +188,7 @@ class Estimator:
             if name not in legal:
                 raise InputError.at(
                     f"parameter {name}",
-                    wanted=f"one of {', '.join(closest(name, legal))}",
+                    wanted=f"one of {listed(name, legal)}",
                     found=repr(name),
                     fix="correct the name",
                 )

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.declarations import SourceFormat
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.estimator import Estimator
 from boresight.model.places import placed
 from boresight.model.words.fixed import IntArray
@@ -144,7 +144,7 @@ def _with_sources(
         if output not in program.output_names:
             raise InputError.at(
                 placed(declared.line, f"{where}, input {declared.name}"),
-                wanted=f"an output of {name}: {', '.join(closest(output, program.output_names))}",
+                wanted=f"an output of {name}: {listed(output, program.output_names)}",
                 found=repr(output),
                 fix="correct its source",
             )

@@ -21,7 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias, TypeVar
 
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS
 from boresight.model.lowering.profile import Profile, read_profile
@@ -211,7 +211,7 @@ def _lookup(
         fix = f"the {kind} comes first, logs after it"
     raise InputError.at(
         kind,
-        wanted=f"file.py:Class, or one of {', '.join(closest(name, names))}, ...",
+        wanted=f"file.py:Class, or one of {listed(name, sorted(names))}",
         found=repr(name),
         fix=fix,
     )

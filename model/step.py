@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.declarations import Named, State
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
@@ -76,13 +76,10 @@ class Values(SimpleNamespace):
         if name.startswith("_"):
             raise AttributeError(name)
         kind, names = self._names
-        near = ", ".join(closest(name, names))
-        all_of = f"one of the declared {kind}s"
+        near = listed(name, names)
         raise _Undeclared.at(
             author_line(),
-            wanted=(f"{all_of}: {near}" if len(names) <= 4 else f"{all_of}, the nearest: {near}")
-            if near
-            else f"a declared {kind}",
+            wanted=f"one of the declared {kind}s: {near}" if near else f"a declared {kind}",
             found=repr(name),
             fix=f"correct the name, or declare the {kind}",
         )

@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from dataclasses import replace
 
 from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Output
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.units import conversion
 
 __all__ = ["judged_outputs", "tolerances"]
@@ -69,9 +69,9 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
         if match is None or not math.isfinite(limit):
             raise InputError.at(
                 where,
-                wanted="OUTPUT=NUMBER, with or without a unit",
+                wanted="OUTPUT=NUMBER, 0 or more, with or without a unit",
                 found=repr(text),
-                fix="write for example --tolerance roll=0.05deg",
+                fix=f"write for example --tolerance {outputs[0].name}=0.05{outputs[0].unit}",
             )
         name, unit = match[1], match[3]
         attitude = name == ATTITUDE and judged.keys() >= {*QUATERNION}
@@ -79,7 +79,7 @@ def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output,
             names = [*judged, ATTITUDE] if judged.keys() >= {*QUATERNION} else judged
             raise InputError.at(
                 where,
-                wanted=f"an output of {estimator}: {', '.join(closest(name, names))}",
+                wanted=f"an output of {estimator}: {listed(name, names)}",
                 found=repr(name),
                 fix="choose one of its outputs; estimators with others are judged one by one",
             )

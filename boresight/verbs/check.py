@@ -238,7 +238,7 @@ def _simulated(target: str | None, levels: Sequence[str]) -> str:
     """The part of the level netlist."""
     if target is None:
         return "xc6slx9"
-    check_choice("target", target, SIMULATED)
+    check_choice("target", target, SIMULATED, "docs/targets.md")
     if NetlistSimulated.name not in levels:
         raise InputError.at(
             "target",

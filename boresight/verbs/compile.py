@@ -287,7 +287,7 @@ def _target(target: str | None, board: str | None) -> str:
         part = BOARDS[board].target
     if target is None:
         return part
-    check_choice("target", target, TARGET_NAMES)
+    check_choice("target", target, TARGET_NAMES, "docs/targets.md")
     if board is not None and target != part:
         raise InputError.at(
             "target",

@@ -154,7 +154,7 @@ def explore(
     for config in configs:
         check_machine(config, 32)
     for target in targets:
-        check_choice("target", target, TARGETS)
+        check_choice("target", target, TARGETS, "docs/targets.md")
     if route:
         check_routable(targets, "leave --route out")
     elif seeds != 1:

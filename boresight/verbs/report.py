@@ -132,7 +132,7 @@ def report(
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
     check_machine(config, word)
-    check_choice("target", target, TARGETS)
+    check_choice("target", target, TARGETS, "docs/targets.md")
     part = TARGETS[target]
     check_optional("steps", steps, 1)
     check_optional("rtl_rows", rtl_rows, 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, listed
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
@@ -41,7 +41,7 @@ def estimator(name: str) -> Estimator:
     if name not in ESTIMATORS:
         raise InputError.at(
             "estimator",
-            wanted=f"one of {', '.join(ESTIMATORS)}",
+            wanted=f"one of {listed(name, ESTIMATORS)}",
             found=repr(name),
             fix="boresight list shows them all",
         )

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, listed
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
@@ -251,7 +251,10 @@ def peer(name: str) -> Peer:
     """The peer called ``name``; `InputError` if there is none."""
     if name not in PEERS:
         raise InputError.at(
-            "peer", wanted=f"one of {', '.join(PEERS)}", found=repr(name), fix="choose one of these"
+            "peer",
+            wanted=f"one of {listed(name, PEERS)}",
+            found=repr(name),
+            fix="choose one of these",
         )
     return PEERS[name]
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.estimator import Estimator, Param
 
 __all__ = [
@@ -69,7 +69,7 @@ def tunable(
         if name not in legal:
             raise InputError.at(
                 f"parameter {name}",
-                wanted=f"one of {', '.join(closest(name, legal))}",
+                wanted=f"one of {listed(name, legal)}",
                 found=repr(name),
                 fix=f"boresight list shows all of {estimator.name}",
             )

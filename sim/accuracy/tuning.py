@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import Sensitivity, Tuned, pattern_search, sensitivities
@@ -48,7 +48,7 @@ def weights_of(
         if name not in figures:
             raise InputError.at(
                 f"weight {name}",
-                wanted=f"one of {', '.join(closest(name, figures))}",
+                wanted=f"one of {listed(name, figures)}",
                 found=repr(name),
                 fix="weigh an output that the logs have a truth of",
             )

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from boresight.model.errors import InputError, closest
+from boresight.model.errors import InputError, listed
 from boresight.model.units import conversion
 from boresight.sim.explore.figures import FIGURES, Explored, Quantity
 
@@ -125,9 +125,11 @@ def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
     for quantity in known:
         if quantity.name == name:
             return quantity
-    names = closest(name, [q.name for q in known])
     raise InputError.at(
-        where, wanted=f"one of {', '.join(names)}, ...", found=repr(name), fix="choose one of them"
+        where,
+        wanted=f"one of {listed(name, [q.name for q in known])}",
+        found=repr(name),
+        fix="choose one; docs/learn/explore.md has them all",
     )
 
 
@@ -156,7 +158,7 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
         if match is None or not math.isfinite(limit):
             raise InputError.at(
                 "want",
-                wanted="demands as attitude<0.01deg, dsp<=1",
+                wanted=f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1",
                 found=repr(part),
                 fix="write NAME, one of < <= > >=, and a number",
             )

@@ -54,6 +54,10 @@ def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) 
         (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
         (lambda: Input("z", 0.0, 1.0, "m", missing="last"), "input z: wanted missing=NUMBER"),
         (lambda: Output("y", "m", tolerance=-1.0), "output y: wanted a tolerance of 0 or more"),
+        (
+            lambda: Output("y", "flags", tolerance=0.1),
+            "output y: wanted no tolerance of flags, which are",
+        ),
         (lambda: Output("y", "m", tolerance=math.nan), "output y: wanted a tolerance of 0 or more"),
     ],
 )

@@ -269,8 +269,8 @@ def test_unknown_names_are_answered_with_the_nearest(installed: None) -> None:
     with pytest.raises(InputError) as raised:
         load("three", Estimator, "estimator", known, resolve.ESTIMATOR_GROUP)
     assert str(raised.value) == (
-        "estimator: wanted file.py:Class, or one of theirs, broken, two, one, ..., found 'three'; "
-        "boresight list shows them all"
+        "estimator: wanted file.py:Class, or one of broken, mekf, number, one, theirs, two, "
+        "world, found 'three'; boresight list shows them all"
     )
 
 

@@ -35,8 +35,11 @@ def test_units_are_converted() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("angel<1", "want: wanted one of angle"),
-        ("angle=1", "wanted demands as"),
+        (
+            "angel<1",
+            "want: wanted one of 17 names, nearest: angle, .*; choose one; docs/learn/explore",
+        ),
+        ("angle=1", "wanted demands as angle<0.01ht, dsp<=1"),
         ("angle<1e", "wanted demands as"),
         ("angle<inf", "wanted demands as"),
         ("angle<1 s", "wanted a unit of angle, ht"),
