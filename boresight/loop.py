@@ -23,6 +23,10 @@ from boresight.sim.worlds.world import NamedWorld, world_of
 __all__ = ["LoopResult", "simulate_world"]
 
 
+#: Levels without words.
+_FLOATS = {"numpy", "float"}
+
+
 @dataclass(frozen=True, eq=False)
 class LoopResult(Answer):
     """Result of `simulate_world`.
@@ -33,7 +37,8 @@ class LoopResult(Answer):
         Names, and the two levels.
     good : bool
         Integer levels do not part, the outputs are as near to float64 as accepted, nothing
-        saturates and no state leaves its declared range.
+        saturates and no state leaves its declared range. On float and numpy no fixed point is
+        judged, and this says nothing of it.
     records : int
         Records of the first loop.
     records_per_s : int
@@ -46,6 +51,8 @@ class LoopResult(Answer):
         Samples beyond the range of inputs that are declared to be clamped.
     saturated_updates : int
         Updates of the first loop in which an operation was clamped.
+    unused : sequence of str
+        What the world gave that is no input and no truth of an output.
     causes : sequence of str
         Values that saturated, states beyond their ranges, and the first failing operation, one line
         each.
@@ -63,6 +70,7 @@ class LoopResult(Answer):
     truth: tuple[Difference, ...]
     clamped: Mapping[str, int]
     saturated_updates: int
+    unused: Sequence[str]
     causes: Sequence[str]
 
     def __str__(self) -> str:
@@ -85,7 +93,15 @@ class LoopResult(Answer):
                 for d in deviations
                 if math.isfinite(d.largest)
             ]
-        return "\n".join([*lines, *self.causes, "good" if self.good else "FAILED"])
+        if self.unused:
+            lines.append(
+                f"not used of what {self.world} gives: {', '.join(self.unused)}: no input, or "
+                f"OUTPUT_true, of {self.estimator}"
+            )
+        verdict = "good" if self.good else "FAILED"
+        if self.good and self.on in _FLOATS:
+            verdict = "no fixed point was judged: choose --on fixed, c or rtl"
+        return "\n".join([*lines, *self.causes, verdict])
 
 
 def simulate_world(
@@ -153,7 +169,7 @@ def simulate_world(
     accuracy = judge(build, 0, loop.inputs, loop.run, reference, loop.clamped)
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))
-    float_levels = {"numpy", "float"} & {on, against}
+    float_levels = _FLOATS & {on, against}
     return LoopResult(
         world=plant.name,
         estimator=filter.name,
@@ -167,5 +183,6 @@ def simulate_world(
         truth=tuple(differences(filter.outputs, loop.outputs, loop.truth, judged=False)),
         clamped=loop.clamped,
         saturated_updates=accuracy.saturated_updates,
+        unused=loop.unused,
         causes=accuracy.causes(),
     )

@@ -85,7 +85,7 @@ class FitClaim:
     low, high : float
         The claim.
     logs, hostile : float
-        Largest share of it that was seen: above 1 it is wrong.
+        Largest share of a limit that was seen, in size: above 1 the claim is wrong.
     """
 
     line: str
@@ -256,4 +256,4 @@ class FitResult(Answer):
 
 
 def _share(share: float) -> str:
-    return f"{share:.0%} used" if share <= 1.0 else f"{share:.3g} times as much"
+    return f"{share:.0%} of it used" if share <= 1.0 else f"{share:.3g} times the limit reached"

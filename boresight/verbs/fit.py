@@ -248,9 +248,12 @@ def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
 
 
 def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
-    """How much of a range was seen, from its middle: 1 is all of it."""
+    """How much of a range was seen: the largest share of a limit; above 1 beyond it."""
     if seen is None or low == high:
         return 0.0
+    if low <= seen[0] and seen[1] <= high:
+        upper, lower = seen[1] / high if high > 0.0 else 0.0, seen[0] / low if low < 0.0 else 0.0
+        return max(upper, lower, 0.0)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     return max(abs(edge - middle) for edge in seen) / half
 

@@ -185,10 +185,11 @@ class Textbook:
         for direction in unseen:
             at = np.flatnonzero(np.abs(direction) > 0.05)
             parts = " ".join(f"{direction[i]:+.2f} {k.errors[i]}" for i in at)
-            subject = f"{parts}, in shares of sd_max," if len(at) > 1 else k.errors[at[0]]
+            several = len(at) > 1
+            subject = f"{parts} (each in its sd_max)".strip("+") if several else k.errors[at[0]]
             texts.append(
                 f"{placed(k.places[at[0]], 'state')}: no measurement of {updates} updates shows "
-                f"{subject.strip('+')}; measure it, let it move what is measured, or leave it out"
+                f"{subject}; measure it, let it move what is measured, or leave it out"
             )
         return texts
 

@@ -147,7 +147,7 @@ class CovarianceTrial(Answer):
         return (
             f"{self.estimator}: {self.updates} updates, {self.negative_diagonals} with a negative "
             f"variance; least eigenvalue {self.least_eigenvalue:,.0f} last bits of P's words, in "
-            f"{self.eigenvalues_checked} of its values: "
+            f"{self.eigenvalues_checked} updates looked at: "
             + (f"FAILED, {', '.join(faults)}" if faults else "good")
             + f"\n  not judged, as this input is hostile: {self.saturated} updates saturated; from "
             f"float64 within {self.compared} updates: {drift}"

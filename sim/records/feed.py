@@ -24,7 +24,7 @@ from boresight.sim.records.record import Record, index_place, joined, place_of_s
 from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
-__all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted"]
+__all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "is_other_rate"]
 
 #: Rows of a part.
 ROWS = 1 << 16
@@ -239,17 +239,23 @@ def _rate_hz(record: Record) -> float:
 
 
 def _refuse_rate(estimator: Estimator, record: Record) -> None:
-    wanted = estimator.rates_hz.get("dt")
-    if wanted is None or not _timed(record):
+    if "dt" not in estimator.rates_hz or not _timed(record):
         return
     rate = _rate_hz(record)
-    if abs(rate / wanted - 1.0) > _RATE_TOLERANCE:
+    if is_other_rate(estimator, rate):
+        wanted = estimator.rates_hz["dt"]
         raise InputError.at(
             record.where,
             wanted=f"{wanted:g} samples a second, for which {estimator.name} is made",
             found=f"{rate:.6g}",
             fix=_misread_unit(record, rate / wanted) or _for_rate(estimator, rate),
         )
+
+
+def is_other_rate(estimator: Estimator, rate_hz: float) -> bool:
+    """Whether the estimator is made for another number of samples a second."""
+    wanted = estimator.rates_hz.get("dt", rate_hz)
+    return abs(rate_hz / wanted - 1.0) > _RATE_TOLERANCE
 
 
 def _misread_unit(record: Record, factor: float) -> str:

@@ -14,7 +14,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.sim.levels.level import Level, Run
-from boresight.sim.records.feed import Feed
+from boresight.sim.records.feed import Feed, is_other_rate
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Record, index_place
 from boresight.sim.worlds.world import World
@@ -43,6 +43,8 @@ class Loop:
         Samples up to here beyond the range of inputs that are declared to be clamped.
     seconds : float
         Duration.
+    unused : tuple of str
+        What the source gave up to here that is no input and no truth of an output.
     """
 
     level: str
@@ -52,6 +54,7 @@ class Loop:
     truth: dict[str, FloatArray]
     clamped: dict[str, int]
     seconds: float
+    unused: tuple[str, ...] = ()
 
     @property
     def outputs(self) -> dict[str, FloatArray]:
@@ -82,15 +85,19 @@ class Loop:
             if any(name in part.truth for part in parts)
         }
         seconds = sum(part.seconds for part in parts)
-        return cls(last.level, inputs, new, run, truth, last.clamped, seconds)
+        return cls(last.level, inputs, new, run, truth, last.clamped, seconds, last.unused)
 
     def record(self, estimator: Estimator, name: str) -> Record:
         """The inputs of the level as a record, with truths: any level can be run on it again.
 
-        NaN where there was no new sample; a flag of validity has no column.
+        NaN where there was no new sample; a flag of validity has no column. Times where a rate is
+        declared, and no input ``dt``.
         """
         samples = np.where(self.new, self.inputs, np.nan)
-        columns = {
+        columns = dict[str, Column]()
+        if "dt" in estimator.rates_hz and all(i.name != "dt" for i in estimator.inputs):
+            columns["t"] = Column(np.arange(len(samples)) / estimator.rates_hz["dt"])
+        columns |= {
             i.name: Column(samples[:, k]) for k, i in enumerate(estimator.inputs) if not i.flags
         }
         columns |= {f"{n}{TRUTH}": Column(v) for n, v in self.truth.items()}
@@ -193,6 +200,9 @@ def _world(
     )
     axis = 0 if level.runs is None else slice(None)
     names = [o.name for o in estimator.outputs if keep is None or o.name in keep]
+    known = {"t", "dt", *(i.name for i in estimator.inputs)}
+    known |= {o.name + TRUTH for o in estimator.outputs}
+    unused = dict[str, None]()
     _guarded(world, world.start)
     pieces = _guarded(world, world.pieces)
     if pieces is None and type(world).record is World.record:
@@ -221,6 +231,10 @@ def _world(
             )
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
+        if not reader.rows and "dt" in columns:
+            _refuse_rate(world, estimator, reader.number("dt", columns["dt"], n))
+        if not known.issuperset(columns):
+            unused |= dict.fromkeys(str(name) for name in columns if name not in known)
         truth = {
             name: reader.number(name + TRUTH, columns[name + TRUTH], n)[:, axis]
             for name in names
@@ -234,13 +248,26 @@ def _world(
             outputs = {name: value[0].reshape(runs) for name, value in run.outputs.items()}
         run = run if keep is None else run.outputs_alone(keep)
         samples, seconds = (inputs[:, axis], new[:, axis]), time.perf_counter() - start
-        yield Loop(level.name, *samples, run, truth, reader.clamped, seconds)
+        yield Loop(level.name, *samples, run, truth, reader.clamped, seconds, tuple(unused))
     if not reader.rows:
         raise InputError.at(
             f"world {world.name}",
             wanted="at least one record",
             found="none",
             fix="let record() return None only at the end",
+        )
+
+
+def _refuse_rate(world: World, estimator: Estimator, steps: FloatArray) -> None:
+    """Refuse a world whose first time steps are not those that the estimator is made for."""
+    rates = 1.0 / steps[steps > 0.0]  # a step below 0 restarts
+    if len(rates) and is_other_rate(estimator, rate := float(np.median(rates))):
+        raise InputError.at(
+            f"world {world.name}, step 0, dt",
+            wanted=f"{estimator.rates_hz['dt']:g} samples a second, for which {estimator.name} is "
+            "made",
+            found=f"{rate:.6g}",
+            fix="correct dt, or rates_hz",
         )
 
 

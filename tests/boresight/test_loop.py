@@ -17,6 +17,7 @@ import boresight
 from boresight import loop as module
 from boresight.cli import main
 from boresight.loop import LoopResult, simulate_world
+from boresight.model.errors import InputError
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.worlds.world import world_of
 
@@ -53,6 +54,22 @@ class Clamping(Filter):
     def step(self, x, u, p):
         state, out = super().step(x, u, p)
         return state, out | {"shown": ops.bounded(4.0 * u.z, -1.0, 1.0, "wrongly")}
+
+
+class Timed(Filter):
+    rates_hz = {"dt": 100.0}
+
+
+class More(Plant):
+    def record(self, outputs):
+        record = super().record(outputs)
+        return record and record | {"dt": 0.01, "w_true": 1.0, "hum": 3.0}
+
+
+class Slow(Plant):
+    def record(self, outputs):
+        record = super().record(outputs)
+        return record and record | {"dt": 0.1}
 
 
 class Strict(Filter):
@@ -95,6 +112,28 @@ def test_the_loop_it_wrote_is_a_log() -> None:
     assert text[0] == "z,u_true" and text[1] == "2.0,-1.4" and len(text) == 51
     again = boresight.run("f.py:Filter", "loop.csv", on="c")
     assert again.truth[0].largest == data.truth[0].largest
+
+
+def test_what_the_estimator_does_not_use_is_named() -> None:
+    data = simulate_world("f.py:More", "f.py:Filter", steps=3)
+    assert data.unused == ("w_true", "hum") and simulated(steps=3).unused == ()
+    assert "not used of what more gives: w_true, hum: no input, or OUTPUT_true, of" in str(data)
+
+
+def test_a_declared_rate_is_that_of_the_loop_and_of_its_log() -> None:
+    simulate_world("f.py:More", "f.py:Timed", steps=3, output="loop.csv")
+    times = boresight.record_of("loop.csv").columns["t"].values
+    assert times.tolist() == [0.0, 0.01, 0.02]
+    with pytest.raises(
+        InputError, match="^world slow, step 0, dt: wanted 100 samples a second, .* found 10; corr"
+    ):
+        simulate_world("f.py:Slow", "f.py:Timed", steps=3)
+
+
+@pytest.mark.parametrize("level", ["float", "numpy"])
+def test_no_verdict_without_fixed_point(level: str) -> None:
+    last = str(simulated(on=level, steps=3)).splitlines()[-1]
+    assert last == "no fixed point was judged: choose --on fixed, c or rtl"
 
 
 def test_one_level_alone_and_steps() -> None:

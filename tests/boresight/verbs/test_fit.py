@@ -13,6 +13,7 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.sim.records.log import Log
+from boresight.verbs.fit import _used
 
 SOURCE = """
 from boresight import Estimator, Input, Output, State, World, ops
@@ -75,7 +76,7 @@ def test_what_it_writes_is_found_and_makes_it_compile(
     assert main(["fit", "unit.py:Unit", "log.csv", "-q"]) == 0
     text = capsys.readouterr().out
     assert text.startswith("unit.fit.json: ") and "from log (50 updates)" in text
-    assert "bounded to [-1.5, 1.5], unit vector: 67% used in the records" in text
+    assert "bounded to [-1.5, 1.5], unit vector: 67% of it used in the records" in text
     assert main(check) == 0
     capsys.readouterr()
     assert main([*check, "--no-profile"]) == 2
@@ -195,3 +196,20 @@ def test_the_covariance_of_a_built_filter_is_summed_up(folder: Path) -> None:
     assert [p.proposal.name for p in result.proposals] == ["vel"]
     assert result.derived == 1 and "of P, elements with unused bits: 1; " in str(result)
     assert "standard deviations" in {c.reason for c in result.claims}
+
+
+@pytest.mark.parametrize(
+    "seen, low, high, used",
+    [
+        ((0.3, 12.0), 0.25, 80.0, 0.15),  # a variance, near its lower limit
+        ((-1.0, 0.5), -1.5, 1.5, 2.0 / 3.0),
+        ((-1.0, 2.0), -1.0, 100.0, 1.0),
+        ((-3.0, -2.0), -4.0, -1.0, 0.75),
+        ((0.0, 4.0), 1.0, 9.0, 1.25),
+        (None, 0.0, 1.0, 0.0),
+    ],
+)
+def test_how_much_of_a_range_is_used(
+    seen: tuple[float, float] | None, low: float, high: float, used: float
+) -> None:
+    assert _used(seen, low, high) == pytest.approx(used)

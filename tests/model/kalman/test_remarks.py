@@ -54,7 +54,7 @@ def remarks(z: float = 1.0, there: float = 1.0, **options: Any) -> list[str]:
         ({"seen": ("pos",)}, ["no measurement of 40 updates shows shift;"]),
         ({"seen": ("shift",)}, ["shows pos;", "shows bias;"]),
         ({"seen": ("pos",), "moved": False}, ["shows shift;", "shows bias;"]),
-        ({"seen": ("pos", "shift")}, [r"shows 0\.71 pos -0\.71 shift, in shares of sd_max,"]),
+        ({"seen": ("pos", "shift")}, [r"shows 0\.71 pos -0\.71 shift \(each in its sd_max\); "]),
         ({"seen": ("pos",), "gate": 3.0, "z": 90.0}, ["within the gate of 3 .* none in 40 up"]),
         ({"seen": ("pos",), "valid": True, "there": 0.0}, ["not valid in any of 40 updates"]),
         (
