@@ -100,6 +100,7 @@ def _shared_and_own(logs: Sequence[Any], names: Sequence[str]) -> tuple[list[Any
     own: dict[str, Any] = {}
     for log in logs:
         name, equals, path = log.partition("=") if isinstance(log, str) else ("", "", "")
+        name = name.removesuffix(".py")
         if len(names) > 1 and equals and name in names:
             own[name] = path
         elif len(names) > 1 and isinstance(log, Mapping) and set(log) == set(names):

@@ -55,7 +55,7 @@ def test_a_mapping_by_estimator() -> None:
 
 
 def test_whose_log_is_missing(logs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", BOTH, f"pi={logs[1]}", "--levels", "fixed"]) == 2
+    assert main(["check", BOTH, f"pi.py={logs[1]}", "--levels", "fixed"]) == 2
     said = "error: logs: wanted a log of kalman, since pi has its own, found none; write for "
     assert capsys.readouterr().err == f"{said}example kalman=log.csv\n"
     # A name of no estimator is a file of that name.
