@@ -254,7 +254,10 @@ def refused(tmp_path, capsys, monkeypatch):
             "step of lag: wanted two dictionaries: next states, outputs, found list and list",
         ),
         ("run value.py log.csv", "step of lag, state y: wanted a number, found a str"),
-        ("run condition.py log.csv", "output y: wanted a number, found a condition; of a conditi"),
+        (
+            "run condition.py log.csv",
+            "output y: wanted a number, found a condition; write ops.where(",
+        ),
         ("run numpy.py log.csv", "numpy.py, line 9: wanted operations that can be rec"),
         ("run backwards.py log.csv", "input x: wanted a finite range with low < high, found [10,"),
         ("run initial.py log.csv", "state y: wanted initial value in [-10, 10], found 11"),
