@@ -53,7 +53,7 @@ def test_weights() -> None:
     assert weights_of(units) == {"total": 1.0, "heading": 0.0, "bias": 0.0}
     assert weights_of({"y": "m", "z": "s"}, {"z": 3.0}) == {"y": 1.0, "z": 3.0}
     for chosen, message in (
-        ({"q": 1.0}, "^weight q: wanted one of z, y, found 'q'; weigh an output that the logs"),
+        ({"q": 1.0}, "^weight q: wanted one of y, z, found 'q'; weigh an output that the logs"),
         ({"y": -1.0}, "^weight y: wanted 0 or more, found -1; "),
         ({"y": float("nan")}, "^weight y: wanted 0 or more, found nan; "),
         ({"y": 0.0, "z": 0.0}, "^weights: wanted one above 0, found zeros; "),
