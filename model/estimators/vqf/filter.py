@@ -47,7 +47,7 @@ _GAP_STEPS = 1.5  #: steps that a sample's time may last before it counts as a g
 
 
 def _rates(settings: Settings) -> dict[str, float]:
-    return {"dt": settings.rate_hz, "mx": settings.mag_rate_hz}
+    return {"dt": settings.rate_hz} | ({"mx": settings.mag_rate_hz} if settings.magnetic else {})
 
 
 class Vqf(Estimator):
