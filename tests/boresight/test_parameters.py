@@ -48,7 +48,7 @@ def test_files_and_settings_in_order(tmp_path):
         ({"kp_pitch_per_s": True}, "found true"),
         ({"kp_pitch_per_s": 40}, "wanted 0 to 32 1/s, found 40.0"),
         ('{"kp_pitch_per_s": NaN}', "wanted a parameter file, found NaN, which JSON does not have"),
-        ({"kp": 1}, "parameter kp: wanted one of kp_roll_per_s"),
+        ({"kp": 1}, "parameter kp: wanted one of 13 names, nearest: kp_roll_per_s"),
         (
             {"estimator": "complementary_as_printed", "parameters": {}},
             "wanted parameters of complementary, found those of complementary_as_printed",

@@ -187,7 +187,7 @@ def test_what_was_fed_is_not_fed_again(trials, monkeypatch):
 
 
 def test_bad_names(trials):
-    with pytest.raises(InputError, match="wanted one of vqf_offline"):
+    with pytest.raises(InputError, match="wanted one of 9 names, nearest: mahony"):
         benchmark([], ["kalman"], trials)
     with pytest.raises(InputError, match="wanted 0 to 32"):
         benchmark([Complementary()], [], trials, params={"complementary": {"kp_pitch_per_s": 99.0}})

@@ -86,7 +86,7 @@ def test_half_turns_as_angles(a: int, b: int, turns: int) -> None:
 
 @pytest.mark.parametrize("unit", ["flags", "bits"])
 def test_flags_are_compared_exactly(unit: str) -> None:
-    flags = Output("s", unit, tolerance=5.0)
+    flags = Output("s", unit)
     made = apart(flags, [3.0, 4.0, 4.0, 7.0], [3.0, 4.0, 5.0, 0.0])
     decided = Decided(2, 4, 2, 1e-5, 10)
     assert made == Difference("s", "words", 4, 1.0, math.sqrt(0.5), 2, 0.0, decided=decided)
@@ -173,10 +173,10 @@ def test_turns_are_modulo_one() -> None:
     assert result.apart.tolist() == pytest.approx([0.03, 0.5, 0.25])
 
 
-@pytest.mark.parametrize("unit", ["m", "ht", "flags"])
-def test_infinite_references_are_beyond(unit: str) -> None:
+@pytest.mark.parametrize(("unit", "tolerance"), [("m", 1e300), ("ht", 1e300), ("flags", None)])
+def test_infinite_references_are_beyond(unit: str, tolerance: float | None) -> None:
     for reference in (INF, -INF):
-        output = Output("y", unit, tolerance=1e300)
+        output = Output("y", unit, tolerance=tolerance)
         assert not apart(output, [0.0, 0.0], [0.0, reference]).good
         assert apart(output, [0.0, 0.0], [0.0, reference]).first_beyond == 1
 

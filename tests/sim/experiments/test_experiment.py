@@ -110,9 +110,7 @@ def test_in_a_file(tmp_path):
 
 
 def test_unknown():
-    with pytest.raises(
-        InputError, match="^experiment: wanted file.py:Class, or one of ma2014, mls, "
-    ):
+    with pytest.raises(InputError, match="^experiment: wanted file.py:Class, or one of array, "):
         experiment_of("ma2015")
 
 
