@@ -296,7 +296,7 @@ class Output:
                 )
         if self.unit in EXACT_UNITS and self.tolerance:
             raise InputError.at(
-                placed(self.line, f"output {self.name}"),
+                where,
                 wanted=f"no tolerance of {self.unit}, which are compared bit by bit",
                 found=repr(self.tolerance),
                 fix="leave it out, or give share and longest, how many may differ",

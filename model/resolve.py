@@ -273,10 +273,8 @@ def _module(path: Path, kind: str) -> ModuleType:
             raise InputError.at(
                 _error_line(error, file, path),
                 wanted="a file that imports",
-                found=(found := _error_text(error)),
-                fix="take State from boresight.kalman, which has it"
-                if re.search(r"State\.__init__\(\) .* '(sd|sd_max|consider)'$", found)
-                else "correct it",
+                found=_error_text(error),
+                fix=_remedy(_error_text(error)),
             ) from error
     vars(module)["__helpers__"] = [*_helpers.values()]
     return module
@@ -316,6 +314,13 @@ def _is_current(helper: tuple[Path, str]) -> bool:
     """Whether a helper's file is as it was imported."""
     file, digest = helper
     return file.is_file() and _digest(file) == digest
+
+
+def _remedy(text: str) -> str:
+    """What to do about an error of an import."""
+    if re.search(r"State\.__init__\(\) .* '(sd|sd_max|consider)'$", text):
+        return "take State from boresight.kalman, which has it"
+    return "correct it"
 
 
 def _error_text(error: BaseException) -> str:

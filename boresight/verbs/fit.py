@@ -248,14 +248,19 @@ def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
 
 
 def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
-    """How much of a range was seen: the largest share of a limit; above 1 beyond it."""
+    """How much of a range was seen: the largest share of a limit; above 1 beyond it.
+
+    Of a limit on the other side of 0 only what is beyond it counts, as a share of the range.
+    """
     if seen is None or low == high:
         return 0.0
-    if low <= seen[0] and seen[1] <= high:
-        upper, lower = seen[1] / high if high > 0.0 else 0.0, seen[0] / low if low < 0.0 else 0.0
-        return max(upper, lower, 0.0)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    return max(abs(edge - middle) for edge in seen) / half
+    shares = [0.0]
+    for edge, limit, sign in ((seen[0], low, -1.0), (seen[1], high, 1.0)):
+        if sign * limit > 0.0:
+            shares.append(edge / limit)
+        elif sign * (edge - limit) > 0.0:
+            shares.append(1.0 + abs(edge - limit) / (high - low))
+    return max(shares)
 
 
 def _errors(before: Effect | str, after: Effect) -> tuple[FitError, ...]:

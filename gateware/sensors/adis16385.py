@@ -445,9 +445,10 @@ class Adis16385(wiring.Component):
         bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
         changes = []
         for bit in (bits[0], Array(bits)[exponent]):
+            now = Signal()
             before = Signal()
-            m.d.sync += before.eq(bit)
-            changes.append(bit ^ before)
+            m.d.sync += [now.eq(bit), before.eq(now)]
+            changes.append(now ^ before)
         m.d.sync += tick.eq(Mux(running, changes[1], changes[0]))
 
 
