@@ -443,13 +443,13 @@ class Adis16385(wiring.Component):
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
         bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
-        changes = []
-        for bit in (bits[0], Array(bits)[exponent]):
-            now = Signal()
-            before = Signal()
-            m.d.sync += [now.eq(bit), before.eq(now)]
-            changes.append(now ^ before)
-        m.d.sync += tick.eq(Mux(running, changes[1], changes[0]))
+        fast_before, slow, slow_before = (Signal(name=f"tick_bit{k}") for k in range(3))
+        m.d.sync += [
+            fast_before.eq(bits[0]),
+            slow.eq(Array(bits)[exponent]),  # a cycle before it is compared: a long path
+            slow_before.eq(slow),
+            tick.eq(Mux(running, slow ^ slow_before, bits[0] ^ fast_before)),
+        ]
 
 
 class _Registers:

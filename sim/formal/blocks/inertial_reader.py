@@ -168,15 +168,12 @@ class Sampled(Harness[Adis16385]):
         """Ticks of the clock, and the end of the wait of a state: the tick after so many."""
         dut, time, inside = self.dut, self.time, self.inside
         low = [min(31, dut.tick_bit + min(k, 12)) for k in range(16)]
-        falls = [
-            after_start(m) & ((time & mask) == 0)
-            for mask in (
-                Const((1 << low[0]) - 1, 32),
-                Array(Const((1 << bit) - 1, 32) for bit in low)[self.used[1][8:12]],
-            )
-        ]
-        fell = [before(m, f, f"fell{k}") for k, f in enumerate(falls)]
-        tick = before(m, Mux(self.running, fell[1], fell[0]), "is_tick")
+        rare = Array(Const((1 << bit) - 1, 32) for bit in low)[self.used[1][8:12]]
+        falls, falls_rarely = (
+            after_start(m) & ((time & mask) == 0) for mask in ((1 << low[0]) - 1, rare)
+        )
+        changed = Mux(self.running, before(m, falls_rarely, "fell_rarely"), falls)
+        tick = before(m, changed, "is_tick")
         self.begins = begins = Signal(name="begins")
         passed = Signal(range(dut.timeout_ticks + 1), name="passed")
         ticks = Mux(
