@@ -443,12 +443,13 @@ class Adis16385(wiring.Component):
     def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
         """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
         bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
-        fast_before, slow, slow_before = (Signal(name=f"tick_bit{k}") for k in range(3))
+        bit, fast_before, slow_before = (Signal(name=f"tick_bit{k}") for k in range(3))
+        slow = Array(bits)[exponent]
+        m.d.comb += bit.eq(Mux(running, slow, bits[0]))
         m.d.sync += [
             fast_before.eq(bits[0]),
-            slow.eq(Array(bits)[exponent]),  # a cycle before it is compared: a long path
             slow_before.eq(slow),
-            tick.eq(Mux(running, slow ^ slow_before, bits[0] ^ fast_before)),
+            tick.eq(bit ^ Mux(running, slow_before, fast_before)),
         ]
 
 

@@ -168,12 +168,9 @@ class Sampled(Harness[Adis16385]):
         """Ticks of the clock, and the end of the wait of a state: the tick after so many."""
         dut, time, inside = self.dut, self.time, self.inside
         low = [min(31, dut.tick_bit + min(k, 12)) for k in range(16)]
-        rare = Array(Const((1 << bit) - 1, 32) for bit in low)[self.used[1][8:12]]
-        falls, falls_rarely = (
-            after_start(m) & ((time & mask) == 0) for mask in ((1 << low[0]) - 1, rare)
-        )
-        changed = Mux(self.running, before(m, falls_rarely, "fell_rarely"), falls)
-        tick = before(m, changed, "is_tick")
+        decimation = Mux(self.running, self.used[1][8:12], 0)
+        falls = (time & Array(Const((1 << bit) - 1, 32) for bit in low)[decimation]) == 0
+        tick = before(m, after_start(m) & falls, "is_tick")
         self.begins = begins = Signal(name="begins")
         passed = Signal(range(dut.timeout_ticks + 1), name="passed")
         ticks = Mux(
