@@ -223,6 +223,7 @@ def test_one_library_for_all_that_it_is_compiled_for_alike(tool: Tool, tmp_path:
         build_program(tmp_path / "p", SOURCES, arguments, top="a", cocotb=cocotb)
     assert len(set(tool.identities[:3])) == 1
     assert len(set(tool.identities)) == 1 + len(other)
+    assert all(("--vpi" in x) != ("--main" in x) for x in tool.identities)
 
 
 def test_one_for_traces_begins_with_the_objects_of_the_one_without(tmp_path, monkeypatch) -> None:
