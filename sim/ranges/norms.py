@@ -55,11 +55,11 @@ class Norms:
     def __init__(self, vectors: Vectors) -> None:
         self.nodes, self.vectors = vectors.nodes, vectors
         self.after, self.first = vectors.after, vectors.first
-        self.known: dict[tuple[int, ...], tuple[float, Ball]] = {}
+        self.squares: dict[tuple[int, ...], tuple[float, Ball]] = {}
         self.rotations: dict[tuple[tuple[float, int], ...], tuple[int, ...] | None] = {}
         self.long: dict[frozenset[int], Ball | None] = {}  # states no shorter than one
         self.used: set[int] = set()
-        self.passed: set[int] = set()
+        self.aliases: set[int] = set()
 
     def square_of(
         self, matrix: Sequence[Sequence[Coefficient | None]]
@@ -90,18 +90,18 @@ class Norms:
     def _square(self, vector: Sequence[Node]) -> tuple[float, Ball]:
         """Squared length of a vector of nodes."""
         key = tuple(sorted(n.number for n in vector))
-        if key not in self.known:
+        if key not in self.squares:
             square, ball = self.vectors.square_of(vector)
             square = _exact(square)
-            self.used, self.passed = set(), set()
+            self.used, self.aliases = set(), set()
             correction = self._of_correction(vector)
             if correction < square:
                 square, ball = (
                     correction,
-                    Ball(frozenset(key), frozenset(self.used), frozenset(self.passed)),
+                    Ball(frozenset(key), frozenset(self.used), frozenset(self.aliases)),
                 )
-            self.known[key] = square, ball
-        within = [entry for numbers, entry in self.known.items() if {*key} <= {*numbers}]
+            self.squares[key] = square, ball
+        within = [entry for numbers, entry in self.squares.items() if {*key} <= {*numbers}]
         return min(within, key=lambda entry: entry[0])
 
     # -- matrices ---------------------------------------------------------------------------------
@@ -155,21 +155,21 @@ class Norms:
         if quaternion is None:
             return math.inf, None
         w, *v = quaternion
-        passed: set[int] = set()
+        aliases: set[int] = set()
         for c in entries:
             if c is not None:
-                bare(c.nodes[0], passed)
+                bare(c.nodes[0], aliases)
         q_square, ball = self._square([self.nodes[n] for n in (w, *v)])
         v_square, v_ball = self._square([self.nodes[n] for n in v])
         square = max(1.0, 1.0 + 4.0 * (q_square - 1.0) * min(v_square, q_square))
         used = ball.used | v_ball.used
-        return square, Ball(frozenset(), used, ball.passed | v_ball.passed | passed)
+        return square, Ball(frozenset(), used, ball.aliases | v_ball.aliases | aliases)
 
     def _quaternion_of(
         self, rows: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[int, ...] | None:
         """The quaternion whose rotation matrix has these rows; None: it is another matrix."""
-        bounded = self.vectors.said
+        bounded = self.vectors.bounded
         forms = [
             [
                 scaled(polynomial_of(bare(c.nodes[0]), _TERMS, _DEPTH, bounded) or {}, c.number)
@@ -194,7 +194,7 @@ class Norms:
         parts: list[Node | float] = []
         root: tuple[Node, int] | None = None
         for node in vector:
-            form = polynomial_of(bare(node, self.passed), _TERMS, _DEPTH, (), self.passed) or {}
+            form = polynomial_of(bare(node, self.aliases), _TERMS, _DEPTH, (), self.aliases) or {}
             if len(form) != 1:
                 return math.inf
             ((monomial, c),) = form.items()
@@ -224,11 +224,11 @@ class Norms:
         limit = math.inf
         while total.kind in ("bounded", "saturated"):
             if total.kind == "bounded":
-                self.passed.add(total.number)
+                self.aliases.add(total.number)
             else:
                 limit = min(limit, total.value)
             total = total.args[0]
-        form = polynomial_of(total, _TERMS, _DEPTH, (), self.passed)
+        form = polynomial_of(total, _TERMS, _DEPTH, (), self.aliases)
         numbers = [k.number for k in parts if isinstance(k, Node)]
         if form is None or len({*numbers}) < len(numbers) or not numbers:
             return limit, 0.0
@@ -249,7 +249,7 @@ class Norms:
         for node in vector:
             while node.kind in ("bounded", "saturated"):
                 if node.kind == "bounded":
-                    self.passed.add(node.number)
+                    self.aliases.add(node.number)
                 else:  # a component at its limit has this square
                     limit = min(limit, node.value * node.value)
                 node = node.args[0]
@@ -282,15 +282,15 @@ class Norms:
         for factor in vector[0].args if vector[0].kind == "mul" else ():
             root = factor
             while root.kind == "bounded":
-                self.passed.add(root.number)
+                self.aliases.add(root.number)
                 root = root.args[0]
             if any(n.kind != "mul" or factor not in n.args for n in vector):
                 continue
             if root.kind != "rsqrt":
                 continue
             parts = [n.args[1 - n.args.index(factor)] for n in vector]
-            total = bare(root.args[0], self.passed)
-            form = polynomial_of(total, _TERMS, _DEPTH, {p.number for p in parts}, self.passed)
+            total = bare(root.args[0], self.aliases)
+            form = polynomial_of(total, _TERMS, _DEPTH, {p.number for p in parts}, self.aliases)
             if form == {(p.number, p.number): 1.0 for p in parts} and self._least(parts) > 0.0:
                 return 1.0
         return 0.0
@@ -328,18 +328,18 @@ class Norms:
         if key not in self.long:
             previous = dict(self.long)
             self.long[key] = Ball(key)  # assumed
-            outer, self.used, self.passed = (self.used, self.passed), set(), set()
+            outer, self.used, self.aliases = (self.used, self.aliases), set(), set()
             numbers = sorted(key)
             is_long = sum(self.first[n] ** 2 for n in numbers) >= 1.0 - _ROUNDING
             is_invariant = is_long and self._least([self.after[n] for n in numbers]) >= 1.0
-            new_ball = Ball(key, frozenset(self.used), frozenset(self.passed))
+            new_ball = Ball(key, frozenset(self.used), frozenset(self.aliases))
             self.long = self.long | {key: new_ball} if is_invariant else previous | {key: None}
-            self.used, self.passed = outer
+            self.used, self.aliases = outer
         ball = self.long[key]
         if ball is None:
             return 0.0
         self.used |= ball.used
-        self.passed |= ball.passed
+        self.aliases |= ball.aliases
         return 1.0
 
     def _radial(self, vector: Sequence[Node]) -> float:
@@ -355,7 +355,7 @@ class Norms:
         """Sum of the squares of nodes; empty: of too many terms."""
         total: Polynomial = {}
         for node in vector:
-            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.passed)
+            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.aliases)
             square = None if form is None else times(form, form, _TERMS)
             if square is None:
                 return {}
