@@ -313,7 +313,7 @@ class Estimator:
             )
         recorded, repeated = self.trace(), self.trace()
         expressions = (recorded.tracer.expressions, repeated.tracer.expressions)
-        keys = [[e.said for e in each] for each in expressions]
+        keys = [[e.key for e in each] for each in expressions]
         for k, (first, second) in enumerate(zip_longest(*keys)):
             if first != second:
                 lines = [e.line for each in expressions for e in each[k:] if e.line]

@@ -57,10 +57,10 @@ class State(declarations.State):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.most,))
+        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.largest_sd,))
 
     @property
-    def most(self) -> float:
+    def largest_sd(self) -> float:
         """Largest standard deviation."""
         return _LARGEST * self.sd if self.sd_max is None else self.sd_max
 
@@ -90,7 +90,7 @@ class Attitude:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"attitude {self.name}")
-        _check_sd(where, self.sds, self.mosts)
+        _check_sd(where, self.sds, self.largest_sds)
         norm = math.sqrt(math.fsum(c * c for c in self.initial))
         if len(self.initial) != 4 or not abs(norm - 1.0) < 1e-6:
             raise InputError.at(
@@ -106,7 +106,7 @@ class Attitude:
         return _triple(self.sd)
 
     @property
-    def mosts(self) -> tuple[float, ...]:
+    def largest_sds(self) -> tuple[float, ...]:
         """Largest standard deviation of each component."""
         largest = tuple(_LARGEST * sd for sd in self.sds)
         return largest if self.sd_max is None else _triple(self.sd_max)

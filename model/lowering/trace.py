@@ -49,7 +49,7 @@ class Expression:
         return f"a traced {self.kind}"
 
     @property
-    def said(self) -> tuple[Any, ...]:
+    def key(self) -> tuple[Any, ...]:
         """Kind, numbers of the arguments, and data: equal for equal expressions."""
         return (self.kind, *(a.number for a in self.args), *self.data)
 
