@@ -224,7 +224,7 @@ def check(
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         checked = checking.run(
-            *records, reproducer=kept, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
+            *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
         )
         results += checked
         if each is not None:

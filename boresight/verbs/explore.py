@@ -205,7 +205,7 @@ def explore(
     if parquet is not None:
         parquet_of({})
     journal = Journal(folder / f"{of}.runs", {"boresight explore": FORMAT}, key="key")
-    journal.done = {key: row for key, row in journal.done.items() if not row.get("again")}
+    journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
     say(f"{estimator.name}: {len(cases)} combinations")
     exploration = Exploration(
         tuple(record if path is None else str(path.absolute()) for record, path in read),
@@ -263,7 +263,7 @@ class _Table:
 
     def write(self, place: str = "") -> ExploreResult:
         """Write the page; the result."""
-        done = self.journal.done
+        done = self.journal.rows
         rows = tuple(
             explored(plan, done, self.exploration, clock_mhz=self.clock) for plan in self.plans
         )
@@ -275,7 +275,7 @@ class _Table:
         lines = choice.lines(least) if choice is not None and least is not None else []
         left = sum(key not in done for key in self.tasks)
         demands = [d for d in demands if d.quantity in known]
-        data = page_data(self.title, rows, known, demands, least, lines, left=left)
+        data = page_data(self.title, rows, known, demands, least, lines, remaining=left)
         self.page.write(render_page(data))
         return ExploreResult(rows, choice, place, str(self.journal.path), known, least)
 

@@ -148,7 +148,7 @@ def report(
         results = [
             result
             for log in records
-            for result in checking.run(log, whole=False, rtl_rows=rtl_rows)
+            for result in checking.run(log, keep_all=False, rtl_rows=rtl_rows)
         ]
         area: Estimate | Mapped | None = None
         if synth:

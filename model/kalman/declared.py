@@ -266,7 +266,7 @@ def spread(
     given: Mapping[str, Any],
     groups: Mapping[str, Sequence[str]],
     where: str,
-    what: str,
+    quantity: str,
     kind: str = "state",
 ) -> dict[str, Any]:
     """Values by the name of each component, of values by names and by names of vectors.
@@ -282,7 +282,7 @@ def spread(
     if not isinstance(given, Mapping):
         raise InputError.at(
             where,
-            wanted=f"a dictionary of {what} by the names of {kind}s",
+            wanted=f"a dictionary of {quantity} by the names of {kind}s",
             found="None" if given is None else f"a {type(given).__name__}",
             fix="return {NAME: VALUE, ...}, {} if there are none",
         )
@@ -291,7 +291,7 @@ def spread(
         if group is None and name not in members:
             raise InputError.at(
                 where,
-                wanted=f"{what} of {kind}s: {', '.join(sorted({*groups, *members}))}",
+                wanted=f"{quantity} of {kind}s: {', '.join(sorted({*groups, *members}))}",
                 found=repr(name),
                 fix=f"correct the name, or declare the {kind}",
             )
@@ -301,7 +301,7 @@ def spread(
             continue
         is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
         values = list(value) if is_vector else [value] * len(group)
-        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not is_vector):
+        if len(values) != len(group) or (quantity == NEXT and len(group) > 1 and not is_vector):
             raise InputError.at(
                 where,
                 wanted=f"{len(group)} components of {name}" if len(group) > 1 else "a number",

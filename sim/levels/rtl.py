@@ -71,7 +71,7 @@ class Simulated(Level):
         return self.core.schedule
 
     @property
-    def most(self) -> int | None:
+    def record_limit(self) -> int | None:
         """Maximum number of records within `ICARUS_CYCLES`."""
         cycles = sum(part.schedule.interval for part in self.core.parts)
         return max(1, ICARUS_CYCLES // cycles) if self.tool == "icarus" else None

@@ -84,7 +84,7 @@ class Selection:
         return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
 
     @property
-    def whole(self) -> bool:
+    def is_identity(self) -> bool:
         """All rows are read as they are."""
         return replace(self, map=None) == Selection()
 
@@ -241,9 +241,9 @@ _current: ContextVar[Selection | None] = ContextVar("selection", default=None)
 
 
 @contextmanager
-def selected(what: Selection) -> Iterator[None]:
+def selected(rows: Selection) -> Iterator[None]:
     """Read only this selection of log files."""
-    token = _current.set(what)
+    token = _current.set(rows)
     try:
         yield
     finally:

@@ -157,7 +157,7 @@ class BoardBench:
     def run(
         self,
         image: Image,
-        what: Stimulus,
+        stimulus: Stimulus,
         *,
         updates: int,
         after: int = 5000,
@@ -187,7 +187,7 @@ class BoardBench:
                 **({"adis_faults": "faults.txt"} if faults else {}),
             },
             max_cycles=2 * cycles_limit(self.board, updates) + after,
-            files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults},
+            files={**stimulus.files(), "firmware.hex": image.hex, "faults.txt": faults},
         )
         lines: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
         for line in result.stdout.splitlines():

@@ -133,6 +133,6 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
 NamedWorld: TypeAlias = str | type[World] | World
 
 
-def world_of(what: NamedWorld) -> World:
+def world_of(source: NamedWorld) -> World:
     """The world of a name, class or object; see `model.resolve.load`."""
-    return load(what, World, "world", {}, WORLD_GROUP)
+    return load(source, World, "world", {}, WORLD_GROUP)

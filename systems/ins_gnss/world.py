@@ -95,7 +95,7 @@ class Journey(World):
                 fix="correct the name",
             )
         self.carrier, self.outages, self.steps = carrier, tuple(outages), steps
-        self.late, self.lever = round(delay / DT), np.array(lever)
+        self.delay_steps, self.lever = round(delay / DT), np.array(lever)
         self.seeds = tuple(seeds)
         self.runs: int = len(self.seeds)
 
@@ -110,7 +110,7 @@ class Journey(World):
 
     def _run(self, seed: int) -> dict[str, FloatArray]:
         """Columns (n,) of one run; arrays here begin so early that the first fix is known."""
-        draw, n, first = np.random.default_rng([seed, 15]), self.steps, self.late + 1
+        draw, n, first = np.random.default_rng([seed, 15]), self.steps, self.delay_steps + 1
         t = DT * np.arange(-first, n)
         v, euler = CARRIERS[self.carrier](np.maximum(t, 0.0))
         q = quaternion_multiply(

@@ -40,7 +40,7 @@ class Radar(Experiment):
         say("tracks with the printed noise")
         noisy = watch(TwoRadars(seed=seed, seconds=170.0), first(*NOISY))
         differences = {
-            f"{m:g} m, {d:g} deg": 100.0 * watch(TwoRadars(noise=0.0), first(m, d)).apart
+            f"{m:g} m, {d:g} deg": 100.0 * watch(TwoRadars(noise=0.0), first(m, d)).deviation
             for m, d in (FREE, *OTHERS)
         }
         theory = predicted(TwoRadars(seconds=170.0), *NOISY)

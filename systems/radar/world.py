@@ -102,7 +102,7 @@ class TwoRadars(World):
                 )
         self.sites, self.dt, self.missed, self.drawn = sites, dt, missed, drawn
         self.noises = noise * np.array(noises) * _UNITS
-        self.given = np.array(bias) * _UNITS
+        self.nominal_bias = np.array(bias) * _UNITS
         n = round(seconds / dt) + 1
         t: FloatArray = np.arange(n + math.ceil(late_s / dt)) * np.float64(dt)
         path = flight(on, t)
@@ -121,7 +121,7 @@ class TwoRadars(World):
         rng = np.random.default_rng([self.seed, 2014])
         n = len(self.place)
         white, luck, draw = rng.normal(size=(2, n, 3)), rng.random((2, n)), rng.normal(size=6)
-        self.bias = self.given
+        self.bias = self.nominal_bias
         if self.drawn is not None:
             spread = np.array([self.drawn[0], self.drawn[1], self.drawn[1]] * 2)
             self.bias = draw * spread * _UNITS

@@ -40,7 +40,7 @@ def text(*, left: int = 0) -> str:
     known = [Quantity("angle", "angle: largest error from float64", "deg"), *FIGURES]
     known = [q for q in known if any(q.name in row.figures for row in ROWS)]
     demands = demands_of("angle<0.1", known)
-    return render_page(page_data("e", ROWS, known, demands, known[2], ["a choice"], left=left))
+    return render_page(page_data("e", ROWS, known, demands, known[2], ["a choice"], remaining=left))
 
 
 def test_it_needs_nothing_from_elsewhere() -> None:
