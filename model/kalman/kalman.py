@@ -12,7 +12,7 @@ import numpy as np
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
@@ -211,13 +211,9 @@ class Kalman(Estimator):
     def check_declarations(self) -> None:
         """See `Estimator`; that there is a method ``measure``, and no nearly known name."""
         super().check_declarations()
-        if self.part not in ("", *PARTS):
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}, part"),
-                wanted=f"one of {', '.join(PARTS)}",
-                found=repr(self.part),
-                fix="choose one, or leave it out",
-            )
+        if self.part:
+            where = placed(self._line, f"estimator {self.name}, part")
+            require_choice(where, self.part, PARTS, "choose one, or leave it out")
         self._check_spelling()
         if type(self).measure is Kalman.measure and self.part != PREDICT:
             raise InputError.at(

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
@@ -249,13 +249,7 @@ PEERS: dict[str, Peer] = {
 
 def peer(name: str) -> Peer:
     """The peer called ``name``; `InputError` if there is none."""
-    if name not in PEERS:
-        raise InputError.at(
-            "peer",
-            wanted=f"one of {listed(name, PEERS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("peer", name, PEERS)
     return PEERS[name]
 
 

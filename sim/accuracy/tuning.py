@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import Sensitivity, Tuned, pattern_search, sensitivities
@@ -45,13 +45,9 @@ def weights_of(
     has_attitude = ANGLES[0] in figures
     weights = {n: float(not has_attitude or n == ANGLES[0]) for n in figures}
     for name, weight in (chosen or {}).items():
-        if name not in figures:
-            raise InputError.at(
-                f"weight {name}",
-                wanted=f"one of {listed(name, figures)}",
-                found=repr(name),
-                fix="weigh an output that the logs have a truth of",
-            )
+        require_choice(
+            f"weight {name}", name, figures, "weigh an output that the logs have a truth of"
+        )
         if not 0.0 <= weight < np.inf:
             raise InputError.at(
                 f"weight {name}", wanted="0 or more", found=f"{weight:g}", fix="choose another"

@@ -13,7 +13,7 @@ import numpy as np
 
 from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.divergence import first_divergence, program_at
@@ -206,17 +206,10 @@ class Check:
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
-        for where, found, known in (
-            *(("levels", level, EXACT) for level in levels),
-            *([("simulator", simulator, SIMULATORS)] if simulator is not None else []),
-        ):
-            if found not in known:
-                raise InputError.at(
-                    where,
-                    wanted=f"one of {', '.join(known)}",
-                    found=repr(found),
-                    fix="choose one of these",
-                )
+        for level in levels:
+            require_choice("levels", level, EXACT)
+        if simulator is not None:
+            require_choice("simulator", simulator, SIMULATORS)
         self.build, self.levels, self.simulator = build, levels, simulator
         self.progress = progress or (lambda text: None)
         #: `Build.shortage`; None until the first records have been looked at.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,7 +12,7 @@ from boresight.model.errors import InputError
 from boresight.model.methods import called
 from boresight.model.resolve import load
 
-__all__ = ["WORLD_GROUP", "NamedWorld", "World", "bound_of", "drawn", "world_of"]
+__all__ = ["WORLD_GROUP", "BatchedWorld", "NamedWorld", "World", "bound_of", "drawn", "world_of"]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
@@ -94,6 +94,18 @@ class World:
     def bound(self) -> Mapping[str, FloatArray]:
         """Standard deviations (records,) that no estimator can beat, by output name; of any."""
         return {}
+
+
+class BatchedWorld(World):
+    """A batched plant with a run for each of ``seeds``; a draw is one run."""
+
+    def __init__(self, seeds: Sequence[int]) -> None:
+        self.seeds = tuple(seeds)
+        self.runs: int = len(self.seeds)
+
+    def draw(self, seed: int) -> None:
+        """See `World`."""
+        self.seeds, self.runs = (seed,), 1
 
 
 def drawn(world: World, seed: int) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pymap3d
 
-from boresight import InputError, World
+from boresight import World
+from boresight.model.errors import require
 from boresight.systems.radar.bound import covariances, deviations, jacobian
 from boresight.systems.radar.flight import SITES, flight
 from boresight.systems.radar.interface import AXES, BIASES
@@ -96,10 +97,7 @@ class TwoRadars(World):
             (len(bias) == len(noises) == 6, "bias and noises", "six numbers each", bias),
             (len(sites) == 2, "sites", "two radars", sites),
         ):
-            if not valid:
-                raise InputError.at(
-                    f"two_radars, {where}", wanted=wanted, found=repr(found), fix="correct it"
-                )
+            require(valid, f"two_radars, {where}", wanted, found)
         self.sites, self.dt, self.missed, self.drawn = sites, dt, missed, drawn
         self.noises = noise * np.array(noises) * _UNITS
         self.nominal_bias = np.array(bias) * _UNITS

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number, check_optional, check_word
+from boresight.arguments import JOBS_MOST, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -202,7 +202,7 @@ def montecarlo(
     """
     check_number("runs", runs, 2, 1_000_000)
     check_number("seed", seed, 0, 2**31)
-    check_choice("on", on, LEVELS)
+    require_choice("on", on, LEVELS)
     check_word(word)
     check_optional("jobs", jobs, 1, JOBS_MOST)
     check_optional("steps", steps, 1)

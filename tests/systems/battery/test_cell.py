@@ -89,7 +89,7 @@ def test_the_world_conserves_charge_and_relaxes() -> None:
 
 
 def test_an_unknown_cell_is_refused() -> None:
-    with pytest.raises(InputError, match="a cell, known, aged.*found 'new'"):
+    with pytest.raises(InputError, match="cell: wanted one of known, aged.*found 'new'"):
         Discharge("new")
 
 
