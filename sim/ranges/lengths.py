@@ -36,7 +36,7 @@ from boresight.sim.ranges.inner_products import (
 )
 from boresight.sim.ranges.intervals import Ends
 from boresight.sim.ranges.noise import minimum_of
-from boresight.sim.ranges.polynomials import Polynomial, over, plus, scaled
+from boresight.sim.ranges.polynomials import Polynomial, plus, quotient, scaled
 from boresight.sim.ranges.steps import implied, is_possible
 from boresight.sim.ranges.terms import Terms
 from boresight.sim.ranges.unit_vectors import Ball
@@ -253,7 +253,7 @@ class Lengths:
                 return square
             total = plus(total, scaled(form, factor))
         for n in sorted({n for m in total for n in m}):
-            if self.nodes[n].low >= 0.0 and self._upper_of(over(total, n), sides) <= 0.0:
+            if self.nodes[n].low >= 0.0 and self._upper_of(quotient(total, n), sides) <= 0.0:
                 total = {m: value for m, value in total.items() if n not in m}
         upper = self._upper_of(total, sides)
         if upper < square:

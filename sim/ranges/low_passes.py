@@ -26,7 +26,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import interval_at
-from boresight.sim.ranges.polynomials import Polynomial, cleared, combined, polynomial_of
+from boresight.sim.ranges.polynomials import Polynomial, cleared, combined, monomial, polynomial_of
 from boresight.sim.ranges.steps import live_nodes
 
 __all__ = ["Forms", "LowPass", "low_passes_of", "near"]
@@ -127,13 +127,9 @@ def _mean_of(form: Polynomial, z: int, x: int) -> tuple[int, float, float] | Non
     if len(shares) != 1:
         return None
     (g,) = shares
-    p, q = form.get((z,), 0.0), form.get(_key(g, x), 0.0)
-    is_mean = abs(p + form.get(_key(g, z), 0.0)) <= _EXACT * abs(p)
-    return (g, p, q) if is_mean and {*form} <= {(z,), _key(g, z), _key(g, x)} else None
-
-
-def _key(*numbers: int) -> tuple[int, ...]:
-    return tuple(sorted(numbers))
+    p, q = form.get((z,), 0.0), form.get(monomial(g, x), 0.0)
+    is_mean = abs(p + form.get(monomial(g, z), 0.0)) <= _EXACT * abs(p)
+    return (g, p, q) if is_mean and {*form} <= {(z,), monomial(g, z), monomial(g, x)} else None
 
 
 class Forms:

@@ -29,10 +29,12 @@ from boresight.sim.ranges.polynomials import (
     is_zero,
     plus,
     polynomial_of,
+    quotient,
     scaled,
     times,
 )
 from boresight.sim.ranges.radial import radial
+from boresight.sim.ranges.rotations import element
 from boresight.sim.ranges.unit_vectors import Ball, bare
 from boresight.sim.ranges.vectors import Vectors
 
@@ -232,7 +234,7 @@ class Norms:
         numbers = [k.number for k in parts if isinstance(k, Node)]
         if form is None or len({*numbers}) < len(numbers) or not numbers:
             return limit, 0.0
-        factor = _quotient(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
+        factor = quotient(form, numbers[0], 2)  # |q|^2, if |k|^2 is the other factor
         square: Polynomial = {(n, n): 1.0 for n in numbers}
         for k in parts:
             if isinstance(k, float):
@@ -304,8 +306,8 @@ class Norms:
         """Of a product of quaternions."""
         form = self._squares(vector, {a.number for n in vector for a in _factors(n)})
         for n in sorted({*next(iter(form), ())}):
-            first = _quotient(form, n)
-            second = _quotient(form, next((m[0] for m in first if m), n))
+            first = quotient(form, n, 2)
+            second = quotient(form, next((m[0] for m in first if m), n), 2)
             rest = plus(form, scaled(times(first, second, _TERMS) or {}, -1.0))
             if first and second and is_zero(rest):
                 return self._least_of(first) * self._least_of(second)
@@ -384,11 +386,6 @@ def _factors(node: Node) -> Iterator[Node]:
             yield from _factors(arg) if is_inner else (arg,)
 
 
-def _quotient(form: Polynomial, number: int) -> Polynomial:
-    """The terms with the square of a node, divided by it."""
-    return {tuple(k for k in m if k != number): c for m, c in form.items() if m.count(number) == 2}
-
-
 def _rest(forms: Sequence[Sequence[Polynomial]], i: int, j: int, total: Polynomial) -> Polynomial:
     """Element of |c|^2 1 - M^T M."""
     out = dict(total) if i == j else {}
@@ -405,19 +402,8 @@ def _is_rotation(
     sign: float,
 ) -> bool:
     """Whether forms are rows of 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
-    for row, i in zip(forms, indices, strict=True):
-        for j, form in enumerate(row):
-            if i == j:
-                expected: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
-            else:
-                k = 3 - i - j
-                turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
-                expected = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
-            rest = plus(form, scaled(expected, -1.0))
-            if not is_zero(rest):
-                return False
-    return True
-
-
-def _key(a: int, b: int) -> tuple[int, int]:
-    return (a, b) if a <= b else (b, a)
+    return all(
+        is_zero(plus(form, scaled(element(w, v, i, j, sign), -1.0)))
+        for row, i in zip(forms, indices, strict=True)
+        for j, form in enumerate(row)
+    )

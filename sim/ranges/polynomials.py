@@ -14,9 +14,10 @@ __all__ = [
     "ends_of_product",
     "is_sum_of_squares",
     "is_zero",
-    "over",
+    "monomial",
     "plus",
     "polynomial_of",
+    "quotient",
     "scaled",
     "substituted",
     "times",
@@ -131,14 +132,19 @@ def ends_of_product(
     return min(corners), max(corners)
 
 
-def over(form: Polynomial, number: int) -> Polynomial:
-    """The terms with a node, each divided by it."""
+def quotient(form: Polynomial, number: int, power: int = 1) -> Polynomial:
+    """The terms with a power of a node, divided by it."""
     out: Polynomial = {}
     for m, c in form.items():
-        if number in m:
+        if m.count(number) >= power:
             index = m.index(number)
-            out[m[:index] + m[index + 1 :]] = c
+            out[m[:index] + m[index + power :]] = c
     return out
+
+
+def monomial(*numbers: int) -> tuple[int, ...]:
+    """A product of nodes."""
+    return tuple(sorted(numbers))
 
 
 def is_zero(form: Polynomial, tiny: float = 1e-12) -> bool:

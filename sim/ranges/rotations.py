@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from itertools import permutations, product
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.polynomials import Polynomial, polynomial_of
+from boresight.sim.ranges.polynomials import Polynomial, monomial, polynomial_of
 from boresight.sim.ranges.unit_vectors import Ball
 
-__all__ = ["Rotation", "rotations_of"]
+__all__ = ["Rotation", "element", "rotations_of"]
 
 #: Terms of an element of a matrix, and steps back to the quaternion; the same of a component.
 _ELEMENT, _STEPS = 4, 4
@@ -105,18 +105,17 @@ def _places(forms: Mapping[int, Polynomial], order: Sequence[int]) -> dict[int, 
     w, *v = order
     out: dict[int, tuple[int, int]] = {}
     for i, j in product(range(3), repeat=2):
-        if i == j:
-            element: Polynomial = {(): 1.0} | {(n, n): -2.0 for n in v if n != v[i]}
-        else:
-            k = 3 - i - j
-            sign = -1.0 if (j - i) % 3 == 1 else 1.0
-            element = {_key(v[i], v[j]): 2.0, _key(w, v[k]): 2.0 * sign}
-        out |= {n: (i, j) for n, form in forms.items() if form == element}
+        wanted = element(w, v, i, j)
+        out |= {n: (i, j) for n, form in forms.items() if form == wanted}
     return out
 
 
-def _key(a: int, b: int) -> tuple[int, int]:
-    return min(a, b), max(a, b)
+def element(w: int, v: Sequence[int], i: int, j: int, sign: float = 1.0) -> Polynomial:
+    """Element of 1 + 2 w [v x] + 2 [v x]^2, with a sign of w."""
+    if i == j:
+        return {(): 1.0} | {(n, n): -2.0 for n in v if n != v[i]}
+    turn = -2.0 if (j - i) % 3 == 1 else 2.0
+    return {monomial(v[i], v[j]): 2.0, monomial(w, v[3 - i - j]): sign * turn}
 
 
 def _size(parts: Mapping[int, Polynomial]) -> float:
