@@ -439,9 +439,9 @@ class Arguments:
         return dict(params_for_each(names, *self.params))
 
 
-def outcome(result: Any, more: str = "") -> Outcome:
+def outcome(result: Any, text: str = "") -> Outcome:
     """The outcome of a result, with more text for people: 1 unless it is good."""
-    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{more}"
+    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{text}"
 
 
 class Verb:

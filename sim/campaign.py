@@ -35,7 +35,7 @@ def complete(
     jobs: int | None = 1,
     executor: Executor | None = None,
     batch: int = BATCH,
-    each: Callable[[], None] | None = None,
+    after_batch: Callable[[], None] | None = None,
 ) -> list[dict[str, Any]]:
     """Run every case that the journal does not hold; the rows of all, in their order.
 
@@ -53,7 +53,7 @@ def complete(
         See `dispatch`.
     batch : int
         Runs that are dispatched together.
-    each : callable, optional
+    after_batch : callable, optional
         Called after each batch, when its rows are in the journal.
     """
     remaining = [case for number, case in cases.items() if number not in journal.rows]
@@ -73,8 +73,8 @@ def complete(
             + (f", {refused} refused" if refused else "")
             + (f", about {duration(seconds)} left" if len(done) < len(cases) else "")
         )
-        if each is not None:
-            each()
+        if after_batch is not None:
+            after_batch()
     return [journal.rows[number] for number in cases]
 
 

@@ -44,7 +44,7 @@ from boresight.options import (
 )
 from boresight.results.explore import ExploreResult
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import others
+from boresight.sim.cluster import executor_for
 from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
 from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
 from boresight.sim.explore.figures import OF_AREA, Quantity, explored, quantities
@@ -219,7 +219,7 @@ def explore(
         estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
     )
     texts = isinstance(name, str)
-    with others(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
+    with executor_for(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
         try:
             complete(
                 exploration,
@@ -230,7 +230,7 @@ def explore(
                 jobs=jobs if texts else 1,
                 executor=dealer,
                 batch=1,
-                each=table.write_at_times,
+                after_batch=table.write_at_times,
             )
         finally:
             result = table.write(str(folder / f"{of}.html"))

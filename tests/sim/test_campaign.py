@@ -116,7 +116,7 @@ def test_progress_has_done_refused_and_left(tmp_path) -> None:
     journal.add([{"seed": 7}])
     cases = {k: k for k in (2, 7, 1)}
     rows = complete(
-        1, work, cases, journal, say=said.append, each=lambda: seen.append(len(journal.rows))
+        1, work, cases, journal, say=said.append, after_batch=lambda: seen.append(len(journal.rows))
     )
     assert [row["seed"] for row in rows] == [2, 7, 1] and seen == [2, 3]
     assert said[0] == "1 of 3 runs are done already" and said[2] == "3 of 3 runs, 1 refused"

@@ -26,7 +26,7 @@ from boresight.options import (
 )
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import others
+from boresight.sim.cluster import executor_for
 from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.figures import figures, text
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
@@ -219,7 +219,7 @@ def montecarlo(
     own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
     wanted = "world and estimator"
-    with others(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
+    with executor_for(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
         rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)  # a world that is corrected begins anew
