@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -287,6 +288,7 @@ def soc_board(
         "attitude_soc.sv": to_verilog(soc, "attitude_soc", instances=False),
         "VexRiscv.v": cpu_verilog(),
         "ram.v": ram_verilog(),
+        "console.sv": Path(__file__).with_name("console.sv").read_text(encoding="utf-8"),
         **bench_sources("boresight.sim.soc", "board.sv"),
     }
     return BoardBench(
