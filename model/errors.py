@@ -102,12 +102,12 @@ def require(
 
 
 def require_choice(
-    where: str, value: object, choices: Iterable[str], fix: str = "choose one of these"
+    where: str, value: object, choices: Iterable[object], fix: str = "choose one of these"
 ) -> None:
     """Raise `InputError.at` unless ``value`` is one of ``choices``."""
     names = list(choices)
     if value not in names:
-        wanted = f"one of {listed(str(value), names)}"
+        wanted = f"one of {listed(str(value), map(str, names))}"
         raise InputError.at(where, wanted=wanted, found=repr(value), fix=fix)
 
 
