@@ -316,7 +316,7 @@ def sliced(rows, length, build=None):
     """Slices of levels that go on from given states, or do not, and what is said of them."""
     kinds = ((True, "verilator"), (True, "icarus"), (False, "gcc"))
     attempts = [
-        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], said="")
+        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], slice_text="")
         for goes_on, tool in kinds
     ]
     Check(build or Build(Gain()), levels=())._slice(attempts, [range(length)], rows)
@@ -368,7 +368,7 @@ def test_rows_that_are_kept():
         assert [*case.warnings] == ["first", "1", "2"]
     for rows, complete in ((5, True), (6, False)):
         kept = [(np.zeros((n, 1)), None, None) for n in (3, 2)]
-        assert _Case(None, rows=rows, kept=kept).complete == complete
+        assert _Case(None, rows=rows, pieces=kept).complete == complete
 
 
 def test_a_tool_that_fails_says_why_in_a_line():
