@@ -65,7 +65,7 @@ def test_cycle_for_cycle_the_same(what) -> None:
     core, streams = what()
     cocotb, compiled = (
         _runs(simulation, streams)
-        for simulation in (CocotbSimulation(core, tool="verilator"), CompiledSimulation(core))
+        for simulation in (CocotbSimulation(core, simulator="verilator"), CompiledSimulation(core))
     )
     for item, other in zip(cocotb, compiled, strict=True):
         for name in ("outputs", "saturated", "latency_cycles", "interval_cycles"):
