@@ -10,20 +10,25 @@ from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError, require_choice
+from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import check_word
 
 __all__ = [
     "JOBS_MOST",
+    "SEED_MOST",
     "check_machine",
     "check_number",
     "check_optional",
     "check_routable",
     "check_target",
+    "check_urgent",
     "check_word",
 ]
 
 #: Largest number of threads or processes.
 JOBS_MOST = 1024
+#: Largest seed of a draw.
+SEED_MOST = 2**31
 
 
 def check_number(where: str, value: Any, low: int, high: int | None = None) -> None:
@@ -50,6 +55,11 @@ def check_optional(where: str, value: Any, low: int, high: int | None = None) ->
 def check_target(name: str, choices: Iterable[str]) -> None:
     """Raise InputError unless ``name`` is one of the targets ``choices``."""
     require_choice("target", name, choices, "choose one; docs/targets.md has them all")
+
+
+def check_urgent(urgent: Any, estimators: Iterable[Estimator]) -> None:
+    """Raise InputError unless it is None, or a number of outputs that each estimator has."""
+    check_optional("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
 
 
 def check_routable(targets: Sequence[str], alternative: str) -> None:

@@ -48,6 +48,7 @@ __all__ = [
     "PythonOnly",
     "READS_LOGS",
     "TOLERANCE_ARGUMENTS",
+    "Urgent",
     "Verb",
     "Word",
     "chosen_profiles",
@@ -105,6 +106,9 @@ Config: TypeAlias = Annotated[
     ),
 ]
 Word: TypeAlias = Annotated[int, Option(help="Word width, 18 to 32 bits.")]
+Urgent: TypeAlias = Annotated[
+    int | None, Option(help="Leading outputs whose latency counts first; default: as declared.")
+]
 Jobs: TypeAlias = Annotated[int | None, Option(help="At once; default: one for each processor.")]
 OutputFolder: TypeAlias = Annotated[
     str | Path, Option(("-o", "--output"), "DIR", "Folder for the files.")
@@ -259,7 +263,7 @@ PROFILE_ARGUMENTS = (
 
 
 #: Verbs that judge, or refuse, by the tolerances of outputs.
-JUDGES = ("check", "compile", "report", "fit")
+JUDGES = ("check", "compile", "report", "fit", "explore")
 
 #: Further arguments of each of `JUDGES`.
 TOLERANCE_ARGUMENTS = (
@@ -274,7 +278,7 @@ TOLERANCE_ARGUMENTS = (
 )
 
 #: Verbs that read logs.
-READS_LOGS = ("run", "check", "report", "tune", "accuracy", "fit", "convert")
+READS_LOGS = ("run", "check", "report", "tune", "accuracy", "fit", "convert", "explore")
 
 
 def _log_argument(flag: str, metavar: str, text: str, kind: type = str) -> Argument:

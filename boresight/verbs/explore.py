@@ -24,6 +24,7 @@ from boresight.arguments import (
     check_optional,
     check_routable,
     check_target,
+    check_urgent,
     check_word,
 )
 from boresight.core_files import has_primitives
@@ -40,6 +41,7 @@ from boresight.options import (
     OutputFolder,
     Params,
     PythonOnly,
+    Urgent,
     Verb,
 )
 from boresight.results.explore import ExploreResult
@@ -75,6 +77,7 @@ def explore(
     clock: float = 100.0,
     steps: int | None = None,
     params: Params = None,
+    urgent: Urgent = None,
     csv: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     parquet: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     jobs: Jobs = None,
@@ -113,7 +116,7 @@ def explore(
     want : str
         Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
         page: an output's name is its largest error from float64. Without a demand on an error,
-        errors are to be within the tolerances that the estimator declares.
+        errors are to be within the tolerances, declared or by --tolerance.
     least : str
         Which of those that meet the demands is chosen: the one with least of this figure; by
         default of the first demand.
@@ -173,6 +176,7 @@ def explore(
     cases = cases_of(name, arguments, words=widths, configs=configs, targets=targets)
     estimator = _first(cases)
     estimator.param_values(params)
+    check_urgent(urgent, [estimator])
     known = quantities(estimator)
     demands = demands_of(want, known)
     wanted = quantity_of(least, known, "least") if least else None
@@ -212,6 +216,7 @@ def explore(
         tuple(sorted((params or {}).items())),
         steps,
         seeds,
+        urgent,
     )
     records = [record for record, _ in read]
     plans, tasks = planned(exploration, cases, records, area=area, route=route, toggles=toggles)

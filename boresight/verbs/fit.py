@@ -12,6 +12,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,9 +20,11 @@ from typing import Annotated, Any
 
 from boresight.arguments import check_optional, check_word
 from boresight.disk.output import OutputFile
+from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
+from boresight.model.lowering.profile import Profile
 from boresight.model.resolve import Named, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
@@ -159,10 +162,21 @@ def fit(
         negative_updates=negative,
         refused=before if isinstance(before, str) else "",
         word=word,
+        cycles=(_cycles(estimator, None, word), _cycles(estimator, choice.profile, word)),
         proposals=tuple(narrower),
         derived=len(derived),
         narrowed=narrowed,
     )
+
+
+def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[int, int] | None:
+    """Latency and interval on `small` with a profile; None where nothing compiles, or fits it."""
+    variant = copy.copy(estimator)
+    variant.profile = profile
+    with suppress(InputError, ScheduleError):
+        plan = Build(variant, word=word, restarts=0).core.schedule
+        return plan.latency, plan.interval
+    return None
 
 
 def _copy(name: Named, estimator: Estimator, path: str | Path) -> tuple[Path, OutputFile]:

@@ -7,14 +7,14 @@ made at once: the states before each are known.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
@@ -23,10 +23,13 @@ from boresight.sim.compare.difference import around
 
 __all__ = [
     "CHUNK",
+    "KINDS",
     "Rounding",
     "Twin",
+    "authors_name",
     "becomes",
     "function_arguments",
+    "made_of",
     "outside",
     "rounding_errors",
     "twins",
@@ -41,6 +44,8 @@ ROUNDING_LSB = 64.0
 RELATIVE_BITS = 8
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
+#: Kinds of values in words, where these are others.
+KINDS = {"mul": "a product", "sum": "a sum", "select": "a selection"}
 #: Functions that look up their argument itself, by the block of their table.
 _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 
@@ -239,6 +244,35 @@ def becomes(program: Program, nodes: dict[int, Node], value: int) -> int | None:
     node = nodes.get(value)
     same = {value, *(n for n, other in nodes.items() if other is node)}
     return next((state for state, after in program.states if after in same), None)
+
+
+def authors_name(program: Program, nodes: dict[int, Node], value: int) -> str:
+    """What its author calls a value: a state, a name, an output; else its kind, in the nearest."""
+    state, node = becomes(program, nodes, value), nodes.get(value)
+    if state is not None:
+        return f"state {declared_name(program, nodes, state)}"
+    if node is not None and not node.name and not node.title:
+        reached = {value}
+        for op in program.ops:
+            if not reached.isdisjoint(op.operands()):
+                reached.add(op.dest)
+                other = nodes.get(op.dest)
+                if other is not None and (other.name or other.title):
+                    nearest = authors_name(program, nodes, op.dest).removeprefix("state ")
+                    return f"{KINDS.get(node.kind, node.kind)} in {nearest}"
+    return declared_name(program, nodes, value)
+
+
+def made_of(program: Program, values: Iterable[int]) -> set[int]:
+    """Some values, and all that they are made of, in the same update or earlier."""
+    needed, count = {*values}, 0
+    while count < len(needed):
+        count = len(needed)
+        for op in reversed(program.ops):
+            if op.dest in needed:
+                needed.update(op.operands())
+        needed.update(after for state, after in program.states if state in needed)
+    return needed
 
 
 def outside(values: FloatArray, declared: Value) -> BoolArray:

@@ -45,6 +45,16 @@ class Demand:
         larger, smaller = (value, self.limit) if "<" in self.sign else (self.limit, value)
         return larger / smaller if smaller > 0.0 and math.isfinite(larger) else math.inf
 
+    def clock(self, row: Explored) -> str:
+        """Clock from which on a row's cycles meet a demand on a time; empty of other demands."""
+        cycles = {"us": row.cycles, "own_us": row.cycles, "rate": row.interval}
+        count = cycles.get(self.quantity.name)
+        if not count or self.limit <= 0.0 or self.quantity.more is not (">" in self.sign):
+            return ""
+        mhz = count * self.limit / 1e6 if self.quantity.more else count / self.limit
+        own = f" (its own: {row.clock:.4g} MHz, {row.clock_is})" if row.clock else ""
+        return f"a clock of {math.ceil(10.0 * mhz) / 10.0:.1f} MHz{own}"
+
     def __str__(self) -> str:
         return f"{self.quantity.name}{self.sign}{self.limit:.4g}{_unit(self.quantity).strip()}"
 
@@ -68,7 +78,11 @@ class Relaxed:
 
     def __str__(self) -> str:
         unit = _unit(self.demand.quantity)
-        return f"{self.demand} relaxed to {self.limit:.4g}{unit} alone would do: {self.row.name}"
+        clock = self.demand.clock(self.row)
+        return (
+            f"{self.demand} relaxed to {self.limit:.4g}{unit} alone would do"
+            f"{f', or {clock}' if clock else ''}: {self.row.name}"
+        )
 
 
 @dataclass(frozen=True)
@@ -101,8 +115,9 @@ class Choice:
             return ["nothing meets the demands: no combination has every figure"]
         parts = [
             f"{d.quantity.name} is {self.nearest.figures[d.quantity.name]:.4g}{_unit(d.quantity)}, "
-            f"wanted {d.sign} {d.limit:.4g}"
+            f"wanted {d.sign} {d.limit:.4g}" + (f", which takes {clock}" if clock else "")
             for d in self.missed
+            for clock in [d.clock(self.nearest)]
         ]
         return [
             f"nothing meets the demands; nearest: {self.nearest.name}: {'; '.join(parts)}",

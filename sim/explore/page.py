@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 from boresight.sim.explore.demands import Demand
-from boresight.sim.explore.figures import Explored, Quantity
+from boresight.sim.explore.figures import ESTIMATED, Explored, Quantity
 from boresight.sim.pages import page
 
 __all__ = ["page_data", "render_page"]
@@ -42,7 +42,7 @@ def page_data(
     return {
         "title": title,
         "left": remaining,
-        "lines": [*lines],
+        "lines": [*lines, *[ESTIMATED] * any(row.clock_is == "estimate" for row in rows)],
         "quantities": [asdict(q) for q in quantities],
         "demands": [{"name": d.quantity.name, "sign": d.sign, "limit": d.limit} for d in demands],
         "least": least.name if least is not None else None,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -82,6 +83,18 @@ class Selection:
     def is_identity(self) -> bool:
         """All rows are read as they are."""
         return replace(self, map=None) == Selection()
+
+    @property
+    def options(self) -> str:
+        """Options of a command line that select these rows, each after a space."""
+        values = {
+            "from": f"{self.start_s!r}s" if self.start_s else "",
+            "to": f"{self.end_s!r}s" if math.isfinite(self.end_s) else "",
+            "every": str(self.every) if self.every > 1 else "",
+            "gaps": self.gaps,
+            "map": "" if self.map is None else shlex.quote(str(self.map)),
+        }
+        return "".join(f" --{name} {value}" for name, value in values.items() if value)
 
     @property
     def _sliced(self) -> bool:

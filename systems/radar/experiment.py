@@ -49,7 +49,7 @@ class Radar(Experiment):
         metrics = figures(noiseless, noisy, theory, spread, differences)
         for config, (schedule,) in schedules_of(Registration()).items():
             metrics[f"registration_interval_cycles_{config}"] = float(schedule.interval)
-        goals = targets_of("boresight.systems.radar", metrics)
+        goals = targets_of("boresight.systems.radar", metrics, runs=runs)
         return Result(
             figures=metrics,
             targets=goals,

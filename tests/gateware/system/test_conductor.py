@@ -268,6 +268,18 @@ def test_a_sample_before_the_watchdog_does_not_wait() -> None:
     bench.run(test)
 
 
+def test_a_sample_in_the_first_cycle_is_fed_to_the_first_job() -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        ctx.set(bench.dut.run, 1)
+        await bench.sample(ctx)
+        assert [p for p, _ in bench.records] == [PLAN.inertial, 0] and not bench.framing
+
+    background = [bench.core, bench.clock]
+    bench.simulation.run(test, background=background, process=bench.reader)
+
+
 def test_an_idle_conductor_needs_no_watchdog() -> None:
     bench = Bench()
 

@@ -304,6 +304,9 @@ def test_a_level_that_runs_on_leading_records(monkeypatch):
     records = [rng.uniform(-1, 1, (60, 2)), rng.uniform(-1, 1, (20, 1))]
     attempt.begin(records, lambda *what: said.append(what))
     assert said == [("c in gcc", 40)]
+    slow = _Attempt(Emitted, "icarus", lambda: [Emitted(build, k) for k in (0, 1)])
+    slow.begin(records, lambda *what: said.append(what))
+    assert said[1:] == [("c in icarus (slow: --simulator verilator leaves it out)", 40)]
     whole = Emitted.run_together([Emitted(build, k) for k in (0, 1)], records)
     for start, counts in ((0, [30, 20]), (30, [10, 0])):
         runs = attempt.advance([x[start : start + 30] for x in records])
