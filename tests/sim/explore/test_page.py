@@ -52,7 +52,7 @@ def test_it_needs_nothing_from_elsewhere() -> None:
 
 def test_how_far_an_estimated_clock_is_off_is_said() -> None:
     rows = [dataclasses.replace(ROWS[0], clock=128.4, clock_is="estimate")]
-    said, unsaid = (page_data("e", r, [], [], None, [], left=0)["lines"] for r in (rows, ROWS))
+    said, unsaid = (page_data("e", r, [], [], None, [], remaining=0)["lines"] for r in (rows, ROWS))
     assert "1 to 41 % below the routed clock" in "".join(said) and not unsaid
 
 
