@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from boresight.arguments import check_choice, check_machine, check_optional
+from boresight.arguments import SEED_MOST, check_machine, check_optional
 from boresight.disk.output import OutputFile
+from boresight.model.errors import require_choice
 from boresight.model.resolve import estimator_of
 from boresight.options import Config, EstimatorName, Params, Word
 from boresight.sim.answer import Answer
@@ -18,7 +19,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import LEVELS, make_level
 from boresight.sim.records.files import content_of
 from boresight.sim.worlds.loop import Loop, close_loop, parting
-from boresight.sim.worlds.world import NamedWorld, world_of
+from boresight.sim.worlds.world import NamedWorld, drawn, world_of
 
 __all__ = ["LoopResult", "simulate_world"]
 
@@ -37,8 +38,8 @@ class LoopResult(Answer):
         Names, and the two levels.
     good : bool
         Integer levels do not part, the outputs are as near to float64 as accepted, nothing
-        saturates and no state leaves its declared range. On float and numpy no fixed point is
-        judged, and this says nothing of it.
+        saturates and no state leaves its declared range: of the first loop, or of the second where
+        that alone has words. Where neither has, this says nothing of fixed point.
     records : int
         Records of the first loop.
     records_per_s : int
@@ -50,7 +51,7 @@ class LoopResult(Answer):
     clamped : mapping of str to int
         Samples beyond the range of inputs that are declared to be clamped.
     saturated_updates : int
-        Updates of the first loop in which an operation was clamped.
+        Updates of the judged loop in which an operation was clamped.
     unused : sequence of str
         What the world gave that is no input and no truth of an output.
     causes : sequence of str
@@ -99,7 +100,7 @@ class LoopResult(Answer):
                 f"OUTPUT_true, of {self.estimator}"
             )
         verdict = "good" if self.good else "FAILED"
-        if self.good and self.on in _FLOATS:
+        if self.good and {self.on, self.against} <= _FLOATS:
             verdict = "no fixed point was judged: choose --on fixed, c or rtl"
         return "\n".join([*lines, *self.causes, verdict])
 
@@ -109,11 +110,12 @@ def simulate_world(
     estimator: EstimatorName,
     *,
     on: str = "c",
-    against: str = "c",
+    against: str | None = None,
     config: Config = "small",
     word: Word = 32,
     params: Params = None,
     steps: int | None = None,
+    seed: int | None = None,
     output: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> LoopResult:
@@ -121,7 +123,8 @@ def simulate_world(
 
     Integer levels (fixed, c, rtl) give the same loop, bit by bit: where they part, something is
     wrong. Float64 is run on the records that the first loop saw, since loops of their own part
-    sooner or later: its differences are judged by the outputs' tolerances.
+    sooner or later: its differences are judged by the outputs' tolerances. Of a loop on float64
+    and one on integers, the one on integers is judged.
 
     Parameters
     ----------
@@ -130,10 +133,12 @@ def simulate_world(
     estimator : str, class or Estimator
     on : str
         Level in the loop of a world: float, numpy, fixed, c or rtl.
-    against : str
-        A second level, compared.
+    against : str, optional
+        A second level, compared; by default c, with float and numpy none.
     steps : int, optional
         Most records of a world; by default until it ends.
+    seed : int, optional
+        Of the world's draw, as montecarlo takes it; by default the world as it is.
     output : path, optional
         CSV of the records that the first loop saw, with truths: a log.
 
@@ -148,10 +153,14 @@ def simulate_world(
         Nothing of that name; a world that raises or gives what is no record.
     """
     plant, filter = world_of(world), estimator_of(estimator)
+    against = against or (on if on in _FLOATS else "c")
     for name, level in (("on", on), ("against", against)):
-        check_choice(name, level, LEVELS)
+        require_choice(name, level, LEVELS)
     check_machine(config, word)
     check_optional("steps", steps, 1)
+    check_optional("seed", seed, 0, SEED_MOST)
+    if seed is not None:
+        drawn(plant, seed)
     build = Build(filter, config=config, word=word, params=[params])
     target = None if output is None else OutputFile(output, "simulate", of=filter.name)
     say = progress or (lambda text: None)
@@ -164,9 +173,11 @@ def simulate_world(
             )
 
     loop = close(on)
-    divergence = None if against == on else parting(filter, loop, close(against))
-    reference = make_level("float", build).run(loop.inputs)
-    accuracy = judge(build, 0, loop.inputs, loop.run, reference, loop.clamped)
+    other = loop if against == on else close(against)
+    divergence = None if other is loop else parting(filter, loop, other)
+    judged = other if on in _FLOATS else loop
+    reference = make_level("float", build).run(judged.inputs)
+    accuracy = judge(build, 0, judged.inputs, judged.run, reference, judged.clamped)
     if target is not None:
         target.write(content_of(str(output), loop.record(filter, plant.name)))
     float_levels = _FLOATS & {on, against}

@@ -48,6 +48,7 @@ __all__ = [
     "PythonOnly",
     "READS_LOGS",
     "TOLERANCE_ARGUMENTS",
+    "Urgent",
     "Verb",
     "Word",
     "chosen_profiles",
@@ -105,6 +106,9 @@ Config: TypeAlias = Annotated[
     ),
 ]
 Word: TypeAlias = Annotated[int, Option(help="Word width, 18 to 32 bits.")]
+Urgent: TypeAlias = Annotated[
+    int | None, Option(help="Leading outputs whose latency counts first; default: as declared.")
+]
 Jobs: TypeAlias = Annotated[int | None, Option(help="At once; default: one for each processor.")]
 OutputFolder: TypeAlias = Annotated[
     str | Path, Option(("-o", "--output"), "DIR", "Folder for the files.")
@@ -259,7 +263,7 @@ PROFILE_ARGUMENTS = (
 
 
 #: Verbs that judge, or refuse, by the tolerances of outputs.
-JUDGES = ("check", "compile", "report", "fit")
+JUDGES = ("check", "compile", "report", "fit", "explore")
 
 #: Further arguments of each of `JUDGES`.
 TOLERANCE_ARGUMENTS = (
@@ -274,7 +278,7 @@ TOLERANCE_ARGUMENTS = (
 )
 
 #: Verbs that read logs.
-READS_LOGS = ("run", "check", "report", "tune", "accuracy", "fit", "convert")
+READS_LOGS = ("run", "check", "report", "tune", "accuracy", "fit", "convert", "explore")
 
 
 def _log_argument(flag: str, metavar: str, text: str, kind: type = str) -> Argument:
@@ -330,14 +334,14 @@ class Arguments:
 
     Attributes
     ----------
-    known : mapping of str to Argument
+    arguments : mapping of str to Argument
         Arguments of the verb.
     typed : dict
         Values by name, as argparse gives them.
     json, quiet : bool
     """
 
-    known: Mapping[str, Argument]
+    arguments: Mapping[str, Argument]
     typed: dict[str, Any]
     json: bool
     quiet: bool
@@ -359,7 +363,7 @@ class Arguments:
         files = self.typed.get("params", [])
         for name in ("output", "reproducer"):
             if self.typed.get(name):
-                refuse_inputs(self.typed[name], files, self.known[name].flags[0])
+                refuse_inputs(self.typed[name], files, self.arguments[name].flags[0])
         return files, self.typed.get("param", [])
 
     def only(
@@ -387,7 +391,7 @@ class Arguments:
         valid = arguments_of(function)
         for name in self.typed:
             if name not in valid:
-                flag = self.known[name].flags[-1]
+                flag = self.arguments[name].flags[-1]
                 fix = f"{instead}leave {flag} out"
                 raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
 
@@ -439,9 +443,9 @@ class Arguments:
         return dict(params_for_each(names, *self.params))
 
 
-def outcome(result: Any, more: str = "") -> Outcome:
+def outcome(result: Any, text: str = "") -> Outcome:
     """The outcome of a result, with more text for people: 1 unless it is good."""
-    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{more}"
+    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{text}"
 
 
 class Verb:
@@ -463,14 +467,14 @@ class Verb:
         self.call = call
 
     @cached_property
-    def own(self) -> dict[str, Argument]:
+    def call_arguments(self) -> dict[str, Argument]:
         """Arguments of ``call`` itself."""
         return {} if self.call is None else arguments_of(self.call)
 
     @cached_property
     def arguments(self) -> dict[str, Argument]:
         """All its arguments, by name."""
-        argument_sets = [self.own, *map(arguments_of, self.modes)]
+        argument_sets = [self.call_arguments, *map(arguments_of, self.modes)]
         first = next((a for a in argument_sets if any(not x.flags for x in a.values())), {})
         positional = {name: a for name, a in first.items() if not a.flags}
         for arguments in argument_sets:
@@ -486,9 +490,9 @@ class Verb:
             return outcome(arguments.call(*self.modes))
         positional: list[Any] = []
         keywords: dict[str, Any] = {}
-        for name in [name for name in self.own if name in typed]:
+        for name in [name for name in self.call_arguments if name in typed]:
             value = typed.pop(name)
-            if self.own[name].flags:
+            if self.call_arguments[name].flags:
                 keywords[name] = value
             else:
                 positional += value if isinstance(value, list) else [value]

@@ -69,6 +69,8 @@ class Body:
         self.input_members = unique(names[n] for n in program.inputs)
         self.param_members = unique(names[n] for n in self.params)
         self.state_members = unique(names[n] for n in self.states)
+        ports = zip(program.outputs, program.ports, strict=False)  # made by hand: no ports
+        self._units = {number: port.unit for number, port in ports}
         self.output_members = unique(program.output_names, reserved=["saturated"])
 
     def head(self, suffix: str, brief: str) -> str:
@@ -89,7 +91,7 @@ class Body:
         value = self.program.values[number]
         parts = (
             str(self.program.format(number)),
-            value.unit,
+            value.unit or self._units.get(number, ""),
             f"[{value.low:.6g}, {value.high:.6g}]",
         )
         text = ", ".join(part for part in parts if part)

@@ -16,7 +16,7 @@ from boresight.model.declarations import ATTITUDE, ATTITUDE_DEG, QUATERNION, Out
 from boresight.model.errors import InputError, listed
 from boresight.model.units import conversion
 
-__all__ = ["judged_outputs", "tolerances"]
+__all__ = ["judged_outputs", "tolerances", "tolerances_now"]
 
 #: ``NAME=NUMBER`` or ``NAME=NUMBERunit`` texts, and the estimators that they were taken for.
 _tolerances: ContextVar[tuple[tuple[str, ...], set[str]]] = ContextVar(
@@ -44,6 +44,11 @@ def tolerances(texts: Iterable[str]) -> Iterator[None]:
         raise InputError.at(
             "--tolerance", wanted="an estimator", found="none", fix="leave --tolerance out"
         )
+
+
+def tolerances_now() -> tuple[str, ...]:
+    """Texts of the latest `tolerances`."""
+    return _tolerances.get()[0]
 
 
 def judged_outputs(estimator: str, outputs: tuple[Output, ...]) -> tuple[Output, ...]:

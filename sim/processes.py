@@ -24,7 +24,9 @@ from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from boresight.model.resolve import profiles, profiles_now
+from boresight.model.tolerances import tolerances, tolerances_now
 from boresight.model.tools.failure import ToolFailed
+from boresight.sim.records.selection import Selection, selected, selection
 
 __all__ = ["dispatch", "duration", "processes"]
 
@@ -81,10 +83,18 @@ class _Worker:
         self.process.join()
 
 
-def _within(files: Sequence[str], work: Callable[..., Result], *arguments: object) -> Result:
-    """Run a task with the profiles of the process that dispatched it."""
-    with profiles(files):
-        return work(*arguments)
+@dataclass(frozen=True)
+class _Settings:
+    """Profiles, tolerances and rows of logs of the process that dispatches tasks."""
+
+    profiles: Sequence[str] | None
+    tolerances: Sequence[str]
+    rows: Selection
+
+    def run(self, work: Callable[..., Result], *arguments: object) -> Result:
+        """Run a task with them."""
+        with profiles(self.profiles), tolerances(self.tolerances), selected(self.rows):
+            return work(*arguments)
 
 
 def processes(jobs: int | None) -> int:
@@ -116,8 +126,8 @@ def dispatch(
     ToolFailed
         A process ended before its task, for example because it was killed.
     """
-    if (files := profiles_now()) is not None:
-        tasks = ((label, _within, (files, work, *parameters)) for label, work, parameters in tasks)
+    run = _Settings(profiles_now(), tolerances_now(), selection()).run
+    tasks = ((label, run, (work, *parameters)) for label, work, parameters in tasks)
     if executor is not None:
         yield from _submit(executor, tasks)
         return

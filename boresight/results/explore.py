@@ -10,7 +10,7 @@ from typing import Any, overload
 
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.explore.demands import Choice
-from boresight.sim.explore.figures import Explored, Quantity
+from boresight.sim.explore.figures import ESTIMATED, Explored, Quantity
 from boresight.sim.records.columnar import parquet_of
 
 __all__ = ["ExploreResult"]
@@ -125,7 +125,9 @@ class ExploreResult(Answer, Sequence[Explored]):
         return self.choice.lines(self.least)
 
     def __str__(self) -> str:
-        lines = [*self._table(), *self._choice_lines(), f"{self.page}, {self.table}"]
+        lines = [*self._table(), *self._choice_lines()]
+        lines += [ESTIMATED] * any(row.clock_is == "estimate" for row in self.rows)
+        lines.append(f"{self.page}, {self.table}")
         if not self.good:
             wanted = "meets the demands" if self.choice else "can be built and measured"
             lines.append(f"FAILED: no combination {wanted}")

@@ -166,6 +166,9 @@ class FitResult(Answer):
     refused : str
         Why nothing compiles without the profile; empty where it does.
     word : int
+    cycles : tuple of ((int, int) or None)
+        Latency and interval on `small` without the profile and with it, by one pass of the
+        scheduler; None where it does not compile so, or has no place.
     proposals : tuple of FitProposal
         If asked for, most bits first; none for the covariance of a filter made by
         `boresight.kalman`.
@@ -188,6 +191,7 @@ class FitResult(Answer):
     negative_updates: tuple[int | None, int]
     refused: str
     word: int
+    cycles: tuple[tuple[int, int] | None, tuple[int, int] | None] = (None, None)
     dropped: tuple[FitError, ...] = ()
     proposals: tuple[FitProposal, ...] = ()
     derived: int = 0
@@ -213,6 +217,13 @@ class FitResult(Answer):
             lines.append(
                 f"  fixed against float64: {e.output:12s} max {before}{unit}, with it {after}{unit}"
                 + e.verdict
+            )
+        before_cycles, cycles = self.cycles
+        if cycles is not None:
+            earlier = before_cycles or ("-", "-")
+            lines.append(
+                f"  small, by one pass of the scheduler: latency {earlier[0]} cycles, with it "
+                f"{cycles[0]}; interval {earlier[1]}, with it {cycles[1]}"
             )
         if self.formats and self.errors and all(e.before == e.after for e in self.errors):
             lines.append("  no error changes: the profile gains nothing in these records")

@@ -18,11 +18,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, overload
 
-from boresight.arguments import check_choice, check_machine, check_optional
+from boresight.arguments import check_machine, check_optional, check_target, check_urgent
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Arguments, Config, EstimatorNames, Logs, Option, Outcome, Params, Word
+from boresight.options import (
+    Arguments,
+    Config,
+    EstimatorNames,
+    Logs,
+    Option,
+    Outcome,
+    Params,
+    Urgent,
+    Word,
+)
 from boresight.regression import JudgedVerb
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
@@ -132,6 +142,7 @@ def check(
     simulator: str | None = None,
     target: str | None = None,
     params: Params = None,
+    urgent: Urgent = None,
     reproducer: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     rtl_rows: Annotated[int | None, Option(metavar="N")] = None,
     wave: Annotated[str | None, Option(metavar="FIRST:STOP")] = None,
@@ -192,11 +203,13 @@ def check(
     check_optional("steps", steps, 1)
     check_optional("rtl_rows", rtl_rows, 1)
     check_machine(config, word)
+    check_urgent(urgent, estimators)
     build = Build(
         *estimators,
         config=config,
         word=word,
         params=params_of_each(names, params),
+        urgent=urgent,
         target=_simulated(target, levels),
     )
     messages: list[str] = []
@@ -224,7 +237,7 @@ def check(
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         checked = checking.run(
-            *records, reproducer=kept, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
+            *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
         )
         results += checked
         if each is not None:
@@ -239,7 +252,7 @@ def _simulated(target: str | None, levels: Sequence[str]) -> str:
     """The part of the level netlist."""
     if target is None:
         return "xc6slx9"
-    check_choice("target", target, SIMULATED, "docs/targets.md")
+    check_target(target, SIMULATED)
     if NetlistSimulated.name not in levels:
         raise InputError.at(
             "target",

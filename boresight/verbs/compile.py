@@ -22,7 +22,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from boresight.arguments import check_choice, check_machine, check_number, check_routable
+from boresight.arguments import (
+    check_machine,
+    check_number,
+    check_routable,
+    check_target,
+    check_urgent,
+)
 from boresight.core_files import (
     SYSTEM_CLOCK_HZ,
     TARGET_NAMES,
@@ -56,9 +62,9 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.system.plan import SYSTEM_WORDS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Config, EstimatorNames, OutputFolder, Params, Word
+from boresight.options import Config, EstimatorNames, OutputFolder, Params, Urgent, Word
 from boresight.regression import JudgedVerb
 from boresight.results.compile import (
     CompiledProgram,
@@ -90,7 +96,7 @@ def compile(
     synth: bool = False,
     output: OutputFolder = "build",
     params: Params = None,
-    urgent: int | None = None,
+    urgent: Urgent = None,
     top: str = "sensors",
     with_cpu: bool = False,
     target: str | None = None,
@@ -144,8 +150,6 @@ def compile(
         Also the core behind AXI4-Stream and AXI4-Lite, ``core_axi.v``.
     params : mapping
         Values other than the defaults; of several estimators such a mapping of each by its name.
-    urgent : int, optional
-        Leading outputs whose latency counts first.
     rate : float, optional
         Records a second, Hz: fails where the core at 100 MHz is not done in time.
 
@@ -169,8 +173,7 @@ def compile(
     chosen_by_us = depth is None and config in ALL_CONFIGS
     config = at_depth(config, depth)
     check_machine(config, word)
-    if urgent is not None:
-        check_number("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
+    check_urgent(urgent, estimators)
     if rate is not None:
         check_number("rate", int(rate) if math.isfinite(rate) else -1, 1, SYSTEM_CLOCK_HZ)
     chosen = params_of_each(names, params)
@@ -283,11 +286,11 @@ def _target(target: str | None, board: str | None) -> str:
     """The target: as said, or the board's part, or the default."""
     part = TARGET_NAMES[0]
     if board is not None:
-        check_choice("board", board, BOARDS)
+        require_choice("board", board, BOARDS)
         part = BOARDS[board].target
     if target is None:
         return part
-    check_choice("target", target, TARGET_NAMES, "docs/targets.md")
+    check_target(target, TARGET_NAMES)
     if board is not None and target != part:
         raise InputError.at(
             "target",
@@ -324,7 +327,7 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
 
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
     """Raise InputError, or ToolMissing, unless such a project can be made."""
-    check_choice("top", top, TOPS)
+    require_choice("top", top, TOPS)
     if board is not None and top == "sensors":
         check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
     if with_cpu and (board is None or is_open(board) or top != "sensors"):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import check_number
+from boresight.arguments import SEED_MOST, check_number
 from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
 from boresight.options import Option, OutputFolder, Verb
@@ -97,7 +97,7 @@ def experiment(
         gives no `Result`.
     """
     instance = experiment_of(what)
-    check_number("seed", seed, 0, 2**31)
+    check_number("seed", seed, 0, SEED_MOST)
     runs = instance.runs if runs is None else runs
     check_number("runs", runs, 2, 1000)
     files = (f"{instance.name}.json", *instance.pages)
@@ -140,7 +140,8 @@ def _line(group: tuple[Target, ...]) -> str:
         verdict = "FAIL" if any(target.binding for target in missed) else "miss"
     said = f"{verdict}  {first.name} ({first.source}): {values} {first.unit}".rstrip()
     limits = dict.fromkeys(_limit(target) for target in group if not target.good)
-    return said + (f", wanted {' / '.join(limits)}" if limits else "")
+    fewest = f", not judged with fewer than {first.fewest} runs" if first.fewest else ""
+    return said + (f", wanted {' / '.join(limits)}" if limits else fewest)
 
 
 def _limit(target: Target) -> str:

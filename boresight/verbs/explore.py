@@ -19,11 +19,12 @@ from typing import Annotated, Any
 
 from boresight.arguments import (
     JOBS_MOST,
-    check_choice,
     check_machine,
     check_number,
     check_optional,
     check_routable,
+    check_target,
+    check_urgent,
     check_word,
 )
 from boresight.core_files import has_primitives
@@ -40,11 +41,12 @@ from boresight.options import (
     OutputFolder,
     Params,
     PythonOnly,
+    Urgent,
     Verb,
 )
 from boresight.results.explore import ExploreResult
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import others
+from boresight.sim.cluster import executor_for
 from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
 from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
 from boresight.sim.explore.figures import OF_AREA, Quantity, explored, quantities
@@ -75,6 +77,7 @@ def explore(
     clock: float = 100.0,
     steps: int | None = None,
     params: Params = None,
+    urgent: Urgent = None,
     csv: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     parquet: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     jobs: Jobs = None,
@@ -113,7 +116,7 @@ def explore(
     want : str
         Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
         page: an output's name is its largest error from float64. Without a demand on an error,
-        errors are to be within the tolerances that the estimator declares.
+        errors are to be within the tolerances, declared or by --tolerance.
     least : str
         Which of those that meet the demands is chosen: the one with least of this figure; by
         default of the first demand.
@@ -154,7 +157,7 @@ def explore(
     for config in configs:
         check_machine(config, 32)
     for target in targets:
-        check_choice("target", target, TARGETS, "docs/targets.md")
+        check_target(target, TARGETS)
     if route:
         check_routable(targets, "leave --route out")
     elif seeds != 1:
@@ -173,6 +176,7 @@ def explore(
     cases = cases_of(name, arguments, words=widths, configs=configs, targets=targets)
     estimator = _first(cases)
     estimator.param_values(params)
+    check_urgent(urgent, [estimator])
     known = quantities(estimator)
     demands = demands_of(want, known)
     wanted = quantity_of(least, known, "least") if least else None
@@ -205,13 +209,14 @@ def explore(
     if parquet is not None:
         parquet_of({})
     journal = Journal(folder / f"{of}.runs", {"boresight explore": FORMAT}, key="key")
-    journal.done = {key: row for key, row in journal.done.items() if not row.get("again")}
+    journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
     say(f"{estimator.name}: {len(cases)} combinations")
     exploration = Exploration(
         tuple(record if path is None else str(path.absolute()) for record, path in read),
         tuple(sorted((params or {}).items())),
         steps,
         seeds,
+        urgent,
     )
     records = [record for record, _ in read]
     plans, tasks = planned(exploration, cases, records, area=area, route=route, toggles=toggles)
@@ -219,7 +224,7 @@ def explore(
         estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
     )
     texts = isinstance(name, str)
-    with others(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
+    with executor_for(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
         try:
             complete(
                 exploration,
@@ -230,7 +235,7 @@ def explore(
                 jobs=jobs if texts else 1,
                 executor=dealer,
                 batch=1,
-                each=table.write_at_times,
+                after_batch=table.write_at_times,
             )
         finally:
             result = table.write(str(folder / f"{of}.html"))
@@ -263,7 +268,7 @@ class _Table:
 
     def write(self, place: str = "") -> ExploreResult:
         """Write the page; the result."""
-        done = self.journal.done
+        done = self.journal.rows
         rows = tuple(
             explored(plan, done, self.exploration, clock_mhz=self.clock) for plan in self.plans
         )
@@ -275,7 +280,7 @@ class _Table:
         lines = choice.lines(least) if choice is not None and least is not None else []
         left = sum(key not in done for key in self.tasks)
         demands = [d for d in demands if d.quantity in known]
-        data = page_data(self.title, rows, known, demands, least, lines, left=left)
+        data = page_data(self.title, rows, known, demands, least, lines, remaining=left)
         self.page.write(render_page(data))
         return ExploreResult(rows, choice, place, str(self.journal.path), known, least)
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import quote
 
-from boresight.arguments import check_choice, check_machine, check_optional
+from boresight.arguments import check_machine, check_optional, check_target, check_urgent
 from boresight.core_files import estimate_core, has_primitives, map_core, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.synthesis.estimate import Estimate
@@ -27,7 +27,17 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
-from boresight.options import Config, EstimatorName, Logs, Option, OutputFolder, Params, Verb, Word
+from boresight.options import (
+    Config,
+    EstimatorName,
+    Logs,
+    Option,
+    OutputFolder,
+    Params,
+    Urgent,
+    Verb,
+    Word,
+)
 from boresight.sim.answer import Answer, JsonObject
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import verdict
@@ -95,6 +105,7 @@ def report(
     output: OutputFolder = "build",
     comparison: bool = False,
     params: Params = None,
+    urgent: Urgent = None,
     rtl_rows: Annotated[int | None, Option(metavar="N")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> ReportResult:
@@ -132,12 +143,13 @@ def report(
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
     check_machine(config, word)
-    check_choice("target", target, TARGETS, "docs/targets.md")
+    check_target(target, TARGETS)
     part = TARGETS[target]
     check_optional("steps", steps, 1)
     check_optional("rtl_rows", rtl_rows, 1)
+    check_urgent(urgent, [estimator])
     before = None if against is None else read_report(against)
-    build = Build(estimator, config=config, word=word, params=[params])
+    build = Build(estimator, config=config, word=word, params=[params], urgent=urgent)
     paths = log_files(log for log in logs if isinstance(log, str | Path))
     records = logs_of(logs, steps)
     if not records:
@@ -148,7 +160,7 @@ def report(
         results = [
             result
             for log in records
-            for result in checking.run(log, whole=False, rtl_rows=rtl_rows)
+            for result in checking.run(log, keep_all=False, rtl_rows=rtl_rows)
         ]
         area: Estimate | Mapped | None = None
         if synth:

@@ -7,17 +7,17 @@ word was clamped, an argument lay below the floor of a function, or the float tw
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.declarations import PERIODS
 from boresight.model.lowering.expand import ASIN_LIMIT
-from boresight.model.lowering.graph import Node, declared_name
+from boresight.model.lowering.graph import Node
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
-from boresight.sim.compare.twin import Twin, twins
+from boresight.sim.compare.twin import KINDS, Twin, authors_name, twins
 
 __all__ = ["Culprit", "find_culprit"]
 
@@ -58,6 +58,7 @@ def find_culprit(
     nodes: dict[int, Node],
     pieces: Iterable[tuple[IntArray, IntArray]],
     wrong: Sequence[int],
+    among: Collection[int] | None = None,
 ) -> Culprit | None:
     """Look for the first update, and in it the first operation, that leaves its float twin.
 
@@ -72,6 +73,8 @@ def find_culprit(
         Input words, and state words after each update, from the first update on.
     wrong : sequence of int
         Updates that are known to be wrong, in their order.
+    among : collection of int, optional
+        Values that may be to blame; by default all.
     """
     start, before, ahead = 0, None, list(wrong)
     for inputs, states in pieces:
@@ -80,10 +83,10 @@ def find_culprit(
             stop = min(len(inputs), ahead[0] + 1 - start)
             here = slice(at, stop)
             for twin in twins(program, nodes, inputs[here], states[here], before, start + at):
-                if (culprit := _first_leaving(twin)) is not None:
+                if (culprit := _first_leaving(twin, among)) is not None:
                     return culprit
             if start + stop > ahead[0]:
-                culprit = _weakest(twin, ahead.pop(0) - twin.first)
+                culprit = _weakest(twin, ahead.pop(0) - twin.first, among)
                 if culprit is not None:
                     return culprit
             before, at = states[stop - 1], stop
@@ -93,11 +96,11 @@ def find_culprit(
     return None
 
 
-def _first_leaving(twin: Twin) -> Culprit | None:
+def _first_leaving(twin: Twin, among: Collection[int] | None = None) -> Culprit | None:
     """The first operation of some updates that leaves its twin or its range."""
     candidates: list[tuple[int, int, Callable[[Twin, int, int], Culprit]]] = []
     for op in twin.program.ops:
-        if op.dest in twin.nodes:
+        if op.dest in twin.nodes and (among is None or op.dest in among):
             for wrong, said in (
                 (twin.beyond(op.dest), _explain_range),
                 (twin.leaves(op.dest), _explain),
@@ -144,14 +147,10 @@ def _explain(twin: Twin, value: int, step: int) -> Culprit:
 def _named(
     twin: Twin, value: int, step: int, why: str, cure: str, line: str | None = None
 ) -> Culprit:
-    """A culprit, with the name that its author gave, or in words where he gave none."""
-    node, state = twin.nodes[value], twin.declared(value)
-    name = twin.program.values[value].name
-    if state != value:
-        name = f"state {declared_name(twin.program, twin.nodes, state)}"
-    elif not node.name:
-        kind = {"mul": "a product", "sum": "a sum", "select": "a selection"}
-        name = f"{name}, {kind.get(node.kind, node.kind)}"
+    """A culprit, with the name that its author gave, or in words where there is none."""
+    node, name = twin.nodes[value], authors_name(twin.program, twin.nodes, value)
+    if twin.declared(value) == value and node.title and not node.name:
+        name = f"{name}, {KINDS.get(node.kind, node.kind)}"
     return Culprit(twin.first + step, name, line or node.line, why, cure)
 
 
@@ -204,11 +203,11 @@ def _function_fault(twin: Twin, node: Node, step: int) -> tuple[str, str] | None
     )
 
 
-def _weakest(twin: Twin, step: int) -> Culprit | None:
+def _weakest(twin: Twin, step: int, among: Collection[int] | None) -> Culprit | None:
     """The root or reciprocal whose argument has the fewest bits, if they are few."""
     candidates: list[tuple[int, int, Node]] = []
     for value, node in twin.nodes.items():
-        for part in twin.parts(node):
+        for part in twin.parts(node) if among is None or value in among else ():
             held = twin.value_of.get(part.args[0].number) if part.kind in _NORMALISED else None
             if held is not None:
                 candidates.append((int(abs(twin.words[held][step])).bit_length(), value, part))

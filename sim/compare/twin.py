@@ -7,14 +7,14 @@ made at once: the states before each are known.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import PERIODS
-from boresight.model.lowering.graph import LEAVES, Node
+from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Program, Value
@@ -23,10 +23,13 @@ from boresight.sim.compare.difference import around
 
 __all__ = [
     "CHUNK",
+    "KINDS",
     "Rounding",
     "Twin",
+    "authors_name",
     "becomes",
     "function_arguments",
+    "made_of",
     "outside",
     "rounding_errors",
     "twins",
@@ -41,6 +44,8 @@ ROUNDING_LSB = 64.0
 RELATIVE_BITS = 8
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
+#: Kinds of values in words, where these are others.
+KINDS = {"mul": "a product", "sum": "a sum", "select": "a selection"}
 #: Functions that look up their argument itself, by the block of their table.
 _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}
 
@@ -117,7 +122,7 @@ class Twin:
         value = self.read_by.get((arg.number, node.kind))
         return self.argument(arg) if value is None else self.real(value)
 
-    def apart(self, value: int) -> tuple[FloatArray, FloatArray]:
+    def deviation(self, value: int) -> tuple[FloatArray, FloatArray]:
         """How far a value is from its twin, and how large the twin or its terms are."""
         node = self.nodes[value]
         with np.errstate(all="ignore"):
@@ -130,7 +135,7 @@ class Twin:
 
     def leaves(self, value: int) -> BoolArray:
         """In which updates a value is further from its twin than rounding explains."""
-        error, size = self.apart(value)
+        error, size = self.deviation(value)
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, RELATIVE_BITS - self.program.arithmetic.word)
         return ~(error <= ROUNDING_LSB * lsb + relative * size)
@@ -140,10 +145,10 @@ class Twin:
 
         Its word may hold that; what was sized by the range does not.
         """
-        said = self.program.values[self.declared(value)]
-        if not said.range_source.startswith("declared"):
+        declared = self.program.values[self.declared(value)]
+        if not declared.range_source.startswith("declared"):
             return np.zeros(1, dtype=np.bool_)
-        return outside(self.real(value), said)
+        return outside(self.real(value), declared)
 
     def declared(self, value: int) -> int:
         """The state that a value, or a copy of it, becomes; the value itself where it is none."""
@@ -212,7 +217,7 @@ def rounding_errors(
     for twin in twins(program, nodes, inputs, states, before):
         for op in program.ops:
             if op.dest in nodes:
-                error, size = twin.apart(op.dest)
+                error, size = twin.deviation(op.dest)
                 seen = error[np.isfinite(error) & np.isfinite(size)]
                 here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
                 out[op.dest] = out.get(op.dest, Rounding()).joined(here)
@@ -241,10 +246,39 @@ def becomes(program: Program, nodes: dict[int, Node], value: int) -> int | None:
     return next((state for state, after in program.states if after in same), None)
 
 
-def outside(values: FloatArray, said: Value) -> BoolArray:
+def authors_name(program: Program, nodes: dict[int, Node], value: int) -> str:
+    """What its author calls a value: a state, a name, an output; else its kind, in the nearest."""
+    state, node = becomes(program, nodes, value), nodes.get(value)
+    if state is not None:
+        return f"state {declared_name(program, nodes, state)}"
+    if node is not None and not node.name and not node.title:
+        reached = {value}
+        for op in program.ops:
+            if not reached.isdisjoint(op.operands()):
+                reached.add(op.dest)
+                other = nodes.get(op.dest)
+                if other is not None and (other.name or other.title):
+                    nearest = authors_name(program, nodes, op.dest).removeprefix("state ")
+                    return f"{KINDS.get(node.kind, node.kind)} in {nearest}"
+    return declared_name(program, nodes, value)
+
+
+def made_of(program: Program, values: Iterable[int]) -> set[int]:
+    """Some values, and all that they are made of, in the same update or earlier."""
+    needed, count = {*values}, 0
+    while count < len(needed):
+        count = len(needed)
+        for op in reversed(program.ops):
+            if op.dest in needed:
+                needed.update(op.operands())
+        needed.update(after for state, after in program.states if state in needed)
+    return needed
+
+
+def outside(values: FloatArray, declared: Value) -> BoolArray:
     """Which values lie outside a declared range by more than rounding."""
-    slack = RANGE_SLACK * (said.high - said.low)
-    return (values < said.low - slack) | (values > said.high + slack)
+    slack = RANGE_SLACK * (declared.high - declared.low)
+    return (values < declared.low - slack) | (values > declared.high + slack)
 
 
 def _sum(node: Node, args: list[FloatArray]) -> FloatArray:

@@ -11,13 +11,14 @@ import numpy as np
 
 from boresight.firmware.build import CModel, WordRanges
 from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.declarations import ATTITUDE, QUATERNION
 from boresight.model.lowering.graph import LEAVES, Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program
 from boresight.sim.compare.culprit import find_culprit
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.influence import UPDATES, influences
-from boresight.sim.compare.twin import becomes, outside
+from boresight.sim.compare.twin import authors_name, becomes, made_of, outside
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Run
@@ -217,24 +218,24 @@ class Judge:
         steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
         steps |= set() if self._clamp is None else {self._clamp}
         pieces = ((words_of(program, records), states) for records, states in again())
-        first = find_culprit(program, nodes, pieces, sorted(steps))
-        pieces = ((words_of(program, records), states) for records, states in again())
         seen = Traversed(program, pieces)
+        saturated = {n: int(k) for n, k in enumerate(seen.ranges.saturations) if k}
+        # Values of outputs that are accepted are not to blame.
+        faults = {*saturated, *(program.states[k][0] for k in self._left)}
+        bad = {d.output for d in errors if not d.good}
+        bad |= {*QUATERNION} if ATTITUDE in bad else set()
+        outputs = zip(program.output_names, program.outputs, strict=True)
+        faults |= {n for name, n in outputs if name in bad}
+        pieces = ((words_of(program, records), states) for records, states in again())
+        first = find_culprit(program, nodes, pieces, sorted(steps), made_of(program, faults))
         culprit = str(first) if first else _rounding(program, nodes, seen, errors)
         if self._endless is not None:
             culprit = (
                 f"float64 is no number from step {self._endless} on: the estimator diverges; "
                 f"{culprit}"
             )
-        names = {
-            _named(program, nodes, n): int(count)
-            for n, count in enumerate(seen.ranges.saturations)
-            if count
-        }
-        # What saturates is said already.
-        named = {
-            becomes(program, nodes, n) for n, count in enumerate(seen.ranges.saturations) if count
-        }
+        names = {_named(program, nodes, n): count for n, count in saturated.items()}
+        named = {becomes(program, nodes, n) for n in saturated}  # what saturates is said already
         left = [(program.states[k][0], *self._left[k]) for k in sorted(self._left)]
         texts = tuple(
             f"state {declared_name(program, nodes, n)} is {reached:.6g} in step {step}, BEYOND its "
@@ -353,9 +354,7 @@ def _unused(program: Program, seen: WordRanges, value: int) -> int:
 
 def _said(program: Program, nodes: dict[int, Node], value: int) -> str:
     """A value, or the state that it becomes, with its line."""
-    state, line = becomes(program, nodes, value), nodes[value].line
-    name = declared_name(program, nodes, value if state is None else state)
-    name = name if state is None else f"state {name}"
+    name, line = authors_name(program, nodes, value), nodes[value].line
     return f"{name} ({line})" if line else name
 
 

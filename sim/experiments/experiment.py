@@ -42,6 +42,8 @@ class Target:
         Range of the value over the runs.
     note : str
         Limits of the measurement.
+    fewest : int, optional
+        Where there were too few runs for the band: how many it takes. It is not judged then.
     """
 
     name: str
@@ -55,15 +57,18 @@ class Target:
     beside: Mapping[str, float] = field(default_factory=dict)
     spread: tuple[float, float] | None = None
     note: str = ""
+    fewest: int | None = None
 
     @property
     def judged(self) -> bool:
-        """It has a limit; else it is shown beside."""
-        return (self.low, self.high) != (None, None)
+        """It has a limit, and there were runs enough for it; else it is shown beside."""
+        return (self.low, self.high) != (None, None) and self.fewest is None
 
     @property
     def good(self) -> bool:
-        """The value lies in the band."""
+        """The value lies in the band; not judged, it is finite."""
+        if not self.judged:
+            return math.isfinite(self.value)
         low = -math.inf if self.low is None else self.low
         high = math.inf if self.high is None else self.high
         return bool(math.isfinite(self.value) and low <= self.value <= high)  # numpy gives its own

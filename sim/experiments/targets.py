@@ -16,33 +16,40 @@ def targets_of(
     place: str | Path,
     figures: Mapping[str, float],
     spreads: Mapping[str, tuple[float, float]] | None = None,
+    runs: int | None = None,
 ) -> tuple[Target, ...]:
     """The rows of the ``targets.csv`` of a package, or of a folder, judged by the figures.
 
     Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
     ``part``, ``over`` and ``less`` (the figure is divided by that one, or less that one), ``unit``,
-    ``note``, ``reported`` ("yes": a claim of others that does not bind). Any other column is a
-    figure for the same by whom it is named after. ``spreads``: least and greatest of the runs, by
-    figure.
+    ``note``, ``reported`` ("yes": a claim of others that does not bind), ``runs`` (the band is
+    that of so many runs; with fewer ``runs`` it is not judged). Any other column is a figure for
+    the same by whom it is named after. ``spreads``: least and greatest of the runs, by figure.
     """
     folder = files(place) if isinstance(place, str) else place
     text = folder.joinpath("targets.csv").read_text(encoding="utf-8")
-    return tuple(_target(row, figures, spreads or {}) for row in csv.DictReader(text.splitlines()))
+    rows = csv.DictReader(text.splitlines())
+    return tuple(_target(row, figures, spreads or {}, runs) for row in rows)
 
 
 _COLUMNS = frozenset(
-    ("figure", "name", "part", "source", "low", "high", "over", "less", "unit", "note", "reported")
+    ("figure", "name", "part", "source", "low", "high", "over", "less")
+    + ("unit", "note", "reported", "runs")
 )
 
 
 def _target(
-    row: Mapping[str, str], figures: Mapping[str, float], spreads: Mapping[str, tuple[float, float]]
+    row: Mapping[str, str],
+    figures: Mapping[str, float],
+    spreads: Mapping[str, tuple[float, float]],
+    runs: int | None,
 ) -> Target:
     value, spread = figures[row["figure"]], spreads.get(row["figure"])
     if row.get("over"):
         value, spread = value / figures[row["over"]], None
     if row.get("less"):
         value, spread = value - figures[row["less"]], None
+    fewest = int(row.get("runs") or 0)
     return Target(
         name=row["name"],
         part=row.get("part", ""),
@@ -55,4 +62,5 @@ def _target(
         beside={head: float(text) for head, text in row.items() if head not in _COLUMNS and text},
         spread=spread,
         note=row.get("note", ""),
+        fewest=fewest if runs is not None and runs < fewest else None,
     )

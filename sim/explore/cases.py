@@ -22,6 +22,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, split_names
+from boresight.model.tolerances import tolerances_now
 from boresight.sim.explore import measure
 from boresight.sim.explore.measure import Case, Exploration, Task
 from boresight.sim.identity import identity
@@ -155,18 +156,18 @@ def planned(
         try:
             variant = case.arguments, case.word
             if variant not in programs:
-                build = case.build(exploration.params)
+                build = case.build(exploration)
                 program = build.programs[0]
                 sources = sources or identity(build.estimators[0], measure)
                 programs[variant] = program, _digest(FORMAT, sources, program.digest)
             program, program_key = programs[variant]
-            machine = repr(machine_for(case.config, program))
+            machine = repr((machine_for(case.config, program), exploration.urgent))
         except InputError as error:
             out.append(Planned(case, {}, str(error).splitlines()[0]))
             continue
         run = [case.arguments, exploration.params, exploration.steps, logs]
         inputs: dict[str, list[Any]] = {
-            "errors": [program_key, run],
+            "errors": [program_key, run, tolerances_now()],
             "cycles": [program_key, machine],
             "area": [program_key, machine, case.target, tool],
         }

@@ -40,6 +40,7 @@ from boresight.sim.levels.level import Run
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.files import record_of
 from boresight.sim.records.record import Record
+from boresight.sim.records.selection import Selection, selected, selection
 from boresight.sim.rtl.netlist import NetlistSimulation
 from boresight.sim.rtl.simulators import SimulationFailed
 
@@ -109,21 +110,29 @@ class Case:
             name = f"{name}:{type(estimator_of(name)).__name__}"
         return f"{name}({text})"
 
-    def build(self, params: Params) -> Build:
+    def build(self, exploration: Exploration) -> Build:
         """The build to measure; raises `InputError` as `named` and `Build` do."""
         return Build(
-            estimator_of(self.named), config=self.config, word=self.word, params=[dict(params)]
+            estimator_of(self.named),
+            config=self.config,
+            word=self.word,
+            params=[dict(exploration.params)],
+            urgent=exploration.urgent,
         )
 
 
 @dataclass(frozen=True)
 class Exploration:
-    """Settings of all combinations: logs, parameter values, most samples of each, router seeds."""
+    """Settings of all combinations.
+
+    Logs, parameter values, most samples of each log, router seeds, urgent outputs.
+    """
 
     logs: tuple[str | Record, ...]
     params: Params = ()
     steps: int | None = None
     seeds: int = 1
+    urgent: int | None = None
 
 
 @dataclass(frozen=True)
@@ -153,15 +162,16 @@ def _row(exploration: Exploration, task: Task) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=2)
-def _records(logs: tuple[str | Record, ...]) -> list[Record]:
-    return [record_of(log) for log in logs]
+def _records(logs: tuple[str | Record, ...], rows: Selection) -> list[Record]:
+    with selected(rows):
+        return [record_of(log) for log in logs]
 
 
 def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Largest and root mean square errors from float64 and from truth, saturated updates."""
-    build = case.build(exploration.params)
-    estimator = build.estimators[0]
-    feeds = [feed(estimator, r.head(exploration.steps)) for r in _records(exploration.logs)]
+    build = case.build(exploration)
+    estimator, records = build.estimators[0], _records(exploration.logs, selection())
+    feeds = [feed(estimator, r.head(exploration.steps)) for r in records]
     for rows in feeds:
         check_sound(build, [rows.inputs])
     fixed, floating = Emitted(build), CompiledFloat(build)
@@ -225,7 +235,7 @@ def _truth(estimator: Estimator, feeds: Sequence[Feed], runs: Sequence[Run]) -> 
 
 def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Cycles to each output and of an update, and its numbers of operations."""
-    core = case.build(exploration.params).core
+    core = case.build(exploration).core
     plan = core.schedule
     terms = [slot for slot in plan.slots if slot.term is not None]
     return {
@@ -242,7 +252,7 @@ def _cycles(exploration: Exploration, case: Case) -> dict[str, Any]:
 
 def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Area of the core; of a Spartan-6 also its clock, estimated for grade -2 and median nets."""
-    core, target = case.build(exploration.params).core, TARGETS[case.target]
+    core, target = case.build(exploration).core, TARGETS[case.target]
     device = target.device
     if target.family is not SPARTAN6:
         used = netlist_for(_generic(core), "core", target, cache_dir=Cache().root).used
@@ -269,7 +279,7 @@ def _used(used: Mapping[str, float], device: Device) -> dict[str, Any]:
 
 def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Clock of the placed and routed core at its slowest seed, MHz."""
-    core, target = case.build(exploration.params).core, TARGETS[case.target]
+    core, target = case.build(exploration).core, TARGETS[case.target]
     design = implement(
         _generic(core), "core", target, seeds=exploration.seeds, cache_dir=Cache().root
     )
@@ -278,7 +288,8 @@ def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
 
 def _toggles(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Nets that change in an update of the netlist, on the first log."""
-    build, record = case.build(exploration.params), _records(exploration.logs)[0]
+    build = case.build(exploration)
+    record = _records(exploration.logs, selection())[0]
     rows = feed(build.estimators[0], record.head(_TOGGLED.stop)).inputs
     words = words_of(build.programs[0], rows)
     stop = len(words)

@@ -11,6 +11,13 @@ const logic = {
     });
   },
 
+  // The clock, MHz, from which on a row's cycles meet a demand on a time; NaN where none is missed.
+  needed(row, { name, sign, limit }) {
+    const f = row.figures, missed = limit > 0 && !logic.meets({ figures: f }, [{ name, sign, limit }]);
+    if (missed && sign.startsWith("<") && ["us", "own_us"].includes(name)) return f.cycles / limit;
+    return missed && sign.startsWith(">") && name === "rate" ? (f.interval * limit) / 1e6 : NaN;
+  },
+
   // Rows of which no other is better in one figure and at least as good in the other.
   front(rows, x, y) {
     const cost = (row, q) => (q.more ? -row.figures[q.name] : row.figures[q.name]);
@@ -205,7 +212,9 @@ function start() {
 
   function tipText(row) {
     const names = new Set([set.y, set.x, ...set.demands.map((d) => d.name), "cycles", "lut", "dsp", "clock"]);
-    return [row.name, ...[...names].filter((n) => n in byName).map((n) => `${label(n)} ${withUnit(byName[n], row.figures[n])}`)];
+    const clocks = set.demands.map((d) => [d, logic.needed(row, d)]).filter(([, mhz]) => Number.isFinite(mhz))
+      .map(([d, mhz]) => `${d.name} ${d.sign} ${d.limit} takes ${(Math.ceil(10 * mhz) / 10).toFixed(1)} MHz`);
+    return [row.name, ...[...names].filter((n) => n in byName).map((n) => `${label(n)} ${withUnit(byName[n], row.figures[n])}`), ...clocks];
   }
 
   function tip(row, point) {

@@ -119,8 +119,17 @@ def _received(key: tuple[str, str], *values: Any) -> Campaign:
 
 
 def draws(campaign: Campaign, seeds: Sequence[int]) -> list[dict[str, Any]]:
-    """Results of these draws, as plain data: see `_draw`."""
-    return [_draw(campaign, seed) for seed in seeds]
+    """Results of these draws, as plain data: see `_draw`; an error names its seed."""
+    out = []
+    for seed in seeds:
+        try:
+            out.append(_draw(campaign, seed))
+        except InputError as error:
+            if not error.parts:
+                raise
+            where = f"{error.parts['where']}, seed {seed}"
+            raise InputError.at(**{**error.parts, "where": where}) from error
+    return out
 
 
 def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:

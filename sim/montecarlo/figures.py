@@ -51,7 +51,8 @@ def figures(
     dict
         ``runs``, ``marks``; ``outputs`` by name with lists over the marks: ``mean``, ``mean_band``
         (half of it), ``sd``, ``sd_band`` (two), ``rms``, ``bound`` and ``ratio`` of sd to it;
-        ``nees`` with ``mean`` and ``band``, per degree of freedom; ``nis`` the same, one number.
+        ``nees`` with ``mean`` and ``band``, per degree of freedom; ``nis`` the same, one number;
+        ``worst``, see `_worst`.
     """
     n = len(draws)
     marks = np.array(draws[0]["marks"])
@@ -88,7 +89,23 @@ def figures(
             "mean": total,
             "band": band(count * freedom, count * freedom),
         }
-    return out | {"saturated": sum(d["saturated"] for d in draws)}
+    return out | {"saturated": sum(d["saturated"] for d in draws), "worst": _worst(draws)}
+
+
+def _worst(draws: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The draw in which most updates saturated; of equal ones, that with the largest last error.
+
+    That is counted in the root mean squares of each output over the draws.
+    """
+    names = [*draws[0]["errors"]]
+    last = np.abs([[d["errors"][name][-1] for name in names] for d in draws])
+    with np.errstate(all="ignore"):
+        times = np.nan_to_num(last / np.sqrt(np.mean(last**2, axis=0)), nan=0.0)
+    times = np.where(np.isfinite(last), times, np.inf)
+    k = max(range(len(draws)), key=lambda k: (draws[k]["saturated"], times[k].max()))
+    j = int(np.argmax(times[k]))
+    worst = {"seed": draws[k]["seed"], "output": names[j], "saturated": draws[k]["saturated"]}
+    return worst | {"error": _plain(last[k])[j], "times_rms": _plain(times[k])[j]}
 
 
 def _verdict(mean: float, low: float, high: float) -> str:

@@ -136,6 +136,13 @@ def test_no_verdict_without_fixed_point(level: str) -> None:
     assert last == "no fixed point was judged: choose --on fixed, c or rtl"
 
 
+def test_beside_a_loop_on_float64_the_one_on_integers_is_judged() -> None:
+    good = simulated(on="float", against="fixed")
+    assert str(good).endswith("\ngood") and 0.0 < good.accuracy[0].largest < 1e-7
+    bad = simulated(on="float", against="fixed", estimator="f.py:Clamping")
+    assert not bad.good and bad.saturated_updates and "SATURATED" in str(bad)
+
+
 def test_one_level_alone_and_steps() -> None:
     heard: list[str] = []
     data = simulated(on="c", against="c", steps=7, progress=heard.append)

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from boresight.model.words.program import (
     Negate,
     Op,
     Overflow,
+    Port,
     Program,
     Scale,
     Term,
@@ -176,6 +178,16 @@ def test_header_says_formats_and_digest() -> None:
         "void yaw_update(yaw_t *self, const yaw_in_t *in, yaw_out_t *out);",
     ):
         assert line in header.split("\n")
+
+
+def test_outputs_have_their_units() -> None:
+    """Also where the value that is one has none of its own, as any computed one."""
+    golden = golden_program()
+    values = tuple(replace(v, unit="" if v.kind is Kind.OP else v.unit) for v in golden.values)
+    ports = (Port("angle_ht", "ht"), Port("smooth", "rad/s"))
+    header = emit_c(replace(golden, values=values, ports=ports))["golden.h"]
+    assert "    int32_t smooth; // fixed<32,5>, rad/s, [-16, 16]" in header
+    assert "#define GOLDEN_SMOOTH_FRAC 27 // fixed<32,5>, rad/s, [-16, 16]" in header
 
 
 def test_output_that_bears_the_name_of_an_input(odd_names: Program) -> None:

@@ -122,3 +122,6 @@ def test_values_by_name() -> None:
         print(x.vel)
     with pytest.raises(InputError, match=r": wanted a declared input, found 'u'; correct the name"):
         print(Values("input", {}).u)
+    gains = dict.fromkeys(["kp", "ki", *(f"threshold_{k}" for k in range(20))], 1.0)
+    with pytest.raises(InputError, match=r"declared parameters: 22 names, nearest: ki, .*'Ki'"):
+        print(Values("parameter", gains).Ki)

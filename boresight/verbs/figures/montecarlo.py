@@ -6,14 +6,15 @@ boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world an
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from boresight.arguments import JOBS_MOST, check_choice, check_number, check_optional, check_word
+from boresight.arguments import JOBS_MOST, SEED_MOST, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -26,12 +27,12 @@ from boresight.options import (
 )
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import others
+from boresight.sim.cluster import executor_for
 from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.figures import figures, text
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
 
-__all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "montecarlo"]
+__all__ = ["Consistency", "MonteCarloResult", "OutputSpread", "WorstDraw", "montecarlo"]
 
 LEVELS = ("c", "fixed", "float")
 
@@ -81,6 +82,22 @@ class Consistency:
 
 
 @dataclass(frozen=True)
+class WorstDraw:
+    """The draw in which most updates saturated; of equal ones, that with the largest last error.
+
+    ``error`` is the size of the one of ``output`` at the last mark, in its unit, and ``times_rms``
+    times that of all draws; None where it is no number. ``command`` runs it alone.
+    """
+
+    seed: int
+    output: str
+    error: float | None
+    times_rms: float | None
+    saturated: int
+    command: str
+
+
+@dataclass(frozen=True)
 class MonteCarloResult(Answer):
     """What `montecarlo` gives; its JSON file holds it.
 
@@ -105,6 +122,7 @@ class MonteCarloResult(Answer):
         Where estimator and level tell a covariance, and innovations.
     saturated : int
         Updates.
+    worst : WorstDraw
     file : str
         The JSON file.
     units : mapping of str to str
@@ -125,6 +143,7 @@ class MonteCarloResult(Answer):
     marks: Sequence[int]
     outputs: Mapping[str, OutputSpread]
     saturated: int
+    worst: WorstDraw
     file: str
     nees: Consistency | None = None
     nis: Consistency | None = None
@@ -133,13 +152,21 @@ class MonteCarloResult(Answer):
     def to_json(self) -> JsonObject:
         """Plain data, as in the file, and ``file``."""
         data = super().to_json()
-        for name in ("saturated", "file"):  # after the rest
+        for name in ("saturated", "worst", "file"):  # after the rest
             data[name] = data.pop(name)
         gone = {"units", *(name for name in ("nees", "nis") if data[name] is None)}
         return {name: value for name, value in data.items() if name not in gone}
 
     def __str__(self) -> str:
-        return f"{text(self.to_json(), self.units)}\n{self.file}"
+        w = self.worst
+        error = "no number" if w.error is None else f"{w.error:.4g} {self.units[w.output]}".rstrip()
+        times = "" if w.times_rms is None else f", {w.times_rms:.2g} times the rms"
+        worst = (
+            f"worst draw: seed {w.seed}, {w.output} off by {error} at its end{times}, "
+            f"saturated updates: {w.saturated}"
+        )
+        again = [f"again: {w.command}"] if w.command else []
+        return "\n".join([text(self.to_json(), self.units), worst, *again, self.file])
 
 
 def montecarlo(
@@ -201,8 +228,8 @@ def montecarlo(
         A scheduler is given, and dask.distributed is not installed.
     """
     check_number("runs", runs, 2, 1_000_000)
-    check_number("seed", seed, 0, 2**31)
-    check_choice("on", on, LEVELS)
+    check_number("seed", seed, 0, SEED_MOST)
+    require_choice("on", on, LEVELS)
     check_word(word)
     check_optional("jobs", jobs, 1, JOBS_MOST)
     check_optional("steps", steps, 1)
@@ -219,7 +246,7 @@ def montecarlo(
     own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
     wanted = "world and estimator"
-    with others(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
+    with executor_for(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
         rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)  # a world that is corrected begins anew
@@ -235,13 +262,25 @@ def montecarlo(
         seed=seed,
         **judged
         | {key: Consistency(**judged[key]) for key in ("nees", "nis") if key in judged}
-        | {"outputs": {key: OutputSpread(**spread) for key, spread in judged["outputs"].items()}},
+        | {"outputs": {key: OutputSpread(**spread) for key, spread in judged["outputs"].items()}}
+        | {"worst": WorstDraw(**judged["worst"], command=_command(campaign, judged["worst"]))},
         file=str(folder / f"{name}.json"),
         units={o.name: o.unit for o in filter.outputs},
     )
     data = {key: value for key, value in outcome.to_json().items() if key != "file"}
     result.write(json.dumps(data, allow_nan=False) + "\n")
     return outcome
+
+
+def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:
+    """The command that runs a draw alone; empty if world or estimator is no text."""
+    if not campaign.texts:
+        return ""
+    names = " ".join(shlex.quote(str(name)) for name in campaign.named)
+    options = "".join(f" --param {name}={value!r}" for name, value in campaign.params)
+    options += f" --word {campaign.word}" if campaign.word != 32 else ""
+    options += f" --steps {campaign.steps}" if campaign.steps else ""
+    return f"boresight simulate {names} --on {campaign.on} --seed {worst['seed']}{options}"
 
 
 VERB = Verb(montecarlo)

@@ -29,7 +29,7 @@ def render(details: Mapping[str, Any], targets: Sequence[Target]) -> str:
         world=world,
         facts=FACTS,
         shown=_SHOWN,
-        targets=targets,
+        judged=[t for t in targets if t.judged],
         groups=grouped(t for t in targets if not t.binding),
         equalities=[t for t in targets if t.binding],
     )

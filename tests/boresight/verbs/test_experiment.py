@@ -11,6 +11,7 @@ import boresight
 from boresight.cli import main
 from boresight.sim.experiments.experiment import Result, Target
 from boresight.sim.experiments.ma2014.experiment import Ma2014
+from boresight.verbs.experiment import ExperimentResult
 
 
 def target(name, value, source, **more):
@@ -88,6 +89,15 @@ def test_a_missed_target_that_binds_is_exit_code_1(stand_in, tmp_path, capsys):
     stand_in[0].append(replace(RESULT, targets=(target("C equals", 1.0, "bit for bit"),)))
     assert main(["experiment", "ma2014", "-o", str(tmp_path)]) == 1
     assert "FAIL  C equals (bit for bit): 1, wanted at most 0.6\n" in capsys.readouterr().out
+
+
+def test_a_band_of_more_runs_is_not_judged():
+    few = Target(name="spread", source="ours", value=1.0, low=3.0, fewest=100)
+    result = ExperimentResult("e", {}, (few,), ())
+    assert result.good and str(result).splitlines() == [
+        "      spread (ours): 1, not judged with fewer than 100 runs",
+        "targets met: 0 of 0",
+    ]
 
 
 def test_an_experiment_in_a_file(tmp_path, capsys):

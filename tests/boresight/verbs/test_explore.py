@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 
 import pytest
 
@@ -86,6 +87,23 @@ def test_nothing_is_measured_twice_and_a_cut_loses_no_row(here, monkeypatch) -> 
     del kinds[:]
     assert run() == first and run(words=(32,))[0] == first[1] and not kinds
     assert run(words=(20,)) != first and kinds == ["errors", "cycles", "cycles"]
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_what_the_check_that_follows_is_given(here, jobs, capsys) -> None:
+    """Tolerances, rows and urgent outputs, in every process and in the commands."""
+    given = ("--tolerance", "m=1e-9V", "--every", "2", "--urgent", "1", "--jobs", jobs)
+    assert main(["explore", "smooth.py", "log.csv", *WORDS, *given, "--json"]) == 0
+    narrow, row, *_ = json.loads(capsys.readouterr().out)["rows"]
+    assert "wanted a last bit of at most 1e-09, for the tolerance of output m" in narrow["refused"]
+    thin = [(k * 7 % 11) / 11 - 0.4 for k in range(1, 30, 2)]
+    alone = boresight.explore("smooth.py", {"a": thin}, words=(32,), area=False, jobs=1, output="b")
+    largest = alone[0].errors["m"].largest
+    assert row["errors"]["m"]["largest"] == largest
+    assert row["figures"]["tolerance"] == pytest.approx(largest / 1e-9)
+    made, checked, _ = row["commands"]
+    assert " --urgent 1 --tolerance m=1e-9V " in made and checked.endswith("m=1e-9V --every 2")
+    assert main([*shlex.split(checked)[1:], "--levels", "fixed"]) == 0
 
 
 def test_a_table_for_notebooks(here) -> None:

@@ -12,6 +12,8 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.model.resolve import estimator_of
+from boresight.sim.levels.build import Build
 from boresight.sim.records.log import Log
 from boresight.verbs.fit import _used
 
@@ -107,6 +109,9 @@ def test_the_data(folder: Path) -> None:
     result = boresight.fit("unit.py:Unit", "log.csv", "unit.py:Plant")
     data = json.loads(Path("unit.fit.json").read_text())
     assert result.records == {"log": 50, "plant": 29}
+    plan = Build(estimator_of("unit.py:Unit"), restarts=0).core.schedule
+    assert result.cycles == (None, (plan.latency, plan.interval))
+    assert f"scheduler: latency - cycles, with it {plan.latency}; interval -, with" in str(result)
     assert [x["log"] for x in data["made_from"]] == ["log", "plant"]
     assert len(data["values"]) == result.formats and result.good
     assert "wanted a finite range" in result.refused

@@ -355,6 +355,25 @@ def test_sets_are_whole(count: int) -> None:
     run_bench(dut, host, background=[conductor])
 
 
+def test_a_set_begins_with_words_of_either_sign(simulate) -> None:
+    """Which stay while nothing is written."""
+    dut = FeedRegisters(word=26, init=[-3, 1])
+
+    async def bench(ctx):
+        ctx.set(dut.w_data, 7)
+        await ctx.tick()
+        ctx.set(dut.free, 1)
+        ctx.set(dut.ready, 1)
+        await pulse(ctx, dut.take)
+        words = []
+        while ctx.get(dut.busy):
+            _, _, valid, word = await ctx.tick().sample(dut.valid, dut.data)
+            words += [word] * valid
+        assert words == [(1 << 26) - 3, 1]
+
+    simulate(dut, bench)
+
+
 @pytest.mark.parametrize("count", [0, 33])
 def test_count_is_checked(count: int) -> None:
     with pytest.raises(ValueError, match=rf"^init must have 1 to 32 words, not {count}$"):

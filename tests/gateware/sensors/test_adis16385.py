@@ -140,6 +140,13 @@ def test_every_bit_of_the_settings_reaches_the_device(settings, simulate) -> Non
     assert frames[2:8] == wanted
 
 
+def test_restart_while_the_device_starts_begins_with_a_reset(bench: ReaderBench) -> None:
+    reader, at = bench.reader, 5000
+    happened = bench.run(cycles=30_000, restart=at)
+    assert len(happened.resets) == 3 and at < happened.resets[1] < at + 4
+    assert 0 <= happened.samples[0].time - at - reader.start_cycles <= PERIOD + reader.burst_cycles
+
+
 def test_restart_starts_over(bench: ReaderBench) -> None:
     at = 30_000
     reader = bench.reader

@@ -135,6 +135,14 @@ def test_a_single_wrong_check_costs_two_samples_and_no_start(bench: ReaderBench)
     assert numbers[-1] + 1 - len(numbers) == 2
 
 
+def test_an_edge_in_the_stall_after_the_last_frame_is_an_overrun() -> None:
+    """Every second edge comes there: 15 cycles after the sample, of a stall of 31."""
+    bench = ReaderBench(parameters={"RATE_HZ": round(1e6 / (READER.burst_cycles + 15))})
+    happened = bench.run(samples=10)
+    assert [s.number for s in happened.samples] == list(range(0, 20, 2))
+    assert len(happened.times("overrun")) == 9
+
+
 def test_overrun_marks_the_sample_it_belongs_to(bench: ReaderBench) -> None:
     happened = bench.run(samples=30, faults=[(10, 12, "fast_data_ready")])
     marked = [s.number for s in happened.samples if "overrun" in happened.flags_at(s.time)]

@@ -38,7 +38,7 @@ def happenings(
     data: list, *, after: int = 0, mode: int = 0, **times: float
 ) -> tuple[list, Hmr3300]:
     """(cycle, event or flags) while bytes or pauses of so many cycles come."""
-    top, dut = Module(), Hmr3300(**SLOW, **times)
+    top, dut = Module(), Hmr3300(**{**SLOW, **times})
     top.submodules.dut = dut
     flags_of_it = {name: getattr(dut.flags, name) for name in FLAGS}
     shown = Pins(top, {**flags_of_it, "line": dut.line, "events": dut.events})
@@ -94,6 +94,15 @@ def test_line_and_stale() -> None:
     assert good <= begin + dut.latency
     seconds = (out[-1][0] - good) / dut.clock_hz
     assert dut.stale_s <= seconds <= dut.stale_s + 2 * dut.tick_cycles / dut.clock_hz
+
+
+@pytest.mark.parametrize("begin", [0, 1300, 2700])
+def test_a_sentence_is_stale_after_its_time_and_up_to_a_tick_more(begin: int) -> None:
+    """However the ticks fall after it; the time here is eight whole ticks."""
+    data = [begin, b"\n", b"1.0, 2.0, 3.0\r\n"]
+    out, dut = happenings(data, after=20_000, stale_s=8 * 1024 / SLOW["clock_hz"])
+    at = {what: cycle for cycle, what in out if isinstance(what, str)}
+    assert 8 <= (at["went_stale"] - at["heading_line"]) / dut.tick_cycles <= 9
 
 
 def test_counts_flag() -> None:

@@ -34,7 +34,7 @@ from tests.support.faulty import (
     [
         (Bounded, [0.0, 4.0, 4.0], 1, rf"step 1, value total {HERE}: saturates: 4\.5 does not fit "
          r"its range \[-2, 2\]; widen the range \(declared: by hand\) or limit the value"),
-        (NegativeRoot, [1.0, 0.5, -2.0, -3.0], 2, rf"step 2, value bounded_\d+, bounded {HERE}: "
+        (NegativeRoot, [1.0, 0.5, -2.0, -3.0], 2, rf"step 2, value bounded in y_out {HERE}: "
          r"-2 does not fit its range \[0, 4\]; widen the range \(declared: hoped\)"),
         (Sine, [0.1, 0.5, 0.8], 2, rf"step 2, value y_out, asin {HERE}: asin: argument 0\.8 is "
          r"outside 0 to 0\.7188; limit the argument"),

@@ -111,7 +111,25 @@ def test_what_an_output_beyond_its_tolerance_comes_from() -> None:
     """Though nothing saturates."""
     made = judge(NegativeRoot(), [1.0, 0.5, -2.0])
     assert not made.saturated_updates and not made.beyond_range
-    assert re.match(rf"step 2, value bounded_\d+, bounded {HERE}: -2 does not fit", made.culprit)
+    assert re.match(rf"step 2, value bounded in y_out {HERE}: -2 does not fit", made.culprit)
+
+
+class Accepted(NegativeRoot):
+    """Beside an output whose claim is wrong before, but which is as exact as it is to be."""
+
+    outputs = (*NegativeRoot.outputs, Output("spare", tolerance=0.1))
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        """Both."""
+        spare = ops.named("spare", ops.bounded(0.75 * u.u, -1.0, 1.0, "hoped"))
+        states, outputs = super().step(x, u, p)
+        return states, {**outputs, "spare": spare}
+
+
+def test_what_an_accepted_output_is_made_of_is_not_to_blame() -> None:
+    made = judge(Accepted(), [1.5, 0.5, -2.0])
+    assert [d.good for d in made.differences] == [False, True] and not made.saturated_updates
+    assert re.match(rf"step 2, value bounded in y_out {HERE}: -2 does not fit", made.culprit)
 
 
 class Growing(Estimator):

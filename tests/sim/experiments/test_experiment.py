@@ -213,6 +213,14 @@ def test_columns_that_may_be_left_out(monkeypatch: pytest.MonkeyPatch, tmp_path:
     )
 
 
+def test_with_too_few_runs_a_band_is_not_judged(monkeypatch, tmp_path: Path) -> None:
+    text = "figure,source,name,low,high,runs\na,ours,one,3,,100\n"
+    (few,), (enough,) = (table(monkeypatch, tmp_path, text, runs=n) for n in (99, 100))
+    assert (few.judged, few.good, enough.judged, enough.good) == (False, True, True, False)
+    said = "not judged with fewer than 100 runs"
+    assert said in render("own", [], [few], []) and said not in render("own", [], [enough], [])
+
+
 # --------------------------------------------------------------------------------------------------
 # the page of an experiment: targets with their verdicts, tables, figures, nothing from outside
 

@@ -6,6 +6,7 @@ import pytest
 
 from boresight import Record
 from boresight.model.errors import InputError
+from boresight.model.tolerances import tolerances
 from boresight.sim.explore.cases import arguments_of, cases_of, planned
 from boresight.sim.explore.figures import explored, quantities
 from boresight.sim.explore.measure import Exploration, measured
@@ -65,6 +66,9 @@ def test_keys_depend_on_what_decides(monkeypatch) -> None:
     assert shared == 4 * ["cycles"]
     assert not before & set(plan(texts=["shift=4"])[1])
     assert {tasks[k].kind for k in before & set(plan(steps=2)[1])} == {"cycles"}
+    assert {tasks[k].kind for k in before & set(plan(urgent=1)[1])} == {"errors"}
+    with tolerances(["m=1"]):
+        assert {tasks[k].kind for k in before & set(plan()[1])} == {"cycles"}
     monkeypatch.setattr(place, lambda *_: "other sources")
     assert not before & set(plan()[1])
 

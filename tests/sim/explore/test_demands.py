@@ -91,6 +91,17 @@ def test_what_comes_nearest_and_what_to_relax() -> None:
     assert lines[1].startswith("angle<0.001ht relaxed to 0.01 ht alone would do: 18 bits")
 
 
+def test_the_clock_that_a_missed_deadline_takes() -> None:
+    rows = [row(24, 1e-4, 370, 4, cycles=260, us=2.6, clock=128.4, clock_is="estimate")]
+    lines = chosen(rows, demands_of("us<2", KNOWN), LUT).lines(LUT)
+    clock = "a clock of 130.0 MHz (its own: 128.4 MHz, estimate)"
+    assert lines[0].endswith(f"us is 2.6, wanted < 2, which takes {clock}")
+    assert lines[1].startswith(f"us<2 relaxed to 2.6 alone would do, or {clock}: 24 bits")
+    (rate,) = demands_of("rate>=0.4MHz", KNOWN)
+    assert rate.clock(row(24, 1e-4, 370, 4, interval=250)) == "a clock of 100.0 MHz"
+    assert not demands_of("dsp<1", KNOWN)[0].clock(rows[0])
+
+
 def test_nothing_is_known_yet() -> None:
     demands = demands_of("us<5", KNOWN)
     assert chosen(ROWS, demands, LUT).lines(LUT)[0].startswith("nothing meets the demands: no")

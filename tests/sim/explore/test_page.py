@@ -1,5 +1,6 @@
 """The page in a browser, by mouse and keyboard, and its logic without one."""
 
+import dataclasses
 import json
 import shutil
 import subprocess
@@ -40,13 +41,19 @@ def text(*, left: int = 0) -> str:
     known = [Quantity("angle", "angle: largest error from float64", "deg"), *FIGURES]
     known = [q for q in known if any(q.name in row.figures for row in ROWS)]
     demands = demands_of("angle<0.1", known)
-    return render_page(page_data("e", ROWS, known, demands, known[2], ["a choice"], left=left))
+    return render_page(page_data("e", ROWS, known, demands, known[2], ["a choice"], remaining=left))
 
 
 def test_it_needs_nothing_from_elsewhere() -> None:
     page = text()
     assert "src=" not in page and "https:" not in page and "@import" not in page
     assert page.count("</script>") == 2, "a text of a row cannot end the script"
+
+
+def test_how_far_an_estimated_clock_is_off_is_said() -> None:
+    rows = [dataclasses.replace(ROWS[0], clock=128.4, clock_is="estimate")]
+    said, unsaid = (page_data("e", r, [], [], None, [], remaining=0)["lines"] for r in (rows, ROWS))
+    assert "1 to 41 % below the routed clock" in "".join(said) and not unsaid
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node (Debian: apt-get install nodejs)")
@@ -72,6 +79,10 @@ assert(logic.meets(row(1, 2), d("y", ">=", 2)) && !logic.meets(row(1, 2), d("y",
 assert(!logic.meets(row(null, 2), d("x", "<", 9)));
 assert(!logic.meets(row(1, 2), d("z", "<", 9)));
 assert(logic.meets(row(1, 2), d("z", "<", NaN)) && !logic.meets(row(1, 2, { refused: "no" }), []));
+const timed = { figures: { us: 2.6, rate: 4e5, cycles: 260, interval: 250 } };
+assert.equal(logic.needed(timed, d("us", "<", 2)[0]), 130);
+assert.equal(logic.needed(timed, d("rate", ">=", 5e5)[0]), 125);
+assert(["us", "lut"].every((name) => isNaN(logic.needed(timed, d(name, "<", 3)[0]))));
 const drawn = logic.shown([row(1, 0), row(1, null), row(0, 3)], "x", "y", [false, true]);
 assert.deepEqual(at(drawn), [[0, 3]]);
 const linear = [[[3, 900], false], [[7], false], [[0], false]];

@@ -15,6 +15,7 @@ from tests.support.soak import search as soak
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(3600)
 def test_ten_minutes() -> None:
     """The search alone, as `python -m tests.mutants --witness search` runs it on faults."""
     end = time.monotonic() + 600.0

@@ -69,10 +69,14 @@ def test_run(monkeypatch) -> None:
     monkeypatch.setattr(experiment, "predicted", lambda *a: theory())
     cycles = dict.fromkeys(("small", "fast"), (SimpleNamespace(interval=700),))
     monkeypatch.setattr(experiment, "schedules_of", lambda *a: cycles)
-    result = Radar().run(seed=3, runs=20, say=lambda text: None)
+    few = [t.name for t in Radar().run(seed=3, runs=20, say=lambda text: None).targets if t.fewest]
+    assert few == 6 * ["spread over the bound"] + 6 * ["mean error, in bands"]
+    del asked[:]
+    result = Radar().run(seed=3, runs=250, say=lambda text: None)
     assert asked[:2] == [(False, 1701, 1000.0), (True, 1701, 5.0)]
     assert [a[:2] for a in asked[2:]] == 5 * [(False, 801)]
     json.dumps([result.figures, result.details], allow_nan=False)
+    assert not any(t.fewest for t in result.targets)
     assert result.good and result.pages["radar.html"].count("no estimator can") == 6
 
 
@@ -95,7 +99,7 @@ def test_a_run_is_what_world_and_filter_say() -> None:
     assert np.abs(run.error[-1, [2, 5]]).max() < 0.1
     assert run.before[50] == pytest.approx(run.after[50], abs=0.01)
     assert np.abs(run.after[-1]).max() < 0.2 * np.abs(run.before[-1]).max()
-    assert run.saturated == 0 and run.apart < 1e-3
+    assert run.saturated == 0 and run.deviation < 1e-3
 
 
 def test_first_is_in_noise_units() -> None:

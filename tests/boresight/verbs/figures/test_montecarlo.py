@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -37,6 +38,20 @@ def test_the_right_filter_is_found_right(whole) -> None:
     stored = json.loads((folder / "montecarlo-constant-mean.json").read_text())
     assert stored == {k: v for k, v in data.to_json().items() if k != "file"}
     assert data.marks[-1] == 59 and data.saturated == 0
+
+
+def test_the_worst_draw_is_named_and_runs_alone(whole, tmp_path, capsys) -> None:
+    worst, world, errors = whole[1].worst, Constant(), {}
+    for seed in range(1, 41):
+        world.draw(seed)
+        errors[seed] = abs(sum(world.value + world.noise) / 60.25 - world.value)
+    assert worst.seed == max(errors, key=lambda seed: errors[seed])
+    assert worst.error == pytest.approx(errors[worst.seed], abs=1e-5)
+    assert f"worst draw: seed {worst.seed}, mean off by" in str(whole[1])
+    log = tmp_path / "loop.csv"
+    assert main([*shlex.split(worst.command)[1:], "-o", str(log)]) == 0
+    world.draw(worst.seed)
+    assert boresight.record_of(log).values("mean_true", "")[-1] == world.value
 
 
 def test_it_does_not_matter_who_runs_them(whole, tmp_path) -> None:
@@ -142,6 +157,11 @@ class Unnamed(Varied):
 class Short(Varied):
     def bound(self):
         return {'mean': []}
+
+
+class Second(Varied):
+    def record(self, outputs):
+        return super().record(outputs) if self.seed < 2 else 1 / 0
 """
 
 
@@ -156,6 +176,7 @@ class Short(Varied):
         ("Unbounded", "bound, w.py, line 39: wanted standard deviations of 1 records by output"),
         ("Unnamed", "output name, found NoneType; return"),
         ("Short", "found the shape (0,) of mean; return"),
+        ("Second", "line 54, seed 2: wanted a record, found ZeroDivisionError"),
     ],
 )
 def test_worlds_that_cannot_be_drawn(name: str, message: str, tmp_path, capsys) -> None:

@@ -259,6 +259,8 @@ def test_page_stands_alone_and_shows_everything(result):
     groups = [[t.good for t in group] for group in grouped(result.targets)]
     assert page.count('class="missed"') == sum(not all(group) for group in groups)
     assert page.count(">FAIL<") == sum(not x for group in groups for x in group)
+    judged = [target for target in result.targets if target.judged]
+    assert f">{sum(t.good for t in judged)} <small>of {len(judged)}<" in page
     for constant in ("2.12×10⁻⁶", "0.1414", "Tianjin", "HMR3300"):
         assert constant in page, constant
     for label in (
