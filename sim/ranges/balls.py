@@ -11,8 +11,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache, partial
 from itertools import permutations, product
 
 import numpy as np
@@ -133,17 +133,17 @@ class Balls:
             forms = [form]
             for k, ball in enumerate(order):
                 self._take(ball)
-                total = {(): ball.square, (-1 - k,): -ball.square}
+                total = ((), ball.square), ((-1 - k,), -ball.square)
                 forms = [
                     out
                     for f in forms
                     for n in sorted(ball.numbers & numbers)
-                    if (out := _replaced(f, n, ball.numbers, total)) is not None
+                    if (out := _replaced((*f.items(),), n, ball.numbers, total)) is not None
                 ]
             return min(map(self._by_signs, forms), default=math.inf)
 
         def bound_without(number: int, squares: frozenset[int]) -> float:
-            out = _replaced(form, min(squares), squares, {(number,): 1.0})
+            out = _replaced((*form.items(),), min(squares), squares, (((number,), 1.0),))
             return math.inf if out is None else self._by_signs(out)
 
         return self._best(
@@ -224,14 +224,19 @@ def absorbed(form: Polynomial, ball: Ball) -> Polynomial | None:
     return out
 
 
+#: Terms of a polynomial: monomials and their coefficients.
+_Terms = tuple[tuple[tuple[int, ...], float], ...]
+
+
+@lru_cache(1024)  # the same rows are bounded for many claims
 def _replaced(
-    form: Polynomial, number: int, squares: Set[int], total: Polynomial
+    form: _Terms, number: int, squares: frozenset[int], total: _Terms
 ) -> Polynomial | None:
     """A polynomial with the square of a node replaced by a total less the other squares."""
-    replacement = total | {(n, n): -1.0 for n in squares if n != number}
+    replacement = dict(total) | {(n, n): -1.0 for n in squares if n != number}
     powers: list[Polynomial] = [{(): 1.0}]
-    out: Polynomial = {m: c for m, c in form.items() if m.count(number) < 2}
-    for m, c in form.items():
+    out: Polynomial = {m: c for m, c in form if m.count(number) < 2}
+    for m, c in form:
         power = m.count(number) // 2
         if not power:
             continue
