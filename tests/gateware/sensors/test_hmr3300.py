@@ -55,21 +55,26 @@ def happenings(
         now, flags = 0, None
         ctx.set(dut.mode, mode)
 
+        def look() -> None:
+            nonlocal flags
+            seen = shown.get(ctx)
+            events = seen["events"]
+            out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
+            if seen["line"]:
+                out.append((now, tuple(ctx.get(value) for value in dut.values)))
+            if (raised := {name for name in FLAGS if seen[name]}) != flags:
+                flags = raised
+                out.append((now, raised))
+
         async def wait(cycles: int) -> None:
-            nonlocal now, flags
+            nonlocal now
             for _ in range(cycles):
                 await ctx.tick()
                 now += 1
                 ctx.set(dut.time, now)
-                seen = shown.get(ctx)
-                events = seen["events"]
-                out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
-                if seen["line"]:
-                    out.append((now, tuple(ctx.get(value) for value in dut.values)))
-                if (raised := {name for name in FLAGS if seen[name]}) != flags:
-                    flags = raised
-                    out.append((now, raised))
+                look()
 
+        look()
         for item in data:
             if isinstance(item, int):
                 await wait(item)
