@@ -38,16 +38,6 @@ def test_every_byte(divisor: int, send) -> None:
     assert receive(divisor, drive) == list(data)
 
 
-@pytest.mark.parametrize("cycles", [20, 30, 40])
-def test_a_byte_may_begin_soon_after_a_reset(cycles: int, send) -> None:
-    """The line is idle before it, so nothing but its own edge begins it: a slow one is right."""
-
-    async def drive(ctx, dut):
-        await send(ctx, dut.rx, 104, b"U")
-
-    assert receive(100, drive, wait=cycles) == [ord("U")]
-
-
 @pytest.mark.parametrize("theirs", [96, 97, 103, 104])
 def test_other_side_off_by_four_percent(theirs: int, send) -> None:
     data = bytes(range(0, 256, 15))
@@ -61,6 +51,7 @@ def test_other_side_off_by_four_percent(theirs: int, send) -> None:
 @pytest.mark.parametrize("divisor", [8, 11, 16, 31, 100, 108])
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
+    # The first byte begins so soon after the reset that an edge seen there would be taken for its.
     # Half a cycle of a bit is lost where its edges fall between cycles.
     rate = 1 + sign * (Receiver(divisor=divisor).tolerance - 0.06 / divisor)
     data = bytes([0x00, 0xFF, 0x55, 0xAA, 0x80, 0x7F, 0x01, 0xFE])
@@ -75,7 +66,7 @@ def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
                 now = end
             begin = now
 
-    assert receive(divisor, drive) == list(data)
+    assert receive(divisor, drive, wait=2) == list(data)
 
 
 @pytest.mark.parametrize("divisor", [8, 9, 16, 33, 64])
