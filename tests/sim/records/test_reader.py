@@ -259,16 +259,9 @@ def test_made_for_the_rates_of_a_record() -> None:
 # -- the input reader: the same inputs from one call as from many, and what it refuses ------------
 
 
-class Gauge(Estimator):
-    """One input of each kind."""
+class Gauge(Probe):
+    """The same inputs, one output."""
 
-    inputs = (
-        Input("ok", 0.0, 1.0, "", valid_of=("z", "c")),
-        Input("z", -2.0, 2.0, "m", missing="hold"),
-        Input("c", -1.0, 3.0, "", missing=0.5, clamp=True),
-        Input("plain", -4.0, 4.0, "rad/s"),
-        Input("only_z", -1.0, 2.0, "", valid_of="z"),
-    )
     outputs = (Output("y", "m"),)
 
 
