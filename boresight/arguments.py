@@ -9,18 +9,18 @@ from typing import Any
 from boresight.gateware.machine import machine_named
 from boresight.gateware.synthesis.nextpnr import find_router
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.words.fixed import check_word
 
 __all__ = [
     "JOBS_MOST",
     "SEED_MOST",
-    "check_choice",
     "check_machine",
     "check_number",
     "check_optional",
     "check_routable",
+    "check_target",
     "check_urgent",
     "check_word",
 ]
@@ -52,21 +52,14 @@ def check_optional(where: str, value: Any, low: int, high: int | None = None) ->
         check_number(where, value, low, high)
 
 
+def check_target(name: str, choices: Iterable[str]) -> None:
+    """Raise InputError unless ``name`` is one of the targets ``choices``."""
+    require_choice("target", name, choices, "choose one; docs/targets.md has them all")
+
+
 def check_urgent(urgent: Any, estimators: Iterable[Estimator]) -> None:
     """Raise InputError unless it is None, or a number of outputs that each estimator has."""
     check_optional("urgent", urgent, 1, min(len(e.outputs) for e in estimators))
-
-
-def check_choice(where: str, value: Any, choices: Iterable[str], all_in: str = "") -> None:
-    """Raise InputError unless ``value`` is one of ``choices``, which ``all_in`` lists."""
-    names = list(choices)
-    if value not in names:
-        raise InputError.at(
-            where,
-            wanted=f"one of {listed(str(value), names)}",
-            found=repr(value),
-            fix=f"choose one; {all_in} has them all" if all_in else "choose one of these",
-        )
 
 
 def check_routable(targets: Sequence[str], alternative: str) -> None:

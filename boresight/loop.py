@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from boresight.arguments import SEED_MOST, check_choice, check_machine, check_optional
+from boresight.arguments import SEED_MOST, check_machine, check_optional
 from boresight.disk.output import OutputFile
+from boresight.model.errors import require_choice
 from boresight.model.resolve import estimator_of
 from boresight.options import Config, EstimatorName, Params, Word
 from boresight.sim.answer import Answer
@@ -154,7 +155,7 @@ def simulate_world(
     plant, filter = world_of(world), estimator_of(estimator)
     against = against or (on if on in _FLOATS else "c")
     for name, level in (("on", on), ("against", against)):
-        check_choice(name, level, LEVELS)
+        require_choice(name, level, LEVELS)
     check_machine(config, word)
     check_optional("steps", steps, 1)
     check_optional("seed", seed, 0, SEED_MOST)

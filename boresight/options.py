@@ -334,14 +334,14 @@ class Arguments:
 
     Attributes
     ----------
-    known : mapping of str to Argument
+    arguments : mapping of str to Argument
         Arguments of the verb.
     typed : dict
         Values by name, as argparse gives them.
     json, quiet : bool
     """
 
-    known: Mapping[str, Argument]
+    arguments: Mapping[str, Argument]
     typed: dict[str, Any]
     json: bool
     quiet: bool
@@ -363,7 +363,7 @@ class Arguments:
         files = self.typed.get("params", [])
         for name in ("output", "reproducer"):
             if self.typed.get(name):
-                refuse_inputs(self.typed[name], files, self.known[name].flags[0])
+                refuse_inputs(self.typed[name], files, self.arguments[name].flags[0])
         return files, self.typed.get("param", [])
 
     def only(
@@ -391,7 +391,7 @@ class Arguments:
         valid = arguments_of(function)
         for name in self.typed:
             if name not in valid:
-                flag = self.known[name].flags[-1]
+                flag = self.arguments[name].flags[-1]
                 fix = f"{instead}leave {flag} out"
                 raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
 
@@ -443,9 +443,9 @@ class Arguments:
         return dict(params_for_each(names, *self.params))
 
 
-def outcome(result: Any, more: str = "") -> Outcome:
+def outcome(result: Any, text: str = "") -> Outcome:
     """The outcome of a result, with more text for people: 1 unless it is good."""
-    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{more}"
+    return int(not getattr(result, "good", True)), result.to_json(), f"{result}{text}"
 
 
 class Verb:
@@ -467,14 +467,14 @@ class Verb:
         self.call = call
 
     @cached_property
-    def own(self) -> dict[str, Argument]:
+    def call_arguments(self) -> dict[str, Argument]:
         """Arguments of ``call`` itself."""
         return {} if self.call is None else arguments_of(self.call)
 
     @cached_property
     def arguments(self) -> dict[str, Argument]:
         """All its arguments, by name."""
-        argument_sets = [self.own, *map(arguments_of, self.modes)]
+        argument_sets = [self.call_arguments, *map(arguments_of, self.modes)]
         first = next((a for a in argument_sets if any(not x.flags for x in a.values())), {})
         positional = {name: a for name, a in first.items() if not a.flags}
         for arguments in argument_sets:
@@ -490,9 +490,9 @@ class Verb:
             return outcome(arguments.call(*self.modes))
         positional: list[Any] = []
         keywords: dict[str, Any] = {}
-        for name in [name for name in self.own if name in typed]:
+        for name in [name for name in self.call_arguments if name in typed]:
             value = typed.pop(name)
-            if self.own[name].flags:
+            if self.call_arguments[name].flags:
                 keywords[name] = value
             else:
                 positional += value if isinstance(value, list) else [value]

@@ -5,7 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterable, Mapping
 
-__all__ = ["InputError", "ToolMissing", "closest", "listed", "require", "shortened"]
+__all__ = [
+    "InputError",
+    "ToolMissing",
+    "closest",
+    "listed",
+    "require",
+    "require_choice",
+    "shortened",
+]
 
 #: Maximum length of a message's parts, in characters.
 _WHERE, _WANTED, _FOUND = 120, 130, 130
@@ -13,17 +21,17 @@ _WHERE, _WANTED, _FOUND = 120, 130, 130
 _LIST = 100
 
 
-def shortened(text: str, most: int) -> str:
-    """Shorten a text to ``most`` characters by leaving out its middle."""
-    if len(text) <= most:
+def shortened(text: str, limit: int) -> str:
+    """Shorten a text to ``limit`` characters by leaving out its middle."""
+    if len(text) <= limit:
         return text
-    end = 2 * (most - 3) // 3  # the end of a path and its line number matter most
-    return f"{text[: most - 3 - end]}...{text[len(text) - end :]}"
+    end = 2 * (limit - 3) // 3  # the end of a path and its line number matter most
+    return f"{text[: limit - 3 - end]}...{text[len(text) - end :]}"
 
 
-def closest(name: str, names: Iterable[str], most: int = 4) -> list[str]:
-    """Return the ``most`` names closest to an unknown ``name``."""
-    return difflib.get_close_matches(name[:100], list(names), most, 0.0)
+def closest(name: str, names: Iterable[str], limit: int = 4) -> list[str]:
+    """Return the ``limit`` names closest to an unknown ``name``."""
+    return difflib.get_close_matches(name[:100], list(names), limit, 0.0)
 
 
 def listed(name: str, names: Iterable[str]) -> str:
@@ -91,6 +99,16 @@ def require(
     if not good:
         location = where if isinstance(where, str) else where()
         raise InputError.at(location, wanted=wanted, found=repr(found), fix=fix)
+
+
+def require_choice(
+    where: str, value: object, choices: Iterable[object], fix: str = "choose one of these"
+) -> None:
+    """Raise `InputError.at` unless ``value`` is one of ``choices``."""
+    names = list(choices)
+    if value not in names:
+        wanted = f"one of {listed(str(value), map(str, names))}"
+        raise InputError.at(where, wanted=wanted, found=repr(value), fix=fix)
 
 
 class ToolMissing(RuntimeError):

@@ -16,7 +16,7 @@ import numpy as np
 from boresight.model import ops
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import Input, Named, Output, Param, State
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.model.interface import check_interface
 from boresight.model.lowering.graph import Node
 from boresight.model.lowering.lower import lower
@@ -185,13 +185,7 @@ class Estimator:
         values = {p.name: p.default for p in self.params}
         legal = {p.name: p for p in self.params}
         for name, value in (given or {}).items():
-            if name not in legal:
-                raise InputError.at(
-                    f"parameter {name}",
-                    wanted=f"one of {listed(name, legal)}",
-                    found=repr(name),
-                    fix="correct the name",
-                )
+            require_choice(f"parameter {name}", name, legal, "correct the name")
             p = legal[name]
             if not p.low <= value <= p.high:  # NaN fails too
                 raise InputError.at(
@@ -313,7 +307,7 @@ class Estimator:
             )
         recorded, repeated = self.trace(), self.trace()
         expressions = (recorded.tracer.expressions, repeated.tracer.expressions)
-        keys = [[e.said for e in each] for each in expressions]
+        keys = [[e.key for e in each] for each in expressions]
         for k, (first, second) in enumerate(zip_longest(*keys)):
             if first != second:
                 lines = [e.line for each in expressions for e in each[k:] if e.line]

@@ -68,23 +68,23 @@ def profiles_now() -> tuple[str, ...] | None:
     return _profiles.get()
 
 
-def profile_place(what: Named, name: str) -> Path | None:
+def profile_place(source: Named, name: str) -> Path | None:
     """File of the profile of an estimator in a file of its own; None for any other estimator.
 
     ``track.fit.json`` beside ``track.py``, or ``track.NAME.fit.json`` if the estimator has another
     name than its file.
     """
-    if not isinstance(what, str) or not (".py:" in what or what.endswith(".py")):
+    if not isinstance(source, str) or not (".py:" in source or source.endswith(".py")):
         return None
-    file = Path(f"{what.partition('.py:')[0]}.py" if ".py:" in what else what)
+    file = Path(f"{source.partition('.py:')[0]}.py" if ".py:" in source else source)
     middle = "" if file.stem == name else f".{name}"
     return file.with_name(f"{file.stem}{middle}.fit.json")
 
 
-def _profile(what: Named, estimator: Estimator) -> Profile | None:
+def _profile(source: Named, estimator: Estimator) -> Profile | None:
     files = profiles_now()
     if files is None:
-        place = profile_place(what, estimator.name)
+        place = profile_place(source, estimator.name)
         return read_profile(place) if place is not None and place.exists() else None
     profiles = [read_profile(file) for file in files]
     matching = [profile for profile in profiles if profile.estimator == estimator.name]
@@ -98,14 +98,14 @@ def _profile(what: Named, estimator: Estimator) -> Profile | None:
     return matching[-1] if matching else None
 
 
-def estimator_of(what: Named) -> Estimator:
+def estimator_of(source: Named) -> Estimator:
     """Return the estimator that a name, class or object stands for, with checked declarations.
 
     Its profile is attached, if there is one (`profiles`), and tolerances (`tolerances`).
 
     Parameters
     ----------
-    what : str, class or Estimator
+    source : str, class or Estimator
         Texts have the form given at the head of this module.
 
     Raises
@@ -115,10 +115,10 @@ def estimator_of(what: Named) -> Estimator:
         several; arguments that the constructor does not take; declarations that contradict each
         other; a file of `profiles` that holds no profile, or none of this estimator.
     """
-    estimator = load(what, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
+    estimator = load(source, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
     estimator.check_declarations()
-    if not isinstance(what, Estimator):
-        estimator.profile = _profile(what, estimator)
+    if not isinstance(source, Estimator):
+        estimator.profile = _profile(source, estimator)
         estimator.outputs = judged_outputs(estimator.name, estimator.outputs)
     return estimator
 
@@ -162,7 +162,7 @@ def offered(
     return classes, tuple(unusable)
 
 
-def load(what: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str) -> T:
+def load(source: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str) -> T:
     """Return an object of class ``base``, as `estimator_of` does.
 
     Parameters
@@ -174,25 +174,25 @@ def load(what: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], gr
     group : str
         Group of entry points.
     """
-    if isinstance(what, base):
-        return what
-    if isinstance(what, type) and issubclass(what, base):
-        return _constructed(what, what.__name__, (), {})
-    if not isinstance(what, str):
+    if isinstance(source, base):
+        return source
+    if isinstance(source, type) and issubclass(source, base):
+        return _constructed(source, source.__name__, (), {})
+    if not isinstance(source, str):
         raise InputError.at(
             kind,
             wanted=f"a name, file.py:Class, a class or an object of {base.__name__}",
-            found=type(what).__name__,
+            found=type(source).__name__,
             fix=f"derive the class from boresight.{base.__name__}",
         )
-    stem, colon, call = what.partition(".py:")
-    path = f"{stem}.py" if colon else what
-    if not colon and not what.endswith(".py"):
-        name, args, options = _call(what, what) if what.endswith(")") else (what, (), {})
-        return _constructed(_lookup(name, base, kind, shipped, group), what, args, options)
+    stem, colon, call = source.partition(".py:")
+    path = f"{stem}.py" if colon else source
+    if not colon and not source.endswith(".py"):
+        name, args, options = _call(source, source) if source.endswith(")") else (source, (), {})
+        return _constructed(_lookup(name, base, kind, shipped, group), source, args, options)
     module = _module(Path(path), kind)
-    name, args, options = _call(call, what) if colon else ("", (), {})
-    return _constructed(_class(module, name, base, kind, path), what, args, options)
+    name, args, options = _call(call, source) if colon else ("", (), {})
+    return _constructed(_class(module, name, base, kind, path), source, args, options)
 
 
 def _lookup(
@@ -337,7 +337,7 @@ def _error_line(error: BaseException, file: Path, path: Path) -> str:
     return f"{path}, line {lines[-1]}" if lines else str(path)
 
 
-def _call(text: str, what: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
+def _call(text: str, source: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
     """``Class`` or ``Class(1, n=2)`` as name and literal arguments."""
     try:
         node = ast.parse(text, mode="eval").body
@@ -350,7 +350,7 @@ def _call(text: str, what: str) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
     except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
         pass
     raise InputError.at(
-        repr(what),
+        repr(source),
         wanted="file.py:Class or file.py:Class(NAME=VALUE)",
         found=repr(text),
         fix="give numbers and texts as arguments, in quotes for the shell",
@@ -390,12 +390,12 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(names) or "none"
 
 
-def _constructed(cls: type[T], what: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:
+def _constructed(cls: type[T], source: str, args: tuple[Any, ...], options: dict[str, Any]) -> T:
     try:
         inspect.signature(cls).bind(*args, **options)
     except TypeError as error:
         raise InputError.at(
-            what,
+            source,
             wanted=f"arguments that {cls.__name__} takes",
             found=f"TypeError: {error}",
             fix=f"write {cls.__name__}(NAME=VALUE, ...)",
@@ -408,7 +408,7 @@ def _constructed(cls: type[T], what: str, args: tuple[Any, ...], options: dict[s
         last = traceback.extract_tb(error.__traceback__)[-1]
         file = Path(last.filename).name
         raise InputError.at(
-            f"{what if what == file else f'{what}, {file}'}, line {last.lineno}",
+            f"{source if source == file else f'{source}, {file}'}, line {last.lineno}",
             wanted="a constructor that returns",
             found=_error_text(error),
             fix="correct it, or the arguments",

@@ -11,7 +11,7 @@ import re
 from functools import cache
 from typing import Any
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 
 __all__ = ["GRAVITY", "UnitError", "check_unit", "conversion", "linear"]
 
@@ -59,13 +59,7 @@ def check_unit(where: str, unit: object) -> None:
                 _parsed(name)
             except UnitError:
                 is_valid = False
-    if not is_valid:
-        raise InputError.at(
-            where,
-            wanted="a unit as m/s^2, deg/s or uT",
-            found=repr(unit),
-            fix="correct it, or leave it empty",
-        )
+    require(is_valid, where, "a unit as m/s^2, deg/s or uT", unit, "correct it, or leave it empty")
 
 
 @cache

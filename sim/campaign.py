@@ -35,7 +35,7 @@ def complete(
     jobs: int | None = 1,
     executor: Executor | None = None,
     batch: int = BATCH,
-    each: Callable[[], None] | None = None,
+    after_batch: Callable[[], None] | None = None,
 ) -> list[dict[str, Any]]:
     """Run every case that the journal does not hold; the rows of all, in their order.
 
@@ -53,10 +53,10 @@ def complete(
         See `dispatch`.
     batch : int
         Runs that are dispatched together.
-    each : callable, optional
+    after_batch : callable, optional
         Called after each batch, when its rows are in the journal.
     """
-    remaining = [case for number, case in cases.items() if number not in journal.done]
+    remaining = [case for number, case in cases.items() if number not in journal.rows]
     if len(remaining) < len(cases):
         say(f"{len(cases) - len(remaining)} of {len(cases)} runs are done already")
     size = batch if executor is not None or processes(jobs) > 1 else 1
@@ -65,7 +65,7 @@ def complete(
     start, resumed = time.monotonic(), len(cases) - len(remaining)
     for _, rows in dispatch(jobs, tasks, executor):
         journal.add(rows)
-        done = [journal.done[number] for number in cases if number in journal.done]
+        done = [journal.rows[number] for number in cases if number in journal.rows]
         refused = sum(bool(row.get("refused")) for row in done)
         seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - resumed)
         say(
@@ -73,9 +73,9 @@ def complete(
             + (f", {refused} refused" if refused else "")
             + (f", about {duration(seconds)} left" if len(done) < len(cases) else "")
         )
-        if each is not None:
-            each()
-    return [journal.done[number] for number in cases]
+        if after_batch is not None:
+            after_batch()
+    return [journal.rows[number] for number in cases]
 
 
 class Journal:
@@ -94,7 +94,7 @@ class Journal:
 
     Attributes
     ----------
-    done : dict
+    rows : dict
         Rows by key.
 
     Raises
@@ -104,7 +104,7 @@ class Journal:
     """
 
     def __init__(self, path: Path, identity: dict[str, Any], *, key: str = "seed") -> None:
-        self.path, self.key, self.done = path, key, dict[Any, dict[str, Any]]()
+        self.path, self.key, self.rows = path, key, dict[Any, dict[str, Any]]()
         self._identity = json.dumps(identity, sort_keys=True)
         if path.exists():
             with self._connection() as connection:
@@ -116,7 +116,7 @@ class Journal:
                 ] != [(self._identity,)]:
                     raise self._foreign()
                 for number, row in connection.execute("SELECT key, row FROM runs"):
-                    self.done[number] = json.loads(row)
+                    self.rows[number] = json.loads(row)
 
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
         """Add rows; they are on disk when this returns.
@@ -140,7 +140,7 @@ class Journal:
                 [(row[self.key], json.dumps(row, sort_keys=True)) for row in new_rows],
             )
             connection.execute("COMMIT")
-        self.done |= {row[self.key]: row for row in new_rows}
+        self.rows |= {row[self.key]: row for row in new_rows}
 
     @contextmanager
     def _connection(self) -> Iterator[sqlite3.Connection]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from boresight.model.errors import InputError, ToolMissing
 
-__all__ = ["cluster", "others"]
+__all__ = ["cluster", "executor_for"]
 
 
 @contextmanager
@@ -44,7 +44,7 @@ def cluster(address: str) -> Iterator[Executor]:
         yield client.get_executor()
 
 
-def others(
+def executor_for(
     address: str | None, executor: Executor | None, *, texts: bool, wanted: str
 ) -> AbstractContextManager[Any]:
     """The executor that runs a campaign; None for the processes of this machine.

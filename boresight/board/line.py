@@ -49,12 +49,12 @@ class Listener:
     ----------
     formats : mapping
         Fraction bits of quaternion and status by filter (`gateware.system.attitude_frame.FORMATS`).
-    others : mapping, optional
+    other_outputs : mapping, optional
         Fraction bits by name, for estimators by number whose outputs are not an attitude.
 
     Attributes
     ----------
-    bad : int
+    error_count : int
         Number of frames and lines that were damaged or of another kind, without the very first
         piece, which may be incomplete.
     """
@@ -62,10 +62,10 @@ class Listener:
     def __init__(
         self,
         formats: Mapping[int, tuple[int, int]] = FORMATS,
-        others: Mapping[int, Mapping[str, int]] | None = None,
+        other_outputs: Mapping[int, Mapping[str, int]] | None = None,
     ) -> None:
-        self.formats, self.others = formats, others or {}
-        self.bad = 0
+        self.formats, self.other_outputs = formats, other_outputs or {}
+        self.error_count = 0
         self._begun = False
         self._piece = bytearray()
 
@@ -83,7 +83,7 @@ class Listener:
                 self._begun = True
                 continue
             item = self._line(piece) if line else self._frame(piece)
-            self.bad += item is None and self._begun
+            self.error_count += item is None and self._begun
             self._begun = True
             if item is not None:
                 yield item
@@ -94,7 +94,7 @@ class Listener:
     def _frame(self, piece: bytes) -> Update | Reply | None:
         for kind, words in Decoder(word=32).feed(piece):
             if kind is Kind.ATTITUDE and words:
-                outputs = self.others.get(filter_of(words[0] >> 16))
+                outputs = self.other_outputs.get(filter_of(words[0] >> 16))
                 if outputs is not None and len(words) == 2 + len(outputs):
                     return values_of(words, outputs)
                 if outputs is None and len(words) == len(WORDS):
@@ -154,7 +154,7 @@ class RegisterTable:
         return formats or FORMATS
 
     @property
-    def others(self) -> dict[int, dict[str, int]]:
+    def other_outputs(self) -> dict[int, dict[str, int]]:
         """Fraction bits of outputs by name, for estimators by number without an attitude."""
         return {k: outputs for k, outputs in self._outputs.items() if tuple(outputs) != OUTPUTS}
 

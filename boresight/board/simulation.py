@@ -128,7 +128,7 @@ def _row(board: Board, name: str, filter: int, run: BoardRun, verdict: Judgement
     trace = run.trace
     good = (
         verdict.mismatches == verdict.lost == run.dropped == trace.violations == 0
-        and len(trace.broken) == 0
+        and len(trace.framing_errors) == 0
         and len(run.frames) == verdict.updates > 0
     )
     plan = board.system.plan

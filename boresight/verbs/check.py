@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, overload
 
-from boresight.arguments import check_choice, check_machine, check_optional, check_urgent
+from boresight.arguments import check_machine, check_optional, check_target, check_urgent
 from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
@@ -237,7 +237,7 @@ def check(
     for records in rounds:
         messages[:] = [", ".join(dict.fromkeys(r.name for r in records)), ": "]
         checked = checking.run(
-            *records, reproducer=kept, whole=False, rows=rows or ROWS, rtl_rows=rtl_rows
+            *records, reproducer=kept, keep_all=False, rows=rows or ROWS, rtl_rows=rtl_rows
         )
         results += checked
         if each is not None:
@@ -252,7 +252,7 @@ def _simulated(target: str | None, levels: Sequence[str]) -> str:
     """The part of the level netlist."""
     if target is None:
         return "xc6slx9"
-    check_choice("target", target, SIMULATED, "docs/targets.md")
+    check_target(target, SIMULATED)
     if NetlistSimulated.name not in levels:
         raise InputError.at(
             "target",

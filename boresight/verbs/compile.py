@@ -23,10 +23,10 @@ from pathlib import Path
 from typing import Any
 
 from boresight.arguments import (
-    check_choice,
     check_machine,
     check_number,
     check_routable,
+    check_target,
     check_urgent,
 )
 from boresight.core_files import (
@@ -62,7 +62,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.system.plan import SYSTEM_WORDS
 from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Config, EstimatorNames, OutputFolder, Params, Urgent, Word
 from boresight.regression import JudgedVerb
@@ -286,11 +286,11 @@ def _target(target: str | None, board: str | None) -> str:
     """The target: as said, or the board's part, or the default."""
     part = TARGET_NAMES[0]
     if board is not None:
-        check_choice("board", board, BOARDS)
+        require_choice("board", board, BOARDS)
         part = BOARDS[board].target
     if target is None:
         return part
-    check_choice("target", target, TARGET_NAMES, "docs/targets.md")
+    check_target(target, TARGET_NAMES)
     if board is not None and target != part:
         raise InputError.at(
             "target",
@@ -327,7 +327,7 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
 
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
     """Raise InputError, or ToolMissing, unless such a project can be made."""
-    check_choice("top", top, TOPS)
+    require_choice("top", top, TOPS)
     if board is not None and top == "sensors":
         check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
     if with_cpu and (board is None or is_open(board) or top != "sensors"):

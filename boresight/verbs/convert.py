@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from boresight.arguments import check_choice
 from boresight.disk.output import OutputFile, output_folder
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.options import Option, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.data.convert_broad import broad_record, broad_trials
@@ -84,7 +83,7 @@ def convert(
     if folder is None and str(source) not in _DATA_SETS:
         return _log(Path(source), output, say)
     data_set = str(source)
-    check_choice("data set", data_set, _DATA_SETS)
+    require_choice("data set", data_set, _DATA_SETS)
     if folder is None:
         raise InputError.at(
             "convert", wanted=f"the folder of {data_set}", found="none", fix="name it"

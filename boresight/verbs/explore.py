@@ -19,11 +19,11 @@ from typing import Annotated, Any
 
 from boresight.arguments import (
     JOBS_MOST,
-    check_choice,
     check_machine,
     check_number,
     check_optional,
     check_routable,
+    check_target,
     check_urgent,
     check_word,
 )
@@ -46,7 +46,7 @@ from boresight.options import (
 )
 from boresight.results.explore import ExploreResult
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import others
+from boresight.sim.cluster import executor_for
 from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
 from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
 from boresight.sim.explore.figures import OF_AREA, Quantity, explored, quantities
@@ -157,7 +157,7 @@ def explore(
     for config in configs:
         check_machine(config, 32)
     for target in targets:
-        check_choice("target", target, TARGETS, "docs/targets.md")
+        check_target(target, TARGETS)
     if route:
         check_routable(targets, "leave --route out")
     elif seeds != 1:
@@ -209,7 +209,7 @@ def explore(
     if parquet is not None:
         parquet_of({})
     journal = Journal(folder / f"{of}.runs", {"boresight explore": FORMAT}, key="key")
-    journal.done = {key: row for key, row in journal.done.items() if not row.get("again")}
+    journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
     say(f"{estimator.name}: {len(cases)} combinations")
     exploration = Exploration(
         tuple(record if path is None else str(path.absolute()) for record, path in read),
@@ -224,7 +224,7 @@ def explore(
         estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
     )
     texts = isinstance(name, str)
-    with others(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
+    with executor_for(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
         try:
             complete(
                 exploration,
@@ -235,7 +235,7 @@ def explore(
                 jobs=jobs if texts else 1,
                 executor=dealer,
                 batch=1,
-                each=table.write_at_times,
+                after_batch=table.write_at_times,
             )
         finally:
             result = table.write(str(folder / f"{of}.html"))
@@ -268,7 +268,7 @@ class _Table:
 
     def write(self, place: str = "") -> ExploreResult:
         """Write the page; the result."""
-        done = self.journal.done
+        done = self.journal.rows
         rows = tuple(
             explored(plan, done, self.exploration, clock_mhz=self.clock) for plan in self.plans
         )
@@ -280,7 +280,7 @@ class _Table:
         lines = choice.lines(least) if choice is not None and least is not None else []
         left = sum(key not in done for key in self.tasks)
         demands = [d for d in demands if d.quantity in known]
-        data = page_data(self.title, rows, known, demands, least, lines, left=left)
+        data = page_data(self.title, rows, known, demands, least, lines, remaining=left)
         self.page.write(render_page(data))
         return ExploreResult(rows, choice, place, str(self.journal.path), known, least)
 

@@ -30,7 +30,7 @@ from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
 from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult, succeeded
 from boresight.sim.accuracy.covariance import initial_covariances
-from boresight.sim.fit.fitting import Effect, Fitted, fitted, kept
+from boresight.sim.fit.fitting import Effect, Fitted, fitted, select_ranges
 from boresight.sim.fit.observe import Inputs, pieces_of
 from boresight.sim.fit.propose import applied, proposals, worth
 from boresight.sim.levels.build import Build
@@ -62,8 +62,8 @@ def fit(
     and half of the bits that are left to its interval, at most `sim.fit.choose.MOST_BITS`. Inputs,
     parameters, states and what replaces them, angles that wrap, divisors and arguments of roots
     have the formats of their declarations or intervals. What would make an output less exact on the
-    sources is left out; see `sim.fit.fitting.kept`. Nothing is written where a word saturates on
-    the sources, or more variances are negative than without the profile.
+    sources is left out; see `sim.fit.fitting.select_ranges`. Nothing is written where a word
+    saturates on the sources, or more variances are negative than without the profile.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def fit(
         estimator, records, params=params, starts=initial_covariances(estimator), progress=say
     )
     say("fixed point, by intervals and with the profile")
-    choice = kept(fit_result, records, params=params, word=word)
+    choice = select_ranges(fit_result, records, params=params, word=word)
     before, after = choice.before, choice.after
     fit_result = replace(fit_result, profile=choice.profile)
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
@@ -151,7 +151,7 @@ def fit(
             1 for e in fit_result.trace.needed if e.args and e.number in fit_result.intervals
         ),
         formats=len(fit_result.profile.ranges),
-        dropped=_errors(before, choice.whole) if choice.whole is not after else (),
+        dropped=_errors(before, choice.full) if choice.full is not after else (),
         limits=tuple(
             FitLimit(_line(fit_result, number), *range_)
             for number, range_ in fit_result.profile.limits.items()

@@ -331,12 +331,13 @@ def monitor(
     words = _words(table, writes)
     to_read = _readable(table, reads)
     accesses_only = bool(reads or writes) and count is None and csv is None and plot is None
-    with BoardLine(source, baud=baud, listener=Listener(table.formats, table.others)) as line:
+    listener = Listener(table.formats, table.other_outputs)
+    with BoardLine(source, baud=baud, listener=listener) as line:
         for register, word in words:
             line.access(Kind.WRITE, [register.address, word])
         registers = {register.name: _read(line, register) for register in to_read}
         attitudes = [] if accesses_only else _attitudes(line, count, silence_s, each)
-        bad = line.listener.bad
+        bad = line.listener.error_count
         if not line.is_port and not attitudes:
             raise _nothing(source, bad)
     track = track_of(attitudes, clock_hz=table.clock_hz)

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import quote
 
-from boresight.arguments import check_choice, check_machine, check_optional, check_urgent
+from boresight.arguments import check_machine, check_optional, check_target, check_urgent
 from boresight.core_files import estimate_core, has_primitives, map_core, write_text
 from boresight.disk.output import output_folder
 from boresight.gateware.synthesis.estimate import Estimate
@@ -143,7 +143,7 @@ def report(
     say = progress or (lambda text: None)
     estimator = find_estimator(name)
     check_machine(config, word)
-    check_choice("target", target, TARGETS, "docs/targets.md")
+    check_target(target, TARGETS)
     part = TARGETS[target]
     check_optional("steps", steps, 1)
     check_optional("rtl_rows", rtl_rows, 1)
@@ -160,7 +160,7 @@ def report(
         results = [
             result
             for log in records
-            for result in checking.run(log, whole=False, rtl_rows=rtl_rows)
+            for result in checking.run(log, keep_all=False, rtl_rows=rtl_rows)
         ]
         area: Estimate | Mapped | None = None
         if synth:

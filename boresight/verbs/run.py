@@ -16,11 +16,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from boresight.arguments import check_choice, check_machine, check_optional
+from boresight.arguments import check_machine, check_optional
 from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import (
@@ -246,7 +246,7 @@ def run(
         Unknown estimator or level, bad log, output that cannot be written.
     """
     estimator = find_estimator(name)
-    check_choice("on", on, LEVELS)
+    require_choice("on", on, LEVELS)
     check_machine(config, word)
     check_optional("steps", steps, 1)
     build = Build(estimator, config=config, word=word, params=[params])

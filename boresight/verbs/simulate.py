@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_choice, check_optional
+from boresight.arguments import JOBS_MOST, check_optional
 from boresight.board.simulated import BoardResult, FaultsResult, fault_line
 from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
@@ -22,7 +22,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
 from boresight.gateware.system.programs import system_core
 from boresight.loop import simulate_world
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
@@ -136,7 +136,7 @@ def _beside(chosen: Estimator) -> Sequence[Named]:
 def check_options(*, config: str = "small", seconds: float = 1.0, source: str = "heading") -> None:
     """Raise InputError for options that no simulation takes."""
     machine_named(config)
-    check_choice("source", source, SOURCES)
+    require_choice("source", source, SOURCES)
     if not 0.05 <= seconds <= _LONGEST_S:
         raise InputError.at(
             "seconds",
@@ -148,7 +148,7 @@ def check_options(*, config: str = "small", seconds: float = 1.0, source: str = 
 
 def _filter(name: str | None) -> str:
     name = name or "mekf"
-    check_choice("filter", name, FILTERS)
+    require_choice("filter", name, FILTERS)
     return name
 
 
@@ -184,7 +184,7 @@ def simulate_faults(
     check_optional("jobs", jobs, 1, JOBS_MOST)
     every = fault_names()
     for fault in faults or ():
-        check_choice("fault", fault, every)
+        require_choice("fault", fault, every)
     board, log = fault_board([name]), trial_log()
     assert board.verilog  # made once, before the threads that wait for the simulators
 

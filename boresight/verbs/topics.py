@@ -118,7 +118,7 @@ def topics(file: Annotated[str | Path, Option(metavar="FILE")]) -> TopicsResult:
 def _figures(topic: Topic, start: int, sources: Iterable[Source]) -> TopicFigures:
     fields, units = _shortened(topic.fields), {}
     for s in sources:
-        if s.wanted in (topic.name, topic.kind) and s.frame != "geodetic":
+        if s.label in (topic.name, topic.kind) and s.frame != "geodetic":
             text = " ".join(filter(None, (s.unit, s.frame and f"({s.frame})")))
             for name in fields:
                 if re.split(r"\[|\.[wxyz]$", name)[0] in s.fields or name in s.fields:

@@ -173,14 +173,14 @@ class Expressions:
         lines.append(f"const {kind} {name} = {self._text[e.number][0]};")
         self._text[e.number] = (name, _PRIMARY)
 
-    def text(self, e: Expression, least: int = 0) -> str:
-        """An expression, in brackets where it binds less than ``least``."""
+    def text(self, e: Expression, binding: int = 0) -> str:
+        """An expression, in brackets where it binds less than ``binding``."""
         text, binds = self._text[_plain(e).number]
-        return text if binds >= least else f"({text})"
+        return text if binds >= binding else f"({text})"
 
     def _expression(self, e: Expression) -> tuple[str, int]:
-        form, binds, least = _FORMS[e.kind]
-        args = [self.text(arg, bound) for arg, bound in zip(e.args, least, strict=True)]
+        form, binds, bindings = _FORMS[e.kind]
+        args = [self.text(arg, bound) for arg, bound in zip(e.args, bindings, strict=True)]
         if binds == _PLUS and args[1].startswith("-"):  # plus minus: minus
             form = _FORMS["sub" if e.kind == "add" else "add"][0]
             args[1] = args[1][1:]

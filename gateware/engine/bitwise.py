@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.engine.dsp48a1 import is_spartan6
 
-__all__ = ["Bitwise", "choose", "kept", "multiplex"]
+__all__ = ["Bitwise", "choose", "multiplex", "next_value"]
 
 
 class Bitwise(wiring.Component):
@@ -83,7 +83,7 @@ def choose(select: Any, high: Any, low: Any) -> Any:
     return select & high | ~select & low
 
 
-def kept(register: Signal, value: Value, *, when: Value) -> Value:
+def next_value(register: Signal, value: Value, *, when: Value) -> Value:
     """``when ? value : register``, which synthesis does not make part of the clock enable.
 
     The enable comes late and needs no table more on its way to the register.

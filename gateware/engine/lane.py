@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import Bitwise, choose, kept
+from boresight.gateware.engine.bitwise import Bitwise, choose, next_value
 from boresight.gateware.engine.delay import delayed
 from boresight.gateware.engine.leading import LeadingSignCount
 from boresight.gateware.engine.multiplier import Multiplier
@@ -137,8 +137,8 @@ class Lane(wiring.Component):
         with m.If(self.en):
             if self.machine.has("memory"):
                 m.d.sync += [
-                    flag.eq(kept(flag, sign, when=self.cap_flag)),
-                    held.eq(kept(held, index, when=self.cap_index)),
+                    flag.eq(next_value(flag, sign, when=self.cap_flag)),
+                    held.eq(next_value(held, index, when=self.cap_index)),
                 ]
             else:
                 with m.If(self.cap_flag):

@@ -8,7 +8,7 @@ from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.engine.bitwise import kept
+from boresight.gateware.engine.bitwise import next_value
 from boresight.model.words.fixed import Arithmetic
 
 __all__ = ["LeadingSignCount"]
@@ -72,7 +72,7 @@ class LeadingSignCount(wiring.Component):
             place = Signal(2, name=f"place{first}", reset_less=True)
             with m.If(take):
                 for register, value in ((hit, Cat(bits).any()), (place, self._position(bits))):
-                    new = kept(register, value, when=self.capture) if self.free else value
+                    new = next_value(register, value, when=self.capture) if self.free else value
                     m.d.sync += register.eq(new)
             hits.append(hit)
             places.append(place)

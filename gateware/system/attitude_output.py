@@ -62,7 +62,7 @@ class AttitudeOutput(wiring.Component):
     ----------
     text : bool
         Whether every update has the outputs of an attitude.
-    most : int, 1 to 16
+    outputs : int, 1 to 16
         Maximum number of outputs of an update.
     read_cycles : 1 or 2
         Of the results.
@@ -90,13 +90,13 @@ class AttitudeOutput(wiring.Component):
     #: Meaning of the bits of ``events``: an update is sent; one that was due is not.
     EVENTS = ("attitude_sent", "attitude_skipped")
 
-    def __init__(self, *, text: bool = True, most: int = 8, read_cycles: int = 1) -> None:
-        if not 1 <= most <= 16 or (text and most != len(OUTPUTS)):
-            raise ValueError(f"most must be 1 to 16 outputs, 8 with text, not {most!r}")
+    def __init__(self, *, text: bool = True, outputs: int = 8, read_cycles: int = 1) -> None:
+        if not 1 <= outputs <= 16 or (text and outputs != len(OUTPUTS)):
+            raise ValueError(f"outputs must be 1 to 16, 8 with text, not {outputs!r}")
         self.text = text
         self.read_cycles = read_cycles
         #: Bits of the number of an output.
-        self.bits = 3 if most <= 8 else 4
+        self.bits = 3 if outputs <= 8 else 4
         super().__init__(
             {
                 "updated": In(1),

@@ -115,7 +115,7 @@ class AttitudeSystem(wiring.Component):
         )
         programs = [p.program for p in core.parts[: self.plan.filters]]
         text = all(p.output_names == OUTPUTS for p in programs)
-        self._output = AttitudeOutput(text=text, most=max(self.plan.outputs), read_cycles=reads)
+        self._output = AttitudeOutput(text=text, outputs=max(self.plan.outputs), read_cycles=reads)
         self.title = "attitude system"
         self.lines = _LINES
         #: Counted events, by their bits: source and name.

@@ -10,7 +10,7 @@ from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.system.feed import MOST_REGISTERS
 from boresight.gateware.system.plan import FRONT_NAMES, SYSTEM_WORDS, Plan, plan_of
 from boresight.model.declarations import Input, SourceFormat
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, with_params
 from boresight.model.front import FRONT
 from boresight.model.front.sensed import SENSED, Sensed, board_params
@@ -166,13 +166,12 @@ def system_core(
         )
     estimators = system_estimators(filters, word=word)
     for name in params or {}:
-        if name not in {e.name for e in estimators}:
-            raise InputError.at(
-                f"parameters of {name}",
-                fix="leave them out, or add the filter",
-                wanted=f"one of {', '.join(e.name for e in estimators)}",
-                found=repr(name),
-            )
+        require_choice(
+            f"parameters of {name}",
+            name,
+            (e.name for e in estimators),
+            "leave them out, or add the filter",
+        )
     values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
     for e in estimators:
         values[e.name] = {**values.get(e.name, {}), **board_params(e.params)}

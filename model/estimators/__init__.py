@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.estimators.ekf_bias import EkfBias
@@ -38,11 +38,5 @@ def estimator(name: str) -> Estimator:
     InputError
         No such estimator.
     """
-    if name not in ESTIMATORS:
-        raise InputError.at(
-            "estimator",
-            wanted=f"one of {listed(name, ESTIMATORS)}",
-            found=repr(name),
-            fix="boresight list shows them all",
-        )
+    require_choice("estimator", name, ESTIMATORS, "boresight list shows them all")
     return ESTIMATORS[name]()

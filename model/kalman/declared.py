@@ -11,7 +11,7 @@ import numpy as np
 
 from boresight.model import declarations, ops
 from boresight.model.declarations import Named
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
 
@@ -57,10 +57,10 @@ class State(declarations.State):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.most,))
+        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.largest_sd,))
 
     @property
-    def most(self) -> float:
+    def largest_sd(self) -> float:
         """Largest standard deviation."""
         return _LARGEST * self.sd if self.sd_max is None else self.sd_max
 
@@ -90,7 +90,7 @@ class Attitude:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"attitude {self.name}")
-        _check_sd(where, self.sds, self.mosts)
+        _check_sd(where, self.sds, self.largest_sds)
         norm = math.sqrt(math.fsum(c * c for c in self.initial))
         if len(self.initial) != 4 or not abs(norm - 1.0) < 1e-6:
             raise InputError.at(
@@ -106,7 +106,7 @@ class Attitude:
         return _triple(self.sd)
 
     @property
-    def mosts(self) -> tuple[float, ...]:
+    def largest_sds(self) -> tuple[float, ...]:
         """Largest standard deviation of each component."""
         largest = tuple(_LARGEST * sd for sd in self.sds)
         return largest if self.sd_max is None else _triple(self.sd_max)
@@ -231,13 +231,7 @@ def vector(
     ``vector(Input, "a", "xyz", -50.0, 50.0, "m/s^2")`` declares ``ax``, ``ay`` and ``az``; a
     filter's methods see them also as the vector ``a``.
     """
-    if axes not in AXES:
-        raise InputError.at(
-            placed(author_line(), f"vector {name}"),
-            wanted=f"axes of {', '.join(AXES)}",
-            found=repr(axes),
-            fix="choose one of these",
-        )
+    require_choice(placed(author_line(), f"vector {name}"), axes, AXES)
     line = author_line()
     return tuple(kind(name + a, *given, line=line, **options) for a in axes)
 
@@ -266,7 +260,7 @@ def spread(
     given: Mapping[str, Any],
     groups: Mapping[str, Sequence[str]],
     where: str,
-    what: str,
+    quantity: str,
     kind: str = "state",
 ) -> dict[str, Any]:
     """Values by the name of each component, of values by names and by names of vectors.
@@ -282,7 +276,7 @@ def spread(
     if not isinstance(given, Mapping):
         raise InputError.at(
             where,
-            wanted=f"a dictionary of {what} by the names of {kind}s",
+            wanted=f"a dictionary of {quantity} by the names of {kind}s",
             found="None" if given is None else f"a {type(given).__name__}",
             fix="return {NAME: VALUE, ...}, {} if there are none",
         )
@@ -291,7 +285,7 @@ def spread(
         if group is None and name not in members:
             raise InputError.at(
                 where,
-                wanted=f"{what} of {kind}s: {', '.join(sorted({*groups, *members}))}",
+                wanted=f"{quantity} of {kind}s: {', '.join(sorted({*groups, *members}))}",
                 found=repr(name),
                 fix=f"correct the name, or declare the {kind}",
             )
@@ -301,7 +295,7 @@ def spread(
             continue
         is_vector = isinstance(value, tuple | list | np.ndarray) and np.ndim(value) == 1
         values = list(value) if is_vector else [value] * len(group)
-        if len(values) != len(group) or (what == NEXT and len(group) > 1 and not is_vector):
+        if len(values) != len(group) or (quantity == NEXT and len(group) > 1 and not is_vector):
             raise InputError.at(
                 where,
                 wanted=f"{len(group)} components of {name}" if len(group) > 1 else "a number",

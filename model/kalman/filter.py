@@ -21,9 +21,9 @@ class Filter(Protocol):
         As declared.
     errors, places : list of str
         Of each error state, a row of P: its name, and where it is declared.
-    initial_sd, most : list of float
+    initial_sd, largest_sd : list of float
         Its standard deviation: initial and largest.
-    held, least_noise : list of float
+    variance_limits, noise_floor : list of float
         Variances: beyond the first it grows no more; the second is added in every update.
     groups : dict of str to tuple of str
         Names of the error states that the name of a state or vector stands for.
@@ -51,9 +51,9 @@ class Filter(Protocol):
     errors: list[str]
     places: list[str]
     initial_sd: list[float]
-    most: list[float]
-    held: list[float]
-    least_noise: list[float]
+    largest_sd: list[float]
+    variance_limits: list[float]
+    noise_floor: list[float]
     groups: dict[str, tuple[str, ...]]
     covariance_states: dict[str, tuple[int, int]]
     considered: frozenset[int]

@@ -12,7 +12,7 @@ import numpy as np
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import Output
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
@@ -89,25 +89,25 @@ class Kalman(Estimator):
         self.errors: list[str] = []
         self.places: list[str] = []
         self.initial_sd: list[float] = []
-        self.most: list[float] = []
+        self.largest_sd: list[float] = []
         states: list[declarations.State] = []
         #: Names of the error states that a name stands for.
         self.groups: dict[str, tuple[str, ...]] = {}
         for s in self.estimated:
             if isinstance(s, Attitude):
-                names, sds, bounds = s.errors, s.sds, s.mosts
+                names, sds, bounds = s.errors, s.sds, s.largest_sds
                 states += [
                     declarations.State(name, -1.0, 1.0, "", c, line=s.line)
                     for name, c in zip(s.components, s.initial, strict=True)
                 ]
             else:
-                names, sds, bounds = (s.name,), (s.sd,), (s.most,)
+                names, sds, bounds = (s.name,), (s.sd,), (s.largest_sd,)
                 states.append(s)
             self.groups[s.name] = tuple(names)
             self.errors += names
             self.places += [s.line] * len(names)
-            self.most += [math.sqrt(_BELOW) * bound for bound in bounds]
-            self.initial_sd += map(min, sds, self.most[-len(sds) :])
+            self.largest_sd += [math.sqrt(_BELOW) * bound for bound in bounds]
+            self.initial_sd += map(min, sds, self.largest_sd[-len(sds) :])
         self.groups |= axes_of([s.name for s in self.estimated if isinstance(s, State)])
         n = len(self.errors)
         scalars = {s.name: s for s in self.estimated if isinstance(s, State)}
@@ -116,8 +116,8 @@ class Kalman(Estimator):
             i for i, e in enumerate(self.errors) if e in scalars and scalars[e].consider
         )
         #: Variances: beyond the first no element grows, the second is added in every update.
-        self.held = [_HELD * bound * bound for bound in self.most]
-        self.least_noise = [self.floor * n * bound * bound for bound in self.most]
+        self.variance_limits = [_HELD * bound * bound for bound in self.largest_sd]
+        self.noise_floor = [self.floor * n * bound * bound for bound in self.largest_sd]
         self.covariance_states = {
             f"p_{a}_{b}": (i, j)
             for i, a in enumerate(self.errors)
@@ -144,7 +144,7 @@ class Kalman(Estimator):
 
     def _covariance_state(self, name: str) -> declarations.State:
         i, j = self.covariance_states[name]
-        bound = self.most[i] * self.most[j]
+        bound = self.largest_sd[i] * self.largest_sd[j]
         low, initial = (0.0, self.initial_sd[i] * self.initial_sd[i]) if i == j else (-bound, 0.0)
         units = [self._unit(k) for k in (i, j)]
         unit = " ".join(filter(None, units)) if i != j else f"({units[0]})^2" if units[0] else ""
@@ -211,13 +211,9 @@ class Kalman(Estimator):
     def check_declarations(self) -> None:
         """See `Estimator`; that there is a method ``measure``, and no nearly known name."""
         super().check_declarations()
-        if self.part not in ("", *PARTS):
-            raise InputError.at(
-                placed(self._line, f"estimator {self.name}, part"),
-                wanted=f"one of {', '.join(PARTS)}",
-                found=repr(self.part),
-                fix="choose one, or leave it out",
-            )
+        if self.part:
+            where = placed(self._line, f"estimator {self.name}, part")
+            require_choice(where, self.part, PARTS, "choose one, or leave it out")
         self._check_spelling()
         if type(self).measure is Kalman.measure and self.part != PREDICT:
             raise InputError.at(

@@ -103,8 +103,8 @@ class Textbook:
         self._valid = np.zeros((2, len(self.measurements)), dtype=int)
         #: Of each error state, updates in which its variance was near its largest, and in which it
         #: had process noise.
-        self._held, self._noisy = np.zeros((2, len(kalman.most)), dtype=int)
-        self._observability = _Observability(np.array(kalman.most))
+        self._held, self._noisy = np.zeros((2, len(kalman.largest_sd)), dtype=int)
+        self._observability = _Observability(np.array(kalman.largest_sd))
 
     # -- what the author wrote, as functions ----------------------------------------------------
 
@@ -139,7 +139,7 @@ class Textbook:
         """
         k = self.kalman
         self._valid[:] = self._held[:] = self._noisy[:] = 0
-        self._observability = _Observability(np.array(k.most))
+        self._observability = _Observability(np.array(k.largest_sd))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
         fixed = {("param", name): v for name, v in k.param_values(params).items()}
@@ -227,10 +227,10 @@ class Textbook:
         for pair, value in self._noise(self._leaves(x, leaves)).items():
             i, j = map(int, pair.split())
             q[i, j] = q[j, i] = value
-        q += np.diag(k.least_noise)
+        q += np.diag(k.noise_floor)
         self._noisy += np.diag(q) > 0.0
         self._observability.move(f)
-        is_held = np.diag(cov) > np.array(k.held)
+        is_held = np.diag(cov) > np.array(k.variance_limits)
         self._held += is_held
         f[is_held] = np.eye(len(f))[is_held]
         q[is_held] = q[:, is_held] = 0.0
@@ -301,7 +301,7 @@ class Textbook:
     ) -> FloatArray:
         """Derivatives (names, errors)."""
         k, n = self.kalman, len(self.kalman.errors)
-        steps = np.array(k.most) * _STEP
+        steps = np.array(k.largest_sd) * _STEP
         change = np.concatenate([np.diag(steps * times) for times in _STENCIL])  # (4 n, n)
         stacked = {name: np.full(len(change), value) for name, value in x.items()}
         varied = function(self._leaves(_moved_by(k, stacked, change.T), leaves, estimate=stacked))

@@ -55,15 +55,15 @@ class Update:
         self.cov: dict[tuple[int, int], Scalar] = {}
         for name, (i, j) in kalman.covariance_states.items():
             self.cov[i, j] = self.cov[j, i] = self.before[name]
-        self.wide = list(kalman.most)
+        self.bounds = list(kalman.largest_sd)
         self.states: dict[str, Any] = {}
         self.memory: dict[str, Any] = {}
         #: Elements of P from which updates have been subtracted, and how many.
-        self.left: dict[tuple[int, int], tuple[Any, int]] = {}
+        self.reductions: dict[tuple[int, int], tuple[Any, int]] = {}
         #: Of each update: its L, the innovation over its standard deviation, whether it counts.
         self.gains: list[list[Any]] = []
         self.moves: list[Any] = []
-        self.taken: list[Condition | None] = []
+        self.conditions: list[Condition | None] = []
         self.nis: Any = 0.0
 
     def results(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -141,9 +141,9 @@ class Update:
         self.rows: list[Slope] = []
         for i in self.range:
             self.tracer.place = k.places[i]
-            self.full.append(self.cov[i, i] > k.held[i])
+            self.full.append(self.cov[i, i] > k.variance_limits[i])
             reach = self._reach(i, rows[i], noise.get((i, i), 0.0))
-            self.wide[i] = min(max(reach, self.wide[i]), _REACH * self.wide[i])
+            self.bounds[i] = min(max(reach, self.bounds[i]), _REACH * self.bounds[i])
             zero, one = self.tracer.const(0.0), self.tracer.const(1.0)
             self.diagonal.append(chosen(self.full[i], one, rows[i].pop(i, zero)))
             self.rows.append({m: self._entry(i, m, d) for m, d in rows[i].items()})
@@ -158,7 +158,7 @@ class Update:
     def _entry(self, i: int, m: int, entry: Scalar) -> Scalar:
         """An element of F in a word 32 times as fine as its share of P needs: shorter products."""
         k = self.kalman
-        limit = math.ldexp(2.0**-5, math.frexp(k.most[i] / k.most[m])[1])
+        limit = math.ldexp(2.0**-5, math.frexp(k.largest_sd[i] / k.largest_sd[m])[1])
         if entry.kind == "const" or self.intervals.size(entry) >= limit:
             return entry
         coarse: Scalar = ops.bounded(entry, -limit, limit, "standard deviations")
@@ -183,7 +183,7 @@ class Update:
                 column = [along.get((a, m), before[a, m]) for m in self.range]
                 added = noise.get((i, j), 0.0)
                 if i == j:
-                    value = self._row_product(b, a, column, added + k.least_noise[i])
+                    value = self._row_product(b, a, column, added + k.noise_floor[i])
                 else:
                     value = self._with_noise(self._row_product(b, a, column), i, j, added)
                 self.cov[i, j] = self.cov[j, i] = self._bounded(value, i, j, before)
@@ -205,7 +205,7 @@ class Update:
         result: Scalar = product(self.diagonal[i], column[i])
         if not is_const(coupling, 0.0):
             if self.random is not None:  # within half of the last bit of a word of 32
-                exponent = math.frexp(self.wide[i] * self.wide[j])[1]
+                exponent = math.frexp(self.bounds[i] * self.bounds[j])[1]
                 coupling = coupling + math.ldexp(1.0, exponent - 18) * self.random
             result = result + ops.where(self.full[i], 0.0, coupling)
         return result
@@ -219,15 +219,16 @@ class Update:
 
     def _bounded(self, value: Any, i: int, j: int, before: Mapping[tuple[int, int], Any]) -> Any:
         """An element that has changed, within what the standard deviations allow."""
-        return value if value is before[i, j] else self._element(value, i, j, self.wide)
+        return value if value is before[i, j] else self._element(value, i, j, self.bounds)
 
     def _reach(self, i: int, row: Slope, variance: Any) -> float:
         """Largest standard deviation after a prediction that is not held."""
         k, size = self.kalman, self.intervals.size
         spread = math.fsum(
-            size(d) * (math.sqrt(k.held[j]) if i == j else k.most[j]) for j, d in row.items()
+            size(d) * (math.sqrt(k.variance_limits[j]) if i == j else k.largest_sd[j])
+            for j, d in row.items()
         )
-        return math.sqrt(spread * spread + size(variance) + k.least_noise[i])
+        return math.sqrt(spread * spread + size(variance) + k.noise_floor[i])
 
     def _element(self, value: Any, i: int, j: int, sd: Sequence[float]) -> Scalar:
         """An element of P within what standard deviations allow."""
@@ -315,19 +316,19 @@ class Update:
             gains = [ops.where(within, g, 0.0) for g in gains]
             move, valid = ops.where(within, move, 0.0), None
         self.nis = self.nis + (move * move if valid is None else ops.where(valid, move * move, 0.0))
-        bounds = zip(gains, self.wide, strict=True)
+        bounds = zip(gains, self.bounds, strict=True)
         self.gains.append(
             [ops.bounded(g, -sd, sd, "root of a variance", unless=INDEFINITE) for g, sd in bounds]
         )
         self.moves.append(move)
-        self.taken.append(valid)
+        self.conditions.append(valid)
 
     def _subtracted(self, value: Any, parts: Sequence[Any], first: int = 0) -> Any:
         """Value minus the part of each update from ``first`` on that is taken into account."""
-        for _, group in groupby(enumerate(parts, first), lambda part: id(self.taken[part[0]])):
+        for _, group in groupby(enumerate(parts, first), lambda part: id(self.conditions[part[0]])):
             numbers, members = zip(*group, strict=True)
             total = sum(members[1:], members[0])
-            valid = self.taken[numbers[0]]
+            valid = self.conditions[numbers[0]]
             value = value - (total if valid is None else ops.where(valid, total, 0.0))
         return value
 
@@ -357,7 +358,7 @@ class Update:
         if _is_unit(row):
             return [self._reduced_element(i, *row) for i in self.range]
         out: list[Any] = []
-        for i, (value, sd, *g) in enumerate(zip(column, self.wide, *self.gains, strict=True)):
+        for i, (value, sd, *g) in enumerate(zip(column, self.bounds, *self.gains, strict=True)):
             factors, bound = corrected_dots if i in self.kalman.considered else dots, spread * sd
             value = self._subtracted(value, [a * b for a, b in zip(g, factors, strict=True)])
             out.append(ops.bounded(value, -bound, bound, "standard deviations", unless=INDEFINITE))
@@ -365,10 +366,10 @@ class Update:
 
     def _reduced_element(self, i: int, j: int) -> Any:
         """An element of P after the updates so far; each is subtracted once."""
-        value, count = self.left.get((i, j), (self.cov[i, j], 0))
+        value, count = self.reductions.get((i, j), (self.cov[i, j], 0))
         if count < len(self.gains):
-            value = self._element(self._reduced_by(i, j, value, count), i, j, self.wide)
-            self.left[i, j] = self.left[j, i] = value, len(self.gains)
+            value = self._element(self._reduced_by(i, j, value, count), i, j, self.bounds)
+            self.reductions[i, j] = self.reductions[j, i] = value, len(self.gains)
         return value
 
     def _reduced_by(self, i: int, j: int, value: Any, count: int) -> Any:
@@ -403,7 +404,7 @@ class Update:
                     found="an infinite one",
                     fix="bound what h divides by or takes a root of: ops.clip, ops.maximum",
                 )
-        spread = math.fsum(size * self.wide[j] for j, size in sizes.items())
+        spread = math.fsum(size * self.bounds[j] for j, size in sizes.items())
         return spread if m.sd_max is None else min(spread, m.sd_max)
 
     def _move(self, s: Any) -> None:
@@ -430,8 +431,8 @@ class Update:
         k, out = self.kalman, {}
         for name, (i, j) in k.covariance_states.items():
             self.tracer.place = k.places[i]
-            value = self._reduced_by(i, j, *self.left.get((i, j), (self.cov[i, j], 0)))
-            out[name] = self._element(value, i, j, k.most)
+            value = self._reduced_by(i, j, *self.reductions.get((i, j), (self.cov[i, j], 0)))
+            out[name] = self._element(value, i, j, k.largest_sd)
         return out
 
     # -- views ----------------------------------------------------------------------------------
@@ -500,7 +501,7 @@ def _is_unit(row: Slope) -> bool:
     return [is_const(h, 1.0) for h in row.values()] == [True]
 
 
-def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
+def moved(kalman: Filter, after: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
     """What replaces each state and memory; of an attitude the turn, by the names of its errors.
 
     Raises
@@ -512,7 +513,7 @@ def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -
     memory_names = [s.name for s in kalman.memory if s.name not in derived]
     groups = {**kalman.groups, **{name: (name,) for name in memory_names}, **axes_of(memory_names)}
     where = placed(place_of_function(kalman.f), f"f of {kalman.name}")
-    values = spread(given, groups, where, NEXT)
+    values = spread(after, groups, where, NEXT)
     for name, updates in kalman.counters.items():
         following = ops.where(before[name] > updates - 1.5, 0.0, before[name] + 1.0)
         values[name] = ops.bounded(following, 0.0, updates - 1.0, "counter")
@@ -523,7 +524,7 @@ def moved(kalman: Filter, given: Mapping[str, Any], before: Mapping[str, Any]) -
 
 
 def noise_of(
-    kalman: Filter, given: Mapping[Any, Any], intervals: Intervals
+    kalman: Filter, noise: Mapping[Any, Any], intervals: Intervals
 ) -> dict[tuple[int, int], Any]:
     """Variances and covariances of the process noise, by the numbers of two error states.
 
@@ -533,8 +534,8 @@ def noise_of(
         A name that is no state's, or a variance that may be negative.
     """
     where = placed(place_of_function(kalman.noise), f"noise of {kalman.name}")
-    is_mapping = isinstance(given, Mapping)  # else `spread` refuses it
-    single = {n: v for n, v in given.items() if not isinstance(n, tuple)} if is_mapping else given
+    is_mapping = isinstance(noise, Mapping)  # else `spread` refuses it
+    single = {n: v for n, v in noise.items() if not isinstance(n, tuple)} if is_mapping else noise
     out: dict[tuple[int, int], Any] = {}
     for name, value in spread(single, kalman.groups, where, "noise").items():
         i = kalman.errors.index(name)
@@ -546,10 +547,10 @@ def noise_of(
                 fix="raise the least value of its parameters, or take ops.maximum(v, 0.0)",
             )
         out[i, i] = value
-    for pair in given.keys() - single.keys():
+    for pair in noise.keys() - single.keys():
         i, j = sorted(kalman.errors.index(e) for e in _errors_of(kalman, pair, where))
-        check_number(f"{where}, {' and '.join(pair)}", given[pair])
-        out[i, j] = given[pair]
+        check_number(f"{where}, {' and '.join(pair)}", noise[pair])
+        out[i, j] = noise[pair]
     return out
 
 
@@ -565,7 +566,7 @@ def _errors_of(kalman: Filter, pair: tuple[Any, ...], where: str) -> tuple[str, 
     return pair
 
 
-def checked_measurements(kalman: Filter, given: Any) -> list[Measurement]:
+def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
     """What ``measure`` returned.
 
     Raises
@@ -573,19 +574,19 @@ def checked_measurements(kalman: Filter, given: Any) -> list[Measurement]:
     InputError
         No measurement, something else, or one whose z, h or r is no number.
     """
-    is_sequence = isinstance(given, tuple | list)
-    invalid = [m for m in given if not isinstance(m, Measurement)] if is_sequence else [given]
-    if invalid or not given:
+    is_sequence = isinstance(result, tuple | list)
+    invalid = [m for m in result if not isinstance(m, Measurement)] if is_sequence else [result]
+    if invalid or not result:
         raise InputError.at(
             placed(place_of_function(kalman.measure), f"measure of {kalman.name}"),
             wanted="a list of Measurement(z, h, r)",
             found=f"a {type(invalid[0]).__name__}" if invalid else "none",
             fix="return one for each scalar that is measured",
         )
-    for m in given:
+    for m in result:
         for part in ("z", "h", "r"):
             check_number(placed(m.line, f"measurement, {part}"), getattr(m, part))
-    return list(given)
+    return list(result)
 
 
 def turned(q: Sequence[Any], turn: Sequence[Any]) -> list[Any]:

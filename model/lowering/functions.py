@@ -50,7 +50,7 @@ class Functions:
             low = float((c[:, first] + c[:, first + 1].clip(max=0.0)).min())
             high = float((c[:, first] + c[:, first + 1].clip(min=0.0)).max())
             frac = tables.part_format(table, arith, low, high).frac
-            unit = groups.one(arith.word - 2)
+            unit = groups.unit(arith.word - 2)
             parts[part] = groups.group(
                 Form(
                     [

@@ -110,7 +110,7 @@ class Fusion:
             raise InputError.at(
                 node.line or self.groups.name,
                 wanted="numbers of a size that words can be shifted to",
-                found=f"{node.said} in {node.range}",
+                found=f"{node.description} in {node.range}",
                 fix="declare ranges, or scale constants, nearer to 1",
             ) from error
 
@@ -152,7 +152,7 @@ class Fusion:
             raise InputError.at(
                 node.line or self.groups.name,
                 wanted="a finite range",
-                found=f"{node.said} in {node.range}",
+                found=f"{node.description} in {node.range}",
                 fix="declare it with ops.bounded, or limit it with ops.clip",
             )
         if node.kind == "wrap":

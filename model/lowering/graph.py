@@ -81,7 +81,7 @@ class Node:
         return self.name or self.title or f"{self.kind}_{self.number}"
 
     @property
-    def said(self) -> str:
+    def description(self) -> str:
         """Description for its author: the name, or the kind of expression."""
         return self.name or self.title or _KINDS.get(self.kind, self.kind)
 
@@ -134,9 +134,8 @@ class Graph:
     def outside(self, a: Node, wanted: str, fix: str) -> InputError:
         """Error: the range of an argument is not one that the function accepts."""
         at = f" of {a.line}" if a.line and a.line != self.line and not a.name else ""
-        return InputError.at(
-            self.line or self.name, wanted=wanted, found=f"{a.said}{at} in {a.range}", fix=fix
-        )
+        found = f"{a.description}{at} in {a.range}"
+        return InputError.at(self.line or self.name, wanted=wanted, found=found, fix=fix)
 
     def named(self, a: Node, name: str) -> Node:
         """``a``; the first name that it gets stays."""

@@ -43,11 +43,11 @@ class Target:
 
 @dataclass(frozen=True)
 class _Placed:
-    """A product with its shift; ``one``: it is multiplied by the word 2^one."""
+    """A product with its shift; ``unit``: it is multiplied by the word 2^unit."""
 
     product: Product
     shift: int
-    one: int | None
+    unit: int | None
 
 
 class Groups:
@@ -63,7 +63,7 @@ class Groups:
         self._coarse: dict[tuple[int, int], int] = {}
         #: Forms of operations, and products computed as values of their own, by value number.
         self.forms: dict[int, Form] = {}
-        self.apart: dict[int, Product] = {}
+        self.separate_products: dict[int, Product] = {}
 
     # -- values ---------------------------------------------------------------------------------
 
@@ -82,7 +82,7 @@ class Groups:
         word = int(Format(self.arith.word, frac).quantise(c))
         return self._constant(f"const_{c:.6g}", word, frac)
 
-    def one(self, frac: int) -> int:
+    def unit(self, frac: int) -> int:
         """The word 2^frac: multiplication by it is a pure shift."""
         return self._constant(f"one_{frac}", 1 << frac, frac)
 
@@ -257,7 +257,7 @@ class Groups:
 
     def _terms(self, placed: Sequence[_Placed]) -> tuple[Term, ...]:
         return tuple(
-            k.product.term(k.shift, None if k.one is None else self.one(k.one)) for k in placed
+            k.product.term(k.shift, None if k.unit is None else self.unit(k.unit)) for k in placed
         )
 
     def exchanged(self, op: Op, products: list[Product]) -> Op | None:
@@ -305,7 +305,7 @@ class Groups:
         number = self.group(
             separate, Target(f"{target.name}_part", low, high, "interval", line=target.line)
         )
-        self.apart[number] = p
+        self.separate_products[number] = p
         return Product(number, negate=p.negate, when=p.when)
 
     def _coarser(self, form: Form, p: Product, frac: int, target: Target) -> Product:

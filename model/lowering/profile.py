@@ -109,7 +109,7 @@ def record_digest(trace: Trace, inputs: Sequence[Input]) -> str:
 
     def description(e: Any) -> list[Any]:
         if e.kind == "leaf" and e.data[0] == "input":
-            return [*e.said[:-3], *ranges[e.data[1]], *e.said[-1:]]
+            return [*e.key[:-3], *ranges[e.data[1]], *e.key[-1:]]
         return [e.kind, *(numbers[arg.number] for arg in e.args), *e.data]
 
     declared = {numbers[e.number]: e for e in reversed(trace.tracer.expressions)}

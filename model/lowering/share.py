@@ -55,9 +55,9 @@ def _separate_products(groups: Groups) -> Iterator[_Separate]:
     readers: dict[int, list[int]] = {}
     for op in groups.ops:
         for operand in op.operands():
-            if operand in groups.apart:
+            if operand in groups.separate_products:
                 readers.setdefault(operand, []).append(op.dest)
-    for number, p in groups.apart.items():
+    for number, p in groups.separate_products.items():
         sums = readers.get(number, [])
         if len(sums) == 1 and p.b is not None and p.scale is Scale.NONE:
             excess = groups.excess(p, groups.frac(p.b), groups.frac(sums[0]))

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require
 from boresight.model.lowering.misuse import NO_CONDITION, NO_NUMBER, Refuses, repeatable
 from boresight.model.places import author_line
 
@@ -49,7 +49,7 @@ class Expression:
         return f"a traced {self.kind}"
 
     @property
-    def said(self) -> tuple[Any, ...]:
+    def key(self) -> tuple[Any, ...]:
         """Kind, numbers of the arguments, and data: equal for equal expressions."""
         return (self.kind, *(a.number for a in self.args), *self.data)
 
@@ -407,10 +407,7 @@ def finite(number: float, where: Callable[[], str]) -> float:
         It is not finite.
     """
     number = float(number) + 0.0
-    if not math.isfinite(number):
-        raise InputError.at(
-            where(), wanted="finite constants", found=repr(number), fix="correct how it is computed"
-        )
+    require(math.isfinite(number), where, "finite constants", number, "correct how it is computed")
     return number
 
 

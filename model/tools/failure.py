@@ -41,25 +41,25 @@ def last_words(output: str) -> str:
     return (complaints[:1] or messages[-1:] or lines[-1:] or ["no message"])[-1]
 
 
-def failure(what: str, output: str) -> str:
-    """Return ``<what>: <why> (log: <file>)`` and store the output in that file.
+def failure(subject: str, output: str) -> str:
+    """Return ``<subject>: <why> (log: <file>)`` and store the output in that file.
 
     Parameters
     ----------
-    what : str
+    subject : str
         What went wrong, e.g. "verilator build of core failed".
     output : str
         Complete output of the tool.
     """
-    log = _keep(what, output) if output.strip() else None
+    log = _keep(subject, output) if output.strip() else None
     where = f" (log: {log})" if log else ""
-    return f"{what}: {last_words(output)}{where}"
+    return f"{subject}: {last_words(output)}{where}"
 
 
-def _keep(what: str, output: str) -> Path | None:
+def _keep(subject: str, output: str) -> Path | None:
     """Write a log; return None if it cannot be written."""
     digest = hashlib.sha256(output.encode(errors="replace")).hexdigest()[:8]
-    name = re.sub(r"[^A-Za-z0-9]+", "-", what).strip("-")[:60]
+    name = re.sub(r"[^A-Za-z0-9]+", "-", subject).strip("-")[:60]
     try:
         folder = cache_folder("boresight") / "logs"
         folder.mkdir(parents=True, exist_ok=True)

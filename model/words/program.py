@@ -14,10 +14,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum, StrEnum
 from functools import cache, cached_property
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin
 
 import numpy as np
 
+from boresight.model.tools.typed import hints
 from boresight.model.words.fixed import Arithmetic, Format, IntArray
 
 __all__ = [
@@ -307,15 +308,10 @@ def _plain(x: Any) -> Any:
     return x.value if isinstance(x, Enum) else x
 
 
-@cache
-def _hints(record_type: type) -> dict[str, Any]:
-    return get_type_hints(record_type)
-
-
 def _read(hint: Any, x: Any) -> Any:
     """Inverse of `_plain` for a type hint."""
     if isinstance(hint, type) and is_dataclass(hint):
-        return hint(**{name: _read(_hints(hint)[name], y) for name, y in x.items()})
+        return hint(**{name: _read(hints(hint)[name], y) for name, y in x.items()})
     if get_origin(hint) is tuple:
         return tuple(_read(get_args(hint)[0], y) for y in x)
     return hint(x) if isinstance(hint, type) and issubclass(hint, Enum) else x

@@ -176,7 +176,7 @@ class _InTurns:
         counts = [len(inputs) for inputs in records]
         for turn in random_turns(counts, seed=self._piece, longest=_LONGEST):
             level = self.levels[turn.number]
-            level.kept, self._last = self._last.kept, level
+            level.native_states, self._last = self._last.native_states, level
             parts[turn.number].append(level.run(records[turn.number][turn.start : turn.stop]))
         self._piece += 1
         return [Run.joined(runs) for runs in parts]

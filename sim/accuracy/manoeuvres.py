@@ -6,7 +6,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
@@ -96,13 +96,7 @@ def manoeuvre(name: str, steps: int, rng: np.random.Generator, dt: float = 0.005
     InputError
         No such manoeuvre.
     """
-    if name not in MANOEUVRES:
-        raise InputError.at(
-            "manoeuvre",
-            wanted=f"one of {', '.join(MANOEUVRES)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("manoeuvre", name, MANOEUVRES)
     t = dt * np.arange(steps)[:, None]
     rate = {"still": 0.0, "spin": 35.0}.get(name, 3.0)
     gyr = rate * np.sin(rng.uniform(0.2, 4.0, 3) * t + rng.uniform(0, 6.28, 3))

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.sim.attitude.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
@@ -74,7 +74,7 @@ class Peer:
         return self.kernel(log, dip, *self.settings)
 
 
-def run_peer(which: Peer, record: Record, dip: float | None = None) -> FloatArray:
+def run_peer(peer: Peer, record: Record, dip: float | None = None) -> FloatArray:
     """Attitudes (n, 4) of a published filter.
 
     Raises
@@ -86,13 +86,13 @@ def run_peer(which: Peer, record: Record, dip: float | None = None) -> FloatArra
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return which.run(NineAxis.of(record), dip)
+            return peer.run(NineAxis.of(record), dip)
     except InputError:
         raise
     except (ArithmeticError, IndexError, ValueError) as error:
         raise InputError.at(
             record.where,
-            wanted=f"samples that the published filter {which.name} takes",
+            wanted=f"samples that the published filter {peer.name} takes",
             found=str(error),
             fix="leave the log or that filter out",
         ) from error
@@ -249,13 +249,7 @@ PEERS: dict[str, Peer] = {
 
 def peer(name: str) -> Peer:
     """The peer called ``name``; `InputError` if there is none."""
-    if name not in PEERS:
-        raise InputError.at(
-            "peer",
-            wanted=f"one of {listed(name, PEERS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("peer", name, PEERS)
     return PEERS[name]
 
 

@@ -88,9 +88,9 @@ class Scorer:
         return self._each(range(len(self.feeds)), params, work)
 
     def scores(
-        self, params: Mapping[str, float] | None = None, which: Sequence[int] | None = None
+        self, params: Mapping[str, float] | None = None, indices: Sequence[int] | None = None
     ) -> list[dict[str, float]]:
-        """Figures of some records (all by default), in the order of ``which``.
+        """Figures of some records (all by default), in the order of ``indices``.
 
         Raises
         ------
@@ -116,4 +116,4 @@ class Scorer:
             name, figure = self.scored[index]
             return {name: metrics[figure]}
 
-        return self._each(range(len(self.feeds)) if which is None else which, params, score)
+        return self._each(range(len(self.feeds)) if indices is None else indices, params, score)

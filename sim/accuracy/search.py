@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator, Param
 
 __all__ = [
@@ -66,13 +66,9 @@ def tunable(
             )
         return out
     for k, name in enumerate(names):
-        if name not in legal:
-            raise InputError.at(
-                f"parameter {name}",
-                wanted=f"one of {listed(name, legal)}",
-                found=repr(name),
-                fix=f"boresight list shows all of {estimator.name}",
-            )
+        require_choice(
+            f"parameter {name}", name, legal, f"boresight list shows all of {estimator.name}"
+        )
         if name in names[:k]:
             raise InputError.at(
                 f"parameter {name}",

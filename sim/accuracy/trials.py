@@ -90,7 +90,7 @@ def read_trials(
     trials: dict[str, Trial] = {}
     left_out: dict[str, Log] = {}
     # Published filters hold a whole log.
-    for log in logs_of(logs or [bundled(name) for name in bundled_names()], whole=peers):
+    for log in logs_of(logs or [bundled(name) for name in bundled_names()], load=peers):
         if log.name in trials or log.name in left_out:
             raise InputError.at(
                 log.first.where,
@@ -142,5 +142,5 @@ def _trial(log: Log, estimators: Sequence[Estimator], reference: str, peers: boo
         return Trial(log, reference, folder, feeds)
     if not nine.mag_new.any():
         return None
-    log = Log.held(replace(nine, q=run_peer(PEERS[STAND_IN], log.first)).record(), log.path)
+    log = Log.in_memory(replace(nine, q=run_peer(PEERS[STAND_IN], log.first)).record(), log.path)
     return Trial(log, STAND_IN, folder, {e.name: _fed(e, log) for e in estimators})

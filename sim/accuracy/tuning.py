@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from boresight.model.declarations import Param
-from boresight.model.errors import InputError, listed
+from boresight.model.errors import InputError, require_choice
 from boresight.sim.accuracy.figures import ANGLES
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import Sensitivity, Tuned, pattern_search, sensitivities
@@ -45,13 +45,9 @@ def weights_of(
     has_attitude = ANGLES[0] in figures
     weights = {n: float(not has_attitude or n == ANGLES[0]) for n in figures}
     for name, weight in (chosen or {}).items():
-        if name not in figures:
-            raise InputError.at(
-                f"weight {name}",
-                wanted=f"one of {listed(name, figures)}",
-                found=repr(name),
-                fix="weigh an output that the logs have a truth of",
-            )
+        require_choice(
+            f"weight {name}", name, figures, "weigh an output that the logs have a truth of"
+        )
         if not 0.0 <= weight < np.inf:
             raise InputError.at(
                 f"weight {name}", wanted="0 or more", found=f"{weight:g}", fix="choose another"
@@ -131,26 +127,26 @@ class Tuning:
     say: Callable[[str], None]
     _memory: dict[tuple[tuple[str, float], ...], dict[int, Score]] = field(default_factory=dict)
 
-    def scores(self, values: Mapping[str, float], which: Sequence[int]) -> list[Score]:
+    def scores(self, values: Mapping[str, float], indices: Sequence[int]) -> list[Score]:
         """Scores of some trials with ``values`` on top of the start."""
         parameters = {**self.start, **values}
         cached = self._memory.setdefault(tuple(sorted(parameters.items())), {})
-        missing = [k for k in which if k not in cached]
+        missing = [k for k in indices if k not in cached]
         cached.update(zip(missing, self.scorer.scores(parameters, missing), strict=True))
-        return [cached[k] for k in which]
+        return [cached[k] for k in indices]
 
-    def search(self, which: Sequence[int], what: str) -> Tuned:
+    def search(self, indices: Sequence[int], subject: str) -> Tuned:
         """The best values on some trials."""
         start = time.perf_counter()
         result = pattern_search(
-            lambda values: self.objective.value(self.scores(values, which)),
+            lambda values: self.objective.value(self.scores(values, indices)),
             self.params,
             self.start,
             rounds=self.rounds,
-            progress=lambda text: self.say(f"{what}, {text}"),
+            progress=lambda text: self.say(f"{subject}, {text}"),
         )
         seconds = time.perf_counter() - start
-        self.say(f"{what}: {result.start:.4g} to {result.best:.4g}, {seconds:.1f} s")
+        self.say(f"{subject}: {result.start:.4g} to {result.best:.4g}, {seconds:.1f} s")
         return result
 
     def folds(self, tests: Sequence[tuple[int, ...]]) -> list[Fold]:

@@ -160,7 +160,7 @@ def frames_of(data: bytes) -> tuple[IntArray, int]:
 
 def run_board(
     board: Board,
-    what: Stimulus,
+    stimulus: Stimulus,
     *,
     updates: int,
     settings: Mapping[str, int],
@@ -176,7 +176,7 @@ def run_board(
     faults : mapping, optional
         Texts of the devices' fault files: "adis", "hmr".
     """
-    files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
+    files, arguments = files_and_arguments(board, stimulus, updates, settings, faults or {})
     limit = max_cycles or cycles_limit(board, updates)
     bench = build("bench", board_sources(board), parameters=board_parameters(board.setup))
     with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
@@ -194,14 +194,14 @@ def cycles_limit(board: Board, updates: int) -> int:
 
 def files_and_arguments(
     board: Board,
-    what: Stimulus,
+    stimulus: Stimulus,
     updates: int,
     settings: Mapping[str, int],
     faults: Mapping[str, str],
 ) -> tuple[dict[str, str], dict[str, object]]:
     """Files of a run by name, and the plusargs of the bench."""
     files = {
-        **what.files(),
+        **stimulus.files(),
         "host.txt": writes(board, settings),
         **{f"{device}_faults.txt": text for device, text in faults.items()},
     }
@@ -260,7 +260,7 @@ def _source_kinds(source: int) -> Sequence[int]:
 
 def judge(
     board: Board,
-    what: Stimulus,
+    stimulus: Stimulus,
     run: BoardRun,
     *,
     filter: int,
@@ -288,7 +288,7 @@ def judge(
     line_count = 0
     for line in trace.lines:
         kind = COUNTS if line.counts else HEADING
-        row = what.compass[min(line.slot, len(what.compass) - 1)]
+        row = stimulus.compass[min(line.slot, len(stimulus.compass) - 1)]
         expected = row[3:] if line.counts else row[:3]
         if tuple(expected) != line.values:
             return _failure(f"compass line in cycle {line.cycle}: {line.values}, sent {expected}")
@@ -300,7 +300,7 @@ def judge(
     restart[0] = True
     samples = Samples(
         ready[:, 0] % (1 << 32),
-        what.counts[np.minimum(ready[:, 1] - 1, len(what.counts) - 1)],
+        stimulus.counts[np.minimum(ready[:, 1] - 1, len(stimulus.counts) - 1)],
         kinds,
         values,
         restart,

@@ -49,7 +49,7 @@ class Trace:
         The first start bit of each burst of bytes to the host.
     bytes_at : int64, data : bytes
         Cycle in which the stop bit of each byte to the host began; the bytes.
-    broken : int64
+    framing_errors : int64
         Bytes to the host without stop bit.
     violations : int
         Number of violations of the device's timing by the reader.
@@ -66,7 +66,7 @@ class Trace:
     starts: Cycles
     bytes_at: Cycles
     data: bytes = field(repr=False)
-    broken: Cycles
+    framing_errors: Cycles
     violations: int
 
 
@@ -124,7 +124,7 @@ def read_trace(text: str) -> Trace:
         samples=cycles("S"),
         updates=cycles("U"),
         starts=cycles("T"),
-        broken=cycles("E"),
+        framing_errors=cycles("E"),
         select=_selections(chip),
         programs=np.array(programs, dtype=np.int64).reshape(-1, 2),
         faults=faults,

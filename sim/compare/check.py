@@ -13,7 +13,7 @@ import numpy as np
 
 from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray
-from boresight.model.errors import InputError, ToolMissing
+from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.divergence import first_divergence, program_at
@@ -58,13 +58,13 @@ class _Attempt:
         self.agreements: list[Agreement] = []
         self.seconds, self.error = 0.0, ""
         #: Records of each estimator that it runs on; None: on all.
-        self.most: int | None = None
+        self.record_limit: int | None = None
         self.exchange: Exchange | None = None
         self._leading: list[Run] = []
         self._done = 0
         #: Rows on which it runs, from states that are handed in; none: on all, from a reset on.
         self.slices: list[range] = []
-        self.said = ""
+        self.slice_text = ""
         #: First row, states before it, and records of the slice at hand.
         self.origin: tuple[int, IntArray | None, list[FloatArray]]
 
@@ -74,13 +74,13 @@ class _Attempt:
         def start() -> list[Run]:
             self.levels = self._make()
             self.agreements = [Agreement(level) for level in self.levels]
-            self.most = self.levels[0].most
+            self.record_limit = self.levels[0].record_limit
             slow = " (slow: --simulator verilator leaves it out)" * (self.tool == "icarus")
-            say(f"{self.kind.name} in {self.tool}{slow}", self.most)
+            say(f"{self.kind.name} in {self.tool}{slow}", self.record_limit)
             self.exchange = self.kind.exchange(self.levels)
-            if self.most is None:
+            if self.record_limit is None:
                 return []
-            return self.kind.run_together(self.levels, [x[: self.most] for x in records])
+            return self.kind.run_together(self.levels, [x[: self.record_limit] for x in records])
 
         self._leading = self._guarded(start)
 
@@ -88,7 +88,7 @@ class _Attempt:
         """The next records of each estimator: their runs, if there are any."""
         if self.error or self.slices:
             return []
-        if self.most is not None:
+        if self.record_limit is not None:
             start, self._done = self._done, self._done + max(map(len, records))
             return [run.rows(start, self._done) for run in self._leading]
         return self._guarded(lambda: self.kind.run_together(self.levels, records, self.exchange))
@@ -137,19 +137,19 @@ class _Case:
     #: The interpreter's states before the piece at hand; None before the first.
     before: IntArray | None = None
     feeds: list[Feed] = field(default_factory=list)
-    kept: list[tuple[FloatArray, Run, Run]] = field(default_factory=list)
+    pieces: list[tuple[FloatArray, Run, Run]] = field(default_factory=list)
     clamped: Mapping[str, int] = field(default_factory=dict)
     warnings: dict[str, None] = field(default_factory=dict)
     #: By attempt: states before the first update that differs, and its record.
-    wrong: dict[int, tuple[IntArray | None, FloatArray]] = field(default_factory=dict)
+    divergences: dict[int, tuple[IntArray | None, FloatArray]] = field(default_factory=dict)
     #: And where the slice began in which it is.
     origins: dict[int, tuple[int, IntArray | None, list[FloatArray]]] = field(default_factory=dict)
 
-    def take(self, block: Feed, whole: bool) -> None:
-        """Rows of the log; they are kept, those of a long log if it is to be kept whole."""
+    def take(self, block: Feed, keep_all: bool) -> None:
+        """Rows of the log; they are kept, those of a long log only to keep all."""
         self.clamped = block.clamped
         self.warnings |= dict.fromkeys(block.warnings)
-        if whole or not self.feeds:
+        if keep_all or not self.feeds:
             self.feeds.append(block)
 
     def differs(
@@ -169,12 +169,12 @@ class _Case:
         if shared is not None:  # it is run again by itself
             before = shared[row]
             self.origins[attempt] = self.rows + row, before, [records[row : row + 1]]
-        self.wrong[attempt] = before, records[row]
+        self.divergences[attempt] = before, records[row]
 
     @property
     def complete(self) -> bool:
         """Whether all rows are kept."""
-        return sum(len(records) for records, _, _ in self.kept) == self.rows
+        return sum(len(records) for records, _, _ in self.pieces) == self.rows
 
 
 class Check:
@@ -206,17 +206,10 @@ class Check:
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
-        for where, found, known in (
-            *(("levels", level, EXACT) for level in levels),
-            *([("simulator", simulator, SIMULATORS)] if simulator is not None else []),
-        ):
-            if found not in known:
-                raise InputError.at(
-                    where,
-                    wanted=f"one of {', '.join(known)}",
-                    found=repr(found),
-                    fix="choose one of these",
-                )
+        for level in levels:
+            require_choice("levels", level, EXACT)
+        if simulator is not None:
+            require_choice("simulator", simulator, SIMULATORS)
         self.build, self.levels, self.simulator = build, levels, simulator
         self.progress = progress or (lambda text: None)
         #: `Build.shortage`; None until the first records have been looked at.
@@ -227,7 +220,7 @@ class Check:
         self,
         *logs: Log | Record,
         reproducer: OutputFile | None = None,
-        whole: bool = True,
+        keep_all: bool = True,
         rows: int = ROWS,
         rtl_rows: int | None = None,
     ) -> list[CheckResult]:
@@ -239,7 +232,7 @@ class Check:
             One for all estimators, or one for each of them; they may differ in length.
         reproducer : OutputFile, optional
             Where to write a reproducer of the first mismatch.
-        whole : bool
+        keep_all : bool
             Whether results have the rows of a log of more than `KEPT`.
         rows : int
             Rows of a piece.
@@ -261,7 +254,7 @@ class Check:
             There is no C compiler.
         """
         sources = [Log.of(log) for log in logs]
-        cases = [_Case(Judge(self.build, k, curves=whole)) for k in range(self._count)]
+        cases = [_Case(Judge(self.build, k, curves=keep_all)) for k in range(self._count)]
         attempts = [
             _Attempt(LEVELS[name], tool, partial(self._levels, LEVELS[name], tool))
             for name in self.levels
@@ -279,13 +272,13 @@ class Check:
             records = [block.inputs for block in blocks]
             for case, block in zip(cases, blocks, strict=True):
                 if len(block):
-                    case.take(block, whole)
-            if not cases[0].kept:
+                    case.take(block, keep_all)
+            if not cases[0].pieces:
                 self._begin(cases, records, more, attempts, interpreter)
             for start in range(0, max(map(len, records)), rows):
                 piece = [x[start : start + rows] for x in records]
                 real = CompiledFloat.run_together(floating, piece, exchange)
-                self._piece(cases, piece, real, attempts, interpreter, whole)
+                self._piece(cases, piece, real, attempts, interpreter, keep_all)
         results = []
         for k, case in enumerate(cases):
             again = partial(self._again, k, case, sources)
@@ -317,7 +310,7 @@ class Check:
         for attempt in attempts:
             if attempt.kind.resumes and attempt.tool != "icarus":
                 attempt.slices = [range(start, start + each) for start in starts]
-                attempt.said = (
+                attempt.slice_text = (
                     f"{count} slices of {each} rows spread over {length}, each from the states of "
                     "the integer model"
                 )
@@ -387,7 +380,7 @@ class Check:
         floating: Sequence[Run],
         attempts: Sequence[_Attempt],
         interpreter: _Attempt,
-        whole: bool,
+        keep_all: bool,
     ) -> None:
         """Run a piece on every level, and compare.
 
@@ -419,15 +412,15 @@ class Check:
                         case.differs(n, place + row, records, wanted)
             states = case.judge.add(records, wanted, floating[k])
             case.before, case.rows = states[-1], case.rows + len(records)
-            if whole or case.rows - len(records) < KEPT:
-                case.kept.append((records, wanted, floating[k]))
+            if keep_all or case.rows - len(records) < KEPT:
+                case.pieces.append((records, wanted, floating[k]))
 
     def _again(
         self, number: int, case: _Case, sources: Sequence[Log]
     ) -> Iterator[tuple[FloatArray, IntArray]]:
         """Records of an estimator, piece by piece, with their states: what is kept, or of the C."""
         if case.complete:
-            for records, run, _ in case.kept:
+            for records, run, _ in case.pieces:
                 assert run.states is not None
                 yield records, run.states
             return
@@ -465,8 +458,8 @@ class Check:
             return LevelResult(kind.name, tried.tool, None, None, seconds, error=tried.error)
         level, agreement = tried.levels[number], tried.agreements[number]
         if (step := agreement.first_wrong) is None:
-            return agreement.result(tried.seconds, slices=tried.said)
-        before, record = case.wrong[attempt]
+            return agreement.result(tried.seconds, slices=tried.slice_text)
+        before, record = case.divergences[attempt]
         first, states, own = case.origins.get(attempt, (0, None, None))
         pieces = (records for records, _ in again()) if own is None else own
         divergence = first_divergence(level, pieces, before, step, first=first, states=states)
@@ -484,7 +477,7 @@ class Check:
                 config=self.build.config,
                 level=level.name,
             )
-        return agreement.result(tried.seconds, text, tried.said)
+        return agreement.result(tried.seconds, text, tried.slice_text)
 
     def _result(
         self,
@@ -495,7 +488,7 @@ class Check:
         accuracy: Accuracy,
     ) -> CheckResult:
         """All of an estimator on its log."""
-        records, fixed, floating = zip(*case.kept, strict=True)
+        records, fixed, floating = zip(*case.pieces, strict=True)
         inputs, reference = np.concatenate(records), Run.joined(floating)
         book, remarks = beside_textbook(self.build, number, inputs, reference)
         for text in remarks:

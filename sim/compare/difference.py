@@ -242,8 +242,8 @@ class Differences:
             cut = self._cut(errors)
             for o in self._outputs:
                 # A truth may have gaps; a float64 run that is no number is a fault.
-                there = self._judged | np.isfinite(turned[o.name])
-                self._accounts[o.name].add(errors[o.name], there, self._rows, cut)
+                counted = self._judged | np.isfinite(turned[o.name])
+                self._accounts[o.name].add(errors[o.name], counted, self._rows, cut)
             if self._attitude is not None:
                 known = self._judged | np.isfinite(r).all(axis=-1)
                 self._attitude.add(np.degrees(_angle(q, r)), known, self._rows, cut)
@@ -277,19 +277,19 @@ class _Account:
         self._curves: list[FloatArray] | None = [] if curves else None
         self._decided = _Decisions(output) if self.exact and judged else None
 
-    def add(self, error: FloatArray, known: npt.ArrayLike, start: int, cut: int | None) -> None:
+    def add(self, error: FloatArray, mask: npt.ArrayLike, start: int, cut: int | None) -> None:
         """The next rows, of which those from ``cut`` on follow a decision that differs."""
-        there = np.broadcast_to(np.asarray(known, dtype=np.bool_), error.shape)
+        counted = np.broadcast_to(np.asarray(mask, dtype=np.bool_), error.shape)
         cut = None if self.exact else cut
-        self._before.add(error[:cut], there[:cut], start)
+        self._before.add(error[:cut], counted[:cut], start)
         if cut is not None:
             self._parted = True
-            self._after.add(error[cut:], there[cut:], start + cut)
+            self._after.add(error[cut:], counted[cut:], start + cut)
         if self._beyond is None and self.tolerance is not None:
-            wrong = ~(there & (error <= self.tolerance))
+            wrong = ~(counted & (error <= self.tolerance))
             self._beyond = start + int(np.argmax(wrong)) if wrong.any() else None
         if self._curves is not None:
-            self._curves.append(np.where(there, error, np.nan))
+            self._curves.append(np.where(counted, error, np.nan))
         if self._decided is not None:
             self._decided.add(error != 0.0)
 
@@ -322,9 +322,9 @@ class Spread:
         self._sums: list[float] = []
         self._rest: list[FloatArray] = []
 
-    def add(self, error: FloatArray, there: BoolArray, start: int) -> None:
+    def add(self, error: FloatArray, counted: BoolArray, start: int) -> None:
         """The next rows, the first of which is row ``start``."""
-        seen = error[there]
+        seen = error[counted]
         if not len(seen):
             return
         if self.at_step is None or not math.isnan(self.largest):
@@ -332,7 +332,7 @@ class Spread:
             k = int(np.argmax(broken if broken.any() else seen))
             if not seen[k] <= self.largest:  # or that is none yet
                 self.largest = float(seen[k])
-                self.at_step = start + int(np.flatnonzero(there)[k])
+                self.at_step = start + int(np.flatnonzero(counted)[k])
         before, self.samples = self.samples, self.samples + len(seen)
         self._rest.append(seen**2)
         if self.samples // _SUMMED > before // _SUMMED:

@@ -122,7 +122,7 @@ class Twin:
         value = self.read_by.get((arg.number, node.kind))
         return self.argument(arg) if value is None else self.real(value)
 
-    def apart(self, value: int) -> tuple[FloatArray, FloatArray]:
+    def deviation(self, value: int) -> tuple[FloatArray, FloatArray]:
         """How far a value is from its twin, and how large the twin or its terms are."""
         node = self.nodes[value]
         with np.errstate(all="ignore"):
@@ -135,7 +135,7 @@ class Twin:
 
     def leaves(self, value: int) -> BoolArray:
         """In which updates a value is further from its twin than rounding explains."""
-        error, size = self.apart(value)
+        error, size = self.deviation(value)
         lsb = math.ldexp(1.0, -self.program.values[value].frac)
         relative = math.ldexp(1.0, RELATIVE_BITS - self.program.arithmetic.word)
         return ~(error <= ROUNDING_LSB * lsb + relative * size)
@@ -145,10 +145,10 @@ class Twin:
 
         Its word may hold that; what was sized by the range does not.
         """
-        said = self.program.values[self.declared(value)]
-        if not said.range_source.startswith("declared"):
+        declared = self.program.values[self.declared(value)]
+        if not declared.range_source.startswith("declared"):
             return np.zeros(1, dtype=np.bool_)
-        return outside(self.real(value), said)
+        return outside(self.real(value), declared)
 
     def declared(self, value: int) -> int:
         """The state that a value, or a copy of it, becomes; the value itself where it is none."""
@@ -217,7 +217,7 @@ def rounding_errors(
     for twin in twins(program, nodes, inputs, states, before):
         for op in program.ops:
             if op.dest in nodes:
-                error, size = twin.apart(op.dest)
+                error, size = twin.deviation(op.dest)
                 seen = error[np.isfinite(error) & np.isfinite(size)]
                 here = Rounding(float(seen.max(initial=0.0)), float(np.sum(seen**2)), len(seen))
                 out[op.dest] = out.get(op.dest, Rounding()).joined(here)
@@ -275,10 +275,10 @@ def made_of(program: Program, values: Iterable[int]) -> set[int]:
     return needed
 
 
-def outside(values: FloatArray, said: Value) -> BoolArray:
+def outside(values: FloatArray, declared: Value) -> BoolArray:
     """Which values lie outside a declared range by more than rounding."""
-    slack = RANGE_SLACK * (said.high - said.low)
-    return (values < said.low - slack) | (values > said.high + slack)
+    slack = RANGE_SLACK * (declared.high - declared.low)
+    return (values < declared.low - slack) | (values > declared.high + slack)
 
 
 def _sum(node: Node, args: list[FloatArray]) -> FloatArray:

@@ -14,7 +14,7 @@ EXPERIMENT_GROUP = "boresight.experiments"
 EXPERIMENTS: dict[str, type[Experiment]] = {Ma2014.name: Ma2014}
 
 
-def experiment_of(what: str | type[Experiment] | Experiment) -> Experiment:
+def experiment_of(source: str | type[Experiment] | Experiment) -> Experiment:
     """The experiment that is meant: a name, ``file.py:Class``, a class or an object.
 
     Raises
@@ -22,4 +22,4 @@ def experiment_of(what: str | type[Experiment] | Experiment) -> Experiment:
     InputError
         Nothing of that name; a file that does not exist, does not import, or holds none.
     """
-    return load(what, Experiment, "experiment", EXPERIMENTS, EXPERIMENT_GROUP)
+    return load(source, Experiment, "experiment", EXPERIMENTS, EXPERIMENT_GROUP)

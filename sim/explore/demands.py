@@ -129,7 +129,7 @@ def _unit(quantity: Quantity) -> str:
     return f" {quantity.unit}" if quantity.unit not in ("", quantity.name) else ""
 
 
-def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
+def quantity_of(name: str, quantities: Sequence[Quantity], where: str) -> Quantity:
     """A figure by name.
 
     Raises
@@ -137,25 +137,25 @@ def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
     InputError
         There is no figure of this name.
     """
-    for quantity in known:
+    for quantity in quantities:
         if quantity.name == name:
             return quantity
     raise InputError.at(
         where,
-        wanted=f"one of {listed(name, [q.name for q in known])}",
+        wanted=f"one of {listed(name, [q.name for q in quantities])}",
         found=repr(name),
         fix="choose one; docs/learn/explore.md has them all",
     )
 
 
-def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
+def demands_of(text: str, quantities: Sequence[Quantity]) -> list[Demand]:
     """Demands from a text as ``attitude<0.01deg, dsp<=1, us<5``.
 
     Parameters
     ----------
     text : str
         With commas; a unit may be left out, and is converted to that of the figure.
-    known : sequence of Quantity
+    quantities : sequence of Quantity
         The available figures.
 
     Raises
@@ -173,11 +173,11 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
         if match is None or not math.isfinite(limit):
             raise InputError.at(
                 "want",
-                wanted=f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1",
+                wanted=f"demands as {quantities[0].name}<0.01{quantities[0].unit}, dsp<=1",
                 found=repr(part),
                 fix="write NAME, one of < <= > >=, and a number",
             )
-        quantity = quantity_of(match[1], known, "want")
+        quantity = quantity_of(match[1], quantities, "want")
         if match[4]:
             where = f"want, {part}"
             factor, offset = conversion(where, quantity.name, match[4], quantity.unit)
@@ -186,13 +186,13 @@ def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
     return demands
 
 
-def with_tolerance(demands: Sequence[Demand], known: Sequence[Quantity]) -> list[Demand]:
+def with_tolerance(demands: Sequence[Demand], quantities: Sequence[Quantity]) -> list[Demand]:
     """Add the demand that errors are within the declared tolerances, unless one limits an error.
 
-    ``known`` are the figures that some row has: outputs without tolerances are not judged.
+    ``quantities`` are the figures that some row has: outputs without tolerances are not judged.
     """
     costs = {quantity.name for quantity in FIGURES} - {"tolerance"}
-    ratio = next((quantity for quantity in known if quantity.name == "tolerance"), None)
+    ratio = next((quantity for quantity in quantities if quantity.name == "tolerance"), None)
     if ratio is None or any(demand.quantity.name not in costs for demand in demands):
         return [*demands]
     return [Demand(ratio, "<=", 1.0), *demands]

@@ -19,31 +19,31 @@ __all__ = ["page_data", "render_page"]
 def page_data(
     title: str,
     rows: Sequence[Explored],
-    known: Sequence[Quantity],
+    quantities: Sequence[Quantity],
     demands: Sequence[Demand],
     least: Quantity | None,
     lines: Sequence[str],
     *,
-    left: int,
+    remaining: int,
 ) -> dict[str, Any]:
     """Contents of the page, as plain data.
 
     Parameters
     ----------
-    known : sequence of Quantity
+    quantities : sequence of Quantity
         Figures that some row has.
     demands, least : optional
         Initial settings of the page.
     lines : sequence of str
         Text of the choice.
-    left : int
-        Remaining pieces of work: the page reloads while there are any.
+    remaining : int
+        Pieces of work: the page reloads while there are any.
     """
     return {
         "title": title,
-        "left": left,
+        "left": remaining,
         "lines": [*lines, *[ESTIMATED] * any(row.clock_is == "estimate" for row in rows)],
-        "quantities": [asdict(q) for q in known],
+        "quantities": [asdict(q) for q in quantities],
         "demands": [{"name": d.quantity.name, "sign": d.sign, "limit": d.limit} for d in demands],
         "least": least.name if least is not None else None,
         "rows": [

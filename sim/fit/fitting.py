@@ -22,7 +22,7 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 
-__all__ = ["SPARE", "WORSE", "Effect", "Fitted", "Kept", "effect", "fitted", "kept"]
+__all__ = ["SPARE", "WORSE", "Effect", "Fitted", "Selection", "effect", "fitted", "select_ranges"]
 
 #: Updates of each hostile stimulus.
 HOSTILE_STEPS = 2000
@@ -178,7 +178,7 @@ def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:
 
 
 @dataclass(frozen=True)
-class Kept:
+class Selection:
     """The selected formats, compared with those of intervals on the records.
 
     Attributes
@@ -187,23 +187,23 @@ class Kept:
         With all ranges, those that gain many bits, or none.
     before : Effect or str
         Of intervals alone; the reason if that does not compile.
-    after, whole : Effect
+    after, full : Effect
         Of the selected ranges; of all ranges.
     """
 
     profile: Profile
     before: Effect | str
     after: Effect
-    whole: Effect
+    full: Effect
 
 
-def kept(
+def select_ranges(
     fit: Fitted,
     records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     word: int = 32,
-) -> Kept:
+) -> Selection:
     """Choose the most exact formats: all ranges, those that gain many bits, or none.
 
     Of several, those with the fewest outputs beyond their tolerance, then with the smallest
@@ -226,12 +226,12 @@ def kept(
     def effect_of(candidate: Profile | None) -> Effect | str:
         return effect(fit.estimator, candidate, records, params=params, word=word)
 
-    before, whole = effect_of(None), effect_of(profile)
-    if isinstance(whole, str):
-        raise InputError(whole)
-    if isinstance(before, str) or (_is_safe(before, whole) and not _worse(before, whole)):
-        return Kept(profile, before, whole, whole)
-    candidates = [(profile, whole)]
+    before, full = effect_of(None), effect_of(profile)
+    if isinstance(full, str):
+        raise InputError(full)
+    if isinstance(before, str) or (_is_safe(before, full) and not _worse(before, full)):
+        return Selection(profile, before, full, full)
+    candidates = [(profile, full)]
     for bits in _GAINS:
         ranges = {n: r for n, r in profile.ranges.items() if _gain(fit.intervals[n], r) >= bits}
         candidate = replace(profile, ranges=ranges)
@@ -240,7 +240,7 @@ def kept(
     initial = replace(profile, ranges={}), before
     accepted = [c for c in candidates if _accepted(before, c[1])]
     best, after = min(accepted, key=lambda c: (_beyond(c[1]), _mean(before, c[1])), default=initial)
-    return Kept(best, before, after, whole)
+    return Selection(best, before, after, full)
 
 
 def _gain(interval: Range, range_: Range) -> float:
@@ -281,7 +281,7 @@ def _beyond(result: Effect) -> int:
 
 
 def _accepted(before: Effect, after: Effect) -> bool:
-    """Whether formats may be kept; see `kept`."""
+    """Whether formats may be kept; see `select_ranges`."""
     factor_limit = _UNJUDGED if any(d.tolerance is not None for d in after.differences) else WORSE
     is_tolerable = all(
         factor <= factor_limit if d.tolerance is None else d.largest <= SPARE * d.tolerance

@@ -92,10 +92,10 @@ def _narrower(
     return max(low, -limit), min(high, limit)
 
 
-def with_ranges(estimator: Estimator, those: Sequence[Proposal]) -> Estimator:
+def with_ranges(estimator: Estimator, changes: Sequence[Proposal]) -> Estimator:
     """A copy with the proposed ranges."""
     variant = copy.copy(estimator)
-    ranges = {(p.kind, p.name): p.proposed for p in those}
+    ranges = {(p.kind, p.name): p.proposed for p in changes}
 
     def narrowed(kind: str, d: Input | State) -> Input | State:
         low, high = ranges.get((kind, d.name), (d.low, d.high))
@@ -108,20 +108,20 @@ def with_ranges(estimator: Estimator, those: Sequence[Proposal]) -> Estimator:
 
 def worth(
     fit: Fitted,
-    those: Sequence[Proposal],
+    changes: Sequence[Proposal],
     records: Mapping[str, Inputs],
     *,
     params: Mapping[str, float] | None = None,
     word: int = 32,
 ) -> Effect | str:
     """Fixed point against float64 with these proposals and the profile that follows from them."""
-    variant = with_ranges(fit.estimator, those)
+    variant = with_ranges(fit.estimator, changes)
     trace = variant.record()
     profile = profile_of(trace, variant, fit.seen, fit.hostile, fit.profile.logs)
     return effect(variant, profile, records, params=params, word=word)
 
 
-def applied(source: str, those: Sequence[Proposal]) -> tuple[str, list[Proposal]]:
+def applied(source: str, changes: Sequence[Proposal]) -> tuple[str, list[Proposal]]:
     """The text of a file with the proposed ranges, and the proposals without a place in it.
 
     A place is ``State("name", LOW, HIGH, ...)`` or ``Input(...)`` with a literal name; declarations
@@ -129,7 +129,7 @@ def applied(source: str, those: Sequence[Proposal]) -> tuple[str, list[Proposal]
     """
     lines = source.splitlines(keepends=True)
     starts = np.cumsum([0, *(len(line.encode()) for line in lines)])
-    data, edits, unplaced = source.encode(), [], list(those)
+    data, edits, unplaced = source.encode(), [], list(changes)
     for node in ast.walk(ast.parse(source)):
         match node:
             case ast.Call(func=ast.Name(id=kind), args=[ast.Constant(value=name), low, high, *_]):

@@ -33,12 +33,12 @@ class NumpyFloat(Level):
         self._state = {s.name: np.float64(s.initial) for s in self.estimator.states}
 
     @property
-    def kept(self) -> FloatArray:
+    def native_states(self) -> FloatArray:
         """See `Level`."""
         return np.array([*self._state.values()])
 
-    @kept.setter
-    def kept(self, states: FloatArray) -> None:
+    @native_states.setter
+    def native_states(self, states: FloatArray) -> None:
         self._state = dict(zip(self._state, states, strict=True))
 
     def _update(self, record: FloatArray) -> list[float]:
@@ -77,12 +77,12 @@ class CompiledFloat(Level):
         self._model.reset()
 
     @property
-    def kept(self) -> FloatArray:
+    def native_states(self) -> FloatArray:
         """See `Level`."""
         return self._model.states.astype(np.float64)
 
-    @kept.setter
-    def kept(self, states: FloatArray) -> None:
+    @native_states.setter
+    def native_states(self, states: FloatArray) -> None:
         self._model.states[:] = states
 
     def run(self, records: FloatArray) -> Run:

@@ -41,12 +41,12 @@ class Interpreted(Level):
         self._rows = 0
 
     @property
-    def kept(self) -> IntArray:
+    def native_states(self) -> IntArray:
         """See `Level`."""
         return self._begun().states[:, 0]
 
-    @kept.setter
-    def kept(self, states: IntArray) -> None:
+    @native_states.setter
+    def native_states(self, states: IntArray) -> None:
         self._begun().states = states[:, None]
 
     def _begun(self) -> Interpreter:
@@ -95,12 +95,12 @@ class Emitted(Level):
         self._model.reset()
 
     @property
-    def kept(self) -> IntArray:
+    def native_states(self) -> IntArray:
         """See `Level`."""
         return self._model.states.astype(np.int64)
 
-    @kept.setter
-    def kept(self, states: IntArray) -> None:
+    @native_states.setter
+    def native_states(self, states: IntArray) -> None:
         self._model.states[:] = states
 
     def run(self, records: FloatArray) -> Run:
@@ -122,7 +122,7 @@ class Emitted(Level):
         """Every word of the last update."""
         self.reset()
         if states is not None:
-            self.kept = states
+            self.native_states = states
         for piece in (*before, records[:-1]):
             self._model.update(words_of(self.program, piece))
         words = self._model.values_of_update(words_of(self.program, records[-1]))

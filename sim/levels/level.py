@@ -155,7 +155,7 @@ class Level(ABC):
         return None
 
     @property
-    def most(self) -> int | None:
+    def record_limit(self) -> int | None:
         """Maximum number of records of a check; None: all."""
         return None
 
@@ -168,12 +168,12 @@ class Level(ABC):
         raise NotImplementedError
 
     @property
-    def kept(self) -> Any:
+    def native_states(self) -> Any:
         """States in the level's own numbers, (n_states,), which may be set, too."""
         raise NotImplementedError
 
-    @kept.setter
-    def kept(self, states: Any) -> None:
+    @native_states.setter
+    def native_states(self, states: Any) -> None:
         raise NotImplementedError
 
     @abstractmethod
@@ -244,9 +244,9 @@ class Level(ABC):
                 continue
             last = exchange.holders.get(sharing[k], k)
             if last != k:
-                levels[k].kept = levels[last].kept
+                levels[k].native_states = levels[last].native_states
             exchange.holders[sharing[k]] = k
-            before[k].append(levels[k].kept)
+            before[k].append(levels[k].native_states)
             parts[k].append(levels[k].run(exchange.records[k][turn.start : turn.stop]))
         exchange.before = {k: np.array(rows) for k, rows in before.items()}
         return {

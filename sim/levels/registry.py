@@ -6,7 +6,7 @@ import importlib
 import pkgutil
 
 import boresight.sim.levels
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 
@@ -30,13 +30,7 @@ LEVELS: dict[str, type[Level]] = all_levels()
 
 def level_of(name: str) -> type[Level]:
     """Return the level with a name; raises InputError for unknown names."""
-    if name not in LEVELS:
-        raise InputError.at(
-            "level",
-            wanted=f"one of {', '.join(LEVELS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("level", name, LEVELS)
     return LEVELS[name]
 
 

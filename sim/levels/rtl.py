@@ -11,7 +11,7 @@ import numpy as np
 from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.arrays import FloatArray
-from boresight.model.words.fixed import IntArray
+from boresight.model.words.fixed import IntArray, wrap
 from boresight.sim.levels.build import Build, Exchange
 from boresight.sim.levels.integer import words_of
 from boresight.sim.levels.level import Level, Run, Seen, run_of_words
@@ -71,7 +71,7 @@ class Simulated(Level):
         return self.core.schedule
 
     @property
-    def most(self) -> int | None:
+    def record_limit(self) -> int | None:
         """Maximum number of records within `ICARUS_CYCLES`."""
         cycles = sum(part.schedule.interval for part in self.core.parts)
         return max(1, ICARUS_CYCLES // cycles) if self.tool == "icarus" else None
@@ -165,7 +165,7 @@ class Simulated(Level):
             writes = run.writes
         except ReplayFailed as failed:
             writes = failed.writes
-        schedule, sign = self.schedule, 1 << (self.program.arithmetic.word - 1)
+        schedule, width = self.schedule, self.program.arithmetic.word
         landed = {
             (schedule.ends[k].lane, schedule.write_cycle(k)): op.dest
             for k, op in enumerate(schedule.program.ops)
@@ -173,7 +173,7 @@ class Simulated(Level):
         seen = [
             Seen(
                 landed.pop((w.lane, w.cycle)),
-                None if w.word is None else (w.word ^ sign) - sign,
+                None if w.word is None else wrap(w.word, width),
                 w.cycle,
             )
             for w in writes

@@ -35,17 +35,17 @@ class Balls:
     Attributes
     ----------
     balls : list of Ball
-    used, passed : set of int
+    used, aliases : set of int
         Premises of the bounds since the sets were emptied: nodes whose intervals they use, and
         "bounded" ones that count as their arguments.
     """
 
     def __init__(self, nodes: Mapping[int, Node]) -> None:
         self.nodes = nodes
-        self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
+        self.bounded = {n.number for n in nodes.values() if n.kind == "bounded"}
         self.balls: list[Ball] = []
         self.used: set[int] = set()
-        self.passed: set[int] = set()
+        self.aliases: set[int] = set()
         self.products: dict[tuple[int, ...], tuple[float, float]] = {}  # ends of monomials
         self.sums: dict[int, frozenset[int]] = {}  # nodes of sums of squares
         for node in nodes.values():
@@ -55,17 +55,17 @@ class Balls:
 
     def _best(self, methods: Iterable[Callable[[], float]], goal: float = -math.inf) -> float:
         """The least of some bounds, with its premises; of equals that with the fewest claims."""
-        outer = self.used, self.passed
+        outer = self.used, self.aliases
         best, premises = math.inf, (set[int](), set[int]())
         for method in methods:
-            self.used, self.passed = set(), set()
+            self.used, self.aliases = set(), set()
             bound = method()
-            fewer = len(self.used & self.said) < len(premises[0] & self.said)
+            fewer = len(self.used & self.bounded) < len(premises[0] & self.bounded)
             if bound < best * (1.0 - _ROUNDING) or (fewer and bound <= best * (1.0 + _ROUNDING)):
-                best, premises = bound, (self.used, self.passed)
+                best, premises = bound, (self.used, self.aliases)
             if best <= goal:
                 break
-        self.used, self.passed = outer[0] | premises[0], outer[1] | premises[1]
+        self.used, self.aliases = outer[0] | premises[0], outer[1] | premises[1]
         return best
 
     def _ball(self, numbers: Sequence[int]) -> Ball | None:
@@ -82,7 +82,7 @@ class Balls:
 
     def _take(self, ball: Ball) -> None:
         self.used |= ball.used
-        self.passed |= ball.passed
+        self.aliases |= ball.aliases
 
     def _by_signs(self, form: Polynomial) -> float:
         self.used.update(n for n in set().union(*form) if n >= 0)

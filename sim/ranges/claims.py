@@ -60,7 +60,7 @@ class Claim:
         return max(abs(self.low), abs(self.high))
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """The reason, and the line."""
         return f"{self.reason} ({self.line})" if self.line else self.reason
 
@@ -70,10 +70,10 @@ class Claim:
         slack = TOLERANCE * self.size
         return self.low - slack, self.high + slack
 
-    def holds(self, least: float, most: float) -> bool:
-        """Whether values from the least to the most are in the range."""
+    def holds(self, smallest: float, largest: float) -> bool:
+        """Whether values from the smallest to the largest are in the range."""
         low, high = self.ends
-        return low <= least and most <= high
+        return low <= smallest and largest <= high
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +86,14 @@ class Proof:
         The method: "interval", "length of vectors".
     base : tuple of Node
         The nodes whose intervals in the compiled step it uses.
-    passed : tuple of Node
+    aliases : tuple of Node
         "bounded" nodes that it equates with their arguments, in this update or, by induction, in
         earlier ones: their words hold the arguments.
     """
 
     how: str
     base: tuple[Node, ...]
-    passed: tuple[Node, ...] = ()
+    aliases: tuple[Node, ...] = ()
 
 
 @dataclass
@@ -104,17 +104,17 @@ class Premises:
     ----------
     base : set of Node
         As of a `Proof`.
-    passed : set of int
+    aliases : set of int
         The same, by number.
     """
 
     base: set[Node] = field(default_factory=set)
-    passed: set[int] = field(default_factory=set)
+    aliases: set[int] = field(default_factory=set)
 
     def proof(self, how: str, nodes: Mapping[int, Node]) -> Proof:
         """Return the proof, in a step with these nodes."""
         base = sorted(self.base, key=lambda node: node.number)
-        return Proof(how, tuple(base), tuple(nodes[n] for n in sorted(self.passed)))
+        return Proof(how, tuple(base), tuple(nodes[n] for n in sorted(self.aliases)))
 
 
 def live(
@@ -182,10 +182,10 @@ class Assumptions:
     ----------
     claims
         As `claims_of` gives them.
-    broken
+    violations
         Whether inputs break the claim, in spite of a proof in real numbers. Intervals of states
         are assumed, too, if those of their next values are broken.
-    held
+    limits
         Whether the format of the word that others read keeps any value in the range: then nothing
         is assumed.
     needs
@@ -195,21 +195,21 @@ class Assumptions:
     def __init__(
         self,
         claims: Sequence[Claim],
-        broken: Sequence[bool],
-        held: Sequence[bool],
+        violations: Sequence[bool],
+        limits: Sequence[bool],
         needs: Callable[[Node], Sequence[Node]],
     ) -> None:
-        self.broken, self.held, self.needs = broken, held, needs
+        self.violations, self.limits, self.needs = violations, limits, needs
         self.index = {(c.node.number, c.low, c.high): k for k, c in enumerate(claims)}
         self.of_state = {
-            c.state: k for k, c in enumerate(claims) if c.state and broken[k] and not held[k]
+            c.state: k for k, c in enumerate(claims) if c.state and violations[k] and not limits[k]
         }
-        self.known: dict[frozenset[Node], frozenset[int]] = {}  # of intervals, by their nodes
+        self.memo: dict[frozenset[Node], frozenset[int]] = {}  # by the nodes of intervals
 
     def of(
         self,
         bases: Sequence[Sequence[Node] | None],
-        passed: Sequence[Sequence[Node]],
+        aliases: Sequence[Sequence[Node]],
         wider: Mapping[int, tuple[Sequence[Node], Sequence[Node]]],
     ) -> list[list[int]]:
         """The claims that the proof of each claim assumes; indices.
@@ -218,21 +218,21 @@ class Assumptions:
         ----------
         bases
             Nodes whose intervals each proof uses; None: the claim has no proof.
-        passed
+        aliases
             "bounded" nodes that each proof equates with their arguments: it assumes all that these
             assume, in earlier updates, too.
         wider
-            By the index of a claim, the base and the passed nodes of a proof that its value fits
-            the format. A proof that passes the claim's node assumes this instead of the claim.
+            By the index of a claim, the base and the aliases of a proof that its value fits
+            the format. A proof that equates the claim's node assumes this instead of the claim.
         """
         count = len(bases)
-        sound = [base is not None and not b for base, b in zip(bases, self.broken, strict=True)]
+        sound = [base is not None and not b for base, b in zip(bases, self.violations, strict=True)]
         fit_index = {j: count + k for k, j in enumerate(wider)}  # numbered after the claims
 
         def indices(nodes: Sequence[Node]) -> set[int]:
             return {fit_index.get(j, j) for j in {*map(self._claim_of, nodes)} if j is not None}
 
-        proofs = [*zip(bases, passed, strict=True), *wider.values()]
+        proofs = [*zip(bases, aliases, strict=True), *wider.values()]
         premises = [self._claims_behind(base or ()) | indices(nodes) for base, nodes in proofs]
         sound += [True] * len(fit_index)
         assumed = [sum(1 << j for j in each if not sound[j]) for each in premises]  # a bit for each
@@ -255,8 +255,8 @@ class Assumptions:
     def _claims_behind(self, nodes: Sequence[Node]) -> frozenset[int]:
         """Claims from which the intervals of nodes follow."""
         key = frozenset(nodes)  # not their numbers: a step without some claims has the same
-        if key not in self.known:
+        if key not in self.memo:
             closure = live(nodes, lambda n: () if self._claim_of(n) is not None else self.needs(n))
             indices = (self._claim_of(node) for node in closure)
-            self.known[key] = frozenset(j for j in indices if j is not None and not self.held[j])
-        return self.known[key]
+            self.memo[key] = frozenset(j for j in indices if j is not None and not self.limits[j])
+        return self.memo[key]

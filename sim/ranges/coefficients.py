@@ -25,8 +25,8 @@ __all__ = [
     "all_sides",
     "conditions_in",
     "ends_of_sum",
-    "known_from",
     "nodes_behind",
+    "sources_of",
 ]
 
 #: Conditions of which all sides are tried.
@@ -59,11 +59,11 @@ class Coefficient:
             return None
         return Coefficient(math.sqrt(self.number), tuple(squares), self.sides)
 
-    def polynomial(self, terms: int, left: int, ends: Container[int] = ()) -> Polynomial | None:
+    def polynomial(self, terms: int, depth: int, ends: Container[int] = ()) -> Polynomial | None:
         """The coefficient as a polynomial (`polynomials.polynomial_of`), whatever its sides."""
         form: Polynomial | None = {(): self.number}
         for node in self.nodes:
-            factor = polynomial_of(node, terms, left, ends)
+            factor = polynomial_of(node, terms, depth, ends)
             form = None if form is None or factor is None else multiplied(form, factor, terms)
         return form
 
@@ -121,7 +121,7 @@ def ends_of_sum(coefficients: Iterable[Coefficient], sides: Sides) -> tuple[floa
 
 def nodes_behind(coefficients: Iterable[Coefficient]) -> set[Node]:
     """Nodes from whose intervals the ends of coefficients follow, on any sides."""
-    return {source for c in coefficients for node in c.nodes for source in known_from(node)}
+    return {source for c in coefficients for node in c.nodes for source in sources_of(node)}
 
 
 def all_sides(conditions: set[int] | frozenset[int]) -> Iterator[dict[int, int]]:
@@ -190,7 +190,7 @@ def _ends_on(node: Node, side_pairs: tuple[tuple[int, int], ...], steps: int) ->
     return _DerivedEnds(low, high, base).within(node)
 
 
-def known_from(node: Node, sides: Sides | None = None) -> Iterator[Node]:
+def sources_of(node: Node, sides: Sides | None = None) -> Iterator[Node]:
     """Nodes from whose intervals the derived ends of a node follow.
 
     ``sides``: the given sides of conditions; None: any sides.

@@ -48,9 +48,9 @@ def check_on_covariances(
     states = {program.states[k][0] for _, _, k in covariance.elements}
     dependent = _dependent(program, nodes, claims, states)
     out: dict[int, str] = {}
-    for whole in (False, True):
+    for limit_sum in (False, True):
         remaining = [k for k in dependent if k not in out]
-        draw = Drawn(covariance, program, whole=whole)
+        draw = RandomCovariances(covariance, program, limit_sum=limit_sum)
         search = Search(
             estimator, program, nodes, [claims[k] for k in remaining], drawn_states=draw.states
         )
@@ -58,10 +58,10 @@ def check_on_covariances(
         for _ in range(updates if remaining else 0):
             search.run(1)
             is_invariant = is_invariant and draw.is_covariance(search.states)
-        limits = "variances that add up to one range" if whole else "variances in their ranges"
+        limits = "variances that add up to one range" if limit_sum else "variances in their ranges"
         if is_invariant:
             how = f"random covariances, {limits}"
-            out |= {k: how for k, r in zip(remaining, search.reach(), strict=True) if not r.broken}
+            out |= {k: how for k, v in zip(remaining, search.violations, strict=True) if not v}
     return out
 
 
@@ -75,35 +75,35 @@ def _dependent(
     ]
 
 
-class Drawn:
+class RandomCovariances:
     """Random covariances that replace those of the runs.
 
     Parameters
     ----------
-    whole : bool
+    limit_sum : bool
         Whether the variances, as shares of their largest, add up to one at most.
     """
 
-    def __init__(self, covariance: Covariance, program: Program, *, whole: bool) -> None:
-        self.whole = whole
+    def __init__(self, covariance: Covariance, program: Program, *, limit_sum: bool) -> None:
+        self.limit_sum = limit_sum
         self.elements = covariance.elements
         self.formats = [program.format(program.states[k][0]) for _, _, k in self.elements]
         self.axes = len(covariance.axes)
         high = {i: program.values[program.states[k][0]].high for i, j, k in self.elements if i == j}
-        self.most = np.array([high[i] for i in range(self.axes)])[:, None]
+        self.max_variances = np.array([high[i] for i in range(self.axes)])[:, None]
 
     def states(self, rng: np.random.Generator, states: IntArray) -> IntArray:
         """State words (n_states, runs) with other covariances."""
         n, runs = self.axes, states.shape[1]
         share = 2.0 ** -(_BINADES * rng.random((n, runs)) * rng.integers(0, 2, (n, runs)))
-        if self.whole:
+        if self.limit_sum:
             share /= np.maximum(share.sum(axis=0), 1.0)
         # Rows of unit length: a correlation matrix of their rank, or of a smaller one.
         rows = rng.normal(size=(n, n, runs))
         rows *= np.arange(n)[None, :, None] < rng.integers(1, n + 1, runs)
         rows *= 4.0 ** -(4.0 * rng.random((n, n, runs)) * rng.integers(0, 2, runs))
         rows /= np.maximum(np.sqrt((rows * rows).sum(axis=1, keepdims=True)), 1e-30)
-        rows *= np.sqrt(share * self.most)[:, None, :]
+        rows *= np.sqrt(share * self.max_variances)[:, None, :]
         out = states.copy()
         for (i, j, k), form in zip(self.elements, self.formats, strict=True):
             out[k] = form.quantise((rows[i] * rows[j]).sum(axis=0))

@@ -95,7 +95,7 @@ class Gram:
         self.pairs = Pairs(self.space, self.points)
         for (i, j), node in states.items():
             self.points.let(node, (basis[i].at * basis[j].at).sum(axis=1))
-            self.pairs.found[node.number] = [(basis[i], basis[j])]
+            self.pairs.by_node[node.number] = [(basis[i], basis[j])]
         self.terms = Terms(self.pairs)
         self.lengths = Lengths(
             self.terms,
@@ -119,9 +119,9 @@ class Gram:
         if way is None:
             return None
         pair, rest = way
-        premises = self.behind(claim.node, rest)
+        premises = self.premises_of(claim.node, rest)
         premises.base |= self.lengths.base_of(pair)
-        premises.passed |= {n for ball in self.lengths.rows_of(pair) for n in ball.passed}
+        premises.aliases |= {n for ball in self.lengths.rows_of(pair) for n in ball.aliases}
         return premises.proof("inner products of vectors", self.nodes)
 
     def way(
@@ -131,12 +131,12 @@ class Gram:
         ways = self.pairs.ways(claim.node) if claim.node.number in self.points.cone else ()
         return next((way for way in ways if claim.holds(*ends(*way))), None)
 
-    def behind(self, node: Node, rest: Sequence[Coefficient]) -> Premises:
+    def premises_of(self, node: Node, rest: Sequence[Coefficient]) -> Premises:
         """Premises of a proof for a node with a rest, without those of its vectors."""
         numbers = {n.number for n in live([node])}
-        passed = self.points.passed & (numbers | self.needed)
+        aliases = self.points.aliases & (numbers | self.needed)
         return Premises(
-            self.points.premises.base | nodes_behind(rest), self.points.premises.passed | passed
+            self.points.premises.base | nodes_behind(rest), self.points.premises.aliases | aliases
         )
 
     def _find(self) -> None:
@@ -154,7 +154,9 @@ class Gram:
             lower, upper = self.lengths.ends(pair)
             if -node.value <= lower and upper <= node.value:
                 self.points.premises.base |= self.lengths.base_of(pair)
-                self.points.premises.passed.update(*(b.passed for b in self.lengths.rows_of(pair)))
+                self.points.premises.aliases.update(
+                    *(b.aliases for b in self.lengths.rows_of(pair))
+                )
                 return True
         return False
 

@@ -63,11 +63,11 @@ class Vector:
         Whether it is shorter than one: sqrt(k) m of P - k (P h)(P h)^T, k = w / (w |m|^2 + v).
     copied : bool
         Whether it is a copy of another one, in directions that only such copies have.
-    along : dict of int to (points,) array
-        Of a vector with noise: its roots in directions that others may share.
+    noise_roots : dict of int to (points,) array
+        Of a vector with noise: the roots of its noise in directions that others may share.
     noisy : Vector or None
         The latest vector that is this one with noise.
-    left : list of Vector
+    remainders : list of Vector
         This one after measurements.
     of_measurement : bool
         Whether it has the noise of a measurement, which no element has.
@@ -83,9 +83,9 @@ class Vector:
     measured: Vector | None = None
     share: bool = False
     copied: bool = False
-    along: dict[int, FloatArray] = field(default_factory=dict, repr=False)
+    noise_roots: dict[int, FloatArray] = field(default_factory=dict, repr=False)
     noisy: Vector | None = field(default=None, repr=False)
-    left: list[Vector] = field(default_factory=list, repr=False)
+    remainders: list[Vector] = field(default_factory=list, repr=False)
     of_measurement: bool = False
     conditions: frozenset[int] = field(init=False)
 
@@ -99,7 +99,7 @@ class Vector:
         """Coefficients of its parts and of its noise."""
         return (*(c for c, _ in self.parts), *self.noise)
 
-    def most_noise(self, sides: Sides) -> float:
+    def largest_noise(self, sides: Sides) -> float:
         """Largest squared component in a direction of its own, on the given sides."""
         return max(0.0, ends_of_sum(self.noise, sides)[1])
 
@@ -169,7 +169,7 @@ class Space:
         self.table[count, : count + 1] = self.table[: count + 1, count] = products
         return vector
 
-    def less(self, v: Vector, unit: Vector) -> Vector:
+    def remainder(self, v: Vector, unit: Vector) -> Vector:
         """A vector less its part along another one; less a ``share`` s: v - b (v . s) s.
 
         With b = (1 - sqrt(1 - |s|^2)) / |s|^2 all inner products x . y are less by (x . s)(s . y).
@@ -180,8 +180,8 @@ class Space:
             root = np.sqrt(np.maximum(1.0 - square, 0.0))
             along = along / (1.0 + root)
         reduced = self.add(v.at - along[:, None] * unit.at, parts=((ONE, v),), unit=unit)
-        if reduced is not v and reduced not in v.left:
-            v.left.append(reduced)
+        if reduced is not v and reduced not in v.remainders:
+            v.remainders.append(reduced)
         return reduced
 
     def without_noise(self, v: Vector) -> Vector:
@@ -192,7 +192,7 @@ class Space:
         if v.noise or v.unit is None:
             return inner if v.noise else v
         plain = self.without_noise(inner)
-        return v if plain is inner else self.less(plain, v.unit)
+        return v if plain is inner else self.remainder(plain, v.unit)
 
     def pairs(self, value: FloatArray, size: FloatArray, start: int) -> Iterator[Pair]:
         """Pairs whose inner product is a value, with one vector numbered ``start`` or higher."""

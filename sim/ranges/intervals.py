@@ -28,19 +28,19 @@ Ends = tuple[FloatArray, FloatArray]
 
 
 def interval_needs(
-    node: Node, sure: Mapping[int, tuple[float, float]] | None = None
+    node: Node, intervals: Mapping[int, tuple[float, float]] | None = None
 ) -> Sequence[Node]:
     """Arguments from whose intervals that of a node follows: not a condition that only selects.
 
-    ``sure``: intervals of arguments, by number, that hold in any case; of others any value.
+    ``intervals``: of arguments, by number, that hold in any case; of others any value.
     """
-    sure = sure or {}
+    intervals = intervals or {}
     if node.kind not in _ENDS:
         return node.args
     ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
     arguments: list[Node] = []
     for k, arg in enumerate(node.args):
-        interval = sure.get(arg.number, (-math.inf, math.inf))
+        interval = intervals.get(arg.number, (-math.inf, math.inf))
         arg_ends, ends[k] = ends[k], (np.array([interval[0]]), np.array([interval[1]]))
         with np.errstate(all="ignore"):
             low, high = _ENDS[node.kind](node, ends)

@@ -23,8 +23,8 @@ from boresight.sim.ranges.coefficients import (
     all_sides,
     conditions_in,
     ends_of_sum,
-    known_from,
     nodes_behind,
+    sources_of,
 )
 from boresight.sim.ranges.inner_products import (
     Pair,
@@ -35,8 +35,8 @@ from boresight.sim.ranges.inner_products import (
     made_from,
 )
 from boresight.sim.ranges.intervals import Ends
-from boresight.sim.ranges.noise import least_of
-from boresight.sim.ranges.polynomials import Polynomial, over, plus, scaled
+from boresight.sim.ranges.noise import minimum_of
+from boresight.sim.ranges.polynomials import Polynomial, plus, quotient, scaled
 from boresight.sim.ranges.steps import implied, is_possible
 from boresight.sim.ranges.terms import Terms
 from boresight.sim.ranges.unit_vectors import Ball
@@ -147,7 +147,7 @@ class Lengths:
                 base |= nodes_behind(c for c, _ in v.parts)
             base |= nodes_behind(v.noise) | self._case_base.get(v, set())
             for node in self._balance_base.get(v, ()):
-                base |= {node, *known_from(node)}
+                base |= {node, *sources_of(node)}
         return base | {self.nodes[n] for ball in self.rows_of(pair) for n in ball.used}
 
     def rows_of(self, pair: Pair) -> list[Ball]:
@@ -196,7 +196,7 @@ class Lengths:
         bound = min(bound, self._of_row(v, bound, length), self._of_weight(v, sides))
         bound = min(bound, self._in_cases(v, bound, sides, length))
         if v.noise:
-            square = bound * bound + v.most_noise(sides)
+            square = bound * bound + v.largest_noise(sides)
             bound = math.sqrt(self._balanced(v, square, sides, length))
         if v.unit is not None and (m := _measured(v.unit, sides)) is not None:
             vector, noise = m
@@ -226,7 +226,7 @@ class Lengths:
         weight = self.terms.pairs.weights.get(v.parts[0]) if is_scaled(v) else None
         if weight is None:
             return math.inf
-        lower = least_of(weight.noise)
+        lower = minimum_of(weight.noise)
         return math.sqrt(weight.factor.ends(sides)[1] / (4.0 * lower)) if lower > 0.0 else math.inf
 
     def _balanced(
@@ -245,7 +245,7 @@ class Lengths:
         if any(c.sides for c in v.noise):
             return square
         ((c, p),) = inner.parts
-        bounded = self.terms.points.said
+        bounded = self.terms.points.bounded
         forms = [k.polynomial(_TERMS, _BACK, bounded) for k in (c.times(c), *v.noise)]
         total: Polynomial = {}
         for form, factor in zip(forms, (length(p) ** 2, *(1.0 for _ in v.noise)), strict=True):
@@ -253,7 +253,7 @@ class Lengths:
                 return square
             total = plus(total, scaled(form, factor))
         for n in sorted({n for m in total for n in m}):
-            if self.nodes[n].low >= 0.0 and self._upper_of(over(total, n), sides) <= 0.0:
+            if self.nodes[n].low >= 0.0 and self._upper_of(quotient(total, n), sides) <= 0.0:
                 total = {m: value for m, value in total.items() if n not in m}
         upper = self._upper_of(total, sides)
         if upper < square:
@@ -309,4 +309,4 @@ def _measured(unit: Vector, sides: Sides) -> tuple[Vector, float] | None:
     total = unit.measured
     if total is None or not total.noise:
         return None
-    return total.parts[0][1], total.most_noise(sides)
+    return total.parts[0][1], total.largest_noise(sides)

@@ -26,7 +26,7 @@ import numpy.typing as npt
 from boresight.model.lowering.graph import Node
 from boresight.model.words.program import Program
 from boresight.sim.ranges.boxes import interval_at
-from boresight.sim.ranges.polynomials import Polynomial, cleared, combined, polynomial_of
+from boresight.sim.ranges.polynomials import Polynomial, cleared, combined, monomial, polynomial_of
 from boresight.sim.ranges.steps import live_nodes
 
 __all__ = ["Forms", "LowPass", "low_passes_of", "near"]
@@ -59,7 +59,7 @@ class LowPass:
         Condition of the mean, its side, and the number of the counter.
     share : int or None
         Number of g.
-    passed : frozenset of int
+    aliases : frozenset of int
         "bounded" nodes that count as their arguments.
     """
 
@@ -71,7 +71,7 @@ class LowPass:
     mean: tuple[float, ...] | None
     counting: tuple[int, int, int] | None
     share: int | None
-    passed: frozenset[int]
+    aliases: frozenset[int]
 
     def is_like(self, other: LowPass) -> bool:
         """Whether two filters are the same but for states and samples."""
@@ -127,13 +127,9 @@ def _mean_of(form: Polynomial, z: int, x: int) -> tuple[int, float, float] | Non
     if len(shares) != 1:
         return None
     (g,) = shares
-    p, q = form.get((z,), 0.0), form.get(_key(g, x), 0.0)
-    is_mean = abs(p + form.get(_key(g, z), 0.0)) <= _EXACT * abs(p)
-    return (g, p, q) if is_mean and {*form} <= {(z,), _key(g, z), _key(g, x)} else None
-
-
-def _key(*numbers: int) -> tuple[int, ...]:
-    return tuple(sorted(numbers))
+    p, q = form.get((z,), 0.0), form.get(monomial(g, x), 0.0)
+    is_mean = abs(p + form.get(monomial(g, z), 0.0)) <= _EXACT * abs(p)
+    return (g, p, q) if is_mean and {*form} <= {(z,), monomial(g, z), monomial(g, x)} else None
 
 
 class Forms:
@@ -147,14 +143,14 @@ class Forms:
             self.leaves[number] = leaf.union(*(self.leaves[a.number] for a in node.args))
 
     def of(
-        self, node: Node, own: set[int], counter: int | None, passed: set[int]
+        self, node: Node, variables: set[int], counter: int | None, aliases: set[int]
     ) -> Iterator[tuple[Sides, Polynomial | None]]:
         """Form of a node for all sides of the conditions that select it."""
         stack: list[Sides] = [{}]
         while stack:
             sides = stack.pop()
             try:
-                yield sides, self._form(node, own, counter, sides, passed, {})
+                yield sides, self._form(node, variables, counter, sides, aliases, {})
             except _Open as e:
                 if len(sides) >= _CONDITIONS:
                     yield sides, None
@@ -170,10 +166,10 @@ class Forms:
     def _form(
         self,
         node: Node,
-        own: set[int],
+        variables: set[int],
         counter: int | None,
         sides: Sides,
-        passed: set[int],
+        aliases: set[int],
         forms: dict[int, Polynomial | None],
     ) -> Polynomial | None:
         """The form on given sides; ``forms`` gets that of each node."""
@@ -183,16 +179,16 @@ class Forms:
             return forms[node.number]
 
         def form_of(other: Node) -> Polynomial | None:
-            return self._form(other, own, counter, sides, passed, forms)
+            return self._form(other, variables, counter, sides, aliases, forms)
 
         is_expanded = self._is_weight(node, counter) or (
             node.kind == "mul" and any(self._is_weight(arg, counter) for arg in node.args)
         )
         out: Polynomial | None = {(node.number,): 1.0}
-        if node.number in own or not (is_expanded or self.leaves[node.number] & own):
+        if node.number in variables or not (is_expanded or self.leaves[node.number] & variables):
             pass
         elif node.kind == "bounded":
-            passed.add(node.number)
+            aliases.add(node.number)
             out = form_of(node.args[0])
         elif node.kind == "select":
             condition = node.args[0].number
@@ -217,9 +213,9 @@ def low_passes_of(program: Program, nodes: Mapping[int, Node]) -> Iterator[LowPa
     }
     for z, node in following.items():
         for v in near(node, following.keys() - {z}):
-            found = _Filter(forms, following, initial, z, v).found()
-            if found is not None:
-                yield found
+            low_pass = _Filter(forms, following, initial, z, v).low_pass()
+            if low_pass is not None:
+                yield low_pass
 
 
 def near(node: Node, wanted: set[int]) -> set[int]:
@@ -244,18 +240,18 @@ class _Filter:
     ) -> None:
         self.nodes, self.forms, self.following, self.first = forms.nodes, forms, following, first
         self.z, self.v = z, v
-        self.passed: set[int] = set()
+        self.aliases: set[int] = set()
 
-    def found(self) -> LowPass | None:
+    def low_pass(self) -> LowPass | None:
         """The filter, if there is one."""
         if self.first[self.z] or self.first[self.v]:
             return None
         counters = {None, *near(self.following[self.z], {*self.following}) - {self.z, self.v}}
         for counter in sorted(counters, key=lambda n: n or 0):
-            self.passed = set()
-            found = self._with(counter)
-            if found is not None:
-                return found
+            self.aliases = set()
+            low_pass = self._with(counter)
+            if low_pass is not None:
+                return low_pass
         return None
 
     def _with(self, counter: int | None) -> LowPass | None:
@@ -295,13 +291,13 @@ class _Filter:
     ) -> Iterator[tuple[Sides, Polynomial | None, Polynomial | None]]:
         """Next z and v, side by side."""
         pair = {self.z, self.v}
-        for sides, of_z in self.forms.of(self.following[self.z], pair, counter, self.passed):
-            for v_sides, of_v in self.forms.of(self.following[self.v], pair, counter, self.passed):
+        for sides, of_z in self.forms.of(self.following[self.z], pair, counter, self.aliases):
+            for v_sides, of_v in self.forms.of(self.following[self.v], pair, counter, self.aliases):
                 if all(sides.get(n, side) == side for n, side in v_sides.items()):
                     yield {**sides, **v_sides}, of_z, of_v
 
     def _condition(self, condition: int) -> Polynomial:
-        return polynomial_of(self.nodes[condition], _TERMS, _NEAR, (), self.passed) or {}
+        return polynomial_of(self.nodes[condition], _TERMS, _NEAR, (), self.aliases) or {}
 
     def _limit(self, condition: int, counter: int) -> int:
         """Side of a condition on which a counter is below a positive limit; 0: of another form."""
@@ -323,12 +319,12 @@ class _Filter:
                 side = sides.get(node.args[0].number)
                 stack += [node.args[side]] if side else node.args[1:]
             elif node.kind == "bounded":
-                self.passed.add(node.number)
+                self.aliases.add(node.number)
                 stack.append(node.args[0])
             elif node.kind == "saturated" and node.value >= limit:
                 stack.append(node.args[0])
             else:
-                for form_sides, form in self.forms.of(node, {counter}, counter, self.passed):
+                for form_sides, form in self.forms.of(node, {counter}, counter, self.aliases):
                     if any(sides.get(n, side) != side for n, side in form_sides.items()):
                         continue
                     step = None if form is None else form.pop((), 0.0)
@@ -372,7 +368,7 @@ class _Filter:
             mean,
             counting,
             g,
-            frozenset(self.passed | {self.following[n].number for n in (self.z, self.v)}),
+            frozenset(self.aliases | {self.following[n].number for n in (self.z, self.v)}),
         )
 
     def _is_one_at(self, share: Node, counter: int) -> bool:

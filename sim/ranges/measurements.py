@@ -14,11 +14,11 @@ import numpy as np
 from boresight.model.lowering.graph import Node
 from boresight.sim.ranges.coefficients import ONE, Coefficient, nodes_behind
 from boresight.sim.ranges.inner_products import Pair, Vector, is_scaled, of_unit
-from boresight.sim.ranges.noise import least_of
+from boresight.sim.ranges.noise import minimum_of
 from boresight.sim.ranges.pairs import Pairs, Weight
 from boresight.sim.ranges.terms import Term, Terms
 
-__all__ = ["find_gain", "find_measured", "find_unit", "gain", "taken"]
+__all__ = ["directions", "find_gain", "find_measured", "find_unit", "gain"]
 
 
 def find_measured(pairs: Pairs, node: Node) -> list[Vector]:
@@ -53,7 +53,7 @@ def find_gain(pairs: Pairs, node: Node) -> bool:
     if k is None:
         return False
     pair = gain(pairs, node, node.args[1 - k], *pairs.units[node.args[k].number])
-    pairs.found.setdefault(node.number, []).extend([pair] if pair else [])
+    pairs.by_node.setdefault(node.number, []).extend([pair] if pair else [])
     return True
 
 
@@ -75,7 +75,7 @@ def gain(
     return None
 
 
-def taken(terms: Terms, products: Sequence[Term]) -> list[tuple[Coefficient, Vector]] | None:
+def directions(terms: Terms, products: Sequence[Term]) -> list[tuple[Coefficient, Vector]] | None:
     """The unit vectors along which products are subtracted, in order, each with its condition.
 
     None: a product is of another form.
@@ -123,9 +123,9 @@ def _weight_of(terms: Terms, c: Coefficient, m: Vector) -> Weight | None:
     *inner_claims, total = _bounded_chain(reciprocals[0].args[0])
     squares, noise = terms.pairs.sums.get(total.number, ((), ()))
     scaled = [m] if w == ONE else [v for v in terms.pairs.space.vectors if v.parts == ((w, m),)]
-    if not any({x, y} == {v, m} for v in scaled for x, y in squares) or least_of(noise) < 0.0:
+    if not any({x, y} == {v, m} for v in scaled for x, y in squares) or minimum_of(noise) < 0.0:
         return None
-    terms.points.passed |= {n.number for n in (*claims, *inner_claims)}
+    terms.points.aliases |= {n.number for n in (*claims, *inner_claims)}
     terms.points.premises.base |= nodes_behind((*noise, w))
     return Weight(w, noise)
 

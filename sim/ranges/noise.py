@@ -17,7 +17,7 @@ from boresight.sim.ranges.inner_products import FloatArray, Vector
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.points import Points
 
-__all__ = ["least_of", "with_noise"]
+__all__ = ["minimum_of", "with_noise"]
 
 #: Terms of a polynomial, and steps back.
 _TERMS, _BACK = 400, 8
@@ -28,7 +28,7 @@ _ALIKE = 1e-12
 def with_noise(pairs: Pairs, v: Vector, noise: tuple[Coefficient, ...]) -> Vector | None:
     """A vector with the root of noise in a new direction; None: the noise may be negative."""
     square = pairs.points.total(noise)
-    if (square < 0.0).any() or least_of(noise) < 0.0:
+    if (square < 0.0).any() or minimum_of(noise) < 0.0:
         return None
     if not square.any():
         return v
@@ -43,7 +43,7 @@ def with_noise(pairs: Pairs, v: Vector, noise: tuple[Coefficient, ...]) -> Vecto
         square = square - root * root
     at[:, pairs.space.direction()] = np.sqrt(np.maximum(square, 0.0))
     v.noisy = pairs.space.add(at, parts=((ONE, v),), noise=noise)
-    v.noisy.along = along
+    v.noisy.noise_roots = along
     return v.noisy
 
 
@@ -57,7 +57,7 @@ def _directions_of(pairs: Pairs, v: Vector, noise: Sequence[Coefficient]) -> dic
         candidates = (
             (direction, sign * root)
             for other, covariance in _common_noise(pairs, v)
-            for direction, other_root in other.along.items()
+            for direction, other_root in other.noise_roots.items()
             for sign in (1.0, -1.0)
             if np.allclose(sign * root * other_root, covariance, rtol=_ALIKE, atol=0.0)
             if direction not in out and not v.at[:, direction].any()
@@ -82,7 +82,7 @@ def _roots(points: Points, noise: Sequence[Coefficient]) -> list[FloatArray]:
     roots: list[FloatArray] = []
     base: set[Node] = set()
     for c in noise:
-        form = c.polynomial(_TERMS, _BACK, points.said)
+        form = c.polynomial(_TERMS, _BACK, points.bounded)
         if form is None:
             return []
         indicator = points.at(Coefficient(sides=c.sides))
@@ -99,7 +99,7 @@ def _roots(points: Points, noise: Sequence[Coefficient]) -> list[FloatArray]:
     return roots
 
 
-def least_of(noise: Sequence[Coefficient]) -> float:
+def minimum_of(noise: Sequence[Coefficient]) -> float:
     """Least value of a sum, over the sides of its conditions."""
     conditions = {n for c in noise for n, _ in c.sides}
     return min(ends_of_sum(noise, sides)[0] for sides in all_sides(conditions))

@@ -29,10 +29,12 @@ from boresight.sim.ranges.polynomials import (
     is_zero,
     plus,
     polynomial_of,
+    quotient,
     scaled,
     times,
 )
 from boresight.sim.ranges.radial import radial
+from boresight.sim.ranges.rotations import element
 from boresight.sim.ranges.unit_vectors import Ball, bare
 from boresight.sim.ranges.vectors import Vectors
 
@@ -55,11 +57,11 @@ class Norms:
     def __init__(self, vectors: Vectors) -> None:
         self.nodes, self.vectors = vectors.nodes, vectors
         self.after, self.first = vectors.after, vectors.first
-        self.known: dict[tuple[int, ...], tuple[float, Ball]] = {}
+        self.squares: dict[tuple[int, ...], tuple[float, Ball]] = {}
         self.rotations: dict[tuple[tuple[float, int], ...], tuple[int, ...] | None] = {}
         self.long: dict[frozenset[int], Ball | None] = {}  # states no shorter than one
         self.used: set[int] = set()
-        self.passed: set[int] = set()
+        self.aliases: set[int] = set()
 
     def square_of(
         self, matrix: Sequence[Sequence[Coefficient | None]]
@@ -90,18 +92,18 @@ class Norms:
     def _square(self, vector: Sequence[Node]) -> tuple[float, Ball]:
         """Squared length of a vector of nodes."""
         key = tuple(sorted(n.number for n in vector))
-        if key not in self.known:
+        if key not in self.squares:
             square, ball = self.vectors.square_of(vector)
             square = _exact(square)
-            self.used, self.passed = set(), set()
+            self.used, self.aliases = set(), set()
             correction = self._of_correction(vector)
             if correction < square:
                 square, ball = (
                     correction,
-                    Ball(frozenset(key), frozenset(self.used), frozenset(self.passed)),
+                    Ball(frozenset(key), frozenset(self.used), frozenset(self.aliases)),
                 )
-            self.known[key] = square, ball
-        within = [entry for numbers, entry in self.known.items() if {*key} <= {*numbers}]
+            self.squares[key] = square, ball
+        within = [entry for numbers, entry in self.squares.items() if {*key} <= {*numbers}]
         return min(within, key=lambda entry: entry[0])
 
     # -- matrices ---------------------------------------------------------------------------------
@@ -155,21 +157,21 @@ class Norms:
         if quaternion is None:
             return math.inf, None
         w, *v = quaternion
-        passed: set[int] = set()
+        aliases: set[int] = set()
         for c in entries:
             if c is not None:
-                bare(c.nodes[0], passed)
+                bare(c.nodes[0], aliases)
         q_square, ball = self._square([self.nodes[n] for n in (w, *v)])
         v_square, v_ball = self._square([self.nodes[n] for n in v])
         square = max(1.0, 1.0 + 4.0 * (q_square - 1.0) * min(v_square, q_square))
         used = ball.used | v_ball.used
-        return square, Ball(frozenset(), used, ball.passed | v_ball.passed | passed)
+        return square, Ball(frozenset(), used, ball.aliases | v_ball.aliases | aliases)
 
     def _quaternion_of(
         self, rows: Sequence[Sequence[Coefficient | None]]
     ) -> tuple[int, ...] | None:
         """The quaternion whose rotation matrix has these rows; None: it is another matrix."""
-        bounded = self.vectors.said
+        bounded = self.vectors.bounded
         forms = [
             [
                 scaled(polynomial_of(bare(c.nodes[0]), _TERMS, _DEPTH, bounded) or {}, c.number)
@@ -194,7 +196,7 @@ class Norms:
         parts: list[Node | float] = []
         root: tuple[Node, int] | None = None
         for node in vector:
-            form = polynomial_of(bare(node, self.passed), _TERMS, _DEPTH, (), self.passed) or {}
+            form = polynomial_of(bare(node, self.aliases), _TERMS, _DEPTH, (), self.aliases) or {}
             if len(form) != 1:
                 return math.inf
             ((monomial, c),) = form.items()
@@ -224,15 +226,15 @@ class Norms:
         limit = math.inf
         while total.kind in ("bounded", "saturated"):
             if total.kind == "bounded":
-                self.passed.add(total.number)
+                self.aliases.add(total.number)
             else:
                 limit = min(limit, total.value)
             total = total.args[0]
-        form = polynomial_of(total, _TERMS, _DEPTH, (), self.passed)
+        form = polynomial_of(total, _TERMS, _DEPTH, (), self.aliases)
         numbers = [k.number for k in parts if isinstance(k, Node)]
         if form is None or len({*numbers}) < len(numbers) or not numbers:
             return limit, 0.0
-        factor = _quotient(form, numbers[0])  # |q|^2, if |k|^2 is the other factor
+        factor = quotient(form, numbers[0], 2)  # |q|^2, if |k|^2 is the other factor
         square: Polynomial = {(n, n): 1.0 for n in numbers}
         for k in parts:
             if isinstance(k, float):
@@ -249,7 +251,7 @@ class Norms:
         for node in vector:
             while node.kind in ("bounded", "saturated"):
                 if node.kind == "bounded":
-                    self.passed.add(node.number)
+                    self.aliases.add(node.number)
                 else:  # a component at its limit has this square
                     limit = min(limit, node.value * node.value)
                 node = node.args[0]
@@ -282,15 +284,15 @@ class Norms:
         for factor in vector[0].args if vector[0].kind == "mul" else ():
             root = factor
             while root.kind == "bounded":
-                self.passed.add(root.number)
+                self.aliases.add(root.number)
                 root = root.args[0]
             if any(n.kind != "mul" or factor not in n.args for n in vector):
                 continue
             if root.kind != "rsqrt":
                 continue
             parts = [n.args[1 - n.args.index(factor)] for n in vector]
-            total = bare(root.args[0], self.passed)
-            form = polynomial_of(total, _TERMS, _DEPTH, {p.number for p in parts}, self.passed)
+            total = bare(root.args[0], self.aliases)
+            form = polynomial_of(total, _TERMS, _DEPTH, {p.number for p in parts}, self.aliases)
             if form == {(p.number, p.number): 1.0 for p in parts} and self._least(parts) > 0.0:
                 return 1.0
         return 0.0
@@ -304,8 +306,8 @@ class Norms:
         """Of a product of quaternions."""
         form = self._squares(vector, {a.number for n in vector for a in _factors(n)})
         for n in sorted({*next(iter(form), ())}):
-            first = _quotient(form, n)
-            second = _quotient(form, next((m[0] for m in first if m), n))
+            first = quotient(form, n, 2)
+            second = quotient(form, next((m[0] for m in first if m), n), 2)
             rest = plus(form, scaled(times(first, second, _TERMS) or {}, -1.0))
             if first and second and is_zero(rest):
                 return self._least_of(first) * self._least_of(second)
@@ -328,18 +330,18 @@ class Norms:
         if key not in self.long:
             previous = dict(self.long)
             self.long[key] = Ball(key)  # assumed
-            outer, self.used, self.passed = (self.used, self.passed), set(), set()
+            outer, self.used, self.aliases = (self.used, self.aliases), set(), set()
             numbers = sorted(key)
             is_long = sum(self.first[n] ** 2 for n in numbers) >= 1.0 - _ROUNDING
             is_invariant = is_long and self._least([self.after[n] for n in numbers]) >= 1.0
-            new_ball = Ball(key, frozenset(self.used), frozenset(self.passed))
+            new_ball = Ball(key, frozenset(self.used), frozenset(self.aliases))
             self.long = self.long | {key: new_ball} if is_invariant else previous | {key: None}
-            self.used, self.passed = outer
+            self.used, self.aliases = outer
         ball = self.long[key]
         if ball is None:
             return 0.0
         self.used |= ball.used
-        self.passed |= ball.passed
+        self.aliases |= ball.aliases
         return 1.0
 
     def _radial(self, vector: Sequence[Node]) -> float:
@@ -355,7 +357,7 @@ class Norms:
         """Sum of the squares of nodes; empty: of too many terms."""
         total: Polynomial = {}
         for node in vector:
-            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.passed)
+            form = polynomial_of(node, _TERMS, _DEPTH, ends, self.aliases)
             square = None if form is None else times(form, form, _TERMS)
             if square is None:
                 return {}
@@ -384,11 +386,6 @@ def _factors(node: Node) -> Iterator[Node]:
             yield from _factors(arg) if is_inner else (arg,)
 
 
-def _quotient(form: Polynomial, number: int) -> Polynomial:
-    """The terms with the square of a node, divided by it."""
-    return {tuple(k for k in m if k != number): c for m, c in form.items() if m.count(number) == 2}
-
-
 def _rest(forms: Sequence[Sequence[Polynomial]], i: int, j: int, total: Polynomial) -> Polynomial:
     """Element of |c|^2 1 - M^T M."""
     out = dict(total) if i == j else {}
@@ -405,19 +402,8 @@ def _is_rotation(
     sign: float,
 ) -> bool:
     """Whether forms are rows of 1 + 2 w [v x] + 2 [v x]^2, w with a sign."""
-    for row, i in zip(forms, indices, strict=True):
-        for j, form in enumerate(row):
-            if i == j:
-                expected: Polynomial = {(): 1.0, **{(v[k], v[k]): -2.0 for k in range(3) if k != i}}
-            else:
-                k = 3 - i - j
-                turn = sign * (2.0 if (j - i) % 3 == 2 else -2.0)
-                expected = {_key(v[i], v[j]): 2.0, _key(w, v[k]): turn}
-            rest = plus(form, scaled(expected, -1.0))
-            if not is_zero(rest):
-                return False
-    return True
-
-
-def _key(a: int, b: int) -> tuple[int, int]:
-    return (a, b) if a <= b else (b, a)
+    return all(
+        is_zero(plus(form, scaled(element(w, v, i, j, sign), -1.0)))
+        for row, i in zip(forms, indices, strict=True)
+        for j, form in enumerate(row)
+    )

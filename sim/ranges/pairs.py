@@ -36,7 +36,7 @@ class Pairs:
 
     Attributes
     ----------
-    found : dict of int to list of Pair
+    by_node : dict of int to list of Pair
         The pairs whose inner product a node is.
     sums : dict of int to (list of Pair, tuple of Coefficient)
         The pairs whose inner product is a node less a rest, and the rest.
@@ -48,7 +48,7 @@ class Pairs:
 
     def __init__(self, space: Space, points: Points) -> None:
         self.space, self.points = space, points
-        self.found: dict[int, list[Pair]] = {}
+        self.by_node: dict[int, list[Pair]] = {}
         self.sums: dict[int, tuple[list[Pair], tuple[Coefficient, ...]]] = {}
         self.units: dict[int, tuple[list[Vector], Vector]] = {}
         self.weights: dict[tuple[Coefficient, Vector], Weight] = {}
@@ -56,7 +56,7 @@ class Pairs:
 
     def of(self, node: Node) -> list[Pair]:
         """Vectors whose inner product a node is: the latest, with all noise."""
-        found = self.found.setdefault(node.number, [])
+        found = self.by_node.setdefault(node.number, [])
         start = self._searched.get(node.number, 0)
         if node.number in self.points.cone and start < len(self.space.vectors):
             value, size = self.points.values[node.number], self.points.sizes[node.number]
@@ -110,6 +110,6 @@ class Pairs:
         later: Pair | None = (x, y)
         while later is not None:
             x, y = later
-            ways = (*((left, y) for left in x.left), *((x, left) for left in y.left))
+            ways = (*((v, y) for v in x.remainders), *((x, v) for v in y.remainders))
             later = next((way for way in ways if self.space.is_pair(way, value, size)), None)
         return (x, y) if x.number >= y.number else (y, x)

@@ -43,18 +43,18 @@ class Points:
     ----------
     values, sizes : dict of int to (points,) array
         Value of each node, and the size of the terms whose sum it is.
-    said, passed : set of int
+    bounded, aliases : set of int
         "bounded" nodes, and those of them that count as their arguments.
     premises : Premises
-        The other premises of the identities.
+        The other premises of the aliases.
     """
 
     def __init__(self, nodes: Mapping[int, Node], cone: Set[int], rng: np.random.Generator) -> None:
         self.nodes, self.cone, self.rng = nodes, cone, rng
         self.values: dict[int, FloatArray] = {}
         self.sizes: dict[int, FloatArray] = {}
-        self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
-        self.passed: set[int] = set()
+        self.bounded = {n.number for n in nodes.values() if n.kind == "bounded"}
+        self.aliases: set[int] = set()
         self.premises = Premises()
         self._signs: dict[int, BoolArray] = {}
         self._levels = _levels_of(nodes.values(), rng)
@@ -91,7 +91,7 @@ class Points:
         elif node.kind == "bounded" or unlimited:
             value, size = args[0], sizes[0]
             if node.kind == "bounded" and node.number in self.cone:
-                self.passed.add(node.number)
+                self.aliases.add(node.number)
         elif node.kind == "saturated" and self._is_zero(node.args[0]):
             value = np.zeros(POINTS)
         elif node.kind == "saturated":
@@ -127,10 +127,10 @@ class Points:
 
     def _is_zero(self, node: Node) -> bool:
         """Whether a node is 0, as x - (x + c - c) is, but for rounding."""
-        passed: set[int] = set()
-        form = polynomial_of(node, _LOOSE, _LOOSE, (), passed)
+        aliases: set[int] = set()
+        form = polynomial_of(node, _LOOSE, _LOOSE, (), aliases)
         is_zero = form is not None and not any(form.values())
-        self.passed |= passed if is_zero else set()
+        self.aliases |= aliases if is_zero else set()
         return is_zero
 
     def _sign(self, condition: Node) -> BoolArray:

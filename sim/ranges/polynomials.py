@@ -14,9 +14,10 @@ __all__ = [
     "ends_of_product",
     "is_sum_of_squares",
     "is_zero",
-    "over",
+    "monomial",
     "plus",
     "polynomial_of",
+    "quotient",
     "scaled",
     "substituted",
     "times",
@@ -43,29 +44,29 @@ class Expansions:
         self.terms, self.ends = terms, ends
         self._forms: dict[tuple[Node, int], tuple[Polynomial | None, frozenset[int]]] = {}
 
-    def of(self, node: Node, left: int, passed: set[int] | None = None) -> Polynomial | None:
-        """A node as a polynomial of others, at most ``left`` steps back; None: of too many terms.
+    def of(self, node: Node, depth: int, aliases: set[int] | None = None) -> Polynomial | None:
+        """A node as a polynomial of others, at most ``depth`` steps back; None: of too many terms.
 
-        ``passed`` gets the numbers of those "bounded" ones that count as their arguments.
+        ``aliases`` gets the numbers of those "bounded" ones that count as their arguments.
         """
-        if not left or node.kind not in ("bounded", "sum", "mul") or node.number in self.ends:
+        if not depth or node.kind not in ("bounded", "sum", "mul") or node.number in self.ends:
             return {(): node.value} if node.kind == "const" else {(node.number,): 1.0}
-        key = node, left
+        key = node, depth
         if key not in self._forms:
             bounded = set[int]()
-            self._forms[key] = self._expand(node, left, bounded), frozenset(bounded)
+            self._forms[key] = self._expand(node, depth, bounded), frozenset(bounded)
         form, bounded_nodes = self._forms[key]
-        if passed is not None:
-            passed |= bounded_nodes
+        if aliases is not None:
+            aliases |= bounded_nodes
         return form
 
-    def _expand(self, node: Node, left: int, passed: set[int]) -> Polynomial | None:
+    def _expand(self, node: Node, depth: int, aliases: set[int]) -> Polynomial | None:
         if node.kind == "bounded":
-            passed.add(node.number)
-            return self.of(node.args[0], left, passed)
+            aliases.add(node.number)
+            return self.of(node.args[0], depth, aliases)
         parts: list[Polynomial] = []
         for arg in node.args:
-            part = self.of(arg, left - 1, passed)
+            part = self.of(arg, depth - 1, aliases)
             if part is None:
                 return None
             parts.append(part)
@@ -73,10 +74,10 @@ class Expansions:
 
 
 def polynomial_of(
-    node: Node, terms: int, left: int, ends: Container[int] = (), passed: set[int] | None = None
+    node: Node, terms: int, depth: int, ends: Container[int] = (), aliases: set[int] | None = None
 ) -> Polynomial | None:
     """A single expansion; see `Expansions.of`."""
-    return Expansions(terms, ends).of(node, left, passed)
+    return Expansions(terms, ends).of(node, depth, aliases)
 
 
 def combined(node: Node, parts: Sequence[Polynomial], terms: int) -> Polynomial | None:
@@ -131,14 +132,19 @@ def ends_of_product(
     return min(corners), max(corners)
 
 
-def over(form: Polynomial, number: int) -> Polynomial:
-    """The terms with a node, each divided by it."""
+def quotient(form: Polynomial, number: int, power: int = 1) -> Polynomial:
+    """The terms with a power of a node, divided by it."""
     out: Polynomial = {}
     for m, c in form.items():
-        if number in m:
+        if m.count(number) >= power:
             index = m.index(number)
-            out[m[:index] + m[index + 1 :]] = c
+            out[m[:index] + m[index + power :]] = c
     return out
+
+
+def monomial(*numbers: int) -> tuple[int, ...]:
+    """A product of nodes."""
+    return tuple(sorted(numbers))
 
 
 def is_zero(form: Polynomial, tiny: float = 1e-12) -> bool:

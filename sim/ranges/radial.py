@@ -43,10 +43,10 @@ class Radial:
         self.numbers = numbers
         self._series = np.polynomial.Polynomial(coefficients)
 
-    def ends(self, most: float, least: float = 0.0) -> tuple[float, float]:
+    def ends(self, upper: float, lower: float = 0.0) -> tuple[float, float]:
         """Least and largest value where the squared length lies between two."""
         roots = np.real(self._series.deriv().roots())  # complex ones add harmless points
-        values = self._series(np.clip([least, most, *roots], least, most))
+        values = self._series(np.clip([lower, upper, *roots], lower, upper))
         return float(np.min(values)), float(np.max(values))
 
 
@@ -103,27 +103,27 @@ def _ball(
     nodes: Mapping[int, Node], vector: Sequence[Node], h: frozenset[int], upper: float
 ) -> Ball | None:
     """A vector whose squared length is a polynomial of |h|^2, which is at most ``upper``."""
-    passed = set[int]()
+    aliases = set[int]()
     total: Polynomial = {}
     for node in vector:
-        form = polynomial_of(node, _TERMS, _DEPTH, h, passed)
+        form = polynomial_of(node, _TERMS, _DEPTH, h, aliases)
         square = None if form is None else times(form, form, _TERMS)
         if square is None:
             return None
         total = plus(total, square)
     largest = 0.0
-    pieces = [*_pieces(nodes, total, h, upper, passed)]
+    pieces = [*_pieces(nodes, total, h, upper, aliases)]
     for form, low, high in pieces:
         polynomial = radial({m: c for m, c in form.items() if abs(c) > _TINY})
         if polynomial is None or {*polynomial.numbers} != h:
             return None
         largest = max(largest, polynomial.ends(high, low)[1])
     numbers = frozenset(node.number for node in vector)
-    return Ball(numbers, h, frozenset(passed), largest) if pieces else None
+    return Ball(numbers, h, frozenset(aliases), largest) if pieces else None
 
 
 def _pieces(
-    nodes: Mapping[int, Node], form: Polynomial, h: frozenset[int], upper: float, passed: set[int]
+    nodes: Mapping[int, Node], form: Polynomial, h: frozenset[int], upper: float, aliases: set[int]
 ) -> Iterator[tuple[Polynomial, float, float]]:
     """A polynomial below and above a limit of |h|^2, each with the ends of |h|^2 there."""
     limited = {n for m in form for n in m if n not in h}
@@ -133,7 +133,7 @@ def _pieces(
         (number,) = limited
         node = nodes[number]
         if node.kind == "saturated":
-            length = polynomial_of(node.args[0], _TERMS, _DEPTH, h, passed)
+            length = polynomial_of(node.args[0], _TERMS, _DEPTH, h, aliases)
             if length == {(n, n): 1.0 for n in h}:
                 limit = min(node.value, upper)
                 below = substituted(form, number, length, _TERMS)

@@ -254,13 +254,13 @@ def examine(
     conditions = _Conditions(program, claims, reached, prover, state_intervals)
     proofs = conditions.fewer(proofs, prover.methods)
     if assumed_claims := sorted({j for each in conditions.of(proofs) for j in each}):
-        conditions.without = prover.without([claims[j] for j in assumed_claims], state_intervals)
-        proofs = conditions.fewer(proofs, conditions.without.methods)
+        conditions.released = prover.without([claims[j] for j in assumed_claims], state_intervals)
+        proofs = conditions.fewer(proofs, conditions.released.methods)
     assumed = conditions.of(proofs)
     unproven = [
         k
         for k, (claim, reach) in enumerate(zip(claims, reached, strict=True))
-        if proofs[k] is None and not reach.broken and _share(claim, reach) < NEAR
+        if proofs[k] is None and not reach.is_violated and _share(claim, reach) < NEAR
     ]
     passed_checks = check_on_covariances(
         estimator, program, nodes, [claims[k] for k in unproven], max(1, steps // 4)
@@ -270,7 +270,7 @@ def examine(
     for k, (claim, reach, proof) in enumerate(zip(claims, reached, proofs, strict=True)):
         how = proof.how if proof else checked.get(k, "")
         share = _share(claim, reach)
-        if reach.broken:
+        if reach.is_violated:
             status = "excepted" if claim.unless else "refuted" if claim.bounded else "left"
             verb = "would hold" if assumed[k] else "holds but for rounding"
             how = f"{verb} ({how})" if how else ""
@@ -292,11 +292,11 @@ def examine(
                 claim.high,
                 status,
                 how,
-                reach.least,
-                reach.most,
+                reach.low,
+                reach.high,
                 share,
-                tuple(dict.fromkeys(claims[j].said for j in assumed[k])),
-                _witness(estimator, search, reach) if reach.broken else None,
+                tuple(dict.fromkeys(claims[j].text for j in assumed[k])),
+                _witness(estimator, search, reach) if reach.is_violated else None,
             )
         )
     saturating = {op.dest for op in program.ops if op.overflow is Overflow.SAT}
@@ -322,7 +322,7 @@ class Prover:
     ----------
     estimator, program, nodes
         The last two as `Estimator.compile_traced` gives them, or a step without some claims.
-    own : mapping of int to Node
+    origin : mapping of int to Node
         The nodes of the compiled step, by number; by default those of ``nodes``.
     """
 
@@ -331,11 +331,11 @@ class Prover:
         estimator: Estimator,
         program: Program,
         nodes: Mapping[int, Node],
-        own: Mapping[int, Node] | None = None,
+        origin: Mapping[int, Node] | None = None,
     ) -> None:
         self.estimator, self.program, self.nodes = estimator, program, nodes
         self.live = live_nodes(program, nodes)
-        self.own = own or self.live
+        self.origin = origin or self.live
         cells, relations = reached_cells(program, nodes), dict[int, float]()
         vectors = Vectors(program, nodes)
         gram = Gram(estimator, program, nodes, vectors)
@@ -356,7 +356,7 @@ class Prover:
         if node is None or (claim.node.args and not node.args):
             return None
         proof = method(replace(claim, node=node))
-        return proof and replace(proof, passed=tuple(self.own[n.number] for n in proof.passed))
+        return proof and replace(proof, aliases=tuple(self.origin[n.number] for n in proof.aliases))
 
     def fits(self, claim: Claim, form: Format) -> Proof | None:
         """A proof that the value of a claim does not saturate a format, whatever the claim."""
@@ -366,11 +366,11 @@ class Prover:
             self.fitting[key] = self.proof_of(replace(claim, low=next(ends), high=next(ends)))
         return self.fitting[key]
 
-    def without(self, claims: Sequence[Claim], sure: Mapping[int, tuple[float, float]]) -> Prover:
-        """The prover of the step without some claims; ``sure``: intervals of states, by number."""
-        updated = released(self.program, self.nodes, [c for c in claims if not c.state], sure)
+    def without(self, claims: Sequence[Claim], states: Mapping[int, tuple[float, float]]) -> Prover:
+        """The prover of the step without some claims; ``states`` as of `released`."""
+        updated = released(self.program, self.nodes, [c for c in claims if not c.state], states)
         nodes = {value: updated.get(node.number, node) for value, node in self.nodes.items()}
-        return Prover(self.estimator, self.program, nodes, self.own)
+        return Prover(self.estimator, self.program, nodes, self.origin)
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """The first proof that a method finds."""
@@ -382,7 +382,7 @@ class _Conditions:
 
     Attributes
     ----------
-    prover, without : Prover
+    prover, released : Prover
         Of the compiled step, and of the step without the claims that proofs assume.
     """
 
@@ -395,23 +395,23 @@ class _Conditions:
         state_intervals: Mapping[int, tuple[float, float]],
     ) -> None:
         self.claims, self.reached, self.prover = claims, reached, prover
-        self.without: Prover | None = None
+        self.released: Prover | None = None
         state_words = {program.values[state].name: state for state, _ in program.states}
         self.formats = [
             None if (word := state_words.get(c.state, c.word)) is None else program.format(word)
             for c in claims
         ]
-        self.broken = [reach.broken for reach in reached]
+        self.violations = [reach.is_violated for reach in reached]
         fits = [
             f is not None and _holds(f, c.ends) for f, c in zip(self.formats, claims, strict=True)
         ]
-        self.assumptions = Assumptions(claims, self.broken, fits, _needs_of(state_intervals))
+        self.assumptions = Assumptions(claims, self.violations, fits, _needs_of(state_intervals))
 
     def of(self, proofs: Sequence[Proof | None]) -> list[list[int]]:
         """Indices of the claims that each proof assumes."""
         bases = [None if proof is None else proof.base for proof in proofs]
-        passed = [() if proof is None else proof.passed for proof in proofs]
-        arguments = {n.args[0].number for each in passed for n in each}
+        aliases = [() if proof is None else proof.aliases for proof in proofs]
+        arguments = {n.args[0].number for each in aliases for n in each}
 
         def fitting_proofs(
             is_tried: Callable[[int], bool],
@@ -421,17 +421,17 @@ class _Conditions:
             for k, (c, form, reach) in enumerate(each):
                 if form is None or c.node.number not in arguments or not is_tried(k):
                     continue
-                if form.min < reach.least and reach.most < form.max:
+                if form.min < reach.low and reach.high < form.max:
                     proof = self._fits(c, form)
                     if proof is not None:
-                        out[k] = proof.base, proof.passed
+                        out[k] = proof.base, proof.aliases
             return out
 
-        wider = fitting_proofs(lambda k: proofs[k] is None or self.broken[k])
-        indices = self.assumptions.of(bases, passed, wider)
+        wider = fitting_proofs(lambda k: proofs[k] is None or self.violations[k])
+        indices = self.assumptions.of(bases, aliases, wider)
         optional = fitting_proofs(lambda k: k not in wider and bool(indices[k]))
         if optional:  # a proof that the format holds a value may assume less than that of its range
-            alternatives = self.assumptions.of(bases, passed, wider | optional)
+            alternatives = self.assumptions.of(bases, aliases, wider | optional)
             indices = [min(each, key=len) for each in zip(indices, alternatives, strict=True)]
         return indices
 
@@ -453,7 +453,7 @@ class _Conditions:
 
     def _fits(self, claim: Claim, form: Format) -> Proof | None:
         """A proof that a format holds a value, if possible in the step without claims."""
-        proof = None if self.without is None else self.without.fits(claim, form)
+        proof = None if self.released is None else self.released.fits(claim, form)
         return proof or self.prover.fits(claim, form)
 
 
@@ -467,10 +467,10 @@ def _state_intervals(
     states = {program.values[state].name: state for state, _ in program.states}
     out = {}
     for c, reach in zip(claims, reached, strict=True):
-        if c.state and reach.broken:
+        if c.state and reach.is_violated:
             form, low, high = program.format(states[c.state]), *c.ends
-            low = form.min if reach.least < low else c.low
-            out[nodes[states[c.state]].number] = low, form.max if reach.most > high else c.high
+            low = form.min if reach.low < low else c.low
+            out[nodes[states[c.state]].number] = low, form.max if reach.high > high else c.high
     return out
 
 
@@ -501,4 +501,4 @@ def _witness(estimator: Estimator, search: Search, reach: Reach) -> Witness:
 
 
 def _share(claim: Claim, reach: Reach) -> float:
-    return max(-reach.least, reach.most) / claim.size if claim.size else 1.0
+    return max(-reach.low, reach.high) / claim.size if claim.size else 1.0

@@ -36,16 +36,16 @@ class Reduction:
         Numbers of the components of v' that differ from those of v.
     base : tuple of Node
         These components of v, without those that are 0.
-    along : dict of int to tuple of Node
+    components : dict of int to tuple of Node
         Components of p, by the number of t, in the order of computation.
-    passed : dict of int to frozenset of int
+    aliases : dict of int to frozenset of int
         "bounded" nodes that count as their arguments, by the number of t.
     """
 
     rest: frozenset[int]
     base: tuple[Node, ...]
-    along: dict[int, tuple[Node, ...]]
-    passed: dict[int, frozenset[int]]
+    components: dict[int, tuple[Node, ...]]
+    aliases: dict[int, frozenset[int]]
 
 
 def reductions_of(nodes: Mapping[int, Node]) -> Iterator[Reduction]:
@@ -57,17 +57,17 @@ def reductions_of(nodes: Mapping[int, Node]) -> Iterator[Reduction]:
             groups.setdefault(parts, {})[node.number] = component
     for parts, components in groups.items():
         members = _members(nodes, parts, components)
-        passed: dict[int, set[int]] = {t: set() for t in parts}
+        aliases: dict[int, set[int]] = {t: set() for t in parts}
         if _are_vectors(members.values()) and all(
             nodes[t].low <= 0.0 <= nodes[t].high
-            and _is_part(nodes, parts[: k + 1], [*members.values()], passed[t])
+            and _is_part(nodes, parts[: k + 1], [*members.values()], aliases[t])
             for k, t in enumerate(parts)
         ):
             yield Reduction(
                 frozenset(members),
                 tuple(nodes[c] for c, _ in members.values() if c is not None),
                 {t: tuple(nodes[p[t]] for _, p in members.values()) for t in parts},
-                {t: frozenset(numbers) for t, numbers in passed.items()},
+                {t: frozenset(numbers) for t, numbers in aliases.items()},
             )
 
 
@@ -92,8 +92,8 @@ def _components(node: Node, bounded: set[int]) -> Iterator[tuple[tuple[int, ...]
 def _are_vectors(members: Collection[Component]) -> bool:
     """Whether there are several components, and no vector has one of them twice."""
     base = [c for c, _ in members if c is not None]
-    along = zip(*(p.values() for _, p in members), strict=True)
-    return len(members) > 1 and all(len({*v}) == len(v) for v in (base, *map(list, along)))
+    components = zip(*(p.values() for _, p in members), strict=True)
+    return len(members) > 1 and all(len({*v}) == len(v) for v in (base, *map(list, components)))
 
 
 def _argument(node: Node) -> Node:
@@ -115,12 +115,12 @@ def _members(
 
 
 def _is_part(
-    nodes: Mapping[int, Node], parts: Sequence[int], members: Sequence[Component], passed: set[int]
+    nodes: Mapping[int, Node], parts: Sequence[int], members: Sequence[Component], aliases: set[int]
 ) -> bool:
     """Whether the last t is the inner product of its p and v less the previous parts."""
     *previous, last = parts
     ends = {*previous, *(n for c, p in members for n in (c, *p.values()) if n is not None)}
-    form = polynomial_of(_argument(nodes[last]), _TERMS, _DEPTH, ends, passed)
+    form = polynomial_of(_argument(nodes[last]), _TERMS, _DEPTH, ends, aliases)
     if form is None:
         return False
     for c, p in members:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from itertools import permutations, product
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.polynomials import Polynomial, polynomial_of
+from boresight.sim.ranges.polynomials import Polynomial, monomial, polynomial_of
 from boresight.sim.ranges.unit_vectors import Ball
 
-__all__ = ["Rotation", "rotations_of"]
+__all__ = ["Rotation", "element", "rotations_of"]
 
 #: Terms of an element of a matrix, and steps back to the quaternion; the same of a component.
 _ELEMENT, _STEPS = 4, 4
@@ -33,22 +33,22 @@ class Rotation:
     at : mapping of int to (int, int)
         Row and column of nodes, by number.
     ball : Ball
-    passed : frozenset of int
+    aliases : frozenset of int
         "bounded" nodes that count as their arguments, its elements among them.
     """
 
     at: Mapping[int, tuple[int, int]]
     ball: Ball
-    passed: frozenset[int]
+    aliases: frozenset[int]
     _forms: dict[int, tuple[Polynomial, set[int]]] = field(default_factory=dict, repr=False)
 
-    def turned(self, vector: Sequence[Node], passed: set[int]) -> list[Polynomial] | None:
+    def turned(self, vector: Sequence[Node], aliases: set[int]) -> list[Polynomial] | None:
         """The vector of which a vector is the rotated one, times the largest of the factors.
 
-        None: there is none. ``passed`` gets the "bounded" nodes that count as their arguments.
+        None: there is none. ``aliases`` gets the "bounded" nodes that count as their arguments.
         """
         for axis in (0, 1):
-            bounded = set(self.passed)
+            bounded = set(self.aliases)
             rows = [self._row(node, axis, bounded) for node in vector]
             matched = [row for row in rows if row is not None]
             lines = {line for line, _ in matched}
@@ -56,12 +56,12 @@ class Rotation:
                 continue
             largest = max((parts for _, parts in matched), key=_size)
             if all(_is_multiple(parts, largest) for _, parts in matched):
-                passed |= bounded
+                aliases |= bounded
                 return [*largest.values()]
         return None
 
     def _row(
-        self, node: Node, axis: int, passed: set[int]
+        self, node: Node, axis: int, aliases: set[int]
     ) -> tuple[int, dict[int, Polynomial]] | None:
         """Row or column whose elements a component contains, and the factor of each element."""
         if node.number not in self._forms:
@@ -69,7 +69,7 @@ class Rotation:
             form = polynomial_of(node, _TERMS, _DEPTH, self.at, bounded)
             self._forms[node.number] = form or {}, bounded
         form, bounded = self._forms[node.number]
-        passed |= bounded
+        aliases |= bounded
         parts: dict[int, Polynomial] = {}
         lines = set()
         for m, c in form.items():
@@ -89,15 +89,15 @@ def rotations_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[R
     quaternions = (b for b in balls if len(b.numbers) == 4 and b.square <= 1.0 + _ROUNDING)
     for numbers, ball in {ball.numbers: ball for ball in quaternions}.items():
         forms: dict[int, Polynomial] = {}
-        passed: dict[int, set[int]] = {}
+        aliases: dict[int, set[int]] = {}
         for node in bounded:
             through = {node.number}
             form = polynomial_of(node.args[0], _ELEMENT, _STEPS, numbers, through)
             if form and all(n in numbers for m in form for n in m):
-                forms[node.number], passed[node.number] = form, through
+                forms[node.number], aliases[node.number] = form, through
         places = max((_places(forms, order) for order in permutations(sorted(numbers))), key=len)
         if len({*places.values()}) > 1:
-            yield Rotation(places, ball, frozenset().union(*(passed[n] for n in places)))
+            yield Rotation(places, ball, frozenset().union(*(aliases[n] for n in places)))
 
 
 def _places(forms: Mapping[int, Polynomial], order: Sequence[int]) -> dict[int, tuple[int, int]]:
@@ -105,18 +105,17 @@ def _places(forms: Mapping[int, Polynomial], order: Sequence[int]) -> dict[int, 
     w, *v = order
     out: dict[int, tuple[int, int]] = {}
     for i, j in product(range(3), repeat=2):
-        if i == j:
-            element: Polynomial = {(): 1.0} | {(n, n): -2.0 for n in v if n != v[i]}
-        else:
-            k = 3 - i - j
-            sign = -1.0 if (j - i) % 3 == 1 else 1.0
-            element = {_key(v[i], v[j]): 2.0, _key(w, v[k]): 2.0 * sign}
-        out |= {n: (i, j) for n, form in forms.items() if form == element}
+        wanted = element(w, v, i, j)
+        out |= {n: (i, j) for n, form in forms.items() if form == wanted}
     return out
 
 
-def _key(a: int, b: int) -> tuple[int, int]:
-    return min(a, b), max(a, b)
+def element(w: int, v: Sequence[int], i: int, j: int, sign: float = 1.0) -> Polynomial:
+    """Element of 1 + 2 w [v x] + 2 [v x]^2, with a sign of w."""
+    if i == j:
+        return {(): 1.0} | {(n, n): -2.0 for n in v if n != v[i]}
+    turn = -2.0 if (j - i) % 3 == 1 else 2.0
+    return {monomial(v[i], v[j]): 2.0, monomial(w, v[3 - i - j]): sign * turn}
 
 
 def _size(parts: Mapping[int, Polynomial]) -> float:

@@ -40,17 +40,17 @@ class Reach:
 
     Attributes
     ----------
-    least, most : float
+    low, high : float
         In its unit.
-    broken : bool
+    is_violated : bool
         Whether its word left the range, or was saturated.
     update, run : int
         Where it came farthest, or first left the range.
     """
 
-    least: float
-    most: float
-    broken: bool
+    low: float
+    high: float
+    is_violated: bool
     update: int
     run: int
 
@@ -91,9 +91,9 @@ class Search:
         self.params = self._random(estimator.params)
         self.inputs = self._random(estimator.inputs)
         self.hold = np.sqrt(self.rng.uniform(size=RUNS))
-        self.least = np.full(len(claims), np.inf)
-        self.most = np.full(len(claims), -np.inf)
-        self.broken = np.zeros(len(claims), dtype=np.bool_)
+        self.low = np.full(len(claims), np.inf)
+        self.high = np.full(len(claims), -np.inf)
+        self.violations = np.zeros(len(claims), dtype=np.bool_)
         self.at = np.zeros((len(claims), 2), dtype=np.int64)
         self.champions: dict[int, tuple[Any, ...]] = {}
         self.log: list[tuple[FloatArray, FloatArray, IntArray]] = []
@@ -111,7 +111,7 @@ class Search:
         """How far each claim's value came."""
         return [
             Reach(float(a), float(b), bool(c), int(k), int(r))
-            for a, b, c, (k, r) in zip(self.least, self.most, self.broken, self.at, strict=True)
+            for a, b, c, (k, r) in zip(self.low, self.high, self.violations, self.at, strict=True)
         ]
 
     def path(self, reach: Reach) -> tuple[dict[str, float], FloatArray]:
@@ -160,14 +160,14 @@ class Search:
             value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)
             outside = (value < low) | (value > high)
             run = int(np.where(outside, np.inf, np.abs(value)).argmax())
-            is_farther = max(-self.least[k], self.most[k]) < abs(value[run])
-            if not self.broken[k] and (is_farther or outside.any()):
+            is_farther = max(-self.low[k], self.high[k]) < abs(value[run])
+            if not self.violations[k] and (is_farther or outside.any()):
                 self.at[k] = update, run
                 copies = (array[:, run].copy() for array in (self.inputs, self.params, self.states))
                 self.champions[k] = (*copies, int(self.parents[run]))
-            self.broken[k] |= bool(outside.any())
-            self.least[k] = min(self.least[k], value.min())
-            self.most[k] = max(self.most[k], value.max())
+            self.violations[k] |= bool(outside.any())
+            self.low[k] = min(self.low[k], value.min())
+            self.high[k] = max(self.high[k], value.max())
 
     def _effective(self, twin: Twin, claim: Claim, word: int, value: FloatArray) -> FloatArray:
         """The word of a value; where it saturated, the value itself, which lies beyond."""
@@ -196,7 +196,7 @@ class Search:
         self.states, self.params = self.states.copy(), self.params.copy()
         self.inputs, self.parents = self.inputs.copy(), self.parents.copy()
         sizes = np.array([c.size for c in self.claims])
-        shares = np.maximum(-self.least, self.most) / np.maximum(sizes, 1e-300)
+        shares = np.maximum(-self.low, self.high) / np.maximum(sizes, 1e-300)
         goals = [k for k in self.champions if shares[k] < _CLOSE] or [*self.champions]
         runs = rng.permutation(RUNS)
         follow_count, reset_count = RUNS // _FOLLOW, RUNS // _RESET

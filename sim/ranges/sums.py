@@ -26,7 +26,7 @@ from boresight.sim.ranges.inner_products import (
     is_scaled,
     made_from,
 )
-from boresight.sim.ranges.measurements import find_gain, find_measured, find_unit, taken
+from boresight.sim.ranges.measurements import directions, find_gain, find_measured, find_unit
 from boresight.sim.ranges.noise import with_noise
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.points import Points
@@ -85,7 +85,7 @@ def _find_of_sum(terms: Terms, node: Node) -> None:
     if not matches:
         return
     pairs.sums[node.number] = matches, rest
-    node_pairs = pairs.found.setdefault(node.number, [])
+    node_pairs = pairs.by_node.setdefault(node.number, [])
     if not rest:
         node_pairs += matches
         return
@@ -113,20 +113,20 @@ def _root_candidates(pairs: Pairs, pair: Pair) -> Iterator[Vector]:
         choices = [c for c, _ in v.parts if is_scaled(v) and c.is_choice]
         inner = v.parts[0][1] if choices else v
         for number in sorted(units):
-            inner = pairs.space.less(inner, units[number])
+            inner = pairs.space.remainder(inner, units[number])
             yield pairs.sum_of(((choices[0], inner),)) if choices else inner
 
 
 def _candidates(terms: Terms, linear: Sequence[Term], products: Sequence[Term]) -> Iterator[Pair]:
     """Pairs that a sum may be the inner product of."""
-    units = taken(terms, products)
+    units = directions(terms, products)
     if units is None:
         return
     pairs = terms.pairs
     for x, y in _common_vector(pairs, linear):
         for choice, unit in units:
             unit = pairs.sum_of(((choice, unit),)) if choice.sides else unit
-            x, y = pairs.space.less(x, unit), pairs.space.less(y, unit)
+            x, y = pairs.space.remainder(x, unit), pairs.space.remainder(y, unit)
         yield x, y
 
 

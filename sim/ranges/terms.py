@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from boresight.model.lowering.graph import Node
-from boresight.sim.ranges.coefficients import ONE, Coefficient, Sides, known_from
+from boresight.sim.ranges.coefficients import ONE, Coefficient, Sides, sources_of
 from boresight.sim.ranges.pairs import Pairs
 from boresight.sim.ranges.steps import implied
 
@@ -134,7 +134,7 @@ class Terms:
             if not t.factors:
                 low, high = c.ends({})
                 rest += low if sign > 0.0 else -high
-                base |= {n for m in c.nodes for n in known_from(m, {})}
+                base |= {n for m in c.nodes for n in sources_of(m, {})}
                 continue
             vectors = self.pairs.roots_of(t.factors[0])
             if len(t.factors) > 1 or c.nodes or c.sides or not vectors or sign * c.number <= 0.0:

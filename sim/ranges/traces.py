@@ -96,12 +96,12 @@ class Traces:
     def _proof(self, node: Node, pair: Pair, rest: Sequence[Coefficient]) -> Proof:
         """The proof; its premises include those of the limits: all parts of the next matrix."""
         gram = self.gram
-        premises = gram.behind(node, rest)
+        premises = gram.premises_of(node, rest)
         for vectors in (pair, *((v, v) for v in gram.following)):
             premises.base |= gram.lengths.base_of(vectors, by_case=False)
         for ball in self.balls.values():
             premises.base |= {gram.nodes[n] for n in ball.used}
-            premises.passed |= ball.passed
+            premises.aliases |= ball.aliases
         return premises.proof("trace of a covariance", gram.nodes)
 
     def _projected_pairs(self, node: Node) -> Iterator[Pair]:
@@ -195,7 +195,7 @@ class Traces:
         for v in vectors:
             while v.noise or v.unit is not None:  # longer by noise, shorter by a measurement
                 if v.noise:
-                    noise += v.most_noise(sides)
+                    noise += v.largest_noise(sides)
                 if len(v.parts) != 1 or v.parts[0][0] != ONE:
                     break
                 v = v.parts[0][1]
@@ -285,7 +285,7 @@ class Traces:
         if matrix is not None:
             bound, ball = self.norms.square_of(matrix)
             if ball is not None and bound < square:
-                self.balls[ball.used | ball.passed] = ball
+                self.balls[ball.used | ball.aliases] = ball
                 square = bound
         return math.sqrt(square)
 

@@ -38,14 +38,14 @@ class Turned:
         v.
     squares : tuple of Polynomial
         Squared length of each row of A.
-    passed : frozenset of int
+    aliases : frozenset of int
         "bounded" nodes that count as their arguments.
     """
 
     numbers: frozenset[int]
     ball: Ball
     squares: tuple[Polynomial, ...]
-    passed: frozenset[int]
+    aliases: frozenset[int]
 
 
 def turned_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Turned]:
@@ -56,10 +56,10 @@ def turned_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Turn
     for node in nodes.values():
         inner = bare(node)
         if inner.kind == "sum":
-            passed = set[int]()
-            form = polynomial_of(inner, _TERMS, _DEPTH, ends - {inner.number}, passed)
+            aliases = set[int]()
+            form = polynomial_of(inner, _TERMS, _DEPTH, ends - {inner.number}, aliases)
             if form:
-                forms[node.number] = form, passed
+                forms[node.number] = form, aliases
     for ball in balls:
         groups: list[dict[int, tuple[Row, Polynomial]]] = []
         for number, (form, _) in forms.items():
@@ -78,9 +78,9 @@ def turned_of(nodes: Mapping[int, Node], balls: Sequence[Ball]) -> Iterator[Turn
                 groups.append({number: (row, square)})
         for group in groups:
             if len(group) > 1:
-                passed = set[int]().union(*(forms[n][1] for n in group))
+                aliases = set[int]().union(*(forms[n][1] for n in group))
                 squares = tuple(square for _, square in group.values())
-                yield Turned(frozenset(group), ball, squares, frozenset(passed))
+                yield Turned(frozenset(group), ball, squares, frozenset(aliases))
 
 
 def _row(form: Polynomial, ball: Ball) -> Row:

@@ -39,7 +39,7 @@ class Ball:
     ----------
     numbers : frozenset of int
         Of its components.
-    used, passed : frozenset of int
+    used, aliases : frozenset of int
         Nodes whose intervals it follows from, and "bounded" ones that count as their arguments.
     square : float
         Largest squared length.
@@ -47,7 +47,7 @@ class Ball:
 
     numbers: frozenset[int]
     used: frozenset[int] = frozenset()
-    passed: frozenset[int] = frozenset()
+    aliases: frozenset[int] = frozenset()
     square: float = 1.0
 
 
@@ -56,7 +56,7 @@ class UnitVectors:
 
     def __init__(self, nodes: Mapping[int, Node]) -> None:
         self.nodes = nodes
-        self.said = {n.number for n in nodes.values() if n.kind == "bounded"}
+        self.bounded = {n.number for n in nodes.values() if n.kind == "bounded"}
         self.balls: list[Ball] = [*self._divided(), *self._scaled()]
 
     def _divided(self) -> Iterator[Ball]:
@@ -67,19 +67,19 @@ class UnitVectors:
             others = {number: parts for number, parts in groups.items() if number != radicand}
             for selection in (groups, others) if len(others) < len(groups) else (groups,):
                 for ends in (selection.keys(), ()):
-                    passed = set[int]()
-                    members = self._squares_below(divisor, selection, ends, passed)
+                    aliases = set[int]()
+                    members = self._squares_below(divisor, selection, ends, aliases)
                     if len(members) > 1:
-                        yield from _balls(members, set(), passed)
+                        yield from _balls(members, set(), aliases)
                         break
 
     def _scaled(self) -> Iterator[Ball]:
         """Components with a factor that contains an inverse root."""
         for factor, products in self._with_factor(_has_root):
             groups = _by_multiplicand(products)
-            used, passed = set[int](), set[int]()
-            if len(groups) > 1 and self._largest([*groups], [factor], {}, used, passed) <= 1.0:
-                yield from _balls([*groups.values()], used, passed)
+            used, aliases = set[int](), set[int]()
+            if len(groups) > 1 and self._largest([*groups], [factor], {}, used, aliases) <= 1.0:
+                yield from _balls([*groups.values()], used, aliases)
 
     def _with_factor(
         self, is_factor: Callable[[Node], bool]
@@ -97,13 +97,17 @@ class UnitVectors:
             yield self.nodes[number], parts
 
     def _squares_below(
-        self, divisor: Node, groups: Mapping[int, list[int]], ends: Container[int], passed: set[int]
+        self,
+        divisor: Node,
+        groups: Mapping[int, list[int]],
+        ends: Container[int],
+        aliases: set[int],
     ) -> list[list[int]]:
         """Components whose squares together are at most the radicand."""
-        rest = polynomial_of(divisor.args[0], _TERMS, _DEPTH, ends, passed)
+        rest = polynomial_of(divisor.args[0], _TERMS, _DEPTH, ends, aliases)
         members = list[list[int]]()
         for multiplicand, numbers in groups.items():
-            square = self._square(multiplicand, ends, passed)
+            square = self._square(multiplicand, ends, aliases)
             if rest is None or square is None:
                 continue
             difference = plus(rest, scaled(square, -1.0))
@@ -111,14 +115,14 @@ class UnitVectors:
                 rest, members = difference, [*members, numbers]
         return members
 
-    def _square(self, number: int, ends: Container[int], passed: set[int]) -> Polynomial | None:
+    def _square(self, number: int, ends: Container[int], aliases: set[int]) -> Polynomial | None:
         """The square of a node or an upper bound: x for x / sqrt(x), limited or not."""
         node = self.nodes[number]
         x = None if number in ends else under_root(node)
         if x is not None:
-            form = polynomial_of(x, _TERMS, _DEPTH, ends, passed)
+            form = polynomial_of(x, _TERMS, _DEPTH, ends, aliases)
             return form if form is not None and is_sum_of_squares(form) else None
-        part = polynomial_of(node, _TERMS, _DEPTH, ends, passed)
+        part = polynomial_of(node, _TERMS, _DEPTH, ends, aliases)
         return None if part is None else times(part, part, _TERMS)
 
     def _largest(
@@ -127,7 +131,7 @@ class UnitVectors:
         factors: Sequence[Node],
         sides: Mapping[int, int],
         used: set[int],
-        passed: set[int],
+        aliases: set[int],
     ) -> float:
         """Upper bound of the sum of the squares of some nodes, each times the factors."""
         atoms: list[Node] = []
@@ -135,17 +139,17 @@ class UnitVectors:
             others = [*atoms, *factors[k + 1 :]]
             node = factor
             while node.kind == "bounded" and bare(node).kind in ("mul", "select", "rsqrt"):
-                passed.add(node.number)
+                aliases.add(node.number)
                 node = node.args[0]
             if node.kind == "mul":
-                return self._largest(parts, [*others, *node.args], sides, used, passed)
+                return self._largest(parts, [*others, *node.args], sides, used, aliases)
             if node.kind == "select":
                 number = node.args[0].number
                 if number not in sides and len(sides) >= _SIDES:
                     return math.inf
                 return max(
                     self._largest(
-                        parts, [*others, node.args[s]], {**sides, number: s}, used, passed
+                        parts, [*others, node.args[s]], {**sides, number: s}, used, aliases
                     )
                     for s in ((sides[number],) if number in sides else (1, 2))
                 )
@@ -153,7 +157,7 @@ class UnitVectors:
                 return 0.0
             atoms.append(node)
         for k, root in enumerate(atoms):
-            if root.kind == "rsqrt" and self._is_below(root.args[0], parts, sides, used, passed):
+            if root.kind == "rsqrt" and self._is_below(root.args[0], parts, sides, used, aliases):
                 bound = 1.0
                 for node in (*atoms[:k], *atoms[k + 1 :]):
                     used.add(node.number)
@@ -167,13 +171,13 @@ class UnitVectors:
         parts: Sequence[int],
         sides: Mapping[int, int],
         used: set[int],
-        passed: set[int],
+        aliases: set[int],
     ) -> bool:
         """Whether the squares of some nodes together are at most a node, on these sides."""
         while total.kind == "bounded":
-            passed.add(total.number)
+            aliases.add(total.number)
             total = total.args[0]
-        ends = self.said.union(parts)
+        ends = self.bounded.union(parts)
         form = polynomial_of(total, _TERMS, _DEPTH, ends)
         for (number,) in [m for m in form or {} if len(m) == 1]:
             node = self.nodes[number]
@@ -183,7 +187,7 @@ class UnitVectors:
                 factor = form.pop((number,))
                 form = None if argument is None else plus(form, scaled(argument, factor))
         for number in parts:
-            square = self._square(number, ends, passed)
+            square = self._square(number, ends, aliases)
             if form is None or square is None:
                 return False
             form = plus(form, scaled(square, -1.0))
@@ -194,7 +198,9 @@ class UnitVectors:
         if limited.args[0].low < -limited.value:
             return False
         for number, side in implied(self.nodes, sides):
-            form = polynomial_of(self.nodes[number], _TERMS, _DEPTH, self.said | {limited.number})
+            form = polynomial_of(
+                self.nodes[number], _TERMS, _DEPTH, self.bounded | {limited.number}
+            )
             if form is None or not set(form) <= {(), (limited.number,)}:
                 continue
             slope = form.get((limited.number,), 0.0)
@@ -204,11 +210,11 @@ class UnitVectors:
         return False
 
 
-def bare(node: Node, passed: set[int] | None = None) -> Node:
-    """A node without its limits; ``passed`` gets the "bounded" ones among them."""
+def bare(node: Node, aliases: set[int] | None = None) -> Node:
+    """A node without its limits; ``aliases`` gets the "bounded" ones among them."""
     while node.kind in ("bounded", "saturated"):
-        if passed is not None and node.kind == "bounded":
-            passed.add(node.number)
+        if aliases is not None and node.kind == "bounded":
+            aliases.add(node.number)
         node = node.args[0]
     return node
 
@@ -240,7 +246,7 @@ def _by_multiplicand(products: Mapping[int, Node]) -> dict[int, list[int]]:
     return groups
 
 
-def _balls(members: Sequence[Sequence[int]], used: set[int], passed: set[int]) -> Iterator[Ball]:
+def _balls(members: Sequence[Sequence[int]], used: set[int], aliases: set[int]) -> Iterator[Ball]:
     for k in range(max(map(len, members))):
         numbers = frozenset(m[min(k, len(m) - 1)] for m in members)
-        yield Ball(numbers, frozenset(used), frozenset(passed))
+        yield Ball(numbers, frozenset(used), frozenset(aliases))

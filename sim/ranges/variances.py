@@ -58,10 +58,10 @@ class Variances:
         if way is None:
             return None
         pair, rest = way
-        premises = gram.behind(claim.node, rest)
+        premises = gram.premises_of(claim.node, rest)
         for vectors in (pair, *((v, v) for v in gram.following)):
             premises.base |= self.lengths.base_of(vectors)
-            premises.passed |= {n for ball in self.lengths.rows_of(vectors) for n in ball.passed}
+            premises.aliases |= {n for ball in self.lengths.rows_of(vectors) for n in ball.aliases}
         return premises.proof("limits of variances", gram.nodes)
 
     def _invariant_limits(self, limits: dict[int, float]) -> dict[int, float]:

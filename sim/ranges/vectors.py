@@ -51,7 +51,7 @@ class Vectors(Balls):
 
     def __init__(self, program: Program, nodes: Mapping[int, Node]) -> None:
         super().__init__(live_nodes(program, nodes))
-        self.known: dict[tuple[tuple[int, ...], int], Ball] = {}  # squares
+        self.squares: dict[tuple[tuple[int, ...], int], Ball] = {}
         self.after = {
             nodes[s].number: nodes[a] for s, a in program.states if s in nodes and a in nodes
         }
@@ -62,17 +62,17 @@ class Vectors(Balls):
         self.forms = Forms(self.nodes)
         self.waves = [*_waves(self.nodes)]
         self.low_passes = [*low_passes_of(program, nodes)]
-        self.ends = self.members, self.members | self.said  # of forms
+        self.ends = self.members, self.members | self.bounded  # of forms
         self.reductions = [*reductions_of(self.nodes)]
         self.rotations: list[Rotation] = []
         self.lengths: dict[int, Ball] = {}  # why |p|^2 <= 2, by t
         for reduction in [*self.reductions]:
-            for t, p in reduction.along.items():
-                self.used, self.passed = set(), set(reduction.passed[t])
+            for t, p in reduction.components.items():
+                self.used, self.aliases = set(), set(reduction.aliases[t])
                 if self._square(p) > 2.0:
                     self.reductions.remove(reduction)
                     break
-                self.lengths[t] = Ball(frozenset(), frozenset(self.used), frozenset(self.passed))
+                self.lengths[t] = Ball(frozenset(), frozenset(self.used), frozenset(self.aliases))
         self.first = {
             nodes[s].number: float(program.format(s).real(program.values[s].initial))
             for s, _ in program.states
@@ -90,27 +90,27 @@ class Vectors(Balls):
     def _count_members(self) -> None:
         """Let forms end at the components of all vectors so far."""
         self.members = self.members.union(*(ball.numbers for ball in self.balls))
-        self.ends = self.members, self.members | self.said
-        self.known.clear()
+        self.ends = self.members, self.members | self.bounded
+        self.squares.clear()
 
     def proof_of(self, claim: Claim) -> Proof | None:
         """Prove a claim, if the length of vectors decides it; None without a vector."""
         if not self.balls and not self.low_passes:
             return None
-        self.used, self.passed = set(), set()
+        self.used, self.aliases = set(), set()
         if not claim.holds(*self._ends(claim.node, claim.ends)):
             return None
-        base, passed = (
-            tuple(self.nodes[n] for n in sorted(numbers)) for numbers in (self.used, self.passed)
+        base, aliases = (
+            tuple(self.nodes[n] for n in sorted(numbers)) for numbers in (self.used, self.aliases)
         )
-        return Proof("length of vectors", base, passed)
+        return Proof("length of vectors", base, aliases)
 
     def square_of(self, vector: Sequence[Node]) -> tuple[float, Ball]:
         """An upper bound of the squared length of a vector, with the premises of the bound."""
-        self.used, self.passed = set(), set()
+        self.used, self.aliases = set(), set()
         square = self._square(vector)
         numbers = frozenset(n.number for n in vector)
-        return square, Ball(numbers, frozenset(self.used), frozenset(self.passed))
+        return square, Ball(numbers, frozenset(self.used), frozenset(self.aliases))
 
     # -- vectors of known length ----------------------------------------------------------------
 
@@ -133,27 +133,27 @@ class Vectors(Balls):
                 continue
             assumption = Ball(frozenset(states))
             self.balls.append(assumption)
-            self.known.clear()
+            self.squares.clear()
             out = self._invariant(states, 1.0)
             self.balls.remove(assumption)
-            self.known.clear()
+            self.squares.clear()
             if out is not None:
                 yield out
 
     def _turned(self, balls: Sequence[Ball]) -> Iterator[Ball]:
         """Products of matrices with orthogonal rows and other vectors."""
         for turned in turned_of(self.nodes, [*balls]):
-            self.used, self.passed = {*turned.ball.used}, {*turned.passed, *turned.ball.passed}
+            self.used, self.aliases = {*turned.ball.used}, {*turned.aliases, *turned.ball.aliases}
             square = turned.ball.square * max(map(self._row_square, turned.squares))
             if math.isfinite(square):
-                yield Ball(turned.numbers, frozenset(self.used), frozenset(self.passed), square)
+                yield Ball(turned.numbers, frozenset(self.used), frozenset(self.aliases), square)
 
     def _form_of(self, node: Node, ends: Set[int]) -> Polynomial | None:
         """A node as a polynomial of ``ends``, and of nodes other than products and sums."""
         key = frozenset(ends)
         if key not in self.expansions:
             self.expansions[key] = Expansions(TERMS, key)
-        return self.expansions[key].of(node, DEPTH, self.passed)
+        return self.expansions[key].of(node, DEPTH, self.aliases)
 
     def _row_square(self, form: Polynomial) -> float:
         """An upper bound of a sum of squares of polynomials."""
@@ -179,11 +179,11 @@ class Vectors(Balls):
 
     def _invariant(self, states: Sequence[int], limit: float) -> Ball | None:
         """States whose first and next values are a vector within the unit ball."""
-        self.used, self.passed = set(), set()
+        self.used, self.aliases = set(), set()
         square = self._square([self.after[s] for s in states])
         if square > limit or sum(self.first[s] ** 2 for s in states) > 1.0 + _ROUNDING:
             return None
-        return Ball(frozenset(states), frozenset(self.used), frozenset(self.passed))
+        return Ball(frozenset(states), frozenset(self.used), frozenset(self.aliases))
 
     # -- bounds ---------------------------------------------------------------------------------
 
@@ -196,18 +196,18 @@ class Vectors(Balls):
             lambda: math.sqrt(self._rotated([node])),
         )
         for method in methods:
-            self.used, self.passed = set(), set()
+            self.used, self.aliases = set(), set()
             upper = method()
             if upper <= min(-goal[0], goal[1]):
                 return -upper, upper
         if under_root(node) is not None:
-            self.used, self.passed = set(), set()
+            self.used, self.aliases = set(), set()
             upper = math.sqrt(self._square([node]))
             if upper <= goal[1]:
                 return 0.0, upper
         previous: Polynomial = {}
         for ends in self.ends:
-            self.used, self.passed = set(), set()
+            self.used, self.aliases = set(), set()
             form = self._form_of(node, ends)
             if form is None or form == previous:
                 continue
@@ -221,13 +221,13 @@ class Vectors(Balls):
     def _by_reduction(self, node: Node, nested: int) -> float:
         """Upper bound of a coefficient t or a remaining component of a reduction."""
         for reduction in self.reductions:
-            parts = [*reduction.along]
+            parts = [*reduction.components]
             for k, t in enumerate(parts):
                 if node is bare(self.nodes[t]):
                     for other in parts[: k + 1]:
                         self._take(self.lengths[other])
                     length = self._square(reduction.base, nested)
-                    return math.sqrt(length * self._square(reduction.along[t], nested))
+                    return math.sqrt(length * self._square(reduction.components[t], nested))
             if node.number in reduction.rest:
                 return math.sqrt(self._reduced([node], nested + 1))
         return math.inf
@@ -281,15 +281,15 @@ class Vectors(Balls):
     def _square(self, vector: Sequence[Node], nested: int = _NESTED) -> float:
         """An upper bound of the squared length of a vector of nodes."""
         key = tuple(n.number for n in vector), nested
-        if key not in self.known:
-            outer = self.used, self.passed
-            self.used, self.passed = set(), set()
+        if key not in self.squares:
+            outer = self.used, self.aliases
+            self.used, self.aliases = set(), set()
             square = self._new_square(vector, nested)
-            premises = frozenset(self.used), frozenset(self.passed)
-            self.known[key] = Ball(frozenset(), *premises, square)
-            self.used, self.passed = outer
-        self._take(self.known[key])
-        return self.known[key].square
+            premises = frozenset(self.used), frozenset(self.aliases)
+            self.squares[key] = Ball(frozenset(), *premises, square)
+            self.used, self.aliases = outer
+        self._take(self.squares[key])
+        return self.squares[key].square
 
     def _new_square(self, vector: Sequence[Node], nested: int) -> float:
         unlimited = [self._unlimited(n) for n in vector]
@@ -351,8 +351,8 @@ class Vectors(Balls):
         method: Callable[[Polynomial], float],
     ) -> float:
         """Upper bound of a sum of squares by a method."""
-        form, passed = total()
-        self.passed |= passed
+        form, aliases = total()
+        self.aliases |= aliases
         return math.inf if form is None else method(form)
 
     def _filtered(self, vector: Sequence[Node]) -> float:
@@ -376,16 +376,16 @@ class Vectors(Balls):
             if not near(node, states):
                 continue
             counter = low_pass.counting[2] if low_pass.counting else None
-            passed = {*low_pass.passed}
+            aliases = {*low_pass.aliases}
             gain, forms = 0.0, list[Any]()
-            for sides, form in self.forms.of(node, states, counter, passed):
+            for sides, form in self.forms.of(node, states, counter, aliases):
                 if form is None:
                     break
                 gain = max(gain, low_pass.largest(form, sides))
                 forms.append((sides, low_pass.alike(form)))
             else:
                 if math.isfinite(gain):
-                    self.passed |= passed
+                    self.aliases |= aliases
                     return low_pass, gain, forms
         return None
 
@@ -396,7 +396,7 @@ class Vectors(Balls):
             original = [*rest, *reduction.base]
             distinct = len({n.number for n in (*vector, *reduction.base)})
             if len(rest) < len(vector) and distinct == len(vector) + len(reduction.base):
-                for t in reduction.along:
+                for t in reduction.components:
                     self._take(self.lengths[t])
                 return self._square(original, nested - 1)
         return math.inf
@@ -404,11 +404,11 @@ class Vectors(Balls):
     def _rotated(self, vector: Sequence[Node]) -> float:
         """Squared length of a rotated vector."""
         for rotation in self.rotations:
-            passed = set[int]()
-            parts = rotation.turned(vector, passed)
+            aliases = set[int]()
+            parts = rotation.turned(vector, aliases)
             if parts is not None:
                 self._take(rotation.ball)
-                self.passed |= passed
+                self.aliases |= aliases
                 return self._best((partial(self._by_ends, parts), partial(self._by_squares, parts)))
         return math.inf
 
@@ -439,19 +439,19 @@ class Vectors(Balls):
         self, vector: Sequence[Node], ends: Set[int]
     ) -> tuple[Polynomial | None, frozenset[int]]:
         """The sum, and the "bounded" nodes that count as their arguments in it."""
-        outer, self.passed = self.passed, set()
+        outer, self.aliases = self.aliases, set()
         total: Polynomial | None = {}
         for node in vector:
             x = None if node.number in ends else under_root(node)
             form = self._form_of(x or node, ends)
             square = form if form is None or x else times(form, form, TERMS)
             if x is not None:
-                self.passed |= {n.number for n in _limit_chain(node) if n.kind == "bounded"}
+                self.aliases |= {n.number for n in _limit_chain(node) if n.kind == "bounded"}
             total = None if total is None or square is None else plus(total, square)
             if total is None:
                 break
-        passed, self.passed = frozenset(self.passed), outer
-        return total and {m: c for m, c in total.items() if abs(c) > 1e-12}, passed
+        aliases, self.aliases = frozenset(self.aliases), outer
+        return total and {m: c for m, c in total.items() if abs(c) > 1e-12}, aliases
 
     def _by_quadratic(self, form: Polynomial, vector: Sequence[Node], nested: int) -> float:
         """Upper bound of a squared length that is a quadratic form of other nodes."""

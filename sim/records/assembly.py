@@ -55,7 +55,7 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     ToolMissing
         The package that reads the file is not installed.
     """
-    recording = read(path, {source.wanted for source in sources})
+    recording = read(path, {source.label for source in sources})
     notes = list(recording.notes)
     series: list[_Series] = []
     for columns in dict.fromkeys(source.columns for source in sources):
@@ -87,15 +87,13 @@ def _first_match(
 ) -> tuple[Source, Topic] | None:
     """The first source that the recording has."""
     for source in sources:
-        topics = [
-            t for t in recording.topics if source.wanted in (t.name, t.kind) and len(t.stamps)
-        ]
+        topics = [t for t in recording.topics if source.label in (t.name, t.kind) and len(t.stamps)]
         if len(topics) > 1:
             names = ", ".join(sorted(t.name for t in topics))
             if not source.optional:
                 raise InputError.at(
                     str(path),
-                    wanted=f"one topic of {source.wanted} for {source.columns[0]}",
+                    wanted=f"one topic of {source.label} for {source.columns[0]}",
                     found=names,
                     fix="name one of them in a map: --map FILE.toml",
                 )
@@ -121,7 +119,7 @@ def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None
     """InputError for a topic, or for a field of a topic that is there."""
     first, topics = sources[0], {t.name: t for t in read(path, None).topics}
     for topic in topics.values():
-        if first.wanted in (topic.name, topic.kind) and len(topic.stamps):
+        if first.label in (topic.name, topic.kind) and len(topic.stamps):
             fields = [*first.fields, *filter(None, (first.time, first.delay))]
             raise InputError.at(
                 f"{path}, topic {topic.name}",
@@ -132,8 +130,8 @@ def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None
     names = topics if first.topic else {t.kind for t in topics.values()}
     raise InputError.at(
         str(path),
-        wanted=f"{'the topic' if first.topic else 'a topic of type'} {first.wanted}",
-        found=_closest(first.wanted, names),
+        wanted=f"{'the topic' if first.topic else 'a topic of type'} {first.label}",
+        found=_closest(first.label, names),
         fix="record it, or name another in a map: --map FILE.toml",
     )
 

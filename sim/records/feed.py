@@ -24,7 +24,7 @@ from boresight.sim.records.record import Record, index_place, joined, place_of_s
 from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
 
-__all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "is_other_rate"]
+__all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "require_rate"]
 
 #: Rows of a part.
 ROWS = 1 << 16
@@ -226,8 +226,14 @@ def fitted(estimator: Estimator, record: Record) -> Estimator:
         if i.name in record.columns
     }
     rates = {name: rate * share for name, share in shares.items() if share}
-    where, wanted = f"estimator {estimator.name}, for_rates", "the estimator for sample rates"
-    return called(estimator.for_rates, rates | {"dt": rate}, where=where, wanted=wanted)
+    return called(
+        estimator.for_rates,
+        rates | {"dt": rate},
+        where=f"estimator {estimator.name}, for_rates",
+        wanted="the estimator for sample rates",
+        kind=Estimator,
+        answer="return an estimator, or self",
+    )
 
 
 def _timed(record: Record) -> bool:
@@ -242,20 +248,16 @@ def _refuse_rate(estimator: Estimator, record: Record) -> None:
     if "dt" not in estimator.rates_hz or not _timed(record):
         return
     rate = _rate_hz(record)
-    if is_other_rate(estimator, rate):
-        wanted = estimator.rates_hz["dt"]
-        raise InputError.at(
-            record.where,
-            wanted=f"{wanted:g} samples a second, for which {estimator.name} is made",
-            found=f"{rate:.6g}",
-            fix=_misread_unit(record, rate / wanted) or _for_rate(estimator, rate),
-        )
+    fix = _misread_unit(record, rate / estimator.rates_hz["dt"]) or _for_rate(estimator, rate)
+    require_rate(estimator, rate, record.where, fix)
 
 
-def is_other_rate(estimator: Estimator, rate_hz: float) -> bool:
-    """Whether the estimator is made for another number of samples a second."""
-    wanted = estimator.rates_hz.get("dt", rate_hz)
-    return abs(rate_hz / wanted - 1.0) > _RATE_TOLERANCE
+def require_rate(estimator: Estimator, rate_hz: float, where: str, fix: str) -> None:
+    """Refuse a number of samples a second that the estimator is not made for."""
+    made_for = estimator.rates_hz.get("dt", rate_hz)
+    if abs(rate_hz / made_for - 1.0) > _RATE_TOLERANCE:
+        wanted = f"{made_for:g} samples a second, for which {estimator.name} is made"
+        raise InputError.at(where, wanted=wanted, found=f"{rate_hz:.6g}", fix=fix)
 
 
 def _misread_unit(record: Record, factor: float) -> str:

@@ -120,7 +120,7 @@ def read_record(path: str | os.PathLike[str]) -> Record:
         column (for ``.npz`` the array and the index, counted from 0).
     """
     path = Path(path)
-    if selection().whole:
+    if selection().is_identity:
         return joined([*_blocks(path, whole=True)])
     return joined([*_selected(path)])
 
@@ -228,7 +228,7 @@ def blocks_of(path: str | os.PathLike[str]) -> Iterator[Record]:
         As `read_pieces`.
     """
     path = Path(path)
-    return _blocks(path) if selection().whole else _selected(path)
+    return _blocks(path) if selection().is_identity else _selected(path)
 
 
 def in_pieces(path: Path) -> bool:
@@ -247,7 +247,7 @@ def recording_of(path: Path) -> tuple[Reader, str] | None:
 def _selected(path: Path) -> Iterator[Record]:
     """The blocks of a file with their time steps, as far as they are selected."""
     blocks, rows = timed(_blocks(path)), selection()
-    return blocks if rows.whole else rows.pieces(blocks)
+    return blocks if rows.is_identity else rows.pieces(blocks)
 
 
 def _blocks(path: Path, *, whole: bool = False) -> Iterator[Record]:

@@ -50,11 +50,11 @@ class Log:
 
     @classmethod
     def of(
-        cls, data: Any, steps: int | None = None, *, name: str = "record", whole: bool = False
+        cls, data: Any, steps: int | None = None, *, name: str = "record", load: bool = False
     ) -> Log:
         """The leading samples of a log file, or of data in memory (`Record.of`).
 
-        A file of more than 8 MB is not held, but for ``whole``.
+        A file of more than 8 MB is read again each time, but for ``load``.
 
         Raises
         ------
@@ -65,14 +65,14 @@ class Log:
             return data
         if isinstance(data, str | Path):
             path = Path(data)
-            long = not whole and in_pieces(path) and os.path.isfile(path)
+            long = not load and in_pieces(path) and os.path.isfile(path)
             if long and os.path.getsize(path) > _MEMORY_LIMIT:
                 return cls(next(read_pieces(path)).name, path, steps, path)
-            return cls.held(read_record(path).head(steps), path)
-        return cls.held(Record.of(data, name=name).head(steps))
+            return cls.in_memory(read_record(path).head(steps), path)
+        return cls.in_memory(Record.of(data, name=name).head(steps))
 
     @classmethod
-    def held(cls, record: Record, path: Path | None = None) -> Log:
+    def in_memory(cls, record: Record, path: Path | None = None) -> Log:
         """A log in memory."""
         return cls(record.name, record, path=path)
 
@@ -118,10 +118,10 @@ class Log:
                 return
 
 
-def logs_of(logs: Iterable[Any], steps: int | None = None, *, whole: bool = False) -> list[Log]:
+def logs_of(logs: Iterable[Any], steps: int | None = None, *, load: bool = False) -> list[Log]:
     """Logs at paths or in folders, and data in memory: ``record``, ``record2``, ...
 
-    ``whole``: see `Log.of`.
+    ``load``: see `Log.of`.
 
     Raises
     ------
@@ -133,5 +133,5 @@ def logs_of(logs: Iterable[Any], steps: int | None = None, *, whole: bool = Fals
     for log in chain.from_iterable(paths):
         unnamed += not isinstance(log, Record | Path)
         name = f"record{unnamed if unnamed > 1 else ''}"
-        out.append(Log.of(log, steps, name=name, whole=whole))
+        out.append(Log.of(log, steps, name=name, load=load))
     return out

@@ -66,7 +66,7 @@ class Source:
     comparison: bool = False
 
     @property
-    def wanted(self) -> str:
+    def label(self) -> str:
         """Name or type of the topic."""
         return self.topic or self.type
 

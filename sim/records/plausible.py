@@ -28,12 +28,12 @@ class _Rule:
     looks: str
     wants_triple: bool = False
     #: Largest declared range of such a sensor.
-    most: float = math.inf
+    range_limit: float = math.inf
 
 
 _RULES = (
     # 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros measure.
-    _Rule("rad/s", lambda typical: typical > 10.0, "deg/s", most=100.0),
+    _Rule("rad/s", lambda typical: typical > 10.0, "deg/s", range_limit=100.0),
     _Rule("m/s^2", lambda typical: 0.9 < typical < 1.1, "g (g0 in a header)", wants_triple=True),
     _Rule(
         "m/s^2", lambda typical: 900.0 < typical < 1100.0, "mg (mg0 in a header)", wants_triple=True
@@ -71,7 +71,7 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
             if rule.unit == unit
             and (len(columns) == 3 or not rule.wants_triple)
             and rule.implausible(typical)
-            and estimator.inputs[columns[0]].high <= rule.most
+            and estimator.inputs[columns[0]].high <= rule.range_limit
         ]
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
     if dt is not None and np.median(inputs[:, dt]) >= estimator.inputs[dt].high:

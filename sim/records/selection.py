@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.units import UnitError, linear
 from boresight.sim.records.maps import read_map
 from boresight.sim.records.record import MEDIAN_OF, RESTART_S, Column, Record, joined, rows_of
@@ -73,19 +73,14 @@ class Selection:
             raise InputError.at(
                 "--every", wanted="1 or more", found=str(every), fix="choose another"
             )
-        if gaps is not None and gaps not in GAPS:
-            raise InputError.at(
-                "--gaps",
-                wanted=f"one of {', '.join(GAPS)}",
-                found=repr(gaps),
-                fix="choose one of these",
-            )
+        if gaps is not None:
+            require_choice("--gaps", gaps, GAPS)
         if map is not None:
             read_map(map)
         return cls(start_s, end_s, every or 1, gaps or "", None if map is None else Path(map))
 
     @property
-    def whole(self) -> bool:
+    def is_identity(self) -> bool:
         """All rows are read as they are."""
         return replace(self, map=None) == Selection()
 
@@ -254,9 +249,9 @@ _current: ContextVar[Selection | None] = ContextVar("selection", default=None)
 
 
 @contextmanager
-def selected(what: Selection) -> Iterator[None]:
+def selected(rows: Selection) -> Iterator[None]:
     """Read only this selection of log files."""
-    token = _current.set(what)
+    token = _current.set(rows)
     try:
         yield
     finally:

@@ -161,17 +161,17 @@ def _log(
     has_times = columns.t is not None
     data = {
         "dataset": columns.record.name,
-        "samples": rows.done,
+        "samples": rows.count,
         "seconds": _number(rows.last) if has_times else None,
         "word": check.build.word,
-        "reference": None if not rows.known else "truth" if truth else "comparison",
+        "reference": None if not rows.references else "truth" if truth else "comparison",
         "truth": rows.against_truth(),
         "verdict": check.accuracy.to_json(),
         "parted": _divergence(check, rows.times),
         **_attitude(check),
         **rows.rmse(),
     }
-    if QUATERNION[0] in check.fixed.outputs and not rows.known:
+    if QUATERNION[0] in check.fixed.outputs and not rows.references:
         warn(f"accuracy: {columns.record.name} has no attitude to compare with")
     where = f"accuracy, {columns.record.name}" if several else "accuracy"
     for line in check.accuracy.faults():
@@ -186,24 +186,24 @@ class _Rows:
 
     Attributes
     ----------
-    done : int
+    count : int
         Rows so far.
     last : float
         Time of the last one from the first one on; without times its number.
     times : dict of int to float
         Times of the rows in which an output is first beyond its tolerance.
-    known : tuple of str
+    references : tuple of str
         Outputs with a truth.
     """
 
     def __init__(self, check: CheckResult) -> None:
-        self.check, self.done, self.last = check, 0, 0.0
-        self.known = tuple(_truths(check, check.given))
+        self.check, self.count, self.last = check, 0, 0.0
+        self.references = tuple(_truths(check, check.given))
         self.times = dict.fromkeys(
             (d.first_beyond for d in check.accuracy.differences if d.first_beyond is not None), 0.0
         )
         self._outputs = check.build.estimators[check.number].outputs
-        self._truths = [Differences(self._outputs, self.known, judged=False) for _ in range(2)]
+        self._truths = [Differences(self._outputs, self.references, judged=False) for _ in range(2)]
         self._angles = [Angles(), Angles()]
         self._bins: dict[tuple[str, str], _Bins] = defaultdict(lambda: _Bins(check.rows))
         self._origin = 0.0
@@ -211,7 +211,7 @@ class _Rows:
     def add(self, part: Part) -> None:
         """The next rows."""
         columns, n = part.given, len(part.given)
-        start, self.done = self.done, self.done + n
+        start, self.count = self.count, self.count + n
         if columns.t is None:
             t = np.arange(float(start), float(start + n))
         else:

@@ -116,7 +116,7 @@ def report_data(
         "warnings": warnings,
     }
     data["against"] = None if before is None else against_section(before, data)
-    data["sources"] = sources(data, area, "" if observed is None else observed.said, device)
+    data["sources"] = sources(data, area, "" if observed is None else observed.summary, device)
     return data
 
 

@@ -135,7 +135,7 @@ class Observed:
         return max((i.share for i in contributions if i.value == name), default=0.0)
 
     @property
-    def said(self) -> str:
+    def summary(self) -> str:
         """Numbers of updates, and their logs."""
         counts = zip(self.counts, self.logs, strict=True)
         return ", ".join(f"{count} updates of {log}" for count, log in counts)

@@ -46,20 +46,20 @@ def _colours(names: Sequence[str]) -> dict[str, str]:
     return {name: COLOUR[name] if name in COLOUR else next(unused) for name in names}
 
 
-def _panels(outputs: Outputs, along: str) -> tuple[Any, Iterator[tuple[Any, str, list[str]]]]:
-    """A figure with a panel for each unit: axes, unit, outputs in it; ``along`` names the time."""
+def _panels(outputs: Outputs, time_label: str) -> tuple[Any, Iterator[tuple[Any, str, list[str]]]]:
+    """A figure with a panel for each unit: axes, unit, outputs in it; ``time_label``: its axis."""
     units = list(dict.fromkeys(o["unit"] for o in outputs.values()))
     figure, axes = figure_and_axes(2.4 * len(units), len(units), sharex=True, squeeze=False)
-    axes[-1, 0].set_xlabel(along)
+    axes[-1, 0].set_xlabel(time_label)
     names = ([n for n, o in outputs.items() if o["unit"] == unit] for unit in units)
     return figure, zip(axes[:, 0], units, names, strict=True)
 
 
-def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt: str) -> str:
-    """Outputs over time, and where they are known their truths, which ``other`` names."""
+def output_plot(times: Curve, time_label: str, outputs: Outputs, truth: str, *, salt: str) -> str:
+    """Outputs over time, and where they are known their truths, which ``truth`` names."""
     plotted = {name: o for name, o in outputs.items() if o["fixed"] is not None}
     with settings():
-        figure, panels = _panels(plotted, along)
+        figure, panels = _panels(plotted, time_label)
         t = _floats(times)
         for axes, unit, names in panels:
             step = {"drawstyle": "steps-post"} if unit in EXACT_UNITS else {}
@@ -73,7 +73,7 @@ def output_plot(times: Curve, along: str, outputs: Outputs, other: str, *, salt:
                     t_truth, y = _finite_points(t, _floats(plotted[name]["truth"]))
                     axes.plot(t_truth, _wrap(unit, y), color=colour, **_DOTTED)
             if any(plotted[name]["truth"] is not None for name in names):
-                axes.plot([], [], color=INK, label=other, **_DOTTED)
+                axes.plot([], [], color=INK, label=truth, **_DOTTED)
             _mark_parting(axes, [plotted[name] for name in names])
             axes.set_ylabel(shown_unit(unit) or "dimensionless")
             legend(axes, 6)
@@ -84,11 +84,11 @@ def _wrap(unit: str, y: FloatArray) -> FloatArray:
     return _unwrapped(y) if unit == "deg" else y
 
 
-def error_plot(times: Curve, along: str, outputs: Outputs, *, salt: str) -> str:
+def error_plot(times: Curve, time_label: str, outputs: Outputs, *, salt: str) -> str:
     """Fixed point against float64, with each output's tolerance."""
     plotted = {name: o for name, o in outputs.items() if o["unit"] not in EXACT_UNITS}
     with settings():
-        figure, panels = _panels(plotted, along)
+        figure, panels = _panels(plotted, time_label)
         t = _floats(times)
         for axes, unit, names in panels:
             for name, colour in _colours(names).items():
@@ -133,16 +133,16 @@ def _draw_log(axes: Any, t: FloatArray, y: FloatArray, colour: str, name: str) -
 
 
 def log_difference_plot(
-    times: Curve, along: str, curves: Mapping[str, Curve], other: str, *, salt: str
+    times: Curve, time_label: str, curves: Mapping[str, Curve], truth: str, *, salt: str
 ) -> str:
     """Fixed point against the record's attitude."""
     with settings():
         figure, axes = figure_and_axes(2.7)
-        axes.set_xlabel(along)
+        axes.set_xlabel(time_label)
         for name, curve in curves.items():
             _draw_log(axes, _floats(times), _floats(curve), COLOUR[name], name)
         axes.set_yscale("log")
-        axes.set_ylabel(f"difference to the {other}, deg")
+        axes.set_ylabel(f"difference to the {truth}, deg")
         legend(axes, 3)
         return svg(figure, salt)
 

@@ -100,7 +100,7 @@ class CocotbSimulation(RtlSimulation):
             unknown = folder / "unknown"
             fault = f"unknown value (X): {unknown.read_text()}" if unknown.exists() else ""
             results = io.BytesIO((folder / "results").read_bytes())
-            return batch.result(results.read, word=self.word, who=self.simulator, fault=fault)
+            return batch.result(results.read, word=self.word, tool=self.simulator, fault=fault)
 
     def _simulate(self, folder: Path) -> None:
         root = str(Path(__file__).parents[2])
@@ -122,7 +122,7 @@ class CocotbSimulation(RtlSimulation):
 
 
 @contextlib.contextmanager
-def quiet(log: Path, what: str) -> Iterator[None]:
+def quiet(log: Path, subject: str) -> Iterator[None]:
     """Redirect the output of tools to a file; a failure raises with its cause and keeps the log."""
     failed: BaseException | None = None
     with log.open("w") as file:
@@ -140,4 +140,4 @@ def quiet(log: Path, what: str) -> Iterator[None]:
             os.close(saved[1])
     if failed is not None:
         output = f"{log.read_text(errors='replace')}\n{failed}"
-        raise SimulationFailed(failure(f"{what} failed", output)) from failed
+        raise SimulationFailed(failure(f"{subject} failed", output)) from failed

@@ -160,7 +160,7 @@ class CoreProcess:
         with contextlib.suppress(OSError):  # the exit code tells the cause
             self.process.stdin.write(batch.packed())
             self.process.stdin.flush()
-        return batch.result(self._read, word=self._word, who="verilator")
+        return batch.result(self._read, word=self._word, tool="verilator")
 
     def _read(self, size: int) -> bytes:
         assert self.process.stdout is not None

@@ -47,24 +47,24 @@ class Cells:
         Files of yosys' library.
     included : tuple of str
         Files of yosys' library that these include.
-    own : tuple of str
+    files : tuple of str
         Files beside this one.
     contents : mapping
         Memories by type of cell: parameters that hold all words, and for each the start of the
         names of those side by side that it stands for, their number, and bits of each.
     vectors : set of str
-        Types of cells whose pins with numbers are vectors in ``own``.
+        Types of cells whose pins with numbers are vectors in ``files``.
     """
 
     library: tuple[str, ...]
     included: tuple[str, ...] = ()
-    own: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
     contents: Mapping[str, Mapping[str, tuple[str, int, int]]] = field(default_factory=dict)
     vectors: frozenset[str] = frozenset()
 
     def sources(self) -> dict[str, str]:
-        """Their Verilog, by file name; a cell of ``own`` replaces that of the library."""
-        texts = {name: Path(__file__).with_name(name).read_text() for name in self.own}
+        """Their Verilog, by file name; a cell of ``files`` replaces that of the library."""
+        texts = {name: Path(__file__).with_name(name).read_text() for name in self.files}
         kinds = "|".join(kind for text in texts.values() for kind in _MODULE.findall(text))
         library = "".join(["`define NO_INCLUDES\n", *map(cell_library, self.library)])
         if kinds:
@@ -77,7 +77,7 @@ class Cells:
 CELLS: Final[Mapping[str, Cells]] = {
     "spartan6": Cells(
         library=("xilinx/cells_sim.v",),
-        own=("block_ram.v", "spartan6_cells.v"),
+        files=("block_ram.v", "spartan6_cells.v"),
         contents={
             "RAMB16BWER": {"DATA": ("INIT_", 64, 256), "PARITY": ("INITP_", 8, 256)},
             "RAMB8BWER": {"DATA": ("INIT_", 32, 256), "PARITY": ("INITP_", 4, 256)},
@@ -85,7 +85,7 @@ CELLS: Final[Mapping[str, Cells]] = {
     ),
     "ecp5": Cells(
         library=("ecp5/common_sim.vh", "ecp5/ccu2c_sim.vh"),
-        own=("block_ram.v", "nine_bit_ram.v", "ecp5_cells.v"),
+        files=("block_ram.v", "nine_bit_ram.v", "ecp5_cells.v"),
         contents={"DP16KD": {"CONTENTS": ("INITVAL_", 64, 320)}},
         vectors=frozenset({"DP16KD", "MULT18X18D"}),
     ),
@@ -93,12 +93,12 @@ CELLS: Final[Mapping[str, Cells]] = {
     "nexus": Cells(
         library=("lattice/cells_sim_nexus.v",),
         included=("lattice/parse_init.vh",),
-        own=("block_ram.v", "nine_bit_ram.v", "nexus_cells.v"),
+        files=("block_ram.v", "nine_bit_ram.v", "nexus_cells.v"),
         contents={kind: {"CONTENTS": ("INITVAL_", 64, 320)} for kind in ("PDP16K", "PDPSC16K")},
     ),
     "gw2a": Cells(
         library=("gowin/cells_sim.v",),
-        own=("block_ram.v", "nine_bit_ram.v", "gowin_cells.v"),
+        files=("block_ram.v", "nine_bit_ram.v", "gowin_cells.v"),
         contents={
             kind: {"CONTENTS": ("INIT_RAM_", 64, 288)} for kind in ("SPX9", "SDPX9B", "DPX9B")
         },

@@ -120,7 +120,7 @@ class Batch:
         return np.array(head, dtype=np.int64).tobytes() + words.astype(np.int32).tobytes()
 
     def result(
-        self, read: Callable[[int], bytes], *, word: int, who: str, fault: str = ""
+        self, read: Callable[[int], bytes], *, word: int, tool: str, fault: str = ""
     ) -> RtlRun:
         """Read the result of a bench.
 
@@ -131,8 +131,8 @@ class Batch:
             register write with unknown bits has address -1.
         word : int
             Width, bits.
-        who : str
-            The simulator, for messages.
+        tool : str
+            Its name, for messages.
         fault : str
             Reason for a missing result, if the bench reports one; else empty.
 
@@ -160,7 +160,7 @@ class Batch:
             if intervals[k] < 0:
                 fault = f"update {k} of {len(self.n_out)} did not complete"
         if fault:
-            raise ReplayFailed(f"{who}: {fault}", writes)
+            raise ReplayFailed(f"{tool}: {fault}", writes)
         valid = np.arange(self.n_out.max()) < n_out[:, None]
         outputs, latency = np.zeros((2, *valid.shape), dtype=np.int64)
         outputs[valid], latency[valid] = words, cycles + 1

@@ -18,7 +18,7 @@ from vcd.gtkw import GTKWSave
 from boresight.gateware.core import Core
 from boresight.gateware.microcode.listing import actions
 from boresight.model.places import Place
-from boresight.model.words.fixed import IntArray
+from boresight.model.words.fixed import IntArray, wrap
 from boresight.model.words.program import Kind
 from boresight.sim.rtl.harness import CompiledSimulation
 
@@ -316,11 +316,11 @@ class _View:
         for lane in range(self.lanes):
             value = self.writes.get((lane, at))
             if value is not None and wire(f"{_BENCH}.w_en") >> lane & 1:
-                self.words[value] = self._signed(wire(f"{_BENCH}.w_data") >> self.word * lane)
+                self.words[value] = wrap(wire(f"{_BENCH}.w_data") >> self.word * lane, self.word)
                 self._show(value)
         output = self.emits.get(at)
         if output is not None and wire(f"{_BENCH}.out_valid") and wire(f"{_BENCH}.out_ready"):
-            word = self._signed(wire(f"{_BENCH}.out_payload"))
+            word = wrap(wire(f"{_BENCH}.out_payload"), self.word)
             path = f"outputs.{self.program.output_names[output]}"
             self._next_values[path] = self._real(self.program.outputs[output], word)
         if wire(f"{CORE}.commit"):
@@ -330,10 +330,6 @@ class _View:
                 self._show(state)
             self.row += 1
             self._next_values["row"] = self.row
-
-    def _signed(self, word: int) -> int:
-        sign = 1 << (self.word - 1)
-        return ((word & (2 * sign - 1)) ^ sign) - sign
 
     def _real(self, value: int, word: int) -> float:
         return float(self.program.format(value).real(word)) * self.scales.get(value, 1.0)

@@ -6,26 +6,23 @@
 //   D cycle        a record is done
 //   C cycles       what the firmware has measured
 //   V index word   a figure
-//   T byte         a byte from the console
 //   W cycle        the watchdog restarts the processor
 //
 // Arguments: records and words of each (records.hex), gap in cycles between them, limit in cycles,
-// deaf, keys (bytes in hexadecimal) and keys_at.
+// deaf; those of the console.
 module bench #(
     parameter DIVISOR = 8
 ) (
     input clk,
     input rst
 );
-    integer records, words, gap, position, waited, limit, deaf, keys_at;
-    reg [63:0] keys;
+    integer records, words, gap, position, waited, limit, deaf;
     reg [31:0] memory [0:65535];
     reg [31:0] now;
     wire [11:0] adr;
     wire [31:0] dat_w;
     reg [31:0] dat_r;
-    wire cyc, stb, we, tx, restart;
-    reg rx;
+    wire cyc, stb, we, tx, rx, restart;
     reg ack, asks, asked_before, restarted;
 
     initial begin
@@ -34,8 +31,6 @@ module bench #(
         if (!$value$plusargs("gap=%d", gap)) gap = 0;
         if (!$value$plusargs("limit=%d", limit)) limit = 0;
         if (!$value$plusargs("deaf=%d", deaf)) deaf = 0;
-        if (!$value$plusargs("keys=%h", keys)) keys = 0;
-        if (!$value$plusargs("keys_at=%d", keys_at)) keys_at = 0;
         if (records > 0) $readmemh("records.hex", memory, 0, records * words - 1);
         position = 0;
         waited = 0;
@@ -82,47 +77,5 @@ module bench #(
         end
     end
 
-    // Keys: bytes to the console, the lowest first, from the cycle keys_at on.
-    integer key_ticks, key_bit;
-    initial begin
-        rx = 1;
-        key_ticks = 0;
-        key_bit = 0;
-    end
-    always @(posedge clk) if (now >= keys_at && keys != 0) begin
-        if (key_ticks == 0) begin
-            key_ticks <= DIVISOR - 1;
-            rx <= key_bit == 0 ? 1'b0 : key_bit <= 8 ? keys[key_bit - 1] : 1'b1;
-            key_bit <= key_bit == 11 ? 0 : key_bit + 1;
-            if (key_bit == 11) keys <= keys >> 8;
-        end else key_ticks <= key_ticks - 1;
-    end
-
-    // Console: bits in the middle of their time.
-    integer ticks;
-    reg [9:0] bits;
-    reg busy;
-    reg [3:0] count;
-    initial begin
-        ticks = 0;
-        busy = 0;
-        count = 0;
-    end
-    always @(posedge clk) begin
-        if (!busy) begin
-            if (!tx && !rst) begin
-                busy <= 1;
-                ticks <= DIVISOR / 2;
-                count <= 0;
-            end
-        end else if (ticks == 0) begin
-            bits <= {tx, bits[9:1]};
-            ticks <= DIVISOR - 1;
-            count <= count + 1;
-            if (count == 9) begin
-                busy <= 0;
-                $display("T %0d", bits[9:2]);
-            end
-        end else ticks <= ticks - 1;
-    end
+    console #(.DIVISOR(DIVISOR)) console (.clk(clk), .rst(rst), .now(now), .tx(tx), .rx(rx));
 endmodule

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -157,7 +158,7 @@ class BoardBench:
     def run(
         self,
         image: Image,
-        what: Stimulus,
+        stimulus: Stimulus,
         *,
         updates: int,
         after: int = 5000,
@@ -187,7 +188,7 @@ class BoardBench:
                 **({"adis_faults": "faults.txt"} if faults else {}),
             },
             max_cycles=2 * cycles_limit(self.board, updates) + after,
-            files={**what.files(), "firmware.hex": image.hex, "faults.txt": faults},
+            files={**stimulus.files(), "firmware.hex": image.hex, "faults.txt": faults},
         )
         lines: dict[str, list[list[str]]] = {kind: [] for kind in "SUABTW"}
         for line in result.stdout.splitlines():
@@ -287,6 +288,7 @@ def soc_board(
         "attitude_soc.sv": to_verilog(soc, "attitude_soc", instances=False),
         "VexRiscv.v": cpu_verilog(),
         "ram.v": ram_verilog(),
+        "console.sv": Path(__file__).with_name("console.sv").read_text(encoding="utf-8"),
         **bench_sources("boresight.sim.soc", "board.sv"),
     }
     return BoardBench(

@@ -1,11 +1,10 @@
 // The whole board with a soft core: both sensors at the pins, eyes on memory and console.
 //
 // Arguments: updates, after (cycles to go on after the last one), watch_a, watch_b (byte addresses
-// of two places of WATCH_A and WATCH_B words, 0: none), keys, keys_at; those of the devices. It prints
+// of two places of WATCH_A and WATCH_B words, 0: none); those of devices and console. It prints
 //   S cycle            a whole sample is in the reader's buffer
 //   U cycle            an update is in the registers
 //   A|B cycle k word   word k of a place is written
-//   T byte             a byte from the console
 //   W cycle            the watchdog restarts the processor
 module bench #(
     parameter CLOCK_HZ = 100_000_000,
@@ -29,8 +28,8 @@ module bench #(
     input rst
 );
     wire adis_cs_n, adis_sclk, adis_mosi, adis_miso, adis_data_ready, adis_reset_n;
-    wire hmr_rx, hmr_tx, host_tx, console_tx;
-    reg console_rx, seen_running, restarted;
+    wire hmr_rx, hmr_tx, host_tx, console_tx, console_rx;
+    reg seen_running, restarted;
 
     attitude_soc dut (
         .clk(clk), .rst(rst),
@@ -55,8 +54,7 @@ module bench #(
         .clk(clk), .rst(rst || !seen_running), .rx(hmr_tx), .tx(hmr_rx), .fault(12'd0), .slot()
     );
 
-    integer cycle, updates, limit, left, watch_a, watch_b, keys_at, key_ticks, key_bit;
-    reg [63:0] keys;
+    integer cycle, updates, limit, left, watch_a, watch_b;
     wire [31:0] address = dut.soc.ram.dbus__adr * 4;
     wire write = dut.soc.ram.dbus__cyc && dut.soc.ram.dbus__stb && dut.soc.ram.dbus__we
                  && dut.soc.ram.dbus__ack;
@@ -66,10 +64,7 @@ module bench #(
         if (!$value$plusargs("after=%d", left)) left = 5000;
         if (!$value$plusargs("watch_a=%d", watch_a)) watch_a = 0;
         if (!$value$plusargs("watch_b=%d", watch_b)) watch_b = 0;
-        if (!$value$plusargs("keys=%h", keys)) keys = 0;
-        if (!$value$plusargs("keys_at=%d", keys_at)) keys_at = 0;
         cycle = 0; updates = 0; seen_running = 0; restarted = 0;
-        console_rx = 1; key_ticks = 0; key_bit = 0;
     end
 
     always @(posedge clk) begin
@@ -92,39 +87,9 @@ module bench #(
                 if (left == 0) $finish;
             end
         end
-        // Keys, the lowest byte first.
-        if (cycle >= keys_at && keys != 0) begin
-            if (key_ticks == 0) begin
-                key_ticks <= CONSOLE_DIVISOR - 1;
-                console_rx <= key_bit == 0 ? 1'b0 : key_bit <= 8 ? keys[key_bit - 1] : 1'b1;
-                key_bit <= key_bit == 2000 ? 0 : key_bit + 1;
-                if (key_bit == 2000) keys <= keys >> 8;
-            end else key_ticks <= key_ticks - 1;
-        end
     end
 
-    // Console: bits in the middle of their time.
-    integer ticks, count;
-    reg [9:0] bits;
-    reg busy;
-    initial begin
-        ticks = 0; busy = 0; count = 0;
-    end
-    always @(posedge clk) begin
-        if (!busy) begin
-            if (!console_tx && !rst) begin
-                busy <= 1;
-                ticks <= CONSOLE_DIVISOR / 2;
-                count <= 0;
-            end
-        end else if (ticks == 0) begin
-            bits <= {console_tx, bits[9:1]};
-            ticks <= CONSOLE_DIVISOR - 1;
-            count <= count + 1;
-            if (count == 9) begin
-                busy <= 0;
-                $display("T %0d", bits[9:2]);
-            end
-        end else ticks <= ticks - 1;
-    end
+    console #(.DIVISOR(CONSOLE_DIVISOR), .KEY_BITS(2001)) console (
+        .clk(clk), .rst(rst), .now(cycle), .tx(console_tx), .rx(console_rx)
+    );
 endmodule

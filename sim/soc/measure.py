@@ -69,8 +69,9 @@ class Measured:
 def soc_bench(*, ram: int = RAM, watchdog_cycles: int = 1 << 20) -> Compiled:
     """Build the bench; its firmware is the file ``firmware.hex`` in its working folder."""
     soc = Soc(words=ram // 4, divisor=DIVISOR, watchdog_cycles=watchdog_cycles)
-    text = Path(__file__).with_name("bench.sv").read_text(encoding="utf-8")
-    return build("bench", {**soc_verilog(soc), "bench.sv": text}, parameters={"DIVISOR": DIVISOR})
+    names = ("console.sv", "bench.sv")
+    texts = {name: Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names}
+    return build("bench", soc_verilog(soc) | texts, parameters={"DIVISOR": DIVISOR})
 
 
 def measure_image(

@@ -21,7 +21,7 @@ __all__ = ["FACTS", "Fact", "accelerometer", "gyro", "magnetometer"]
 class Fact:
     """A number about a device.
 
-    ``sure``: "maker" (the maker's own table or page), "user" (code of a user of the
+    ``evidence``: "maker" (the maker's own table or page), "user" (code of a user of the
     device), "sibling" (documented for a part of the same family), "paper" (printed by Ma Long et
     al.), "inferred" (computed from other facts), "guess".
     """
@@ -30,7 +30,7 @@ class Fact:
     name: str
     value: float
     unit: str
-    sure: str
+    evidence: str
     source: str
 
 

@@ -14,7 +14,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.sim.levels.level import Level, Run
-from boresight.sim.records.feed import Feed, is_other_rate
+from boresight.sim.records.feed import Feed, require_rate
 from boresight.sim.records.reader import InputReader
 from boresight.sim.records.record import TRUTH, Column, Record, index_place
 from boresight.sim.worlds.world import World
@@ -217,18 +217,11 @@ def _world(
     while steps is None or reader.rows < steps:
         start = time.perf_counter()
         if pieces is None:
-            columns, n = _guarded(world, world.record, outputs), 1
+            columns, n = _record(world, reader.rows, world.record, outputs), 1
         else:
-            columns = _guarded(world, next, pieces, None)
+            columns = _record(world, reader.rows, next, pieces, None)
         if columns is None:
             break
-        if not isinstance(columns, Mapping):
-            raise InputError.at(
-                f"world {world.name}, step {reader.rows}",
-                wanted="a record: values by input name, or None at the end",
-                found=type(columns).__name__,
-                fix="return a dictionary",
-            )
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
         if not reader.rows and "dt" in columns:
@@ -261,14 +254,9 @@ def _world(
 def _refuse_rate(world: World, estimator: Estimator, steps: FloatArray) -> None:
     """Refuse a world whose first time steps are not those that the estimator is made for."""
     rates = 1.0 / steps[steps > 0.0]  # a step below 0 restarts
-    if len(rates) and is_other_rate(estimator, rate := float(np.median(rates))):
-        raise InputError.at(
-            f"world {world.name}, step 0, dt",
-            wanted=f"{estimator.rates_hz['dt']:g} samples a second, for which {estimator.name} is "
-            "made",
-            found=f"{rate:.6g}",
-            fix="correct dt, or rates_hz",
-        )
+    if len(rates):
+        where, fix = f"world {world.name}, step 0, dt", "correct dt, or rates_hz"
+        require_rate(estimator, float(np.median(rates)), where, fix)
 
 
 def close_loop(
@@ -343,3 +331,19 @@ def _guarded(world: World, call: Callable[..., Any], *args: object) -> Any:
     """Call a world's method; its exceptions become one line."""
     where, fix = f"world {world.name}", "correct the world"
     return called(call, *args, where=where, wanted="a record", fix=fix)
+
+
+def _record(
+    world: World, row: int, call: Callable[..., Any], *args: object
+) -> Mapping[str, Any] | None:
+    """The next record of a world, or the next piece; None at the end."""
+    record: Mapping[str, Any] | None = called(
+        call,
+        *args,
+        where=f"world {world.name}, step {row}",
+        wanted="a record: values by input name, or None at the end",
+        fix="correct the world",
+        kind=Mapping | None,
+        answer="return a dictionary",
+    )
+    return record

@@ -16,7 +16,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 
 __all__ = ["SEA_STATES", "Ship", "at_sea", "spectrum"]
 
@@ -69,13 +69,7 @@ def spectrum(w: FloatArray, state: int) -> FloatArray:
     InputError
         No such sea state.
     """
-    if state not in SEA_STATES:
-        raise InputError.at(
-            "sea state",
-            wanted=f"one of {[*SEA_STATES]}",
-            found=repr(state),
-            fix="choose one of these",
-        )
+    require_choice("sea state", state, SEA_STATES)
     height, period = SEA_STATES[state]
     peak = 2.0 * math.pi / period
     return np.asarray(0.3125 * height**2 * peak**4 / w**5 * np.exp(-1.25 * (peak / w) ** 4))

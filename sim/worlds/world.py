@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,7 +12,7 @@ from boresight.model.errors import InputError
 from boresight.model.methods import called
 from boresight.model.resolve import load
 
-__all__ = ["WORLD_GROUP", "NamedWorld", "World", "bound_of", "drawn", "world_of"]
+__all__ = ["WORLD_GROUP", "BatchedWorld", "NamedWorld", "World", "bound_of", "drawn", "world_of"]
 
 #: Entry points of installed packages that are worlds.
 WORLD_GROUP = "boresight.worlds"
@@ -96,6 +96,18 @@ class World:
         return {}
 
 
+class BatchedWorld(World):
+    """A batched plant with a run for each of ``seeds``; a draw is one run."""
+
+    def __init__(self, seeds: Sequence[int]) -> None:
+        self.seeds = tuple(seeds)
+        self.runs: int = len(self.seeds)
+
+    def draw(self, seed: int) -> None:
+        """See `World`."""
+        self.seeds, self.runs = (seed,), 1
+
+
 def drawn(world: World, seed: int) -> None:
     """Let a world take a draw (`World.draw`); its exceptions become one line."""
     where = f"world {world.name}, draw"
@@ -112,10 +124,10 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
     """
     where = f"world {world.name}, bound"
     wanted = f"standard deviations of {records} records by output name"
-    result: Any = called(world.bound, where=where, wanted=wanted, fix="correct the world")
     fix = "return {NAME: an array with a number for each record}"
-    if not isinstance(result, Mapping):
-        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=fix)
+    result: Any = called(
+        world.bound, where=where, wanted=wanted, fix="correct the world", kind=Mapping, answer=fix
+    )
     bound = {}
     for name, values in result.items():
         try:
@@ -133,6 +145,6 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
 NamedWorld: TypeAlias = str | type[World] | World
 
 
-def world_of(what: NamedWorld) -> World:
+def world_of(source: NamedWorld) -> World:
     """The world of a name, class or object; see `model.resolve.load`."""
-    return load(what, World, "world", {}, WORLD_GROUP)
+    return load(source, World, "world", {}, WORLD_GROUP)

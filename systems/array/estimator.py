@@ -143,8 +143,8 @@ class ArrayAttitude(Estimator):
             return after, outputs
         for a in "wxyz":
             old = getattr(x, f"from_q{a}")
-            after[f"from_q{a}"] = ops.where(filtered.due | restart, after[f"q{a}"], old)
-        return after | filtered.states, outputs | filtered.told
+            after[f"from_q{a}"] = ops.where(filtered.propagated | restart, after[f"q{a}"], old)
+        return after | filtered.states, outputs | filtered.outputs
 
     def _filtered(self, x: Any, u: Any, p: Any, now: _Now) -> _Filtered:
         """The filter's part of a sample."""
@@ -223,9 +223,9 @@ class _Filtered:
     """States and outputs of the filter; moves of the 13 states; whether P was propagated."""
 
     states: dict[str, Any]
-    told: dict[str, Any]
+    outputs: dict[str, Any]
     moves: list[Any]
-    due: Any
+    propagated: Any
 
 
 def _measured(p: Any, now: _Now, count: Any, at_index: Measured, used: Any, full: Any) -> Measured:

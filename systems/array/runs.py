@@ -42,8 +42,8 @@ class Turned:
         Of the last of each `EVERY` records that turn, in the outputs' units.
     error : float64 (n, 3)
         Of pitch, roll, heading there [arcsec].
-    square, most : dict of str to float
-        By angle that was compared: mean square, and most, of its difference from float64 [ht].
+    square, largest : dict of str to float
+        By angle that was compared: mean square, and largest, of its difference from float64 [ht].
     least_eigenvalue : float
         Of the covariances that were looked at [LSB]; infinite if none was.
     saturated, used, refused, records : int
@@ -53,7 +53,7 @@ class Turned:
     outputs: Mapping[str, FloatArray]
     error: FloatArray
     square: Mapping[str, float]
-    most: Mapping[str, float]
+    largest: Mapping[str, float]
     least_eigenvalue: float
     saturated: int
     used: int
@@ -136,7 +136,7 @@ def figures_of(runs: Sequence[Turned]) -> Runs:
         figures["fixed_float_rms"].append(
             ARCSEC * math.sqrt(max(result.square.values(), default=0))
         )
-        figures["fixed_float_max"].append(ARCSEC * max(result.most.values(), default=0.0))
+        figures["fixed_float_max"].append(ARCSEC * max(result.largest.values(), default=0.0))
         figures["eigenvalue_min"].append(result.least_eigenvalue)
         for name in ("saturated", "used", "refused"):
             figures[f"{name}_sum"].append(getattr(result, name))

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError, World
+from boresight.model.errors import require_choice
+from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.battery.estimator import A_0, A_1, A_2, A_3, CAPACITY, DT, B, C
 
 __all__ = ["CELLS", "REST_S", "Cell", "Discharge", "open_voltage"]
@@ -59,7 +60,7 @@ def open_voltage(z: FloatArray) -> FloatArray:
     return curve
 
 
-class Discharge(World):
+class Discharge(BatchedWorld):
     """Two hours: loads that change every half minute or two, a rest, loads, a charge.
 
     Parameters
@@ -79,20 +80,9 @@ class Discharge(World):
     def __init__(
         self, cell: str = "known", seeds: Sequence[int] = (1,), steps: int = STEPS
     ) -> None:
-        if cell not in CELLS:
-            raise InputError.at(
-                "world discharge",
-                wanted=f"a cell, {', '.join(CELLS)}",
-                found=repr(cell),
-                fix="correct the name",
-            )
+        super().__init__(seeds)
+        require_choice("world discharge, cell", cell, CELLS)
         self.cell, self.steps = CELLS[cell], steps
-        self.seeds = tuple(seeds)
-        self.runs: int = len(self.seeds)
-
-    def draw(self, seed: int) -> None:
-        """Loads, noise, charge at first."""
-        self.seeds, self.runs = (seed,), 1
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
         """All records at once."""

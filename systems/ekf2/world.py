@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError, World
+from boresight.model.errors import require_choice
 from boresight.sim.attitude.rotation import (
     quaternion_multiply,
     rotate,
@@ -16,6 +16,7 @@ from boresight.sim.attitude.rotation import (
 )
 from boresight.sim.attitude.zyx import quaternions_of
 from boresight.sim.worlds.inertial.sampled import rates_and_forces
+from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
 
 __all__ = ["NOISE", "Flight"]
@@ -62,7 +63,7 @@ def _timetable() -> list[tuple[str, FloatArray]]:
     return table
 
 
-class Flight(World):
+class Flight(BatchedWorld):
     """A take-off and turns at 10 m/s through the air, 100 Hz, a run for each seed.
 
     Measurements come one in a step, in the order of a timetable of one second, each measured in the
@@ -90,20 +91,10 @@ class Flight(World):
         outage: tuple[float, float] = (0.0, 0.0),
         steps: int = 9_000,
     ) -> None:
-        if unknown := sorted({*without} - {*KINDS}):
-            raise InputError.at(
-                "world flight",
-                wanted=f"kinds of measurements, {', '.join(KINDS[1:])}",
-                found=repr(unknown[0]),
-                fix="correct the name",
-            )
+        super().__init__(seeds)
+        for kind in without:
+            require_choice("world flight, without", kind, KINDS[1:])
         self.without, self.outage, self.steps = tuple(without), outage, steps
-        self.seeds = tuple(seeds)
-        self.runs: int = len(self.seeds)
-
-    def draw(self, seed: int) -> None:
-        """Noise, biases, wind, fields, error of the attitude at first."""
-        self.seeds, self.runs = (seed,), 1
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
         """All records at once."""

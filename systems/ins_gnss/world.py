@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError, World
+from boresight.model.errors import require_choice
 from boresight.sim.attitude.rotation import (
     quaternion_multiply,
     rotate,
@@ -15,6 +15,7 @@ from boresight.sim.attitude.rotation import (
 )
 from boresight.sim.attitude.zyx import quaternions_of
 from boresight.sim.worlds.inertial.sampled import rates_and_forces
+from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ins_gnss.estimator import DT, GRAVITY
 
 __all__ = ["CARRIERS", "Journey"]
@@ -56,7 +57,7 @@ def _drone(t: FloatArray) -> tuple[FloatArray, FloatArray]:
 CARRIERS = {"vehicle": _vehicle, "drone": _drone}
 
 
-class Journey(World):
+class Journey(BatchedWorld):
     """Two minutes of a carrier at 100 Hz, fixes at 10 Hz, a run for each seed.
 
     Parameters
@@ -87,21 +88,10 @@ class Journey(World):
         lever: tuple[float, float, float] = (0.8, -0.3, 1.2),
         steps: int = 12_000,
     ) -> None:
-        if carrier not in CARRIERS:
-            raise InputError.at(
-                "world journey",
-                wanted=f"a carrier, {' or '.join(CARRIERS)}",
-                found=repr(carrier),
-                fix="correct the name",
-            )
+        super().__init__(seeds)
+        require_choice("world journey, carrier", carrier, CARRIERS)
         self.carrier, self.outages, self.steps = carrier, tuple(outages), steps
-        self.late, self.lever = round(delay / DT), np.array(lever)
-        self.seeds = tuple(seeds)
-        self.runs: int = len(self.seeds)
-
-    def draw(self, seed: int) -> None:
-        """Noise, biases, error of the attitude at first."""
-        self.seeds, self.runs = (seed,), 1
+        self.delay_steps, self.lever = round(delay / DT), np.array(lever)
 
     def pieces(self) -> Iterator[Mapping[str, FloatArray]]:
         """All records at once."""
@@ -110,7 +100,7 @@ class Journey(World):
 
     def _run(self, seed: int) -> dict[str, FloatArray]:
         """Columns (n,) of one run; arrays here begin so early that the first fix is known."""
-        draw, n, first = np.random.default_rng([seed, 15]), self.steps, self.late + 1
+        draw, n, first = np.random.default_rng([seed, 15]), self.steps, self.delay_steps + 1
         t = DT * np.arange(-first, n)
         v, euler = CARRIERS[self.carrier](np.maximum(t, 0.0))
         q = quaternion_multiply(

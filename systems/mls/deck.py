@@ -86,7 +86,7 @@ def _swing(euler: FloatArray, t: FloatArray, rng: np.random.Generator) -> None:
 
 
 def records(
-    what: Deck,
+    motion: Deck,
     seed: int,
     errors: SensorErrors = SensorErrors(),
     *,
@@ -94,15 +94,15 @@ def records(
     dip_deg: float = 54.0,
 ) -> FloatArray:
     """Records of `mls_attitude` (n, 10): dt, gyro, specific force, field; the first restarts."""
-    n, rng = len(what.q), np.random.default_rng([seed, 2018])
+    n, rng = len(motion.q), np.random.default_rng([seed, 2018])
     rate = np.zeros((n, 3))
-    rate[1:] = turns_between(what.q[:-1], what.q[1:]) * RATE_HZ
+    rate[1:] = turns_between(motion.q[:-1], motion.q[1:]) * RATE_HZ
     rate = np.concatenate([rate[:1].repeat(errors.gyro_lag, axis=0), rate])[:n]
     white = rng.normal(size=(3, n, 3))
     bias = np.radians(errors.gyro_bias + errors.bias_spread * rng.normal(size=3))
     up = np.zeros((n, 3))
-    up[:, 2] = GRAVITY + what.lift
-    dip, back = math.radians(dip_deg), quaternion_conjugate(what.q)
+    up[:, 2] = GRAVITY + motion.lift
+    dip, back = math.radians(dip_deg), quaternion_conjugate(motion.q)
     field = rotate(back, field_ut * np.array([math.cos(dip), 0.0, -math.sin(dip)]))
     dt = np.full((n, 1), 1.0 / RATE_HZ)
     dt[0] = -dt[0]

@@ -108,19 +108,19 @@ class MlsAttitude(Estimator):
             choices = f"one of {', '.join(map(str, legal or _OPTIONS))}"
             found = value if legal else name
             require(value in legal, f"mls_attitude, {name}", choices, found)
-        self.fourth, self.free = chosen["picard"] == 4, chosen["norm"] == "free"
+        self.fourth, self.free_norm = chosen["picard"] == 4, chosen["norm"] == "free"
         self.printed = {name for name, value in chosen.items() if value == "printed"}
-        self.order = 4 if self.free else 3
+        self.order = 4 if self.free_norm else 3
         self.states = (
             *parts.attitude_states(),
-            *((State("norm", 0.0, NORM_LIMIT, "", 1.0),) if self.free else ()),
+            *((State("norm", 0.0, NORM_LIMIT, "", 1.0),) if self.free_norm else ()),
             State("unaligned", -1.0, 0.0, "", -1.0),  # -1: not begun, 0: aligned
             *covariance_states(self.order, lambda i: parts.ALIGN_P),
         )
         self.outputs = (
             *(Output(name, "ht", 2.5e-5) for name in ("roll", "pitch", "heading")),
             *(Output(f"q{axis}", "", 4e-5, "body to north, west, up") for axis in "wxyz"),
-            *((Output("norm", "", 1e-5, "|q| before it is set"),) if self.free else ()),
+            *((Output("norm", "", 1e-5, "|q| before it is set"),) if self.free_norm else ()),
             Output("status", "bits"),
         )
 
@@ -128,7 +128,7 @@ class MlsAttitude(Estimator):
         """One sample: see the module docstring."""
         progress = ops.where(u.dt < 0.0, -1.0, x.unaligned)
         aligning = progress < 0.0
-        norm: Any = ops.where(aligning, 1.0, x.norm) if self.free else 1.0
+        norm: Any = ops.where(aligning, 1.0, x.norm) if self.free_norm else 1.0
         dq = self._picard([ops.saturated(0.5 * w * u.dt, 1.0) for w in (u.gx, u.gy, u.gz)])
         before = (x.qw, x.qx, x.qy, x.qz)
         product = multiply(dq, before) if "process" in self.printed else multiply(before, dq)
@@ -149,7 +149,7 @@ class MlsAttitude(Estimator):
             ((u.ax, u.ay, u.az), 0.5 / GRAVITY, (0.0, 0.0, 1.0), 1.0, None, p.acc_sd),
             (field, 0.5 / FIELD_UNIT, site, FIELD_LIMIT / FIELD_UNIT, no_field, p.mag_sd),
         ):
-            bound = (NORM_LIMIT if self.free else 1.0) * longest
+            bound = (NORM_LIMIT if self.free_norm else 1.0) * longest
             r = [ops.bounded(norm * k, -bound, bound, "field") for k in conjugate_turn(c_nb, v)]
             predicted = [norm * k for k in turn(c_nb, v)] if "measurement" in self.printed else r
             noise = ops.saturated(unit * p.scale * sd, NOISE_LIMIT)
@@ -159,10 +159,10 @@ class MlsAttitude(Estimator):
             nu = [unit * m - share * (norm * h) for m, h in zip(z, predicted, strict=True)]
             a, error = self._updated(a, error, r, bound * bound, variance, nu, bad)
 
-        lead = ops.saturated(norm + error[0], NORM_LIMIT) if self.free else 1.0
+        lead = ops.saturated(norm + error[0], NORM_LIMIT) if self.free_norm else 1.0
         correction = [lead, *(ops.saturated(c, MOVE_LIMIT) for c in error[-3:])]
         raw = [ops.saturated(c, 2.0) for c in multiply(q, correction)]
-        bound = 8.0 if self.free else 2.0  # of |correction|^2: above 1 or 4, and 3/4
+        bound = 8.0 if self.free_norm else 2.0  # of |correction|^2: above 1 or 4, and 3/4
         q_new, shrink = parts.normalised(raw, bound)
         half = ops.saturated(0.5 * shrink, 1.0)
         angles = roll_pitch_heading_ht(scaled_matrix(raw, bound), 4.0 * (half * half))
@@ -171,7 +171,7 @@ class MlsAttitude(Estimator):
         count = ops.minimum(count, 0.0)
         first = ops.where(count < 0.0, parts.ALIGN_P, p0 * p0)
         length, after = self._turned(a, correction, aligning, first)
-        extra = {"norm": ops.where(aligning, 1.0, length)} if self.free else {}
+        extra = {"norm": ops.where(aligning, 1.0, length)} if self.free_norm else {}
         return (
             {
                 **parts.restarted(q_new, u),
@@ -261,11 +261,11 @@ class MlsAttitude(Estimator):
             value = ops.where(fresh, first if i == j else 0.0, value)
             value = bounded_element(value, i, j)
             # Of the norm, which has no noise, rounding would take the variance below 0.
-            return ops.maximum(value, NORM_FLOOR) if self.free and i == j == 0 else value
+            return ops.maximum(value, NORM_FLOOR) if self.free_norm and i == j == 0 else value
 
         square = dot(correction, correction)
         shrink = ops.rsqrt(square)
-        if self.free:
+        if self.free_norm:
             unit = [ops.saturated(v * shrink, 1.0) for v in correction]
             length = ops.saturated(square * shrink, NORM_LIMIT)
             return length, congruence(left_matrix(unit), a, element)

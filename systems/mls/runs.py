@@ -44,13 +44,13 @@ _POOLING = {"max_deg": "max", "fixed_float_deg": "max", "norm": "mean", "saturat
 class Flight:
     """Decks, errors of the estimates (n, runs, 3) [deg], estimated quaternions (n, runs, 4).
 
-    ``own``: figures of the levels (runs,) by name.
+    ``level_figures``: of the levels (runs,) by name.
     """
 
     decks: Sequence[Deck]
     error: FloatArray
     q: FloatArray
-    own: Mapping[str, FloatArray]
+    level_figures: Mapping[str, FloatArray]
 
 
 def fly(case: Case, seeds: Sequence[int], seconds: float = SECONDS) -> Flight:
@@ -103,7 +103,7 @@ def figures_of(flight: Flight, steered: bool = False) -> Runs:
     figures = {
         **{f"{axis}_deg": _rms(error[:, :, k], 0) for k, axis in enumerate(AXES)},
         **{"max_deg": np.abs(error).max(axis=(0, 2)), "encoder_deg": _rms(coarse, (0, 2))},
-        **flight.own,
+        **flight.level_figures,
     }
     for key, azimuth in AZIMUTHS.items() if steered else ():
         after, before, shown[key] = beam_errors(flight, Array(), azimuth, GLIDE_DEG)

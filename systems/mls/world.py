@@ -101,9 +101,9 @@ class Landing(World):
         toward = quaternion_conjugate(deck_motion.q)
         self.receiver = rotate(toward, direction(azimuth_deg, elevation_deg))
         ((run,),) = run_forms(MlsAttitude(), [records(deck_motion, seed)], levels=("c",))
-        self.told = attitude_of(run.outputs)
+        self.q = attitude_of(run.outputs)
         if not compensated:
-            self.told[:] = [1.0, 0.0, 0.0, 0.0]
+            self.q[:] = [1.0, 0.0, 0.0, 0.0]
 
     def start(self) -> None:
         """Restart."""
@@ -125,11 +125,11 @@ class Landing(World):
         """The next beam; see `World`."""
         if outputs is not None:
             self._received(outputs)
-        if self._sample >= len(self.told):
+        if self._sample >= len(self.q):
             return None
         beam = direction(self._scanned()[self._beam], self.elevation)
         names = (*(f"q{a}" for a in "wxyz"), *(f"beam_{a}" for a in "xyz"))
-        return dict(zip(names, [*self.told[self._sample].tolist(), *beam.tolist()], strict=True))
+        return dict(zip(names, [*self.q[self._sample].tolist(), *beam.tolist()], strict=True))
 
     def _received(self, outputs: Mapping[str, float]) -> None:
         """Receive the signal of the last beam; at the end of a scan, locate the receiver."""

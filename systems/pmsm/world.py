@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError, World
+from boresight.model.errors import require_choice
+from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.pmsm.estimator import DT, PI, PSI, VOLTAGE, L, R
 
 __all__ = ["LOADS_S", "MACHINES", "REVERSAL_S", "SPEED", "START_S", "Machine", "Motor"]
@@ -57,7 +58,7 @@ MACHINES = {
 }
 
 
-class Motor(World):
+class Motor(BatchedWorld):
     """Start, load, reversal through standstill, load: 0.8 s at 20 kHz, a run for each seed.
 
     Parameters
@@ -77,20 +78,9 @@ class Motor(World):
     def __init__(
         self, machine: str = "known", seeds: Sequence[int] = (1,), steps: int = STEPS
     ) -> None:
-        if machine not in MACHINES:
-            raise InputError.at(
-                "world motor",
-                wanted=f"a machine, {', '.join(MACHINES)}",
-                found=repr(machine),
-                fix="correct the name",
-            )
+        super().__init__(seeds)
+        require_choice("world motor, machine", machine, MACHINES)
         self.machine, self.steps = MACHINES[machine], steps
-        self.seeds = tuple(seeds)
-        self.runs: int = len(self.seeds)
-
-    def draw(self, seed: int) -> None:
-        """Noise, and where the rotor stands."""
-        self.seeds, self.runs = (seed,), 1
 
     def start(self) -> None:
         """At rest."""

@@ -36,17 +36,17 @@ class Radar(Experiment):
     def run(self, *, seed: int, runs: int, say: Callable[[str], None]) -> Result:
         """See `Experiment`."""
         say("tracks without noise")
-        free = watch(TwoRadars(noise=0.0, seconds=170.0), first(*FREE))
+        noiseless = watch(TwoRadars(noise=0.0, seconds=170.0), first(*FREE))
         say("tracks with the printed noise")
         noisy = watch(TwoRadars(seed=seed, seconds=170.0), first(*NOISY))
         differences = {
-            f"{m:g} m, {d:g} deg": 100.0 * watch(TwoRadars(noise=0.0), first(m, d)).apart
+            f"{m:g} m, {d:g} deg": 100.0 * watch(TwoRadars(noise=0.0), first(m, d)).deviation
             for m, d in (FREE, *OTHERS)
         }
         theory = predicted(TwoRadars(seconds=170.0), *NOISY)
         say(f"{runs} runs with the printed noise")
         spread = campaign(seed, runs, say, self.jobs)
-        metrics = figures(free, noisy, theory, spread, differences)
+        metrics = figures(noiseless, noisy, theory, spread, differences)
         for config, (schedule,) in schedules_of(Registration()).items():
             metrics[f"registration_interval_cycles_{config}"] = float(schedule.interval)
         goals = targets_of("boresight.systems.radar", metrics, runs=runs)
@@ -54,7 +54,7 @@ class Radar(Experiment):
             figures=metrics,
             targets=goals,
             details={"fixed_float_percent": differences, "weak": theory.weak.tolist()},
-            pages={"radar.html": render(free, noisy, theory, spread, metrics, goals)},
+            pages={"radar.html": render(noiseless, noisy, theory, spread, metrics, goals)},
         )
 
 
@@ -77,7 +77,7 @@ def campaign(
 
 
 def figures(
-    free: Watched,
+    noiseless: Watched,
     noisy: Watched,
     theory: Predicted,
     spread: Mapping[str, Any],
@@ -90,8 +90,8 @@ def figures(
         spread_of = spread["outputs"][f"{b}_bias"]
         sd, mean = spread_of["sd"][-1], spread_of["mean"][-1]
         out |= {
-            f"registration_{b}_percent": 100.0 * abs(free.error[AT, k]),
-            f"registration_{b}_170s_percent": 100.0 * abs(free.error[-1, k]),
+            f"registration_{b}_percent": 100.0 * abs(noiseless.error[AT, k]),
+            f"registration_{b}_170s_percent": 100.0 * abs(noiseless.error[-1, k]),
             f"registration_{b}_spread_ratio": sd / theory.sd[AT, k],
             f"registration_{b}_mean_offset": (mean - theory.mean[AT, k])
             / spread_of["mean_band"][-1],
@@ -103,11 +103,11 @@ def figures(
         late = slice(AT + 50, None)
         reduced = [
             np.sqrt(np.nanmean(run.after[late, i] ** 2) / np.nanmean(run.before[late, i] ** 2))
-            for run in (free, noisy)
+            for run in (noiseless, noisy)
         ]
         out[f"registration_track_{i + 1}_gain_percent"] = 100.0 * (1.0 - reduced[0])
         out[f"registration_track_{i + 1}_gain_noise_percent"] = 100.0 * (1.0 - reduced[1])
     out["registration_condition"] = theory.condition
     out["registration_nis"] = spread["nis"]["mean"]
-    out["registration_saturated"] = float(spread["saturated"] + free.saturated + noisy.saturated)
+    out["registration_saturated"] = spread["saturated"] + noiseless.saturated + noisy.saturated
     return {name: float(value) for name, value in out.items()}

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pymap3d
 
 from boresight import InputError
+from boresight.model.errors import require_choice
 
 __all__ = ["FLIGHTS", "SITES", "ballistic", "flight", "gravity", "straight"]
 
@@ -100,13 +101,7 @@ def flight(name: str, t: FloatArray) -> FloatArray:
     InputError
         No such flight; it ends below the ground.
     """
-    if name not in FLIGHTS:
-        raise InputError.at(
-            "flight",
-            wanted=f"one of {', '.join(FLIGHTS)}",
-            found=repr(name),
-            fix="choose one of these",
-        )
+    require_choice("flight", name, FLIGHTS)
     place = FLIGHTS[name](t)
     if (height := pymap3d.ecef2geodetic(*place.T)[2]).min() < 0.0:
         raise InputError.at(

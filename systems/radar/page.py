@@ -56,7 +56,7 @@ _WEAK = (
 
 
 def render(
-    free: Watched,
+    noiseless: Watched,
     noisy: Watched,
     theory: Predicted,
     spread: Mapping[str, Any],
@@ -67,8 +67,8 @@ def render(
     share = 100.0 / np.abs(TwoRadars(noise=0.0, seconds=1.0).bias)
     with settings():
         plots = [
-            (_BIASES, _biases(free, noisy, theory, share)),
-            (_FREE, _tracks(free, "free")),
+            (_BIASES, _biases(noiseless, noisy, theory, share)),
+            (_FREE, _tracks(noiseless, "free")),
             (_NOISY, _tracks(noisy, "noisy")),
             (_WEAK, _weak(theory)),
         ]
@@ -97,12 +97,12 @@ def render(
     )
 
 
-def _biases(free: Watched, noisy: Watched, theory: Predicted, share: Any) -> str:
+def _biases(noiseless: Watched, noisy: Watched, theory: Predicted, share: Any) -> str:
     """Errors of the biases over time, and the bounds."""
     figure, axes = figure_and_axes(7.2, 3, 2, sharex=True)
     limits = ((20.0, 2000.0), (2.0, 400.0), (2.0, 60.0))
     for row, (kind, tops) in enumerate(zip(_KINDS, limits, strict=True)):
-        for column, (run, top) in enumerate(zip((free, noisy), tops, strict=True)):
+        for column, (run, top) in enumerate(zip((noiseless, noisy), tops, strict=True)):
             plot = axes[row, column]
             for radar, colour in enumerate(_RADARS):
                 k = 3 * radar + row

@@ -35,7 +35,7 @@ class Watched:
     """A run: errors of the biases (n, 6) in shares of the bias; tracks less target (n, 2, 3) [m].
 
     ``before`` as reported, ``after`` as the filter gives them; NaN where a radar missed.
-    ``saturated``: updates with a word beyond its range; ``apart``: largest share by which fixed
+    ``saturated``: updates with a word beyond its range; ``deviation``: largest share by which fixed
     point differs from float64 at the last record.
     """
 
@@ -44,7 +44,7 @@ class Watched:
     before: FloatArray
     after: FloatArray
     saturated: int
-    apart: float
+    deviation: float
 
 
 def watch(world: TwoRadars, params: Mapping[str, float]) -> Watched:

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pymap3d
 
-from boresight import InputError, World
+from boresight import World
+from boresight.model.errors import require
 from boresight.systems.radar.bound import covariances, deviations, jacobian
 from boresight.systems.radar.flight import SITES, flight
 from boresight.systems.radar.interface import AXES, BIASES
@@ -96,13 +97,10 @@ class TwoRadars(World):
             (len(bias) == len(noises) == 6, "bias and noises", "six numbers each", bias),
             (len(sites) == 2, "sites", "two radars", sites),
         ):
-            if not valid:
-                raise InputError.at(
-                    f"two_radars, {where}", wanted=wanted, found=repr(found), fix="correct it"
-                )
+            require(valid, f"two_radars, {where}", wanted, found)
         self.sites, self.dt, self.missed, self.drawn = sites, dt, missed, drawn
         self.noises = noise * np.array(noises) * _UNITS
-        self.given = np.array(bias) * _UNITS
+        self.nominal_bias = np.array(bias) * _UNITS
         n = round(seconds / dt) + 1
         t: FloatArray = np.arange(n + math.ceil(late_s / dt)) * np.float64(dt)
         path = flight(on, t)
@@ -121,7 +119,7 @@ class TwoRadars(World):
         rng = np.random.default_rng([self.seed, 2014])
         n = len(self.place)
         white, luck, draw = rng.normal(size=(2, n, 3)), rng.random((2, n)), rng.normal(size=6)
-        self.bias = self.given
+        self.bias = self.nominal_bias
         if self.drawn is not None:
             spread = np.array([self.drawn[0], self.drawn[1], self.drawn[1]] * 2)
             self.bias = draw * spread * _UNITS

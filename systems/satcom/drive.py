@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError
+from boresight.model.errors import require
 from boresight.sim.worlds.road import Ride, profile, ride
 
 __all__ = ["DRIVES", "Drive", "city_drive", "drive", "specification_drive"]
@@ -114,8 +114,7 @@ def drive(name: str, rate_hz: float = 50.0) -> Drive:
         (name in DRIVES, "drive", f"one of {', '.join(DRIVES)}", name),
         (10.0 <= rate_hz <= 1000.0, "drive, rate_hz", "10 to 1000 Hz", rate_hz),
     ):
-        if not valid:
-            raise InputError.at(where, wanted=wanted, found=repr(found), fix="correct it")
+        require(valid, where, wanted, found)
     return DRIVES[name](rate_hz)
 
 

@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from boresight import Estimator, InputError, Output, ops
+from boresight import Estimator, Output, ops
 from boresight.model.algebra.angles import roll_pitch_heading_ht, unit_angle_ht
 from boresight.model.algebra.covariance import (
     Symmetric,
@@ -51,6 +51,7 @@ from boresight.model.algebra.quaternion_filter import (
     update_along,
 )
 from boresight.model.declarations import GRAVITY
+from boresight.model.errors import require_choice
 from boresight.systems.satcom import interface
 from boresight.systems.satcom.interface import BIAS_UNIT, P0_LIMIT
 
@@ -90,11 +91,7 @@ class Satcom(Estimator):
         self, roll: str = "corrected", detector: str = "corrected", *, innovations: bool = False
     ) -> None:
         for name, value in (("roll", roll), ("detector", detector)):
-            if value not in VARIANTS:
-                wanted = f"one of {', '.join(VARIANTS)}"
-                raise InputError.at(
-                    f"satcom, {name}", wanted=wanted, found=repr(value), fix="choose one of these"
-                )
+            require_choice(f"satcom, {name}", value, VARIANTS)
         self.printed_roll = roll == "printed"
         self.printed_detector = detector == "printed"
         if innovations:

@@ -20,24 +20,24 @@ class Receiver:
     Powers of the four are summed over a tracking interval; their differences over the sum give the
     error, the sum tells whether there is a signal.
 
-    ``every``: samples of an interval, in the mean; ``dwell_s``, ``squint`` [rad]: of each position;
+    ``interval``: in samples, in the mean; ``dwell_s``, ``squint`` [rad]: of each position;
     ``lock_db``: power below the nominal one that still counts as tracking.
     """
 
     def __init__(
         self,
         link: Link,
-        every: float,
+        interval: float,
         *,
         dwell_s: float = 0.005,
         squint: float = math.radians(0.35),
         lock_db: float = 6.0,
     ) -> None:
-        self.link, self.every, self.squint = link, every, squint
+        self.link, self.interval, self.squint = link, interval, squint
         self.snr = link.cn0 * dwell_s
         gain, next_gain = (float(link.pattern(np.array(s))) for s in (squint, squint + 1e-6))
         self.slope = (gain - next_gain) / 1e-6 / (2.0 * gain)  # of the difference over the sum
-        self.least = self.snr * gain * 10.0 ** (-lock_db / 10.0)
+        self.lock_power = self.snr * gain * 10.0 ** (-lock_db / 10.0)
         self.reset()
 
     def reset(self) -> None:
@@ -65,7 +65,7 @@ class Receiver:
         power = (amplitude + noise[:, 0]) ** 2 + noise[:, 1] ** 2 - 1.0
         self._powers = self._powers + power
         self._count, self._age = self._count + 1, self._age + 1.0
-        if self._age < self.every:
+        if self._age < self.interval:
             return None
         total = self._powers.sum(axis=0)
         mean = total / (4.0 * self._count)
@@ -73,8 +73,8 @@ class Receiver:
             [self._powers[0] - self._powers[1], self._powers[2] - self._powers[3]]
         )
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.where(mean > self.least, difference / (total * self.slope), np.nan)
-        over = self._age - self.every
+            error = np.where(mean > self.lock_power, difference / (total * self.slope), np.nan)
+        over = self._age - self.interval
         self.reset()
         self._age = over
         return error, mean

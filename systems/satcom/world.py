@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from boresight import InputError, World
+from boresight import World
 from boresight.model.algebra.quaternion import matrix, multiply, turn
+from boresight.model.errors import require
 from boresight.sim.attitude.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
@@ -94,10 +95,7 @@ class Vehicles(World):
             (inside, "place", "up to 90 deg of latitude, 180 of both longitudes", self.place),
             (elevation > 0.0, "place", "a satellite above the horizon", f"{elevation:.1f} deg"),
         ):
-            if not valid:
-                raise InputError.at(
-                    f"satcom, {where}", wanted=wanted, found=repr(found), fix="correct it"
-                )
+            require(valid, f"satcom, {where}", wanted, found)
         self.receiver = Receiver(self.link, rate / self.tracking_hz if self.tracking_hz else 1.0)
         self.start()
 

@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from boresight.arguments import (
-    check_choice,
-    check_machine,
-    check_number,
-    check_optional,
-    check_word,
-)
+from boresight.arguments import check_machine, check_number, check_optional, check_word
 from boresight.model.errors import InputError
 
 pytestmark = pytest.mark.pythons
@@ -39,12 +33,6 @@ def test_a_number_may_be_left_out() -> None:
     check_optional("steps", None, 1)
     with pytest.raises(InputError, match="^steps: wanted 1 or more, found 0; choose another"):
         check_optional("steps", 0, 1)
-
-
-def test_choices() -> None:
-    check_choice("on", "c", ("fixed", "c"))
-    with pytest.raises(InputError, match="^on: wanted one of fixed, c, found 'C'; choose one of"):
-        check_choice("on", "C", iter(("fixed", "c")))
 
 
 @pytest.mark.parametrize("word", [17, 33, "32", 20.0])

@@ -45,8 +45,8 @@ NAN = math.nan
 
 #: What is made, how its messages begin; an option, its value, and what the message goes on with.
 OPTIONS: dict[tuple[Any, str], list[tuple[str, Any, str]]] = {
-    (Mekf, "mekf, "): [("mag", "some", "mag: wanted full or none, found 'some'")],
-    (Vqf, "vqf, "): [("mag", "all", 'mag: wanted "full" or "none", found \'all\'')],
+    (Mekf, "mekf, "): [("mag", "some", "mag: wanted one of full, none, found 'some'")],
+    (Vqf, "vqf, "): [("mag", "all", "mag: wanted one of full, none, found 'all'")],
     (Settings, "vqf, "): [
         ("rate_hz", 5.0, "rate_hz: wanted 10 to 4000, found 5"),
         ("mag_rate_hz", 101.0, "mag_rate_hz: wanted 1 to 100, found 101"),

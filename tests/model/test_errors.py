@@ -2,7 +2,7 @@
 
 import pytest
 
-from boresight.model.errors import InputError, require
+from boresight.model.errors import InputError, require, require_choice
 
 pytestmark = pytest.mark.pythons
 
@@ -28,6 +28,12 @@ def test_require() -> None:
         require(False, "a", "2 or more", "1")
     with pytest.raises(InputError, match=r"found 1; write 2$"):
         require(False, "a", "2", 1, "write 2")
+
+
+def test_choices() -> None:
+    require_choice("on", "c", ("fixed", "c"))
+    with pytest.raises(InputError, match="^on: wanted one of fixed, c, found 'C'; choose one of"):
+        require_choice("on", "C", iter(("fixed", "c")))
 
 
 def test_an_unknown_place_is_left_out() -> None:

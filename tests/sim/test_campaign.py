@@ -20,9 +20,9 @@ def test_goes_on(tmp_path) -> None:
     assert not path.parent.exists(), "nothing before the first draw"
     Journal(path, {"a": 1}).add([{"seed": 3, "x": 0.1}, {"seed": 4, "x": 1 / 3}])
     again = Journal(path, {"a": 1})
-    assert again.done == {3: {"seed": 3, "x": 0.1}, 4: {"seed": 4, "x": 1 / 3}}
+    assert again.rows == {3: {"seed": 3, "x": 0.1}, 4: {"seed": 4, "x": 1 / 3}}
     again.add([{"seed": 4, "x": 2.0}])
-    assert Journal(path, {"a": 1}).done[4] == {"seed": 4, "x": 2.0}
+    assert Journal(path, {"a": 1}).rows[4] == {"seed": 4, "x": 2.0}
 
 
 #: Adds rows one by one and says so of each, until it is killed.
@@ -31,7 +31,7 @@ import itertools, sys
 from pathlib import Path
 from boresight.sim.campaign import Journal
 journal = Journal(Path(sys.argv[1]), {"a": 1}, key="name")
-for k in itertools.count(len(journal.done)):
+for k in itertools.count(len(journal.rows)):
     journal.add([{"name": f"row {k}", "k": k, "text": "x" * 20_000}])
     print(k, flush=True)
 """
@@ -49,7 +49,7 @@ def test_a_killed_process_loses_no_row_that_it_has_told(tmp_path) -> None:
         os.kill(adder.pid, signal.SIGKILL)
         rest = adder.communicate()[0].split()
         told = int(rest[-1]) if rest else told
-        done = Journal(tmp_path / "j", {"a": 1}, key="name").done
+        done = Journal(tmp_path / "j", {"a": 1}, key="name").rows
         assert len(done) in (told + 1, told + 2)  # one more may be whole and untold
         assert all(done[f"row {k}"]["k"] == k for k in range(len(done)))
 
@@ -65,7 +65,7 @@ def test_two_at_once(tmp_path) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert {*Journal(tmp_path / "j", {"a": 1}).done} == {*range(30), *range(100, 120)}
+    assert {*Journal(tmp_path / "j", {"a": 1}).rows} == {*range(30), *range(100, 120)}
 
 
 @pytest.mark.parametrize("kind", ["text", "other", "base"])
@@ -102,7 +102,7 @@ def test_cannot_be_read_or_written(tmp_path) -> None:
     path.mkdir()
     with pytest.raises(InputError, match="wanted a journal that can be read and written"):
         journal.add([{"seed": 3}])
-    assert 3 not in journal.done
+    assert 3 not in journal.rows
 
 
 def work(campaign, cases):
@@ -116,7 +116,7 @@ def test_progress_has_done_refused_and_left(tmp_path) -> None:
     journal.add([{"seed": 7}])
     cases = {k: k for k in (2, 7, 1)}
     rows = complete(
-        1, work, cases, journal, say=said.append, each=lambda: seen.append(len(journal.done))
+        1, work, cases, journal, say=said.append, after_batch=lambda: seen.append(len(journal.rows))
     )
     assert [row["seed"] for row in rows] == [2, 7, 1] and seen == [2, 3]
     assert said[0] == "1 of 3 runs are done already" and said[2] == "3 of 3 runs, 1 refused"

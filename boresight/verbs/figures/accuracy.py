@@ -14,10 +14,10 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_choice, check_optional, check_word
+from boresight.arguments import JOBS_MOST, check_optional, check_word
 from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import Named, estimator_of
 from boresight.options import Arguments, Jobs, Option, Outcome, Params, Word, outcome
 from boresight.regression import JudgedVerb
@@ -93,7 +93,7 @@ def accuracy(
     named, peers = chosen(names)
     ours = [estimator_of(n) for n in named]
     check_word(word)
-    check_choice("align", align, ALIGNMENTS)
+    require_choice("align", align, ALIGNMENTS)
     if not abs(declination) <= 180.0:
         raise InputError.at(
             "--declination",

@@ -12,16 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from boresight.arguments import (
-    JOBS_MOST,
-    SEED_MOST,
-    check_choice,
-    check_number,
-    check_optional,
-    check_word,
-)
+from boresight.arguments import JOBS_MOST, SEED_MOST, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
-from boresight.model.errors import InputError
+from boresight.model.errors import InputError, require_choice
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -34,7 +27,7 @@ from boresight.options import (
 )
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import others
+from boresight.sim.cluster import executor_for
 from boresight.sim.montecarlo.campaign import Campaign, draws
 from boresight.sim.montecarlo.figures import figures, text
 from boresight.sim.worlds.world import NamedWorld, bound_of, drawn
@@ -236,7 +229,7 @@ def montecarlo(
     """
     check_number("runs", runs, 2, 1_000_000)
     check_number("seed", seed, 0, SEED_MOST)
-    check_choice("on", on, LEVELS)
+    require_choice("on", on, LEVELS)
     check_word(word)
     check_optional("jobs", jobs, 1, JOBS_MOST)
     check_optional("steps", steps, 1)
@@ -253,7 +246,7 @@ def montecarlo(
     own = jobs if campaign.texts else 1
     say = progress or (lambda text: None)
     wanted = "world and estimator"
-    with others(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
+    with executor_for(scheduler, executor, texts=campaign.texts, wanted=wanted) as dealer:
         rows = complete(campaign, draws, seeds, journal, say=say, jobs=own, executor=dealer)
     if all(row | {"seed": 0} == rows[0] | {"seed": 0} for row in rows):
         journal.path.unlink(missing_ok=True)  # a world that is corrected begins anew

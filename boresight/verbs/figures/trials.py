@@ -70,7 +70,7 @@ def trials_of(estimator: Estimator, logs: Sequence[Any], protocol: str | None) -
     """
     trials: list[tuple[Log, Feed | LongFeed, dict[str, str]]] = []
     left_out: list[str] = []
-    for log in logs_of(logs, whole=protocol is not None):
+    for log in logs_of(logs, load=protocol is not None):
         columns = feed_of(estimator, log)
         if (units := units_of(estimator, columns)) and not log.comparison:
             trials.append((log, columns, units))

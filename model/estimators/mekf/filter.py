@@ -46,7 +46,7 @@ from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.covariance import symmetric
 from boresight.model.algebra.quaternion import cross, dot, matrix, product, turn
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.mekf.alignment import turned_over, turns
 from boresight.model.estimators.mekf.covariance import element, predicted
@@ -153,10 +153,7 @@ class Mekf(Estimator):
         InputError
             ``mag`` is neither "full" nor "none".
         """
-        if mag not in ("full", "none"):
-            raise InputError.at(
-                "mekf, mag", wanted="full or none", found=repr(mag), fix="choose one of these"
-            )
+        require_choice("mekf, mag", mag, ("full", "none"))
         self.magnetic = mag == "full"
         if not self.magnetic:
             self.name = "mekf_six_axis"

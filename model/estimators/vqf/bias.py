@@ -16,13 +16,13 @@ _VERTICAL_WEIGHT = 1e-4  #: of the measurement about the vertical, over that of 
 _GAIN_MOST = 2.0  #: bound of sqrt(P_jj r P r^T) w over S.
 
 
-def grown(p: Symmetric, start: float, growth: float, most: float) -> Symmetric:
+def grown(p: Symmetric, start: float, growth: float, high: float) -> Symmetric:
     """P + V on the variances below their start value."""
     return symmetric(
         3,
         lambda i, j: (
             ops.bounded(
-                p[i][i] + ops.where(p[i][i] < start, growth, 0.0), 0.0, most, "start and one growth"
+                p[i][i] + ops.where(p[i][i] < start, growth, 0.0), 0.0, high, "start and one growth"
             )
             if i == j
             else p[i][j]
@@ -35,7 +35,7 @@ def measured(
     rows: list[list[Any]],
     errors: list[Any],
     weights: list[Any],
-    most: float,
+    high: float,
     anew: tuple[Any, float],
 ) -> tuple[list[Any], Symmetric]:
     """Change of the bias, and P after the measurement: K e, P - K R P.
@@ -49,7 +49,7 @@ def measured(
     Parameters
     ----------
     p
-        In units of a measurement variance, variances of at most ``most``.
+        In units of a measurement variance, variances of at most ``high``.
     rows
         R; each row is of about unit length at most.
     errors
@@ -62,16 +62,16 @@ def measured(
     change: list[Any] = [0.0] * 3
     for k, (row, error, weight) in enumerate(zip(rows, errors, weights, strict=True)):
         column = [
-            ops.bounded(dot(row, p[j]), -2.0 * most, 2.0 * most, "sqrt(P_jj r P r^T)")
+            ops.bounded(dot(row, p[j]), -2.0 * high, 2.0 * high, "sqrt(P_jj r P r^T)")
             for j in range(3)
         ]
-        along = ops.bounded(dot(row, column), 0.0, 4.0 * most, "variance along r")
-        total = ops.bounded(1.0 + weight * along, 1.0, 1.0 + 4.0 * most, "S")
+        along = ops.bounded(dot(row, column), 0.0, 4.0 * high, "variance along r")
+        total = ops.bounded(1.0 + weight * along, 1.0, 1.0 + 4.0 * high, "S")
         share = ops.bounded(weight / total, 0.0, 1.0, "w/S")
         gain = [ops.bounded(c * share, -_GAIN_MOST, _GAIN_MOST, "gain") for c in column]
         move = ops.saturated(error - dot(row, change), 4.0)
         change = [ops.saturated(d + g * move, 4.0) for d, g in zip(change, gain, strict=True)]
-        p = _reduced(p, gain, column, most, anew if k == 2 else None)
+        p = _reduced(p, gain, column, high, anew if k == 2 else None)
     return change, p
 
 

@@ -23,7 +23,7 @@ from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import dot, increment, matrix, product
 from boresight.model.algebra.quaternion_filter import status_word
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.estimators.nine_axis import OUTPUTS
 from boresight.model.estimators.vqf.bias import bias_of
@@ -90,10 +90,7 @@ class Vqf(Estimator):
         InputError
             A number outside its range, or another ``mag``.
         """
-        if mag not in ("full", "none"):
-            raise InputError.at(
-                "vqf, mag", wanted='"full" or "none"', found=repr(mag), fix="choose one of these"
-            )
+        require_choice("vqf, mag", mag, ("full", "none"))
         if mag_rate_hz is None:
             mag_rate_hz = rate_hz
         self.name = "vqf" if mag == "full" else "vqf_six_axis"

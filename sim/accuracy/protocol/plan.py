@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 from boresight.sim.accuracy.protocol.variants import (
     Variant,
     biased,
@@ -130,11 +130,10 @@ def cases_of(protocol: str) -> list[Case]:
     InputError
         No such protocol.
     """
-    if protocol not in PROTOCOLS:
-        raise InputError.at(
-            "--protocol",
-            wanted=f"one of {', '.join(PROTOCOLS)}",
-            found=repr(protocol),
-            fix="full has every case, short some of each kind, glance three",
-        )
+    require_choice(
+        "--protocol",
+        protocol,
+        PROTOCOLS,
+        "full has every case, short some of each kind, glance three",
+    )
     return PROTOCOLS[protocol]()

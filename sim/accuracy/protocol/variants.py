@@ -187,9 +187,9 @@ def mountings() -> FloatArray:
     return np.array([m for m in out if np.linalg.det(m) > 0.0])
 
 
-def mounted(which: int) -> Variant:
+def mounted(number: int) -> Variant:
     """The sensor turned in its housing: one of `mountings`."""
-    c = mountings()[which]
+    c = mountings()[number]
     rotation = quaternion_conjugate(matrix_to_quaternion(c))
 
     def work(log: NineAxis) -> NineAxis:

@@ -209,6 +209,6 @@ def _proof(name: str, cover: int, **parameters: Any) -> Proof:
 
 PROOFS = (
     _proof("frames_and_lines", 40),
-    _proof("frames_2", 60, text=False, most=2),
-    _proof("frames_16", 70, text=False, most=16, read_cycles=2),
+    _proof("frames_2", 60, text=False, outputs=2),
+    _proof("frames_16", 70, text=False, outputs=16, read_cycles=2),
 )

@@ -13,7 +13,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.model.errors import InputError
+from boresight.model.errors import require_choice
 from boresight.sim.attitude.rotation import (
     euler_to_quaternion,
     quaternion_conjugate,
@@ -141,10 +141,7 @@ def carrier(name: str, seed: int, *, seconds: float = 120.0) -> NineAxis:
     InputError
         No such carrier.
     """
-    if name not in CARRIERS:
-        raise InputError.at(
-            "carrier", wanted=f"one of {[*CARRIERS]}", found=repr(name), fix="choose one of these"
-        )
+    require_choice("carrier", name, CARRIERS)
     draw, rate_hz = CARRIERS[name]
     motion, sensors = (np.random.default_rng([seed, k]) for k in range(2))
     t = np.arange(-1, round(seconds * rate_hz)) / rate_hz  # one sample more, for the first turn

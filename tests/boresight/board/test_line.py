@@ -55,7 +55,7 @@ def test_listener_takes_everything_apart() -> None:
     kinds = [type(item) for item in got]
     assert kinds == [Attitude, Attitude, Attitude, Reply, Attitude, Reply]
     assert got[3] == Reply(Kind.READ, -1) and got[0].number == 7
-    assert listener.bad == 5  # a line, a short frame, two pieces of noise, a record
+    assert listener.error_count == 5  # a line, a short frame, two pieces of noise, a record
 
 
 def test_the_first_piece_may_have_begun_before() -> None:
@@ -63,7 +63,7 @@ def test_the_first_piece_may_have_begun_before() -> None:
     for before in (b"alf a line\r\n", b"\x03alf a frame\xc0", bytes([END, END, END])):
         listener = Listener()
         assert [item.number for item in listener.feed(before + frames([7]))] == [7]
-        assert listener.bad == 0
+        assert listener.error_count == 0
 
 
 @pytest.mark.parametrize(("length", "bad"), [(256, 1), (257, 1), (258, 2)])
@@ -71,14 +71,14 @@ def test_a_frame_has_an_end(length: int, bad: int) -> None:
     """What goes on for more than 256 bytes is cut there, and the rest is another piece."""
     listener = Listener()
     list(listener.feed(bytes([END]) + b"\x02" * length + bytes([END])))
-    assert listener.bad == bad
+    assert listener.error_count == bad
 
 
 def test_a_byte_at_a_time() -> None:
     data = frames([1, 2]) + text_line(words_of(3, 9)).encode() + frames([4])
     listener = Listener()
     got = [item for k in range(len(data)) for item in listener.feed(data[k : k + 1])]
-    assert [item.number for item in got] == [1, 2, 3, 4] and listener.bad == 0
+    assert [item.number for item in got] == [1, 2, 3, 4] and listener.error_count == 0
 
 
 def test_formats_of_a_map(table: RegisterTable) -> None:

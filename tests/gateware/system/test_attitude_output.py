@@ -134,7 +134,7 @@ def test_frames(stalls: float, reads: int) -> None:
 @pytest.mark.parametrize("most", [8, 9, 16])
 def test_frames_of_any_length(most: int) -> None:
     """As long as the update that is sent has outputs, whatever comes meanwhile."""
-    bench, rng, wanted = Bench(AttitudeOutput(text=False, most=most)), random.Random(4), []
+    bench, rng, wanted = Bench(AttitudeOutput(text=False, outputs=most)), random.Random(4), []
 
     async def test(ctx):
         ctx.set(bench.dut.mode, OutputMode.BINARY)

@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 from amaranth.hdl import Module
 
+from boresight.gateware.system import conductor
 from boresight.gateware.system.conductor import Conductor
+from boresight.gateware.system.conductor_words import Step
 from boresight.gateware.system.feed import FIELD, HELD, PLACES, REGISTERS, ZERO, Fed, Feed
 from boresight.gateware.system.interface import HEADER, Place
 from boresight.gateware.system.plan import FRONT_NAMES, RAW, Plan
@@ -259,11 +261,70 @@ def test_a_sample_before_the_watchdog_does_not_wait() -> None:
         await bench.sample(ctx, wait=False)
         await ctx.tick().repeat(bench.dut.patience + 20)
         assert bench.events.count("watchdog") >= 1
+        dropped = bench.events.count("sample_dropped")
+        await bench.sample(ctx, wait=False)
+        await ctx.tick()
+        assert bench.events.count("sample_dropped") == dropped + 1
         bench.broken = False
         await ctx.tick().repeat(500)
         assert bench.updates == 1
         await bench.sample(ctx)
         assert bench.updates == 2
+
+    bench.run(test)
+
+
+def test_the_first_word_after_the_watchdog_ends_the_record() -> None:
+    bench = Bench()
+    dut, bench.running = bench.dut, PLAN.inertial
+
+    async def test(ctx):
+        ctx.set(dut.run, 1)
+        await bench.sample(ctx, wait=False)
+        await ctx.tick().until(dut.events[Conductor.EVENTS.index("watchdog")])
+        ctx.set(dut.i.ready, 1)
+        _, _, valid, last = await ctx.tick().sample(dut.i.valid, dut.i.payload.last)
+        assert valid and last
+
+    bench.simulation.run(test, background=[bench.clock], process=bench.reader)
+
+
+def test_a_sample_at_once_after_the_watchdog_waits_for_its_program() -> None:
+    bench = Bench()
+    dut = bench.dut
+
+    async def test(ctx):
+        await bench.sample(ctx, wait=False)
+        await bench.until(ctx, lambda: bench.records and ctx.get(dut.i.valid))
+        bench.broken = True  # while the filter's record is fed
+        await bench.until(ctx, lambda: "watchdog" in bench.events)
+        bench.broken = False
+        await ctx.tick().until(dut.i.valid & dut.i.ready & dut.i.payload.last)
+        await bench.sample(ctx)
+        assert bench.updates == 1
+
+    bench.run(test)
+
+
+def test_a_sample_behind_a_record_of_one_word() -> None:
+    """In the first cycle in which the controller is idle."""
+    plan = replace(
+        PLAN,
+        filters=1,
+        names=("one", *FRONT_NAMES),
+        lengths=(60, 20, 15, 18),
+        outputs=(1,),
+        chains=((0,),),
+        feed=Feed(((Fed(PLACES["dt"]),),)),
+    )
+    bench = Bench(plan, records_in=(1, 8, 3, 3), records_out=(1, 7, 3, 3))
+
+    async def test(ctx):
+        await bench.sample(ctx, wait=False)
+        await bench.until(ctx, lambda: ctx.get(bench.dut.updated))
+        await bench.sample(ctx, wait=False)
+        await bench.until(ctx, lambda: bench.updates == 2)
+        assert [p for p, _ in bench.records] == [1, 0, 1, 0] and not bench.framing
 
     bench.run(test)
 
@@ -278,6 +339,23 @@ def test_a_sample_in_the_first_cycle_is_fed_to_the_first_job() -> None:
 
     background = [bench.core, bench.clock]
     bench.simulation.run(test, background=background, process=bench.reader)
+
+
+def test_upsets_of_an_idle_conductor_heal(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[Step] = []
+    monkeypatch.setattr(conductor, "Step", lambda plan: steps.append(Step(plan)) or steps[-1])
+    monkeypatch.setitem(globals(), "_MADE", {})
+    bench = Bench()
+
+    async def test(ctx):
+        (step,) = steps
+        for upset, value in ((step.count, 5), (step.ends, 1), (bench.dut.choice, 0)):
+            ctx.set(upset, value)
+            await ctx.tick().repeat(10)
+            await bench.sample(ctx)
+        assert [p for p, _ in bench.records] == [PLAN.inertial, 0] * 3 and not bench.framing
+
+    bench.run(test)
 
 
 def test_an_idle_conductor_needs_no_watchdog() -> None:
@@ -608,6 +686,18 @@ def test_registers_are_taken_as_a_set() -> None:
 
     seen: list[tuple[int, int]] = []
     bench.run(test, host)
+
+
+def test_a_set_is_taken_without_a_sample() -> None:
+    bench = chain_bench()
+
+    async def test(ctx):
+        await write_set(ctx, bench.dut, (1, 2))
+        assert ctx.get(bench.dut.feed_busy)
+        await ctx.tick().repeat(2 + 2)
+        assert not ctx.get(bench.dut.feed_busy)
+
+    bench.run(test)
 
 
 def test_a_large_set_that_is_still_on_its_way() -> None:

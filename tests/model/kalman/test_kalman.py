@@ -408,7 +408,7 @@ def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
         (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
         (lambda: Attitude("q"), "found no sd"),
         (lambda: Attitude("q", sd=0.1, initial=(1.0, 1.0, 0.0, 0.0)), "a unit quaternion"),
-        (lambda: vector(State, "v", "abc", -1.0, 1.0, sd=1.0), "axes of xyz, enu, ned"),
+        (lambda: vector(State, "v", "abc", -1.0, 1.0, sd=1.0), "one of xyz, enu, ned"),
     ],
 )
 def test_declarations_that_are_refused(make: Any, said: str) -> None:

@@ -42,7 +42,7 @@ def noisy(seconds, seed):
 @pytest.fixture(scope="module")
 def trials():
     logs = [noisy(4, 1), noisy(6, 2), noisy(5, 3)]
-    return [Trial(Log.held(log)) for log in logs]
+    return [Trial(Log.in_memory(log)) for log in logs]
 
 
 def fed(trial):
@@ -142,7 +142,7 @@ def test_saturation_and_status_are_counted(trials):
 def test_samples_that_count(trials):
     log = NineAxis.of(trials[1].record)
     moved = dataclasses.replace(log, mov=np.arange(len(log)) > 100).record()
-    got = benchmark([], ["vqf_online"], [Trial(Log.held(moved))], jobs=1)[0].errors
+    got = benchmark([], ["vqf_online"], [Trial(Log.in_memory(moved))], jobs=1)[0].errors
     q = run_peer(PEERS["vqf_online"], moved)
     assert got == attitude_rmse(q[101:], log.attitude[101:])._asdict()
 
@@ -151,10 +151,9 @@ def test_the_dip_is_of_the_folder(trials):
     """A log whose own field dips elsewhere gets the dip of its folder's logs."""
     log = NineAxis.of(trials[0].record)
     odd = dataclasses.replace(log, name="odd", mag=log.mag * [1, 1, 0.5])
+    trial = Trial(Log.in_memory(odd.record()), "truth", "f")
     alone, among = (
-        benchmark([], ["ahrs_ekf"], [Trial(Log.held(odd.record()), "truth", "f"), *others], jobs=1)[
-            0
-        ].errors
+        benchmark([], ["ahrs_ekf"], [trial, *others], jobs=1)[0].errors
         for others in ((), [dataclasses.replace(t, folder="f") for t in trials])
     )
     place = np.median([dip_rad(x) for x in (odd, *(NineAxis.of(t.record) for t in trials))])
@@ -210,7 +209,7 @@ class Rated(Complementary):
 
 
 def test_each_rate_has_an_estimator_of_its_own(trials):
-    quick = Trial(Log.held(synthetic_log(seconds=3, rate_hz=100, seed=9, name="quick")))
+    quick = Trial(Log.in_memory(synthetic_log(seconds=3, rate_hz=100, seed=9, name="quick")))
     made = benchmark([Rated()], [], [trials[0], quick, trials[1]], jobs=1)
     assert [(r.level, r.trial) for r in made] == [
         (level, name) for level in ("fixed", "float") for name in ("log1", "quick", "log2")

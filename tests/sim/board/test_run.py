@@ -52,7 +52,7 @@ def test_every_frame_equals_the_models(board, what, plain) -> None:
     assert (verdict.mismatches, verdict.first) == (0, "")
     assert verdict.updates == len(plain.frames) == len(plain.trace.samples) == UPDATES
     assert verdict.lines >= 2 and verdict.fields >= 2
-    assert plain.dropped == plain.trace.violations == len(plain.trace.broken) == 0
+    assert plain.dropped == plain.trace.violations == len(plain.trace.framing_errors) == 0
 
 
 def test_latency_is_the_stated_one(board, what, plain) -> None:
@@ -334,12 +334,8 @@ TEXT = """\
 def test_every_kind_of_event() -> None:
     trace = read_trace(TEXT)
     np.testing.assert_array_equal(trace.ready, [[10, 1], [60, 2]])
-    assert [x.tolist() for x in (trace.samples, trace.updates, trace.starts, trace.broken)] == [
-        [22],
-        [30],
-        [31],
-        [36],
-    ]
+    events = trace.samples, trace.updates, trace.starts, trace.framing_errors
+    assert [x.tolist() for x in events] == [[22], [30], [31], [36]]
     assert trace.programs.tolist() == [[14, 3]]
     assert trace.events == [(33, 0x1F)] and trace.faults == [(50, 0x2, 0xA0)]
     assert trace.lines == (Line(40, True, (-7, 8, -9), 2), Line(44, False, (1, 2, 3), 4))

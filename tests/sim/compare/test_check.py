@@ -297,7 +297,7 @@ def test_each_estimator_has_a_record():
 
 def test_a_level_that_runs_on_leading_records(monkeypatch):
     """All of them count, of logs of any lengths, in pieces that end with the longest."""
-    monkeypatch.setattr(Emitted, "most", 40)
+    monkeypatch.setattr(Emitted, "record_limit", 40)
     build, rng = Build(Gain(), Count()), np.random.default_rng(4)
     said = []
     attempt = _Attempt(Emitted, "gcc", lambda: [Emitted(build, k) for k in (0, 1)])
@@ -319,12 +319,12 @@ def sliced(rows, length, build=None):
     """Slices of levels that go on from given states, or do not, and what is said of them."""
     kinds = ((True, "verilator"), (True, "icarus"), (False, "gcc"))
     attempts = [
-        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], said="")
+        SimpleNamespace(kind=SimpleNamespace(resumes=goes_on), tool=tool, slices=[], slice_text="")
         for goes_on, tool in kinds
     ]
     Check(build or Build(Gain()), levels=())._slice(attempts, [range(length)], rows)
-    assert not any(x.slices or x.said for x in attempts[1:])
-    return attempts[0].slices, attempts[0].said
+    assert not any(x.slices or x.slice_text for x in attempts[1:])
+    return attempts[0].slices, attempts[0].slice_text
 
 
 def test_slices_are_spread_over_the_log():
@@ -353,7 +353,7 @@ def test_what_is_known_of_an_update_that_differs():
     case.differs(1, 3, records, wanted)
     assert not case.origins
     case.differs(2, 3, records, wanted, shared)
-    found = {k: (before.tolist(), record.tolist()) for k, (before, record) in case.wrong.items()}
+    found = {k: (a.tolist(), b.tolist()) for k, (a, b) in case.divergences.items()}
     assert found == {0: ([7, 7], [0.0]), 1: ([4, 5], [3.0]), 2: ([-6, -7], [3.0])}
     ((k, (row, before, pieces)),) = case.origins.items()
     assert (k, row, before.tolist()) == (2, 103, [-6, -7])
@@ -371,7 +371,7 @@ def test_rows_that_are_kept():
         assert [*case.warnings] == ["first", "1", "2"]
     for rows, complete in ((5, True), (6, False)):
         kept = [(np.zeros((n, 1)), None, None) for n in (3, 2)]
-        assert _Case(None, rows=rows, kept=kept).complete == complete
+        assert _Case(None, rows=rows, pieces=kept).complete == complete
 
 
 def test_a_tool_that_fails_says_why_in_a_line():
@@ -422,7 +422,7 @@ def test_what_runs_is_told(monkeypatch):
         (9, "4 updates and more", None, "4 updates and more"),
         (9, "4 updates and more", 2, "2 updates"),
     ):
-        monkeypatch.setattr(Emitted, "most", most)
+        monkeypatch.setattr(Emitted, "record_limit", most)
         told = []
         record = Record.of({"z": np.zeros(count), "k": np.zeros(count)})
         (result,) = Check(Build(Gain()), levels=("c",), progress=told.append).run(record)

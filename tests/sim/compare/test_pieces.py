@@ -50,7 +50,7 @@ def said(results: Sequence[CheckResult]) -> str:
 def of_pieces(build: Build, log: Log | Record, sizes: Sequence[int], **options: Any) -> set[str]:
     """What is said, with pieces of so many rows."""
     check = Check(build, **{"levels": ("fixed", "c"), **options})
-    return {said(check.run(log, rows=rows, whole=False)) for rows in sizes}
+    return {said(check.run(log, rows=rows, keep_all=False)) for rows in sizes}
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
@@ -75,7 +75,7 @@ def test_a_log_that_is_read_in_pieces(
     assert log.data == file
     assert of_pieces(build, log, (1, 7, 400)) == of_pieces(build, record, (400,)) == {whole}
     check = Check(build, levels=("c",))
-    (short,), (every,) = check.run(log, whole=False), check.run(log)
+    (short,), (every,) = check.run(log, keep_all=False), check.run(log)
     assert (len(short.given), len(short.fixed.outputs["roll"])) == (256, 256)
     assert (len(every.given), len(every.floating.outputs["roll"])) == (600, 600)
     assert np.array_equal(every.given.inputs[:256], short.given.inputs)
@@ -96,7 +96,7 @@ def test_blocks_are_released(monkeypatch: pytest.MonkeyPatch, name: str) -> None
 
     monkeypatch.setattr(Log, "blocks", blocks)
     build = Build(*(fitted(estimator(n), WALK) for n in name.split(",")))
-    Check(build, levels=("c",)).run(WALK.head(640), whole=False)
+    Check(build, levels=("c",)).run(WALK.head(640), keep_all=False)
     assert len(seen) == 10
 
 

@@ -50,7 +50,7 @@ def test_so_many_last_bits_are_rounding(word: int, sign: int) -> None:
         twin, value = twin_of(2.0**-10, 2.0**-7, "product", sign * moved, word)
         lsb = math.ldexp(1.0, -twin.program.values[value].frac)
         if word == 32:  # the twin is 2^-17: its share is less than half a bit
-            assert twin.apart(value)[1][0] * 2.0 ** (8 - word) < 0.5 * lsb
+            assert twin.deviation(value)[1][0] * 2.0 ** (8 - word) < 0.5 * lsb
         assert twin.leaves(value).tolist() == [wrong]
     for moved, wrong in ((64, False), (65, True)):
         twin, value = twin_of(0.0, 1.0, "product", sign * moved, word)
@@ -71,7 +71,7 @@ def test_so_large_a_share_is_rounding(word: int) -> None:
 
 def test_terms_that_cancel_count_as_large_as_they_are() -> None:
     twin, value = twin_of(0.7, 0.75, "sum", 0)
-    deviation, size = twin.apart(value)
+    deviation, size = twin.deviation(value)
     assert size[0] == pytest.approx(2 * 0.525, abs=1e-3) and deviation[0] < 1e-4
     share = int(2.0 ** (8 - 18) * size[0] * 2.0 ** twin.program.values[value].frac)
     assert share > 60
@@ -103,10 +103,10 @@ def test_only_an_angle_comes_round(output: str, value: float) -> None:
     number = program.outputs[program.output_names.index(output)]
     assert abs(program.format(number).real(words[number])[0]) == value
     twin = Twin(program, build.nodes[0], words)
-    assert twin.apart(number)[0][0] < 1e-8 and twin.leaves(number).tolist() == [False]
+    assert twin.deviation(number)[0][0] < 1e-8 and twin.leaves(number).tolist() == [False]
     if output == "number":
         words[number] = words[number] - (2 << program.values[number].frac)
-        assert twin.apart(number)[0][0] == pytest.approx(2.0)
+        assert twin.deviation(number)[0][0] == pytest.approx(2.0)
         assert twin.leaves(number).tolist() == [True]
 
 
@@ -120,8 +120,8 @@ def test_what_is_no_number_has_left(monkeypatch: pytest.MonkeyPatch) -> None:
     lsb = build.programs[0].format(value).lsb
     assert 0.0 < errors[value].largest < 64.0 * lsb  # of the first update alone
     assert errors[value].samples == 1 and errors[value].rms == errors[value].largest
-    apart = np.array([2.0, 0.0]), np.array([1.0, np.inf])  # one divided by zero
-    monkeypatch.setattr(Twin, "apart", lambda twin, value: apart)
+    deviation = np.array([2.0, 0.0]), np.array([1.0, np.inf])  # one divided by zero
+    monkeypatch.setattr(Twin, "deviation", lambda twin, value: deviation)
     errors = rounding_errors(build.programs[0], build.nodes[0], words, states)
     assert (errors[value].samples, errors[value].rms) == (1, 2.0)
 

@@ -41,7 +41,7 @@ def text(*, left: int = 0) -> str:
     known = [Quantity("angle", "angle: largest error from float64", "deg"), *FIGURES]
     known = [q for q in known if any(q.name in row.figures for row in ROWS)]
     demands = demands_of("angle<0.1", known)
-    return render_page(page_data("e", ROWS, known, demands, known[2], ["a choice"], left=left))
+    return render_page(page_data("e", ROWS, known, demands, known[2], ["a choice"], remaining=left))
 
 
 def test_it_needs_nothing_from_elsewhere() -> None:
@@ -52,7 +52,7 @@ def test_it_needs_nothing_from_elsewhere() -> None:
 
 def test_how_far_an_estimated_clock_is_off_is_said() -> None:
     rows = [dataclasses.replace(ROWS[0], clock=128.4, clock_is="estimate")]
-    said, unsaid = (page_data("e", r, [], [], None, [], left=0)["lines"] for r in (rows, ROWS))
+    said, unsaid = (page_data("e", r, [], [], None, [], remaining=0)["lines"] for r in (rows, ROWS))
     assert "1 to 41 % below the routed clock" in "".join(said) and not unsaid
 
 

@@ -19,7 +19,7 @@ from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.verdict import judge
 from boresight.sim.fit import fitting
 from boresight.sim.fit.choose import between
-from boresight.sim.fit.fitting import Effect, effect, fitted, kept
+from boresight.sim.fit.fitting import Effect, effect, fitted, select_ranges
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
@@ -196,10 +196,10 @@ def test_a_proven_covariance_keeps_its_intervals(monkeypatch: pytest.MonkeyPatch
 def test_ranges_that_saturate_on_the_records_are_left_out(records: dict[str, Any]) -> None:
     """A profile is no worse than none: here its innovations have a hundredth of their range."""
     fit = fitted(Motor(), records)
-    assert kept(fit, records).profile.ranges
+    assert select_ranges(fit, records).profile.ranges
     ranges = {n: (0.01 * low, 0.01 * high) for n, (low, high) in fit.profile.ranges.items()}
-    choice = kept(replace(fit, profile=replace(fit.profile, ranges=ranges)), records)
-    assert choice.whole.saturated_updates and choice.profile.ranges == {}
+    choice = select_ranges(replace(fit, profile=replace(fit.profile, ranges=ranges)), records)
+    assert choice.full.saturated_updates and choice.profile.ranges == {}
     assert choice.after is choice.before
 
 
@@ -239,6 +239,6 @@ def test_what_is_kept_of_a_profile(
         return Effect(tuple(Difference(n, "", 9, x, x, 0, t) for n, x, t in each), 0, 0)
 
     monkeypatch.setattr(fitting, "effect", measured)
-    ranges = kept(fit, records).profile.ranges
+    ranges = select_ranges(fit, records).profile.ranges
     count = {"whole": len(fit.profile.ranges), "none": 0}
     assert 0 < len(ranges) < count["whole"] if wanted == "two" else len(ranges) == count[wanted]

@@ -13,7 +13,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.estimators import FILTERS
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.covariance import initial_covariances
-from boresight.sim.fit.fitting import Effect, effect, fitted, kept
+from boresight.sim.fit.fitting import Effect, effect, fitted, select_ranges
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
@@ -38,7 +38,7 @@ def test_half_of_a_log(name: str) -> None:
     whole = {"log": feed(estimator, record).inputs}
     half = {"log": whole["log"][: len(whole["log"]) // 2]}
     fit = fitted(estimator, half, starts=initial_covariances(estimator))
-    for profile in (fit.profile, kept(fit, half).profile):
+    for profile in (fit.profile, select_ranges(fit, half).profile):
         on_all = effect(estimator, profile, whole)
         assert isinstance(on_all, Effect)
         print(f"{name}: {len(profile.ranges)} formats, {on_all.saturated_updates} saturated")

@@ -109,7 +109,7 @@ PARTS = {
     ),
     "attitude output": (
         *("system.attitude_output", "output.frames_2"),
-        *(lambda b: attitude_output.Sent(b.AttitudeOutput(text=False, most=2)), 56),
+        *(lambda b: attitude_output.Sent(b.AttitudeOutput(text=False, outputs=2)), 56),
     ),
     "attitude output with lines": (
         *("system.attitude_output", "output.frames_and_lines"),

@@ -45,7 +45,7 @@ def test_numpy_is_the_reference() -> None:
     with pytest.raises(ValueError, match="shorter"):
         result.step(records[0, :-1])
     with pytest.raises(ValueError, match="shorter"):
-        result.kept = result.kept[:-1]
+        result.native_states = result.native_states[:-1]
 
 
 class Delay(Estimator):

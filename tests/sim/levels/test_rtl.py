@@ -163,8 +163,8 @@ def test_which_simulators_a_check_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_icarus_is_not_waited_for() -> None:
     build = Build(Narrow(), word=18)
     cycles = build.core.schedule.interval
-    assert Simulated(build).most is None
-    assert Simulated(build, tool="icarus").most == module.ICARUS_CYCLES // cycles > 1
+    assert Simulated(build).record_limit is None
+    assert Simulated(build, tool="icarus").record_limit == module.ICARUS_CYCLES // cycles > 1
 
 
 def test_what_was_never_made_is_closed_quietly() -> None:

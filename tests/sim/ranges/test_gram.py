@@ -15,7 +15,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import claims_of
-from boresight.sim.ranges.covariances import Drawn
+from boresight.sim.ranges.covariances import RandomCovariances
 from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.norms import Norms
 from boresight.sim.ranges.ranges import examine
@@ -354,15 +354,17 @@ def farthest(estimator, program, nodes, claims):
     draws = [lambda rng, states: states]
     try:
         covariance = covariance_of(estimator)
-        draws += [Drawn(covariance, program, whole=whole).states for whole in (False, True)]
+        draws += [
+            RandomCovariances(covariance, program, limit_sum=each).states for each in (False, True)
+        ]
     except InputError:
         pass
     searches = []
     for draw in draws:
         searches.append(Search(estimator, program, nodes, claims, drawn_states=within(draw)))
         searches[-1].run(32)
-    reached = np.max([np.maximum(-s.least, s.most) for s in searches], axis=0)
-    return reached, np.any([s.broken for s in searches], axis=0)
+    reached = np.max([np.maximum(-s.low, s.high) for s in searches], axis=0)
+    return reached, np.any([s.violations for s in searches], axis=0)
 
 
 @pytest.mark.parametrize("name", ["pmsm", "battery", "mekf"])

@@ -13,7 +13,7 @@ from boresight.model.resolve import estimator_of
 from boresight.sim.ranges import ranges
 from boresight.sim.ranges.boxes import proof_of, reached_cells
 from boresight.sim.ranges.claims import Assumptions, claims_of
-from boresight.sim.ranges.coefficients import Coefficient, conditions_in, known_from
+from boresight.sim.ranges.coefficients import Coefficient, conditions_in, sources_of
 from boresight.sim.ranges.gram import Gram
 from boresight.sim.ranges.ranges import examine
 from boresight.sim.ranges.vectors import Vectors
@@ -480,7 +480,7 @@ def test_what_the_ends_of_a_side_follow_from():
     (condition,) = conditions_in(outer.node)
     ends = Coefficient(nodes=(outer.node,)).ends({condition: 2})
     assert ends == (-0.5, 0.5)
-    assert small.node in [n.args[0] for n in known_from(outer.node) if n.kind == "bounded"]
+    assert small.node in [n.args[0] for n in sources_of(outer.node) if n.kind == "bounded"]
 
 
 def test_ends_rest_on_a_claim_or_on_what_it_is_of():
@@ -489,4 +489,4 @@ def test_ends_rest_on_a_claim_or_on_what_it_is_of():
         total = claiming(lambda x, u, p: u.a + ops.bounded(u.b, -1.0, 1.0, "b"), -claimed, claimed)
         _, nodes = total.compile_traced()
         (outer,) = (n for n in nodes.values() if n.kind == "bounded" and n.high == claimed)
-        assert [*known_from(outer)] == ([outer] if own else [outer.args[0]])
+        assert [*sources_of(outer)] == ([outer] if own else [outer.args[0]])

@@ -137,7 +137,7 @@ def test_no_claim_is_proven_that_a_search_breaks(estimator):
     vectors = Vectors(program, nodes)
     tried = 0
     for claim, reach in zip(claims, search.reach(), strict=True):
-        most = max(-reach.least, reach.most)
+        most = max(-reach.low, reach.high)
         if np.isfinite(most) and most > 1e-3 * claim.size:
             end = (1.0 - 2.0**-9) * most
             false = replace(claim, low=max(claim.low, -end), high=min(claim.high, end))

@@ -166,14 +166,14 @@ def test_noise_is_left_out_where_another_vector_has_none_of_it(monkeypatch):
     assert traces._without_noise(noisy, noisy) is noisy
     along = gram.space.add(noisy.at / noisy.length[:, None], measured=noisy)
     # What a measurement along it leaves has a part of its noise.
-    left = gram.space.less(noisy, along)
+    left = gram.space.remainder(noisy, along)
     assert traces._without_noise(left, other) is left
     alone = gram.space.add(other.at / other.length[:, None], measured=other)
-    left = gram.space.less(noisy, alone)
+    left = gram.space.remainder(noisy, alone)
     monkeypatch.setattr(inner_products, "_VECTORS", 0)
     assert traces._without_noise(left, other) is left  # no room for another vector
     monkeypatch.undo()
-    assert traces._without_noise(left, other) is gram.space.less(plain, alone)
+    assert traces._without_noise(left, other) is gram.space.remainder(plain, alone)
 
 
 def test_a_gain_is_compared_with_what_it_stands_for():

@@ -281,7 +281,7 @@ def test_a_proof_without_claims_says_which_words_it_takes():
     program, nodes = estimator.compile_traced()
     claim = next(c for c in claims_of(program, nodes) if c.reason == "across")
     proof = Prover(estimator, program, nodes).without([], {}).proof_of(claim)
-    assert proof.passed == Vectors(program, nodes).proof_of(claim).passed != ()
+    assert proof.aliases == Vectors(program, nodes).proof_of(claim).aliases != ()
 
 
 class Root(Estimator):
@@ -323,7 +323,7 @@ def test_no_claim_is_proven_that_a_search_breaks(estimator):
     methods = (Vectors(program, nodes).proof_of, *without.methods)
     tried = 0
     for claim, reach in zip(claims, search.reach(), strict=True):
-        most = max(-reach.least, reach.most)
+        most = max(-reach.low, reach.high)
         if np.isfinite(most) and most > 1e-3 * claim.size:
             end = (1.0 - 2.0**-9) * most
             false = replace(claim, low=max(claim.low, -end), high=min(claim.high, end))

@@ -131,7 +131,7 @@ def test_a_log_in_pieces_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None
     build = Build(estimator("complementary"), word=20)  # parts from float64
     (whole,) = Check(build, levels=("c",)).run(record)
     monkeypatch.setattr(module, "KEPT", 256)
-    (short,) = Check(build, levels=("c",)).run(record, whole=False)
+    (short,) = Check(build, levels=("c",)).run(record, keep_all=False)
     assert len(short.given) == 256 and short.rows == whole.rows == 2750
     wanted, result = section(whole), section(short)
     assert result[1] == wanted[1] and any("BEYOND" in text for text in wanted[1])
@@ -146,7 +146,7 @@ def test_a_log_in_pieces_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None
             ]
     assert result[0] == wanted[0]
     seen, every = (Observed.of(build.programs[0], [check]) for check in (short, whole))
-    assert seen.said == every.said
+    assert seen.summary == every.summary
     assert all(np.array_equal(a, b) for a, b in zip(seen.ranges[0], every.ranges[0], strict=True))
     assert seen.influences == every.influences
     for n, error in every.errors.items():

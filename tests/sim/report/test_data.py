@@ -365,7 +365,7 @@ def test_extremes_are_those_of_the_interpreter(core: Core, check: CheckResult) -
     result, machine = Observed.of(core.program, [check]), Interpreter(core.program)
     words_of_log = result.words
     assert result.logs == ["synthetic_60s"] and len(words_of_log) == 300
-    assert result.said == "300 updates of synthetic_60s"
+    assert result.summary == "300 updates of synthetic_60s"
     rows = []
     for row in words_of_log:
         machine.update(row[:, None])
@@ -414,7 +414,7 @@ def test_several_logs_each_from_a_reset_on() -> None:
     assert result.saturations(after) == 0
     assert result.reached(after) == (-1.0, 6.0)
     assert all(e.samples == 15 for e in result.errors.values()) and result.errors
-    assert result.said == "6 updates of up, 6 updates of again, 3 updates of down"
+    assert result.summary == "6 updates of up, 6 updates of again, 3 updates of down"
 
 
 @pytest.mark.parametrize(

@@ -165,14 +165,15 @@ def test_a_reset_between_records() -> None:
         np.array([2, 2, 0, -1, 9], dtype=np.int64).tobytes()
         + np.array([1, 2, 1, 3, 4, 0, 5, 6, 0, -1, 7], dtype=np.int32).tobytes()
     )
-    run = batch.result(_words([1, 0, -2, 2, 1, 5], [7, 8, 9], [3, 4, 5], []).read, word=18, who="x")
+    results = _words([1, 0, -2, 2, 1, 5], [7, 8, 9], [3, 4, 5], [])
+    run = batch.result(results.read, word=18, tool="x")
     assert run.outputs.tolist() == [[7, 0], [8, 9]]
     assert run.latency_cycles.tolist() == [[4, 0], [5, 6]]
     assert run.interval_cycles.tolist() == [-2, 5]
     assert run.saturated.tolist() == [False, True]
     lost = _words([1, 0, 4], [7], [3], [])
     with pytest.raises(ReplayFailed, match="^x: unknown value$"):
-        batch.result(lost.read, word=18, who="x", fault="unknown value")
+        batch.result(lost.read, word=18, tool="x", fault="unknown value")
 
 
 def test_register_writes_of_known_and_of_unknown_words() -> None:
@@ -180,7 +181,7 @@ def test_register_writes_of_known_and_of_unknown_words() -> None:
     one = np.ones(1, dtype=np.int64)
     batch = Batch(one[:, None], n_in=one, n_out=one, bus_writes=(), stall=0, trace=0, limit=9)
     packed = _words([1, 0, 5], [7], [3], [0, 0, -1, 2, 1, -1, 4, 3])
-    run = batch.result(packed.read, word=18, who="x")
+    run = batch.result(packed.read, word=18, tool="x")
     assert run.writes == (RegisterWrite(0, 0, 2**18 - 1, 2), RegisterWrite(1, -1, None, 3))
     assert run.latency_cycles.tolist() == [[4]]
 

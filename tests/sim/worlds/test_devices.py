@@ -33,6 +33,6 @@ def test_magnetometer_is_in_microtesla():
 
 
 def test_every_fact_says_how_sure_it_is_and_from_where():
-    assert {f.sure for f in FACTS} <= {"maker", "user", "sibling", "paper", "inferred", "guess"}
+    assert {f.evidence for f in FACTS} <= {"maker", "user", "sibling", "paper", "inferred", "guess"}
     assert all(f.source for f in FACTS)
     assert len({(f.device, f.name) for f in FACTS}) == len(FACTS)

@@ -138,14 +138,14 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = [k for k in kinds() if options.only is None or options.only in k]
     parser.error(f"--only {options.only}: nothing has this in its name") if not chosen else None
     seeds = dict.fromkeys(chosen, 0)
-    for row in journal.done.values():
+    for row in journal.rows.values():
         if row["kind"] in seeds:
             seeds[row["kind"]] = max(seeds[row["kind"]], row["seed"] + 1)
     for _, row in dispatch(options.jobs, _turns(seeds, folder, end)):
         journal.add([row])
         text = "".join(f"\n  {wrong}" for wrong in row["wrong"])
         print(f"{row['key']}: {row['cases']} in {row['seconds']} s{text}", flush=True)
-        (folder / "soak.html").write_text(page(journal.done), encoding="utf-8")
-    findings = sum(len(row["wrong"]) for row in journal.done.values())
-    print(f"{findings} findings in {len(journal.done)} tasks: {folder / 'soak.html'}")
+        (folder / "soak.html").write_text(page(journal.rows), encoding="utf-8")
+    findings = sum(len(row["wrong"]) for row in journal.rows.values())
+    print(f"{findings} findings in {len(journal.rows)} tasks: {folder / 'soak.html'}")
     return int(findings > 0)

@@ -23,7 +23,7 @@ def told() -> Callable[..., Turned]:
             outputs={"scale_up": np.array([1e-5, 2e-5])},
             error=error,
             square={"pitch": 1e-14, "heading": 4e-14},
-            most={"pitch": 1e-7, "heading": 3e-7},
+            largest={"pitch": 1e-7, "heading": 3e-7},
             least_eigenvalue=800.0,
             saturated=0,
             used=40,

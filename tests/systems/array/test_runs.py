@@ -87,10 +87,10 @@ def test_what_stays_of_a_run(seed: int, monkeypatch: pytest.MonkeyPatch) -> None
     for name, values in result.outputs.items():
         np.testing.assert_array_equal(values, loop.outputs[name][ERECTED + EVERY :: EVERY])
     for d in differences(outputs, loop.outputs, {name: real[name] for name in ANGLES}):
-        assert result.most[d.output] == d.largest > 0.0
+        assert result.largest[d.output] == d.largest > 0.0
         assert result.square[d.output] == pytest.approx(d.rms**2, rel=1e-9)
     assert loop.run.states is not None
     p = covariance_of(build.estimators[0]).of_words(build.programs[0], loop.run.states[-1:])
     assert 0.0 < result.least_eigenvalue <= np.linalg.eigvalsh(p).min()
     plain = turned(world, build)
-    assert (plain.most, plain.square, plain.least_eigenvalue) == ({}, {}, np.inf)
+    assert (plain.largest, plain.square, plain.least_eigenvalue) == ({}, {}, np.inf)

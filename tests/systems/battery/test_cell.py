@@ -44,9 +44,9 @@ def test_an_offset_of_the_current_does_not_add_up() -> None:
     assert outcome["charge_max"] < 0.01 < 0.04 < outcome["counted_max"]
 
 
-def test_resistances_that_are_told() -> None:
-    known, told = (run(name, range(1, 2)).pooled()["charge_max"] for name in ("cold", "cold_told"))
-    assert told < 0.02 < 0.1 < known
+def test_matched_resistances() -> None:
+    plain, matched = (run(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_matched"))
+    assert matched < 0.02 < 0.1 < plain
 
 
 def test_levels_agree_and_float64_is_the_textbook() -> None:
@@ -89,7 +89,7 @@ def test_the_world_conserves_charge_and_relaxes() -> None:
 
 
 def test_an_unknown_cell_is_refused() -> None:
-    with pytest.raises(InputError, match="a cell, known, aged.*found 'new'"):
+    with pytest.raises(InputError, match="cell: wanted one of known, aged.*found 'new'"):
         Discharge("new")
 
 

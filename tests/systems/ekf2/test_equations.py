@@ -46,7 +46,7 @@ def drawn(ekf: Ekf2, seed: int) -> Book:
     x[6:9], x[23] = draw.normal(0.0, 30.0, 3), 60.0
     x[9:12], x[12:15] = draw.normal(0.0, 0.01, 3), draw.normal(0.0, 0.1, 3)
     x[15:18], x[18:21] = draw.normal((0.2, 0.0, 0.4), 0.02), draw.normal(0.0, 0.02, 3)
-    sd = 0.3 * np.array(ekf.most)
+    sd = 0.3 * np.array(ekf.largest_sd)
     spread = sd[:, None] * np.linalg.qr(draw.normal(size=(24, 24)))[0]
     return Book(q, x, spread @ np.diag(draw.uniform(0.3, 1.0, 24)) @ spread.T)
 
@@ -89,7 +89,7 @@ def predicted(ekf: Ekf2, book: Book, inputs: dict[str, float]) -> None:
 
 def same(ours: Book, book: Book, ekf: Ekf2) -> None:
     """Within 1e-9 of their sizes: P in shares of the standard deviations."""
-    most = np.array(ekf.most)
+    most = np.array(ekf.largest_sd)
     assert np.abs(ours.q - book.q).max() < 1e-9
     assert np.abs((ours.x - book.x) / np.maximum(np.abs(book.x), most)).max() < 1e-9
     assert np.abs((ours.cov - book.cov) / np.outer(most, most)).max() < 1e-9

@@ -83,9 +83,7 @@ def test_what_is_not_there() -> None:
     assert not (kind == KINDS.index("field")).any()
     assert not (kind[here] == KINDS.index("velocity")).any()
     assert (kind[:200] == KINDS.index("velocity")).any()
-    with pytest.raises(
-        InputError, match="wanted kinds of measurements, velocity, .* found 'sonar'"
-    ):
+    with pytest.raises(InputError, match="world flight, without: wanted .* found 'sonar'"):
         Flight(without=("sonar",))
 
 

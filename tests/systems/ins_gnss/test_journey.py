@@ -94,7 +94,7 @@ def test_float64_is_the_textbook() -> None:
 
 
 def test_an_unknown_carrier_is_refused() -> None:
-    with pytest.raises(InputError, match="vehicle or drone, found 'ship'"):
+    with pytest.raises(InputError, match="carrier: wanted one of vehicle, drone, found 'ship'"):
         Journey("ship")
 
 

@@ -67,7 +67,7 @@ def test_float64_is_the_textbook() -> None:
 
 
 def test_an_unknown_machine_is_refused() -> None:
-    with pytest.raises(InputError, match="a machine, known, warm.*found 'cold'"):
+    with pytest.raises(InputError, match="machine: wanted one of known, warm.*found 'cold'"):
         Motor("cold")
 
 

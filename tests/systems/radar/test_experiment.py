@@ -99,7 +99,7 @@ def test_a_run_is_what_world_and_filter_say() -> None:
     assert np.abs(run.error[-1, [2, 5]]).max() < 0.1
     assert run.before[50] == pytest.approx(run.after[50], abs=0.01)
     assert np.abs(run.after[-1]).max() < 0.2 * np.abs(run.before[-1]).max()
-    assert run.saturated == 0 and run.apart < 1e-3
+    assert run.saturated == 0 and run.deviation < 1e-3
 
 
 def test_first_is_in_noise_units() -> None:
