@@ -9,7 +9,7 @@ from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import DIVISOR_MIN
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.verilog import to_verilog
-from tests.support.bench import Pins, run_bench
+from tests.support.bench import Pins, put, run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
@@ -121,6 +121,17 @@ def test_counts_flag() -> None:
     out, _ = happenings([b"\n", b"1, 2, 3\r\n", b"1.0, 2.0, 3.0\r\n"], after=100)
     assert [what for _, what in out if isinstance(what, str)] == ["counts_line", "heading_line"]
     assert [what for _, what in out if isinstance(what, set)] == [{"stale"}, {"counts"}, set()]
+
+
+def test_commands_leave_on_the_line(simulate, listen) -> None:
+    dut, received = Hmr3300(**SLOW), bytearray()
+
+    async def bench(ctx):
+        await put(ctx, dut.command, ord("Q"))
+        await ctx.tick().repeat(4 * 10 * dut.divisor)
+
+    simulate(dut, bench, listen(dut.tx, dut.divisor, received))
+    assert received == b"*Q\r\n"
 
 
 def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
