@@ -68,8 +68,8 @@ def _after_header(mode: str, folder: Path, command: list[str]) -> list[str]:
 
 
 def _key(command: list[str], include: Path) -> str:
-    """Hash of everything that affects the object; names of folders do not."""
-    flags = [word.replace(str(include), "include") for word in command]
+    """Hash of everything that affects the object; names of folders and traces of a bench do not."""
+    flags = [word.replace(str(include), "include") for word in command if "-DVM_TRACE" not in word]
     return hashlib.sha256(
         b"\0".join([_version(command[0]), _library(include), *(word.encode() for word in flags)])
     ).hexdigest()[:32]

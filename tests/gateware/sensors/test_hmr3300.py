@@ -34,6 +34,13 @@ def test_times(clock_hz: float) -> None:
     assert dut.quiet_s > 2 / LINES_HZ  # a line that is lost is no silence
 
 
+def test_a_tick_is_short_beside_the_times_but_at_least_a_cycle() -> None:
+    clock = 1 << 20
+    assert Hmr3300(clock_hz=clock, quiet_s=1 / 64).tick_cycles == clock >> 6 + 2
+    assert Hmr3300(clock_hz=clock, stale_s=1 / 64).tick_cycles == clock >> 6 + 3
+    assert Hmr3300(clock_hz=8, baud=1).tick_cycles == 1
+
+
 def happenings(
     data: list, *, after: int = 0, mode: int = 0, **times: float
 ) -> tuple[list, Hmr3300]:
@@ -48,21 +55,26 @@ def happenings(
         now, flags = 0, None
         ctx.set(dut.mode, mode)
 
+        def look() -> None:
+            nonlocal flags
+            seen = shown.get(ctx)
+            events = seen["events"]
+            out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
+            if seen["line"]:
+                out.append((now, tuple(ctx.get(value) for value in dut.values)))
+            if (raised := {name for name in FLAGS if seen[name]}) != flags:
+                flags = raised
+                out.append((now, raised))
+
         async def wait(cycles: int) -> None:
-            nonlocal now, flags
+            nonlocal now
             for _ in range(cycles):
                 await ctx.tick()
                 now += 1
                 ctx.set(dut.time, now)
-                seen = shown.get(ctx)
-                events = seen["events"]
-                out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
-                if seen["line"]:
-                    out.append((now, tuple(ctx.get(value) for value in dut.values)))
-                if (raised := {name for name in FLAGS if seen[name]}) != flags:
-                    flags = raised
-                    out.append((now, raised))
+                look()
 
+        look()
         for item in data:
             if isinstance(item, int):
                 await wait(item)

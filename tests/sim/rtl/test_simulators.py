@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.disk.cache import Cache
 from boresight.gateware.core import build_core
 from boresight.model.errors import ToolMissing
 from boresight.sim.rtl import cosim, simulators, verilator
@@ -222,6 +223,21 @@ def test_one_library_for_all_that_it_is_compiled_for_alike(tool: Tool, tmp_path:
         build_program(tmp_path / "p", SOURCES, arguments, top="a", cocotb=cocotb)
     assert len(set(tool.identities[:3])) == 1
     assert len(set(tool.identities)) == 1 + len(other)
+    assert all(("--vpi" in x) != ("--main" in x) for x in tool.identities)
+
+
+def test_one_for_traces_begins_with_the_objects_of_the_one_without(tmp_path, monkeypatch) -> None:
+    seen: list[set[str]] = []
+
+    def built(*args: object, objects: str, **options: object) -> None:
+        folder = Path(shlex.split(objects)[-1])
+        seen.append({path.name for path in folder.glob("*.o")})
+        (folder / f"{len(seen)}.o").touch()
+
+    monkeypatch.setattr(verilator, "_build", built)
+    monkeypatch.setattr(verilator, "Cache", lambda: Cache(tmp_path / "cache"))
+    build_program(tmp_path / "p", SOURCES, ["--trace-vcd"], top="a")
+    assert seen == [set(), {"1.o"}, {"1.o", "2.o"}]
 
 
 @pytest.mark.parametrize(("known", "more"), [(None, []), ("/own", ["/own"]), ("", [])])
@@ -366,8 +382,8 @@ def builds(tmp_path: Path) -> Builds:
 
 
 def test_the_second_build_takes_what_the_first_made(builds: Builds) -> None:
-    assert builds.make() == builds.make() == (0, "library")
-    assert builds.count() == 1
+    assert builds.make() == builds.make() == builds.make(flags="-O1 -DVM_TRACE=1")
+    assert builds.make() == (0, "library") and builds.count() == 1
     assert [path.suffix for path in builds.cache.iterdir()] == [".o"], "nothing else is left"
 
 
