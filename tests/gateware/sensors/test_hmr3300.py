@@ -143,6 +143,14 @@ def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
     assert dut.timeout_cycles < late[0] - sent[0] < 2 * dut.timeout_cycles
 
 
+def test_a_refusal_ends_the_attempt_that_is_under_way() -> None:
+    out, _ = happenings([9000, b"\n#I\r\n"], mode=2, timeout_s=0.05, quiet_s=0.02)
+    names = [what for _, what in out if isinstance(what, str)]
+    assert names[0] == "command_sent" and {*names[1:]} == {"invalid_command", "command_timed_out"}
+    flags = [what for _, what in out if isinstance(what, set)]
+    assert flags == [{"stale"}, {"stale", "commanding"}, {"stale"}]
+
+
 def test_a_compass_that_goes_on_is_not_stopped() -> None:
     """Its bytes are heard: no command counts as obeyed, and the time-out comes."""
     lines = [b"\n", *(b"1.0, 2.0, 3.0\r\n", 500) * 9]
