@@ -44,7 +44,7 @@ def test_a_tick_is_short_beside_the_times_but_at_least_a_cycle() -> None:
 def happenings(
     data: list, *, after: int = 0, mode: int = 0, **times: float
 ) -> tuple[list, Hmr3300]:
-    """(cycle, event or flags) while bytes or pauses of so many cycles come."""
+    """(cycle, event or flags) while bytes (0: no stop bit) or pauses of so many cycles come."""
     top, dut = Module(), Hmr3300(**{**SLOW, **times})
     top.submodules.dut = dut
     flags_of_it = {name: getattr(dut.flags, name) for name in FLAGS}
@@ -78,11 +78,11 @@ def happenings(
         for item in data:
             if isinstance(item, int):
                 await wait(item)
-            else:
-                for byte in item:
-                    for bit in (0, *(byte >> k & 1 for k in range(8)), 1):
-                        ctx.set(dut.rx, bit)
-                        await wait(dut.divisor)
+                continue
+            for byte in item:
+                for bit in (0, *(byte >> k & 1 for k in range(8)), 1) if byte else (*[0] * 10, 1):
+                    ctx.set(dut.rx, bit)
+                    await wait(dut.divisor)
         await wait(after)
 
     run_bench(top, bench)
@@ -161,12 +161,13 @@ def test_silence_is_the_quiet_time_and_up_to_a_tick_more(begin: int) -> None:
     assert 6 <= (at["command_acknowledged"] - at["command_sent"]) / dut.tick_cycles <= 7
 
 
-def test_line_with_a_pause_in_it_is_rejected() -> None:
+def test_line_with_a_pause_or_a_framing_error_in_it_is_rejected() -> None:
     _, dut = happenings([])
     pause = 2 * dut.tick_cycles
     for data, wanted in (
         ([b"\n", b"12", pause, b"3.4, 5.6, 7.8\r\n"], ["rejected_line"]),
         ([b"\n", pause, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
+        ([b"\n12\x003.4, 5.6, 7.8\r\n"], ["framing_error", "rejected_line"]),
         ([b"\n", b"12", dut.tick_cycles - 100, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
     ):
         out, _ = happenings(data, after=100)
