@@ -20,6 +20,8 @@ def called(
     where: str,
     wanted: str,
     fix: str = "correct it",
+    kind: Any = object,
+    answer: str = "correct what it returns",
     **options: Any,
 ) -> T:
     """Call a method of a user's class.
@@ -28,16 +30,20 @@ def called(
     ----------
     where, wanted, fix : str
         For the message (`InputError.at`); the line of the error is added to ``where``.
+    kind : type or union of types
+        Of what the method returns.
+    answer : str
+        The remedy where it returns anything else.
 
     Raises
     ------
     InputError
-        The method raises something, or does not take these arguments.
+        The method raises something, does not take these arguments, or returns no ``kind``.
     Exception
         Unchanged: our own kinds, lack of memory, and errors without a line of a user.
     """
     try:
-        return call(*args, **options)
+        result = call(*args, **options)
     except (Exception, SystemExit) as error:
         from_boresight = type(error).__module__.startswith("boresight.")
         if from_boresight or isinstance(error, MemoryError | BrokenPipeError):
@@ -50,6 +56,9 @@ def called(
         text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
         place = f"{where}, {line}" if line else where
         raise InputError.at(place, wanted=wanted, found=text[:200], fix=fix) from error
+    if not isinstance(result, kind):
+        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=answer)
+    return result
 
 
 def _accepts(call: Callable[..., Any], *args: Any, **options: Any) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from boresight.model.arrays import FloatArray
+from boresight.model.estimator import SecondForm
 from boresight.model.methods import called
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
@@ -27,6 +28,8 @@ def beside_textbook(
         build.params[number],
         where=f"estimator {estimator.name}, textbook",
         wanted="a second form or None",
+        kind=SecondForm | None,
+        answer="return SecondForm(outputs={NAME: ARRAY})",
     )
     if book is None:
         return (), ()

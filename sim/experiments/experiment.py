@@ -176,10 +176,9 @@ def result_of(
     if type(experiment).run is Experiment.run:
         fix = "write it: it returns Result(figures={...}, targets=(...))"
         raise InputError.at(where, wanted="a method run", found="none", fix=fix)
-    result = called(experiment.run, where=where, wanted=wanted, seed=seed, runs=runs, say=say)
     fix = "return Result(figures={NAME: NUMBER}, targets=(Target(...), ...))"
-    if not isinstance(result, Result):
-        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=fix)
+    texts = {"where": where, "wanted": wanted, "answer": fix}
+    result = called(experiment.run, **texts, kind=Result, seed=seed, runs=runs, say=say)
     if not isinstance(result.figures, Mapping):
         found = f"figures of type {type(result.figures).__name__}"
         raise InputError.at(where, wanted=wanted, found=found, fix=fix)

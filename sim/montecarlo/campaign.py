@@ -198,7 +198,13 @@ def _nees(
     estimator = campaign.estimator
     where, wanted = f"estimator {estimator.name}, error_covariance", "names and covariances"
     covariances = called(
-        estimator.error_covariance, at_marks, campaign.values, where=where, wanted=wanted
+        estimator.error_covariance,
+        at_marks,
+        campaign.values,
+        where=where,
+        wanted=wanted,
+        kind=tuple | None,
+        answer="return (names, covariances) or None",
     )
     if covariances is None or not set(covariances[0]) <= set(errors):
         return [], 0

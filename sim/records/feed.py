@@ -226,8 +226,14 @@ def fitted(estimator: Estimator, record: Record) -> Estimator:
         if i.name in record.columns
     }
     rates = {name: rate * share for name, share in shares.items() if share}
-    where, wanted = f"estimator {estimator.name}, for_rates", "the estimator for sample rates"
-    return called(estimator.for_rates, rates | {"dt": rate}, where=where, wanted=wanted)
+    return called(
+        estimator.for_rates,
+        rates | {"dt": rate},
+        where=f"estimator {estimator.name}, for_rates",
+        wanted="the estimator for sample rates",
+        kind=Estimator,
+        answer="return an estimator, or self",
+    )
 
 
 def _timed(record: Record) -> bool:

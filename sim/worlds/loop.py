@@ -217,18 +217,11 @@ def _world(
     while steps is None or reader.rows < steps:
         start = time.perf_counter()
         if pieces is None:
-            columns, n = _guarded(world, world.record, outputs), 1
+            columns, n = _record(world, reader.rows, world.record, outputs), 1
         else:
-            columns = _guarded(world, next, pieces, None)
+            columns = _record(world, reader.rows, next, pieces, None)
         if columns is None:
             break
-        if not isinstance(columns, Mapping):
-            raise InputError.at(
-                f"world {world.name}, step {reader.rows}",
-                wanted="a record: values by input name, or None at the end",
-                found=type(columns).__name__,
-                fix="return a dictionary",
-            )
         if pieces is not None:
             columns, n = _rows(world, reader.rows, columns, steps)
         if not reader.rows and "dt" in columns:
@@ -338,3 +331,19 @@ def _guarded(world: World, call: Callable[..., Any], *args: object) -> Any:
     """Call a world's method; its exceptions become one line."""
     where, fix = f"world {world.name}", "correct the world"
     return called(call, *args, where=where, wanted="a record", fix=fix)
+
+
+def _record(
+    world: World, row: int, call: Callable[..., Any], *args: object
+) -> Mapping[str, Any] | None:
+    """The next record of a world, or the next piece; None at the end."""
+    record: Mapping[str, Any] | None = called(
+        call,
+        *args,
+        where=f"world {world.name}, step {row}",
+        wanted="a record: values by input name, or None at the end",
+        fix="correct the world",
+        kind=Mapping | None,
+        answer="return a dictionary",
+    )
+    return record

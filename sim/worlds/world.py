@@ -124,10 +124,10 @@ def bound_of(world: World, records: int) -> dict[str, FloatArray]:
     """
     where = f"world {world.name}, bound"
     wanted = f"standard deviations of {records} records by output name"
-    result: Any = called(world.bound, where=where, wanted=wanted, fix="correct the world")
     fix = "return {NAME: an array with a number for each record}"
-    if not isinstance(result, Mapping):
-        raise InputError.at(where, wanted=wanted, found=type(result).__name__, fix=fix)
+    result: Any = called(
+        world.bound, where=where, wanted=wanted, fix="correct the world", kind=Mapping, answer=fix
+    )
     bound = {}
     for name, values in result.items():
         try:

@@ -34,12 +34,12 @@ def _resistances(times: float) -> dict[str, float]:
 
 
 CASES = {name: Case(cell.meaning, name) for name, cell in CELLS.items()} | {
-    "aged_matched": Case(
+    "aged_told": Case(
         "aged, the filter has its capacity and resistances",
         "aged",
         {**_resistances(1.4), "capacity": 0.85 * CAPACITY},
     ),
-    "cold_matched": Case("cold, the filter has its resistances", "cold", _resistances(2.0)),
+    "cold_told": Case("cold, the filter has its resistances", "cold", _resistances(2.0)),
 }
 
 

@@ -283,7 +283,7 @@ def refused(tmp_path, capsys, monkeypatch):
         ("run good.py far.csv", "far.csv, line 4, column x: wanted -10 to 10 m, the declared ra"),
         ("check good.py far.csv", "far.csv, line 4, column x: wanted -10 to 10 m, the declared r"),
         ("run good.py bracket.csv", "wanted column names like gx or gx[deg/s], found 'x[m'"),
-        ("simulate world_raises.py good.py", "world plant, world_raises.py, line 8: wanted a re"),
+        ("simulate world_raises.py good.py", "world plant, step 2, world_raises.py, line 8: want"),
         ("simulate world_list.py good.py", "world plant, step 0: wanted a record: values by inp"),
         ("simulate world_lacks.py good.py", "world plant, step 0, x: wanted a value for every i"),
         (

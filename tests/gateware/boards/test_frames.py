@@ -191,7 +191,7 @@ def dispatch_run(
                 dut.bus.w_stb, dut.bus.w_ack, dut.bus.addr, dut.bus.w_data
             )
             asked.append(addr)
-            ctx.set(dut.bus.r_data, asked[-dut.read_cycles] ^ 0x155)
+            ctx.set(dut.bus.r_data, asked[-dut.read_cycles] ^ 0x2_0155)
             ctx.set(dut.grant, ctx.get(dut.request))  # as an arbiter: only who asks
             if stb and ack:
                 events.append(("write", addr, data))
@@ -230,14 +230,14 @@ def test_in_order(stalls: float, read_cycles: int) -> None:
     assert events == [
         ("record", [1, 2, 3]),
         ("answered",),
-        ("reply", Kind.READ, 513 ^ 0x155),
+        ("reply", Kind.READ, 513 ^ 0x2_0155),
         ("write", 7, 99),
         ("reply", Kind.WRITE, 7),
         ("write", 8, 98),
         ("reply", Kind.WRITE, 8),  # bits above the address: ignored
         ("record", [4, 5, 6]),
         ("answered",),
-        ("reply", Kind.READ, 1 ^ 0x155),
+        ("reply", Kind.READ, 1 ^ 0x2_0155),
     ]
 
 
@@ -260,7 +260,7 @@ def test_an_access_waits_for_the_record_before_it(inputs: int) -> None:
     assert events == [
         ("record", records[0]),
         ("answered",),
-        ("reply", Kind.READ, 3 ^ 0x155),
+        ("reply", Kind.READ, 3 ^ 0x2_0155),
         ("record", records[1]),
         ("answered",),
         ("write", 7, 9),

@@ -112,6 +112,8 @@ def test_part_of_a_word_is_refused() -> None:
         assert bench.memory == {5: 7} and await bench.read(ctx, 20) == 7
         assert await bench.write(ctx, 20, 9) == Response.OKAY
         assert bench.memory == {5: 9}
+        bench.memory[6] = 8
+        assert await bench.read(ctx, 24) == 8 and bench.memory == {5: 9, 6: 8}
 
     bench.run(test)
 

@@ -206,3 +206,26 @@ def test_a_port_chooses_the_program(simulate) -> None:
         assert ctx.get(dut.chosen) and not ctx.get(dut.request) and not ctx.get(dut.switch)
 
     simulate(dut, bench)
+
+
+def test_beside_that_port_a_write_waits_for_a_grant_of_its_own(simulate) -> None:
+    dut = Registers(machine=CONFIGS["small"], digest=0, programs=3, selector=True)
+
+    async def bench(ctx):
+        assert not ctx.get(dut.bus.w_ack)
+        ctx.set(dut.bus.w_stb, 1)
+        ctx.set(dut.choice, 2)
+        await ctx.tick()
+        ctx.set(dut.grant, 1)
+        assert ctx.get(dut.switch) and not ctx.get(dut.bus.w_ack)
+        await ctx.tick()
+        ctx.set(dut.grant, 0)
+        await ctx.tick()
+        assert ctx.get(dut.request) and not ctx.get(dut.bus.w_ack)
+        ctx.set(dut.grant, 1)
+        assert ctx.get(dut.bus.w_ack)
+        ctx.set(dut.grant, 0)
+        ctx.set(dut.bus.addr, 512)
+        assert ctx.get(dut.bus.w_ack)
+
+    simulate(dut, bench)

@@ -3,7 +3,8 @@
 import random
 
 import pytest
-from amaranth.hdl import Const, Module, Signal
+from amaranth.hdl import Array, Const, Module, Mux, Shape, Signal, Value
+from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.bus.counters import EventCounters
@@ -151,6 +152,15 @@ def test_members_of_a_block() -> None:
     }
 
 
+def test_without_a_reset_value_a_register_begins_with_0(simulate) -> None:
+    dut = Csr([Register("free", 0x40, RW, "", width=4)])
+
+    async def bench(ctx):
+        assert ctx.get(dut.free) == await read(ctx, dut, 0) == 0
+
+    simulate(dut, bench)
+
+
 def test_packed_word_has_its_fields_in_their_places(simulate) -> None:
     """In any order, with gaps, values shorter than their fields, a word that begins at bit 1."""
     fields = [BitField("high", 9, "", width=3), BitField("low", 3, "", width=4)]
@@ -221,7 +231,7 @@ async def counters_read(ctx, dut: EventCounters, index: int) -> int:
 
 
 @pytest.mark.parametrize("read_cycles", [1, 2])
-@pytest.mark.parametrize("count", [1, 5, 32])
+@pytest.mark.parametrize("count", [1, 2, 5, 32])
 def test_events_as_close_as_allowed(count: int, read_cycles: int, simulate) -> None:
     dut = EventCounters(count=count, bits=16, read_cycles=read_cycles)
     rng = random.Random(count)
@@ -289,6 +299,39 @@ def test_clear_and_wrap(simulate) -> None:
             await count(ctx, 0b101, 3)
             assert [await counters_read(ctx, dut, k) for k in range(3)] == [3, 0, 3]
             await ctx.tick().repeat(wait + 1)
+
+    simulate(dut, bench)
+
+
+class Colliding(memory.Memory):
+    """A block RAM: what is read from the place that is being written is wrong."""
+
+    def elaborate(self, platform):
+        m = Module()
+        words = Array(Signal(Shape.cast(self.shape), name=f"word{k}") for k in range(self.depth))
+        (writer,) = self.write_ports
+        for reader in self.read_ports:
+            wrong = writer.en & (writer.addr == reader.addr)
+            with m.If(reader.en):
+                m.d.sync += Value.cast(reader.data).eq(Mux(wrong, -1, words[reader.addr]))
+        with m.If(writer.en):
+            m.d.sync += words[writer.addr].eq(writer.data)
+        return m
+
+
+def test_a_counter_that_is_being_written_is_read(simulate, monkeypatch) -> None:
+    """As it was before."""
+    monkeypatch.setattr(memory, "Memory", Colliding)
+    dut = EventCounters(count=3, bits=3, read_cycles=2)
+
+    async def bench(ctx):
+        ctx.set(dut.index, 2)
+        seen = []
+        for cycle in range(4 * dut.interval):
+            ctx.set(dut.events, 4 * (cycle % dut.interval == 0))
+            await ctx.tick()
+            seen.append(ctx.get(dut.value))
+        assert seen == sorted(seen) and set(seen) == {0, 1, 2, 3, 4}
 
     simulate(dut, bench)
 

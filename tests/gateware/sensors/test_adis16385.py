@@ -6,6 +6,7 @@ import random
 import pytest
 from amaranth.hdl import Fragment
 
+from boresight.gateware.sensors import adis16385
 from boresight.gateware.sensors.adis16385 import Adis16385
 from boresight.gateware.sensors.adis16385_frames import (
     CHECKED,
@@ -15,6 +16,7 @@ from boresight.gateware.sensors.adis16385_frames import (
     write,
 )
 from boresight.gateware.sensors.adis16385_setup import Timing
+from boresight.gateware.serial.spi import HALF_MIN
 from boresight.gateware.verilog import to_verilog
 from tests.support.devices.adis16385_bench import PERIOD, ReaderBench, scaled_reader
 
@@ -103,41 +105,77 @@ def test_settings_are_written_and_kept(bench: ReaderBench) -> None:
     assert set(errors) == {4 * PERIOD}  # decimation by 2**2
 
 
+#: Waits of a few ticks of 256 cycles.
+QUICK = {"startup_s": 1e-4, "reset_s": 1e-5, "period_s": 1.3e-3, "timeout_periods": 1}
+
+
+async def answer_identity(ctx, dut: Adis16385, count: int) -> list[int]:
+    """So many frames, bit by bit at the pins, of a device that answers each with its identity."""
+    frames: list[int] = []
+    bits, falls, before, cycle = "", 0, 1, 0
+    while len(frames) < count:
+        clock, idle = ctx.get(dut.sclk), ctx.get(dut.cs_n)
+        if idle:
+            frames += [int(word, 2) for word in [bits] if word]
+            bits, falls = "", 0
+        elif clock and not before:
+            bits += str(ctx.get(dut.mosi))
+        elif before and not clock:
+            ctx.set(dut.miso, IDENTITY >> 15 - falls & 1)
+            falls += 1
+        before = clock
+        cycle += 1
+        ctx.set(dut.time, cycle)
+        await ctx.tick()
+    return frames
+
+
 @pytest.mark.parametrize(
-    "settings", [(0xFFFF, 0xFFFF, 0xFFFF), (0x8001, 0x4002, 0x2004), (0x1234, 0xA5C3, 0x8402)]
+    "settings, driven",
+    [
+        ((0xFFFF, 0xFFFF, 0xFFFF), True),
+        ((0x8001, 0x4002, 0x2004), False),
+        ((0x1234, 0xA5C3, 0x8402), True),
+    ],
 )
-def test_every_bit_of_the_settings_reaches_the_device(settings, simulate) -> None:
-    """The frames that write them, bit by bit at the pins."""
-    dut = scaled_reader()
+def test_every_bit_of_the_settings_reaches_the_device(settings, driven: bool, simulate) -> None:
+    """The frames that write them; those of the parameters while the members are not driven."""
+    words = dict(zip(CHECKED[1:], settings, strict=True))
+    ports = {name.lower(): word for name, word in words.items()}
+    dut = scaled_reader(**QUICK, **({} if driven else ports))
     frames: list[int] = []
 
     async def bench(ctx):
-        nonlocal frames
-        for name, word in zip(("msc_ctrl", "smpl_prd", "sens_avg"), settings, strict=True):
+        for name, word in ports.items() if driven else ():
             ctx.set(getattr(dut, name), word)
-        bits, falls, before, cycle = "", 0, 1, 0
-        while len(frames) < 8:
-            clock, idle = ctx.get(dut.sclk), ctx.get(dut.cs_n)
-            if idle:
-                frames += [int(word, 2) for word in [bits] if word]
-                bits, falls = "", 0
-            elif clock and not before:
-                bits += str(ctx.get(dut.mosi))
-            elif before and not clock:
-                ctx.set(dut.miso, IDENTITY >> 15 - falls & 1)  # the only answer before the writes
-                falls += 1
-            before = clock
-            cycle += 1
-            ctx.set(dut.time, cycle)
-            await ctx.tick()
+        frames.extend(await answer_identity(ctx, dut, 8))
 
     simulate(dut, bench)
     wanted = [
         write(name, byte, word >> 8 * byte & 0xFF)
-        for name, word in zip(CHECKED[1:], settings, strict=True)
+        for name, word in words.items()
         for byte in (0, 1)
     ]
     assert frames[2:8] == wanted
+
+
+def test_numbers_have_16_bits(simulate, monkeypatch) -> None:
+    """The count of edges is set, since to count so many takes too long."""
+    made, registers = [], adis16385._Registers
+    monkeypatch.setattr(
+        adis16385, "_Registers", lambda reader: made.append(registers(reader)) or made[0]
+    )
+    dut = scaled_reader(**QUICK, msc_ctrl=IDENTITY, smpl_prd=IDENTITY, sens_avg=IDENTITY)
+
+    async def bench(ctx):
+        await answer_identity(ctx, dut, CONFIG_FRAMES)
+        await ctx.tick().repeat(dut.spi.stall_cycles)
+        ctx.set(made[0].edges, 0xFFFF)
+        ctx.set(dut.data_ready, 1)
+        await ctx.tick().repeat(dut.stamp_delay + 1)
+        assert ctx.get(dut.number) == 0xFFFF
+
+    simulate(dut, bench)
 
 
 def test_restart_while_the_device_starts_begins_with_a_reset(bench: ReaderBench) -> None:
@@ -192,12 +230,15 @@ def test_time_out_to_the_tick(bench: ReaderBench, decimation: int) -> None:
 
 
 def test_slow_device_with_a_clock_of_its_own() -> None:
-    """Answers as late as is allowed, samples 2 % faster than they should be."""
-    reader = scaled_reader()
+    """Answers as late as is allowed, samples 2 % faster than they should be; five may be bad."""
+    reader = scaled_reader(bad_limit=5)
     # The model's bit is on the pin one cycle later than it says.
-    happened = ReaderBench(
+    bench = ReaderBench(
         reader, parameters={"DOUT_DELAY": reader.spi.answer_cycles - 1, "PPM": 20_000}
-    ).run(samples=20)
+    )
+    missing = bench.run(cycles=150_000, fault=("no_data_ready", 20_000, 1 << 30))
+    assert missing.times("no_data_ready")[4::5] == missing.times("restart") != []
+    happened = bench.run(samples=20)
     assert len(happened.samples) == 20 and not happened.times("restart")
     stamps = [s.stamp for s in happened.samples]
     assert (stamps[-1] - stamps[0]) / 19 == pytest.approx(PERIOD / 1.02, abs=1)
@@ -214,6 +255,24 @@ def test_figures_at_full_speed() -> None:
     assert reader.timeout_ticks * reader.tick_cycles / 100e6 > 4 / 1024
     assert reader.timeout_cycles() / 100e6 < 5 / 1024
     assert reader.startup_ticks * reader.tick_cycles >= 30e6
+
+
+@pytest.mark.parametrize("period", [1999, 2047, 2048, 2500])
+def test_a_tick_is_a_quarter_of_the_time_out_or_up_to_half_of_that(period: int) -> None:
+    reader = scaled_reader(period_s=period * 1e-6, timeout_periods=4)
+    assert period / 2 < reader.tick_cycles <= period
+
+
+def test_half_periods_are_no_shorter_than_the_controller_takes() -> None:
+    assert scaled_reader(sclk_hz=1e6).spi.half_cycles == HALF_MIN
+
+
+def test_a_period_is_longer_than_a_burst_and_a_stall() -> None:
+    reader = scaled_reader()
+    burst = reader.burst_cycles + reader.spi.stall_cycles
+    scaled_reader(period_s=(burst + 1) * 1e-6)
+    with pytest.raises(ValueError, match=r"^period_s must be longer than a burst "):
+        scaled_reader(period_s=burst * 1e-6)
 
 
 def test_no_wait_is_longer_than_the_time_tells() -> None:

@@ -136,9 +136,17 @@ def test_a_single_wrong_check_costs_two_samples_and_no_start(bench: ReaderBench)
 
 
 def test_an_edge_in_the_stall_after_the_last_frame_is_an_overrun() -> None:
-    """Every second edge comes there: 15 cycles after the sample, of a stall of 31."""
-    bench = ReaderBench(parameters={"RATE_HZ": round(1e6 / (READER.burst_cycles + 15))})
+    """Every second edge comes there: 15 cycles after the sample, of a stall of 31.
+
+    One bad sample is a new start here; an overrun is none.
+    """
+    bench = ReaderBench(
+        scaled_reader(bad_limit=1), parameters={"RATE_HZ": round(1e6 / (READER.burst_cycles + 15))}
+    )
+    broken = bench.run(cycles=TO, fault=("link_failure", FROM, TO))
+    assert broken.times("link_error")[:2] == broken.times("restart")[:2] != []
     happened = bench.run(samples=10)
+    assert not happened.times("restart")
     assert [s.number for s in happened.samples] == list(range(0, 20, 2))
     assert len(happened.times("overrun")) == 9
 

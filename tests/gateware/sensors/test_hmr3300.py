@@ -9,7 +9,7 @@ from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
 from boresight.gateware.serial.uart import DIVISOR_MIN
 from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.verilog import to_verilog
-from tests.support.bench import Pins, run_bench
+from tests.support.bench import Pins, put, run_bench
 
 SLOW = {"clock_hz": 19_200 * 8, "stale_s": 0.05}  # 8 cycles a bit, 4096 a tick
 
@@ -34,10 +34,17 @@ def test_times(clock_hz: float) -> None:
     assert dut.quiet_s > 2 / LINES_HZ  # a line that is lost is no silence
 
 
+def test_a_tick_is_short_beside_the_times_but_at_least_a_cycle() -> None:
+    clock = 1 << 20
+    assert Hmr3300(clock_hz=clock, quiet_s=1 / 64).tick_cycles == clock >> 6 + 2
+    assert Hmr3300(clock_hz=clock, stale_s=1 / 64).tick_cycles == clock >> 6 + 3
+    assert Hmr3300(clock_hz=8, baud=1).tick_cycles == 1
+
+
 def happenings(
     data: list, *, after: int = 0, mode: int = 0, **times: float
 ) -> tuple[list, Hmr3300]:
-    """(cycle, event or flags) while bytes or pauses of so many cycles come."""
+    """(cycle, event or flags) while bytes (0: no stop bit) or pauses of so many cycles come."""
     top, dut = Module(), Hmr3300(**{**SLOW, **times})
     top.submodules.dut = dut
     flags_of_it = {name: getattr(dut.flags, name) for name in FLAGS}
@@ -48,29 +55,34 @@ def happenings(
         now, flags = 0, None
         ctx.set(dut.mode, mode)
 
+        def look() -> None:
+            nonlocal flags
+            seen = shown.get(ctx)
+            events = seen["events"]
+            out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
+            if seen["line"]:
+                out.append((now, tuple(ctx.get(value) for value in dut.values)))
+            if (raised := {name for name in FLAGS if seen[name]}) != flags:
+                flags = raised
+                out.append((now, raised))
+
         async def wait(cycles: int) -> None:
-            nonlocal now, flags
+            nonlocal now
             for _ in range(cycles):
                 await ctx.tick()
                 now += 1
                 ctx.set(dut.time, now)
-                seen = shown.get(ctx)
-                events = seen["events"]
-                out.extend((now, name) for k, name in enumerate(dut.EVENTS) if events >> k & 1)
-                if seen["line"]:
-                    out.append((now, tuple(ctx.get(value) for value in dut.values)))
-                if (raised := {name for name in FLAGS if seen[name]}) != flags:
-                    flags = raised
-                    out.append((now, raised))
+                look()
 
+        look()
         for item in data:
             if isinstance(item, int):
                 await wait(item)
-            else:
-                for byte in item:
-                    for bit in (0, *(byte >> k & 1 for k in range(8)), 1):
-                        ctx.set(dut.rx, bit)
-                        await wait(dut.divisor)
+                continue
+            for byte in item:
+                for bit in (0, *(byte >> k & 1 for k in range(8)), 1) if byte else (*[0] * 10, 1):
+                    ctx.set(dut.rx, bit)
+                    await wait(dut.divisor)
         await wait(after)
 
     run_bench(top, bench)
@@ -111,6 +123,17 @@ def test_counts_flag() -> None:
     assert [what for _, what in out if isinstance(what, set)] == [{"stale"}, {"counts"}, set()]
 
 
+def test_commands_leave_on_the_line(simulate, listen) -> None:
+    dut, received = Hmr3300(**SLOW), bytearray()
+
+    async def bench(ctx):
+        await put(ctx, dut.command, ord("Q"))
+        await ctx.tick().repeat(4 * 10 * dut.divisor)
+
+    simulate(dut, bench, listen(dut.tx, dut.divisor, received))
+    assert received == b"*Q\r\n"
+
+
 def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
     out, dut = happenings([], after=24_000, mode=2, timeout_s=0.05, quiet_s=0.02)
     sent, late = (
@@ -118,6 +141,14 @@ def test_a_command_without_an_effect_is_told_after_the_time_out() -> None:
     )
     assert sent and late and sent[0] < late[0]
     assert dut.timeout_cycles < late[0] - sent[0] < 2 * dut.timeout_cycles
+
+
+def test_a_refusal_ends_the_attempt_that_is_under_way() -> None:
+    out, _ = happenings([9000, b"\n#I\r\n"], mode=2, timeout_s=0.05, quiet_s=0.02)
+    names = [what for _, what in out if isinstance(what, str)]
+    assert names[0] == "command_sent" and {*names[1:]} == {"invalid_command", "command_timed_out"}
+    flags = [what for _, what in out if isinstance(what, set)]
+    assert flags == [{"stale"}, {"stale", "commanding"}, {"stale"}]
 
 
 def test_a_compass_that_goes_on_is_not_stopped() -> None:
@@ -138,12 +169,13 @@ def test_silence_is_the_quiet_time_and_up_to_a_tick_more(begin: int) -> None:
     assert 6 <= (at["command_acknowledged"] - at["command_sent"]) / dut.tick_cycles <= 7
 
 
-def test_line_with_a_pause_in_it_is_rejected() -> None:
+def test_line_with_a_pause_or_a_framing_error_in_it_is_rejected() -> None:
     _, dut = happenings([])
     pause = 2 * dut.tick_cycles
     for data, wanted in (
         ([b"\n", b"12", pause, b"3.4, 5.6, 7.8\r\n"], ["rejected_line"]),
         ([b"\n", pause, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
+        ([b"\n12\x003.4, 5.6, 7.8\r\n"], ["framing_error", "rejected_line"]),
         ([b"\n", b"12", dut.tick_cycles - 100, b"3.4, 5.6, 7.8\r\n"], ["heading_line"]),
     ):
         out, _ = happenings(data, after=100)

@@ -100,6 +100,7 @@ def run(
             await ctx.tick()
             if seen["taken"]:
                 ctx.set(dut.command.valid, 0)
+                ctx.set(dut.command.payload, 0)
 
     simulation.run(bench)
     return events, dut

@@ -10,7 +10,7 @@ from boresight.gateware.serial.spi import SpiController, cycles_for
 from tests.support.bench import pulse, run_bench
 
 #: Half period, stall, setup (None: default).
-SHAPES = [(3, 1, None), (3, 10, 7), (4, 12, 1), (5, 200, 5), (7, 7, 30), (3, 600, None)]
+SHAPES = [(3, 1, 97), (3, 10, 7), (4, 12, 1), (5, 200, 5), (7, 7, 30), (3, 600, None)]
 
 
 class Slave:

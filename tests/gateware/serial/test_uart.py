@@ -7,7 +7,7 @@ from tests.support.bench import at_edges, run_bench
 from tests.support.clock import pause
 
 
-def receive(divisor: int, drive) -> list[int | None]:
+def receive(divisor: int, drive, wait: int = 5) -> list[int | None]:
     """Bytes that come out, None for an error."""
     dut, out = Receiver(divisor=divisor), []
 
@@ -19,7 +19,7 @@ def receive(divisor: int, drive) -> list[int | None]:
         await at_edges(ctx, take, dut.valid, dut.error, also=[dut.data])
 
     async def bench(ctx):
-        await ctx.tick().repeat(5)
+        await ctx.tick().repeat(wait)
         await drive(ctx, dut)
         ctx.set(dut.rx, 1)
         await pause(ctx, 12 * divisor)
@@ -51,6 +51,7 @@ def test_other_side_off_by_four_percent(theirs: int, send) -> None:
 @pytest.mark.parametrize("divisor", [8, 11, 16, 31, 100, 108])
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
+    # The first byte begins so soon after the reset that an edge seen there would be taken for its.
     # Half a cycle of a bit is lost where its edges fall between cycles.
     rate = 1 + sign * (Receiver(divisor=divisor).tolerance - 0.06 / divisor)
     data = bytes([0x00, 0xFF, 0x55, 0xAA, 0x80, 0x7F, 0x01, 0xFE])
@@ -65,7 +66,7 @@ def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
                 now = end
             begin = now
 
-    assert receive(divisor, drive) == list(data)
+    assert receive(divisor, drive, wait=2) == list(data)
 
 
 @pytest.mark.parametrize("divisor", [8, 9, 16, 33, 64])

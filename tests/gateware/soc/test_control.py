@@ -221,8 +221,11 @@ def test_a_restart_ends_the_timer() -> None:
 
     async def bench(ctx, dut):
         await transfer(ctx, dut, "timer", 1)
+        waited = 2
         while not ctx.get(dut.restart):
             await ctx.tick()
+            waited += 1
+        assert waited == 1 << dut.watchdog_bits, "from the reset on"
         await transfer(ctx, dut, "alarm", await transfer(ctx, dut, "cycles") + 40)
         for _ in range(100):
             assert not ctx.get(dut.timer)

@@ -206,6 +206,11 @@ class Rated(Timed):
         return made
 
 
+class RatedForNothing(Rated):
+    def for_rates(self, rates_hz: Any) -> Any:
+        """Forgets to return."""
+
+
 def record_at(rate_hz: float, every: int = 1) -> Record:
     t = np.arange(40) / rate_hz
     z = np.where(np.arange(40) % every == 0, 0.5, NAN)
@@ -254,6 +259,8 @@ def test_made_for_the_rates_of_a_record() -> None:
     assert fitted(timed, record_at(50.0)) is timed
     no_field = Record("walk", {"t": Column(np.arange(9.0)), "z": Column(np.full(9, NAN))})
     assert fitted(Rated(), no_field).rates_hz == {"dt": 1.0}
+    with pytest.raises(InputError, match="for_rates: .*found NoneType; return an estimator, or se"):
+        fitted(RatedForNothing(), record_at(50.0))
 
 
 # -- the input reader: the same inputs from one call as from many, and what it refuses ------------

@@ -159,7 +159,7 @@ def test_records_that_are_refused(third: Any, message: str) -> None:
 def test_worlds_that_raise() -> None:
     with pytest.raises(
         InputError,
-        match=r"^world odd, test_loop\.py, line \d+: wanted a record, found KeyError: 'v'; ",
+        match=r"^world odd, step 2, test_loop\.py, line \d+: wanted a record: .*KeyError: 'v'; ",
     ):
         closed(Odd(lambda o, r: o["v"]))
 

@@ -45,7 +45,7 @@ def test_an_offset_of_the_current_does_not_add_up() -> None:
 
 
 def test_matched_resistances() -> None:
-    plain, matched = (run(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_matched"))
+    plain, matched = (run(c, range(1, 2)).pooled()["charge_max"] for c in ("cold", "cold_told"))
     assert matched < 0.02 < 0.1 < plain
 
 

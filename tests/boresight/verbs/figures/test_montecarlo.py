@@ -176,7 +176,7 @@ class Second(Varied):
         ("Unbounded", "bound, w.py, line 39: wanted standard deviations of 1 records by output"),
         ("Unnamed", "output name, found NoneType; return"),
         ("Short", "found the shape (0,) of mean; return"),
-        ("Second", "line 54, seed 2: wanted a record, found ZeroDivisionError"),
+        ("Second", "line 54, seed 2: wanted a record: values by input name"),
     ],
 )
 def test_worlds_that_cannot_be_drawn(name: str, message: str, tmp_path, capsys) -> None:
