@@ -129,9 +129,9 @@ def test_an_exception_that_nothing_needs_is_no_exception():
     assert {c.status for c in examine(sure, updates=4000).claims} == {"proven"}
 
 
-# Those that take few seconds; of mekf below.
+# Those that take few seconds; mekf below, with more updates.
 @pytest.mark.parametrize(
-    "name", ["complementary", "ekf_quaternion", "mekf", "battery", "pmsm", "satcom_pointing"]
+    "name", ["complementary", "ekf_quaternion", "battery", "pmsm", "satcom_pointing"]
 )
 def test_no_claim_of_a_shipped_estimator_is_refuted(name):
     result = examine(estimator_of(name), updates=4000)
