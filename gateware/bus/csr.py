@@ -126,11 +126,12 @@ class Csr(wiring.Component):
         """Memory, inputs, outputs."""
         m = Module()
         marker = 1 << WORD  # an additional bit that marks existing registers
-        init = [0] * (1 << self.bits)
+        depth = 2 << self.bits
+        init = [0] * depth
         for register in self.registers:
             init[register.address - self.first] = marker | (register.reset or 0)
         m.submodules.memory = words = memory.Memory(
-            shape=WORD + 1, depth=2 << self.bits, init=init, attrs=attributes(self.read_cycles)
+            shape=WORD + 1, depth=depth, init=init, attrs=attributes(self.read_cycles)
         )
         w_port = words.write_port()
         r_port = words.read_port()
