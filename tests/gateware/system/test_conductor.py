@@ -35,6 +35,16 @@ PLAN = Plan(
     feed=Feed((NINE_AXIS,) * 3),
     count_bits=16,
 )
+#: With one estimator of one output, whose feed a test gives.
+ONE = replace(
+    PLAN,
+    filters=1,
+    names=("one", *FRONT_NAMES),
+    lengths=(60, 20, 15, 18),
+    outputs=(1,),
+    chains=((0,),),
+    feed=Feed((NINE_AXIS,)),
+)
 #: Words of the input and output records of each program.
 RECORDS_IN = (10, 10, 10, 8, 3, 3)
 RECORDS_OUT = (8, 8, 8, 7, 3, 3)
@@ -308,15 +318,7 @@ def test_a_sample_at_once_after_the_watchdog_waits_for_its_program() -> None:
 
 def test_a_sample_behind_a_record_of_one_word() -> None:
     """In the first cycle in which the controller is idle."""
-    plan = replace(
-        PLAN,
-        filters=1,
-        names=("one", *FRONT_NAMES),
-        lengths=(60, 20, 15, 18),
-        outputs=(1,),
-        chains=((0,),),
-        feed=Feed(((Fed(PLACES["dt"]),),)),
-    )
+    plan = replace(ONE, feed=Feed(((Fed(PLACES["dt"]),),)))
     bench = Bench(plan, records_in=(1, 8, 3, 3), records_out=(1, 7, 3, 3))
 
     async def test(ctx):
@@ -704,15 +706,7 @@ def test_a_large_set_that_is_still_on_its_way() -> None:
     """Thirty-two words take longer than the calibration of a sample that comes meanwhile."""
     words = tuple(Fed(REGISTERS + k) for k in range(16, 32))
     registers = {f"r{k}": VALUE for k in range(32)}
-    plan = replace(
-        PLAN,
-        filters=1,
-        names=("one", *FRONT_NAMES),
-        lengths=(60, 20, 15, 18),
-        outputs=(1,),
-        chains=((0,),),
-        feed=Feed((words,), registers=registers),
-    )
+    plan = replace(ONE, feed=Feed((words,), registers=registers))
     bench = Bench(plan, records_in=(16, 8, 3, 3), records_out=(1, 1, 3, 3))
 
     async def test(ctx):
