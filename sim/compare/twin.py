@@ -44,7 +44,7 @@ ROUNDING_LSB = 64.0
 RELATIVE_BITS = 8
 #: Share of a declared range by which rounding may leave it, or a limit of 1 a range to 0.999.
 RANGE_SLACK = 2e-3
-#: Kinds of values in words, where these are others.
+#: Kinds of values that messages call otherwise.
 KINDS = {"mul": "a product", "sum": "a sum", "select": "a selection"}
 #: Functions that look up their argument itself, by the block of their table.
 _TABLES: dict[int | None, str] = {SIN.block: "sin", ASIN.block: "asin"}

@@ -177,8 +177,16 @@ def result_of(
         fix = "write it: it returns Result(figures={...}, targets=(...))"
         raise InputError.at(where, wanted="a method run", found="none", fix=fix)
     fix = "return Result(figures={NAME: NUMBER}, targets=(Target(...), ...))"
-    texts = {"where": where, "wanted": wanted, "answer": fix}
-    result = called(experiment.run, **texts, kind=Result, seed=seed, runs=runs, say=say)
+    result = called(
+        experiment.run,
+        where=where,
+        wanted=wanted,
+        kind=Result,
+        answer=fix,
+        seed=seed,
+        runs=runs,
+        say=say,
+    )
     if not isinstance(result.figures, Mapping):
         found = f"figures of type {type(result.figures).__name__}"
         raise InputError.at(where, wanted=wanted, found=found, fix=fix)

@@ -95,7 +95,7 @@ def figures(
 def _worst(draws: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The draw in which most updates saturated; of equal ones, that with the largest last error.
 
-    That is counted in the root mean squares of each output over the draws.
+    Errors are compared by their ratio to the root mean square of the output over the draws.
     """
     names = [*draws[0]["errors"]]
     last = np.abs([[d["errors"][name][-1] for name in names] for d in draws])

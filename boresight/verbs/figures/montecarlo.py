@@ -85,8 +85,9 @@ class Consistency:
 class WorstDraw:
     """The draw in which most updates saturated; of equal ones, that with the largest last error.
 
-    ``error`` is the size of the one of ``output`` at the last mark, in its unit, and ``times_rms``
-    times that of all draws; None where it is no number. ``command`` runs it alone.
+    ``error`` is that of ``output`` at the last mark, without its sign, in the output's unit;
+    ``times_rms`` is its ratio to the root mean square of all draws. Both are None where the error
+    is no number. ``command`` runs the draw alone.
     """
 
     seed: int
