@@ -243,7 +243,8 @@ def _faults(arguments: Arguments, name: str | None, log: str | None) -> Outcome:
             fix="leave it out",
         )
     mode = "trials of faults, which have their own"
-    arguments.only(simulate_faults, wanted=_BOARD, found=mode)
+    uses = {simulate: _BOARD, simulate_world: "a world"}
+    arguments.only(simulate_faults, others=uses, found=mode)
     return outcome(arguments.call(simulate_faults, name))
 
 
