@@ -243,8 +243,9 @@ def _faults(arguments: Arguments, name: str | None, log: str | None) -> Outcome:
             fix="leave it out",
         )
     mode = "trials of faults, which have their own"
-    uses = {simulate: _BOARD, simulate_world: "a world"}
-    arguments.only(simulate_faults, others=uses, found=mode)
+    arguments.only(
+        simulate_faults, others={simulate: _BOARD, simulate_world: "a world"}, found=mode
+    )
     return outcome(arguments.call(simulate_faults, name))
 
 
