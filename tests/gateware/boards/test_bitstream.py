@@ -2,14 +2,18 @@
 
 import re
 import time
+from types import SimpleNamespace
 
 import pytest
+from amaranth.hdl import ClockDomain, ClockSignal, Module, Signal
+from amaranth.sim import Simulator
 
 from boresight.core_files import project_files, write_project
+from boresight.gateware.boards import ice40_clock as ice40
 from boresight.gateware.boards.bitstream import ClockMissed, open_project
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ecp5_clock import CLOCK_MAX_HZ, VCO_HZ, Ecp5Pll, ecp5_clock, ecp5_pll
-from boresight.gateware.boards.ice40_clock import Ice40Pll, ice40_clock, ice40_pll
+from boresight.gateware.boards.ice40_clock import Ice40Pll, Ice40PllClock, ice40_clock, ice40_pll
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
@@ -163,6 +167,48 @@ def test_clocks_of_an_ice40() -> None:
     assert ice40_clock(12_000_000, 12_000_000) is None
     with pytest.raises(InputError, match=r"^clock: wanted 12 MHz \* n / 2\^k from 8\.3 MHz on, "):
         ice40_pll(oscillator_hz=12_000_000, clock_hz=31_111_111)
+
+
+@pytest.mark.parametrize(
+    ("pll", "waits"), [(Ice40Pll(12_000_000, 1, 80, 5), 450), (Ice40Pll(34_133_333, 1, 16, 4), 512)]
+)
+def test_the_design_runs_15_us_after_the_lock(monkeypatch, pll: Ice40Pll, waits: int) -> None:
+    """And begins anew when the lock is lost."""
+    lock, runs, domain, m = Signal(), Signal(8), ClockDomain("sync"), Module()
+
+    def pll_model(_: str, **ports: object) -> Module:
+        model = Module()
+        model.d.comb += [
+            ports["o_PLLOUTGLOBAL"].eq(ClockSignal("oscillator")),
+            ports["o_LOCK"].eq(lock),
+        ]
+        return model
+
+    monkeypatch.setattr(ice40, "Instance", pll_model)
+    pin = SimpleNamespace(io=Signal())
+    platform = SimpleNamespace(default_clk="", request=lambda *_, **options: pin)
+    m.domains += [domain, ClockDomain("oscillator")]
+    m.submodules.clock = Ice40PllClock(pll=pll).elaborate(platform)
+    m.d.sync += runs.eq(runs + 1)
+
+    async def bench(ctx):
+        for _ in range(2):
+            ctx.set(lock, 0)
+            await ctx.tick("oscillator").repeat(20)
+            ctx.set(lock, 1)
+            cycles = 0
+            while ctx.get(domain.rst):
+                await ctx.tick("oscillator")
+                cycles += 1
+                assert cycles < 1000
+            assert cycles == waits + 3  # a synchroniser of two, and a register behind the timer
+            await ctx.tick("oscillator").repeat(9)
+            assert ctx.get(runs) == 9
+
+    simulator = Simulator(m)
+    simulator.add_clock(1e-8, domain="oscillator")
+    simulator.add_testbench(bench)
+    simulator.run()
 
 
 def test_a_core_on_an_icebreaker(leaky: Core) -> None:

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from boresight.gateware.boards.frames import CRC, END, ESC, Decoder, Kind, encode
+from boresight.gateware.boards.frames import CRC, END, ESC, ESC_ESCAPED, Decoder, Kind, encode
 from boresight.gateware.boards.unpack import Unpacker
 from tests.support.bench import pulse
 
@@ -91,6 +91,7 @@ def body(data: bytes) -> bytes:
         bytes([END, 1, *range(12), 0x55, END]),  # CRC
         body(b"\1" + bytes(12))[:-1] + bytes([ESC, END]),  # escapes
         bytes([END, 1, ESC, 0x11, *range(12), END]),
+        encode(Kind.RECORD, [ESC, 2, 3], word=32).replace(bytes([ESC_ESCAPED]), b"\x11"),
         bytes([ESC]),
     ],
 )
@@ -103,6 +104,18 @@ def test_damaged_frames_are_dropped_and_the_next_is_not(damaged: bytes, simulate
         await feed(ctx, dut, encode(Kind.RECORD, [1, 2, 3], word=32))
         assert ctx.get(dut.pending)
         assert await fetch(ctx, dut, 3) == [1, 2, 3]
+
+    simulate(dut, bench)
+
+
+def test_a_word_more_than_the_buffer_has_room_for(simulate) -> None:
+    dut = unpacker(32, 4)
+
+    async def bench(ctx):
+        await feed(ctx, dut, encode(Kind.RECORD, [1, 2, 3, 4, 5], word=32))
+        assert not ctx.get(dut.pending)
+        await feed(ctx, dut, encode(Kind.RECORD, [1, 2, 3, 4], word=32))
+        assert await fetch(ctx, dut, 4) == [1, 2, 3, 4]
 
     simulate(dut, bench)
 

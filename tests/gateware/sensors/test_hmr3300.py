@@ -151,6 +151,14 @@ def test_a_refusal_ends_the_attempt_that_is_under_way() -> None:
     assert flags == [{"stale"}, {"stale", "commanding"}, {"stale"}]
 
 
+def test_after_four_attempts_without_an_effect_the_next_one_waits() -> None:
+    tick = 32 / SLOW["clock_hz"]
+    times = {"stale_s": 8 * tick, "quiet_s": 4 * tick, "timeout_s": tick}
+    out, _ = happenings([], after=1600, mode=2, **times)
+    flags = [what - {"stale"} for _, what in out if isinstance(what, set)]
+    assert flags == [set(), *({"commanding"}, set()) * 3, {"commanding"}, {"paused"}]
+
+
 def test_a_compass_that_goes_on_is_not_stopped() -> None:
     """Its bytes are heard: no command counts as obeyed, and the time-out comes."""
     lines = [b"\n", *(b"1.0, 2.0, 3.0\r\n", 500) * 9]

@@ -161,6 +161,7 @@ def test_not_good_counts_once_and_the_next_line_is_taken(text: bytes) -> None:
         (600, b"1.0, 0.0, -60.1\r\n", False),
         (9999, b"1.0, 999.9, -999.9\r\n", True),
         (0, b"1.0, 0.0, 0.1\r\n", False),
+        (0, b"1.0, 0.0, 0.0\r\n", True),
         (600, b"601, 700, -800\r\n", True),
     ],
 )
@@ -195,6 +196,11 @@ def test_two_errors_in_a_line_reject_it_once() -> None:
         "rejected",
         ("heading", 10, 20, 30),
     ]
+
+
+def test_the_kind_of_a_line_is_its_own() -> None:
+    heading = ("heading", 10, 20, 30)
+    assert parse(GOOD + b"1, 2, 3\r\n" + GOOD) == [heading, ("counts", 1, 2, 3), heading]
 
 
 def test_begins_with_a_whole_line() -> None:
