@@ -14,7 +14,7 @@ from tests.mutants.groups import GROUPS, all_mutants, nearest_tests, wider_tests
 from tests.mutants.hardware import hardware_mutants
 from tests.mutants.page import figures, render
 from tests.mutants.software import software_mutants
-from tests.mutants.trial import Verdict, try_mutant
+from tests.mutants.trial import Verdict, run_tests, try_mutant
 from tests.mutants.witnesses import PARTS, WITNESSES
 
 ROOT = Path(__file__).parents[2]
@@ -240,6 +240,13 @@ def test_verdicts(tree: Path, statement: str, new: str, limit_s: float, verdict:
     )
     assert result == verdict
     assert (tree / "gateware/code.py").read_text() == CODE
+
+
+def test_memory_without_end_is_noticed(tree: Path) -> None:
+    """It is the machine's that others need, too."""
+    (tree / "tests/test_much.py").write_text("def test_much():\n    bytearray(9 << 30)\n")
+    code, by = run_tests(tree, ["tests/test_much.py"], 60, tree.parent)
+    assert (code, by) == (1, "tests/test_much.py::test_much")
 
 
 def test_tests_that_cannot_be_run_say_nothing(tree: Path) -> None:
