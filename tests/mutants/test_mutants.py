@@ -307,10 +307,14 @@ def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.Monk
 
 
 def test_tests_that_fail_anyway_are_found(tree: Path) -> None:
+    (tree / "pytest.ini").write_text("[pytest]\nmarkers = soak\naddopts = -m 'not soak'\n")
     (tree / "tests/test_bad.py").write_text("def test_bad():\n    assert False\n")
+    slow = "import pytest\n@pytest.mark.soak\ndef test_slow():\n    pass\n"
+    (tree / "tests/test_slow.py").write_text(slow)
     mutant = of("if a < b:", "a <= b")
     for by, wanted in (
         ("tests/test_near.py::test_f", ""),
+        ("tests/test_slow.py::test_slow", ""),
         ("tests/test_bad.py::test_bad", "tests/test_bad.py::test_bad"),
     ):
         done = [Done("compiler", mutant, Verdict("nearest", by))]
