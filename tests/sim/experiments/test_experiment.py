@@ -244,7 +244,7 @@ def test_targets() -> None:
     assert text.count('class="ok"') == 2 and text.count('class="bad"') == 1
     assert "Targets met: 2 of 3." in text  # what has no limits is shown, not judged
     assert "two &lt;b&gt;, x" in text and "&ge; 2" in text and "&le; 1" in text
-    assert "<td>\N{MINUS SIGN}0.4 to \N{MINUS SIGN}0.1<" in "".join(text.split("\n"))
+    assert ">\N{MINUS SIGN}0.4 to \N{MINUS SIGN}0.1<" in "".join(text.split("\n"))
     assert ">note" not in text and "(reported)" not in text
     assert "0.25 to 0.75" in text and "0.25 deg" in text
     assert '<th class="r">prototype' in text and '<th class="r">paper' in text
