@@ -13,6 +13,7 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from functools import cache
 from importlib import import_module
 from itertools import chain, takewhile
 from pathlib import Path
@@ -107,6 +108,7 @@ def arguments_of(name: str) -> list[Argument]:
     return [*verb_of(name).arguments.values(), *chain.from_iterable(shared_arguments)]
 
 
+@cache
 def help_of(name: str) -> tuple[str, list[tuple[str, str]]]:
     """Summary of a verb, and its examples with descriptions; its module is not imported."""
     path = Path(__file__).parent / f"{VERBS[name].replace('.', '/')}.py"

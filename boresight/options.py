@@ -371,6 +371,7 @@ class Arguments:
         function: Callable[..., Any],
         *,
         wanted: str = "another use of this verb",
+        others: Mapping[Callable[..., Any], str] | None = None,
         found: str = "one without it",
         instead: str = "",
     ) -> None:
@@ -380,6 +381,8 @@ class Arguments:
         ----------
         wanted, found : str
             Use that these options belong to, and the use that is run.
+        others : mapping, optional
+            Functions whose use is named instead of ``wanted`` for the options that they take.
         instead : str
             Another remedy, before "leave it out".
 
@@ -392,8 +395,13 @@ class Arguments:
         for name in self.typed:
             if name not in valid:
                 flag = self.arguments[name].flags[-1]
-                fix = f"{instead}leave {flag} out"
-                raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
+                uses = [use for f, use in (others or {}).items() if name in arguments_of(f)]
+                raise InputError.at(
+                    flag,
+                    wanted=(uses or [wanted])[0],
+                    found=found,
+                    fix=f"{instead}leave {flag} out",
+                )
 
     def call(self, function: Callable[..., Any], *positional: Any, **more: Any) -> Any:
         """Call a function with the typed arguments.

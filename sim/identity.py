@@ -10,7 +10,7 @@ import hashlib
 import importlib.util
 import sys
 import sysconfig
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -88,19 +88,21 @@ def _version(package: str) -> str:
     return " ".join(f"{name} {metadata.version(name)}" for name in names)
 
 
-def _imports(text: bytes, package: str) -> Iterator[str]:
+@cache
+def _imports(text: bytes, package: str) -> tuple[str, ...]:
     """Names of modules that a file imports, and of objects in them."""
     nodes: list[ast.AST] = [ast.parse(text)]
+    names: list[str] = []
     while nodes:
         node = nodes.pop()
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
             nodes += node.orelse
         elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             parents = package.split(".")[: len(package.split(".")) - node.level + 1]
             base = ".".join([*(parents if node.level else []), *filter(None, [node.module])])
-            yield base
-            yield from (f"{base}.{alias.name}" for alias in node.names)
+            names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
         else:
             nodes += ast.iter_child_nodes(node)
+    return tuple(names)

@@ -243,7 +243,9 @@ def _faults(arguments: Arguments, name: str | None, log: str | None) -> Outcome:
             fix="leave it out",
         )
     mode = "trials of faults, which have their own"
-    arguments.only(simulate_faults, wanted=_BOARD, found=mode)
+    arguments.only(
+        simulate_faults, others={simulate: _BOARD, simulate_world: "a world"}, found=mode
+    )
     return outcome(arguments.call(simulate_faults, name))
 
 

@@ -294,11 +294,9 @@ class Traversed:
 
 
 def _named(program: Program, nodes: dict[int, Node], value: int) -> str:
-    state = becomes(program, nodes, value)
-    if state is not None:
-        return f"state {declared_name(program, nodes, state)}"
-    line = nodes[value].line if value in nodes else ""
-    return program.values[value].name + (f", {line}" if line else "")
+    name = authors_name(program, nodes, value)
+    line = nodes[value].line if value in nodes and becomes(program, nodes, value) is None else ""
+    return name + (f", {line}" if line else "")
 
 
 #: Share of a difference's root mean square that independent rounding has to explain.

@@ -217,9 +217,9 @@ def _world(
     while steps is None or reader.rows < steps:
         start = time.perf_counter()
         if pieces is None:
-            columns, n = _record(world, reader.rows, world.record, outputs), 1
+            columns, n = _guarded(world, world.record, outputs, step=reader.rows), 1
         else:
-            columns = _record(world, reader.rows, next, pieces, None)
+            columns = _guarded(world, next, pieces, None, step=reader.rows)
         if columns is None:
             break
         if pieces is not None:
@@ -327,23 +327,17 @@ def parting(estimator: Estimator, first: Loop, second: Loop) -> Parting | None:
     return Parting(step, f"output {name}", levels, pair, True)
 
 
-def _guarded(world: World, call: Callable[..., Any], *args: object) -> Any:
-    """Call a world's method; its exceptions become one line."""
-    where, fix = f"world {world.name}", "correct the world"
-    return called(call, *args, where=where, wanted="a record", fix=fix)
+def _guarded(world: World, call: Callable[..., Any], *args: object, step: int | None = None) -> Any:
+    """Call a world's method; its exceptions become one line.
 
-
-def _record(
-    world: World, row: int, call: Callable[..., Any], *args: object
-) -> Mapping[str, Any] | None:
-    """The next record of a world, or the next piece; None at the end."""
-    record: Mapping[str, Any] | None = called(
+    In a step it returns the next record, or the next piece, or None at the end.
+    """
+    return called(
         call,
         *args,
-        where=f"world {world.name}, step {row}",
+        where=f"world {world.name}" + ("" if step is None else f", step {step}"),
         wanted="a record: values by input name, or None at the end",
         fix="correct the world",
-        kind=Mapping | None,
+        kind=object if step is None else Mapping | None,
         answer="return a dictionary",
     )
-    return record

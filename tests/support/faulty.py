@@ -43,6 +43,14 @@ class Bounded(Base):
         return {"y": x.y}, {"y": total}
 
 
+class Unnamed(Base):
+    """A product without a name of its own, too large for its format."""
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        square = ops.bounded(u.u * u.u, 0.0, 2.0, "by hand")
+        return {"y": x.y}, {"y": ops.named("half_square", 0.5 * square)}
+
+
 class Loose(Bounded):
     """No limit on its error."""
 

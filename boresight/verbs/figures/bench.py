@@ -131,7 +131,7 @@ def bench(
     start = time.process_time()
     build = Build(estimator, config="fast")
     build.core.verilog(instances=True)
-    compile_seconds = time.process_time() - start
+    compile_seconds = _cpu_since(start)
     (program,) = build.programs
     rng = np.random.default_rng(1)
     steps = -(-updates // runs)
@@ -165,6 +165,11 @@ def _many(
     return words
 
 
+def _cpu_since(start: float) -> float:
+    """CPU seconds; never 0, though the clock of some systems ticks slowly."""
+    return max(time.process_time() - start, 1e-9)
+
+
 def _interpreted(
     program: Program, words: npt.NDArray[np.int32], say: Callable[[str], None]
 ) -> tuple[npt.NDArray[np.int32], BoolArray, float]:
@@ -177,7 +182,7 @@ def _interpreted(
     for k in range(steps):
         start = time.process_time()
         outputs[k], flags[k] = machine.update(words[k])
-        seconds += time.process_time() - start
+        seconds += _cpu_since(start)
         done = (k + 1) * runs
         say(f"interpreter: {done:,} of {steps * runs:,} updates, {done / seconds:,.0f}/s")
     return outputs, flags, seconds
@@ -201,7 +206,7 @@ def _compared(
     long = np.tile(recorded, (max(1, 1_000_000 // len(recorded)), 1))
     start = time.process_time()
     model.update(long)
-    return mismatches, len(long) / (time.process_time() - start)
+    return mismatches, len(long) / _cpu_since(start)
 
 
 def call(arguments: Arguments, *names: EstimatorName) -> Outcome:

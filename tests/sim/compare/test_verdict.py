@@ -32,6 +32,7 @@ from tests.support.faulty import (
     Snug,
     Stateless,
     Sums,
+    Unnamed,
     judge,
 )
 
@@ -80,6 +81,12 @@ def test_saturation_is_no_success_though_it_be_near() -> None:
     assert plain["outputs"][0]["output"] == "y" and plain["culprit"] == made.culprit
     near = Accuracy((Difference("y", "", 1, 0.0, 0.0, 0, 1.0),), 1, {"y": 1}, (), {}, "")
     assert not near.good
+
+
+def test_a_value_without_a_name_is_called_by_the_nearest_that_has_one() -> None:
+    made = judge(Unnamed(), [4.0, 0.0, 4.0])
+    ((name, count),) = made.saturated.items()
+    assert count == 2 and re.fullmatch(r"bounded in half_square, faulty\.py, line \d+", name)
 
 
 def test_those_that_saturate_most_are_named_first() -> None:

@@ -20,6 +20,11 @@ def test_bench_compares(capsys):
     capsys.readouterr()
 
 
+def test_a_clock_that_ticks_slowly_ends_no_measurement(monkeypatch) -> None:
+    monkeypatch.setattr(module.time, "process_time", lambda: 3.0)
+    assert module.bench("complementary", updates=40, runs=4).mismatches == 0
+
+
 @pytest.mark.parametrize("word", [18, 32])
 def test_random_words_are_small_extreme_and_all_else(word: int) -> None:
     words = module.random_inputs(4000, 3, word, np.random.default_rng(1))
