@@ -5,14 +5,23 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from amaranth.hdl import ClockDomain, ClockSignal, Module, Signal
+from amaranth.hdl import ClockDomain, ClockSignal, Const, Module, Signal
+from amaranth.lib import io
 from amaranth.sim import Simulator
 
 from boresight.core_files import project_files, write_project
+from boresight.gateware.boards import ecp5_clock as ecp5
 from boresight.gateware.boards import ice40_clock as ice40
 from boresight.gateware.boards.bitstream import ClockMissed, open_project
 from boresight.gateware.boards.board import BOARDS
-from boresight.gateware.boards.ecp5_clock import CLOCK_MAX_HZ, VCO_HZ, Ecp5Pll, ecp5_clock, ecp5_pll
+from boresight.gateware.boards.ecp5_clock import (
+    CLOCK_MAX_HZ,
+    VCO_HZ,
+    Ecp5Pll,
+    Ecp5PllClock,
+    ecp5_clock,
+    ecp5_pll,
+)
 from boresight.gateware.boards.ice40_clock import Ice40Pll, Ice40PllClock, ice40_clock, ice40_pll
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
@@ -140,6 +149,49 @@ def test_factors_of_a_second_output(mhz: float) -> None:
 def test_factors_are_those_of_ecppll() -> None:
     assert ecp5_pll(oscillator_hz=25_000_000, clock_hz=112_500_000) == Ecp5Pll(25_000_000, 2, 9, 5)
     assert ecp5_clock(25_000_000, 25_000_000) is None
+
+
+def test_the_second_output_of_an_ecp5s_pll_behind_its_gate(monkeypatch) -> None:
+    """Its parameters; the gate opens two periods of the oscillator after the lock."""
+    lock, m, parts, pin = Signal(), Module(), {}, io.SimulationPort("i", 1)
+
+    def model(kind: str, **ports) -> Module:
+        parts[kind] = ports
+        made = Module()
+        if kind == "EHXPLLL":
+            made.d.comb += [ports["o_CLKOS"].eq(ports["i_CLKI"]), ports["o_LOCK"].eq(lock)]
+        return made
+
+    monkeypatch.setattr(ecp5, "Instance", model)
+    m.domains += [ClockDomain("board"), ClockDomain("sync", reset_less=True)]
+    m.d.comb += pin.i.eq(ClockSignal("board"))
+    platform = SimpleNamespace(default_clk="", request=lambda *_, **options: pin)
+    m.submodules.clock = Ecp5PllClock(pll=Ecp5Pll(25_000_000, 1, 5, 5, 4)).elaborate(platform)
+    pll, gate = parts["EHXPLLL"], parts["DCCA"]
+    clocks = {k[-5:].strip("_"): v for k, v in pll.items() if k.startswith("a_FREQUENCY_PIN")}
+    assert clocks == {"CLKI": "25", "CLKOP": "125", "CLKOS": "156.25"}
+    assert {name[2:]: v for name, v in pll.items() if name[0] == "p" and isinstance(v, int)} == {
+        **{"CLKI_DIV": 1, "CLKFB_DIV": 5},
+        **{"CLKOP_DIV": 5, "CLKOP_CPHASE": 2, "CLKOP_FPHASE": 0},
+        **{"CLKOS_DIV": 4, "CLKOS_CPHASE": 2, "CLKOS_FPHASE": 0},
+    }
+    inputs = {name[2:]: v.value for name, v in pll.items() if isinstance(v, Const)}
+    high = {"PHASEDIR", "PHASESTEP", "PHASELOADREG"}
+    assert {name for name in inputs if inputs[name]} == high and {*inputs.values()} == {0, 1}
+    assert gate["i_CLKI"] is pll["o_CLKOS"] and pll["i_CLKFB"] is pll["o_CLKOP"]
+
+    async def bench(ctx):
+        for locked in (1, 0, 1):
+            ctx.set(lock, locked)
+            await ctx.tick("board")
+            assert ctx.get(gate["i_CE"]) != locked
+            await ctx.tick("board")
+            assert ctx.get(gate["i_CE"]) == locked
+
+    simulator = Simulator(m)
+    simulator.add_clock(4e-8, domain="board")
+    simulator.add_testbench(bench)
+    simulator.run()
 
 
 @pytest.mark.parametrize("hz", [1, 101_000_000, 412_500_000])

@@ -241,10 +241,10 @@ def test_in_order(stalls: float, read_cycles: int) -> None:
     ]
 
 
-@pytest.mark.parametrize("inputs", [1, 2, 5])
-def test_an_access_waits_for_the_record_before_it(inputs: int) -> None:
+@pytest.mark.parametrize("inputs, depth", [(1, 2), (2, 2), (5, 8)])
+def test_an_access_waits_for_the_record_before_it(inputs: int, depth: int) -> None:
     """Also behind a record that is over with its first word."""
-    dut = Dispatcher(word=18, inputs=inputs, depth=8)
+    dut = Dispatcher(word=18, inputs=inputs, depth=depth)
     records = [[5 + k for k in range(inputs)], [50 + k for k in range(inputs)]]
     events = dispatch_run(
         dut,

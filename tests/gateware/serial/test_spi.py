@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from amaranth.back import rtlil
 from amaranth.hdl import ResetInserter, Signal
 from amaranth.lib import wiring
 
@@ -171,6 +172,15 @@ def test_reset_keeps_the_stall(half: int, stall: int) -> None:
             assert edges == 32 and length == spi.answer_latency - 1
 
     run_bench(dut, bench)
+
+
+@pytest.mark.parametrize(
+    "stall, setup, bits", [(1, 1, 7), (63, 32, 7), (64, 32, 8), (1, 33, 8), (127, 1, 8)]
+)
+def test_the_counter_is_no_wider_than_a_frame_needs(stall: int, setup: int, bits: int) -> None:
+    """Above its highest bit the half periods of the setup and 32, below it those of the stall."""
+    dut = SpiController(half_cycles=3, stall_cycles=3 * stall, setup_cycles=3 * setup)
+    assert f"wire width {bits} \\left\n" in rtlil.convert(dut)
 
 
 def test_is_a_component() -> None:
