@@ -64,11 +64,9 @@ class Framer(wiring.Component):
         with m.If(full & self.o.ready):
             m.d.sync += [full.eq(special & ~escaped), escaped.eq(special & ~escaped)]
 
-        begin = Signal()
         body = Signal()
         raw = self.i.payload.raw
         m.d.comb += [
-            begin.eq((part == _Part.BEGIN) & ~raw),
             body.eq((part == _Part.BODY) | (part == _Part.BEGIN) & raw),
             self.i.ready.eq(body & ~full),
             crc.start.eq(part == _Part.BEGIN),
