@@ -136,9 +136,14 @@ static inline int32_t wrap(const uint64_t acc) {
 def helpers(body: str) -> str:
     """Definitions of the helpers that ``body`` calls, directly or not, each before its callers."""
     used: list[str] = []
-    text = body
+    calls = _calls(body)
     for name in reversed(_HELPERS):
-        if re.search(rf"\b{name}\(", text):
+        if name in calls:
             used.append(_HELPERS[name])
-            text += _HELPERS[name]
+            calls |= _calls(_HELPERS[name])
     return "\n\n".join(reversed(used))
+
+
+def _calls(text: str) -> set[str]:
+    """Names before an opening parenthesis."""
+    return set(re.findall(r"(\w+)\(", text))

@@ -1,4 +1,4 @@
-"""Are Q and R honest? Normalised innovations: their square, and whether they are white.
+"""Consistency of Q and R: normalised innovations, their square, and whether they are white.
 
 Innovations over the root of their variance S are white, of variance one, where the filter's model
 is the truth (Bar-Shalom, Li, Kirubarajan 2001, section 5.4). The mean of nu^2/S of n samples then
@@ -28,11 +28,11 @@ class Innovations:
     nis : float
         Mean of nu^2/S.
     nis_band : float
-        Largest distance of an honest filter's from one.
+        Largest distance of a consistent filter's from one.
     correlation : float64 (lags,)
         Autocorrelation of nu/sqrt(S), from lag 1 on.
     band : float
-        Largest distance of an honest filter's from zero.
+        Largest distance of a consistent filter's from zero.
     """
 
     nis: float

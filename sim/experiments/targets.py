@@ -23,8 +23,9 @@ def targets_of(
     Columns: ``figure``, ``name``, ``source``, ``low``, ``high``; if the table has them also
     ``part``, ``over`` and ``less`` (the figure is divided by that one, or less that one), ``unit``,
     ``note``, ``reported`` ("yes": a claim of others that does not bind), ``runs`` (the band is
-    that of so many runs; with fewer ``runs`` it is not judged). Any other column is a figure for
-    the same by whom it is named after. ``spreads``: least and greatest of the runs, by figure.
+    that of so many runs; with fewer ``runs`` it is not judged). Any other column holds the same
+    figure from another source, which its head names. ``spreads``: least and greatest of the runs,
+    by figure.
     """
     folder = files(place) if isinstance(place, str) else place
     text = folder.joinpath("targets.csv").read_text(encoding="utf-8")

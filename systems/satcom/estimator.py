@@ -74,7 +74,8 @@ class Satcom(Estimator):
 
     As printed, ``roll`` takes phi = -atan(fy/fz), the wrong sign in these axes, and ``detector``
     compares a_z - g with delta_z, always beyond it where down is positive. With ``innovations`` it
-    tells what shows whether R and Q are honest: each innovation over the root of its variance S.
+    also gives each innovation over the root of its variance S, which shows whether R and Q are
+    consistent.
     """
 
     name = "satcom"

@@ -18,18 +18,19 @@ from boresight.systems.satcom.runs import ANGLES
 __all__ = ["render"]
 
 _INTRO = (
-    "Patent CN104880189 (2015) prints no figure: each of its claims is put to the test, and what "
-    "it misprints is flown as printed too. Five minutes of driving, the integer program of the "
-    "core in closed loop with a 0.6 m antenna in Ku band; gyro bias (0.3, -0.4, 0.5) deg/s.",
+    "Patent CN104880189 (2015) prints no figure: each of its claims is tested, and equations that "
+    "it misprints are also simulated as printed. Five minutes of driving, the integer program of "
+    "the core in closed loop with a 0.6 m antenna in Ku band; gyro bias (0.3, -0.4, 0.5) deg/s.",
     "{runs} runs, seeds {seed} to {last}; figures after half a minute: root mean square over all "
-    "runs, the most, or the mean. The prototype, in float, had ideal tracking errors of 0.2 deg.",
+    "runs, the largest, or the mean. The prototype, in float, had ideal tracking errors of 0.2 "
+    "deg.",
 )
-_HONEST = (
-    "Innovations over the root of their variance: square, mean of each run (left), autocorrelation "
-    "(right), bands of an honest filter. Where R is what the noise is, and each tracking sample is "
-    "a heading of its own, they are white and of variance one, but for accelerations below the "
-    "thresholds. By default R is larger, to cover those, and the heading of the PI loop is smooth: "
-    "the filter is cautious, its own variances are upper bounds."
+_CONSISTENCY = (
+    "Innovations over the root of their variance: mean square of each run (left), autocorrelation "
+    "(right); dotted: the bands of a consistent filter. Where R is the variance of the noise, and "
+    "each tracking sample is a heading of its own, they are white with variance one, except for "
+    "accelerations below the thresholds. By default R is larger, to cover those, and the heading "
+    "of the PI loop is smooth: the filter is conservative, its variances are upper bounds."
 )
 _WHAT_IF = "Nothing is tuned: the filter's defaults, with other worlds. At most 25 runs each."
 _COLUMNS = {
@@ -53,8 +54,8 @@ def render(flown: Mapping[str, Runs], targets: Sequence[Target], seed: int, runs
                 title="What if", text=_WHAT_IF, columns=("", *_COLUMNS), rows=_rows(WHAT_IF, flown)
             ),
             Section(
-                title="Are Q and R honest?",
-                text=_HONEST,
+                title="Consistency of Q and R",
+                text=_CONSISTENCY,
                 figures=[
                     (CASES[n].meaning, plot_innovations(flown[n].each, ANGLES, n))
                     for n in ("declared", "adaptive")

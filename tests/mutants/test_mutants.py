@@ -14,7 +14,7 @@ from tests.mutants.groups import GROUPS, all_mutants, nearest_tests, wider_tests
 from tests.mutants.hardware import hardware_mutants
 from tests.mutants.page import figures, render
 from tests.mutants.software import software_mutants
-from tests.mutants.trial import Verdict, try_mutant
+from tests.mutants.trial import Verdict, run_tests, try_mutant
 from tests.mutants.witnesses import PARTS, WITNESSES
 
 ROOT = Path(__file__).parents[2]
@@ -242,6 +242,13 @@ def test_verdicts(tree: Path, statement: str, new: str, limit_s: float, verdict:
     assert (tree / "gateware/code.py").read_text() == CODE
 
 
+def test_memory_without_end_is_noticed(tree: Path) -> None:
+    """It is the machine's that others need, too."""
+    (tree / "tests/test_much.py").write_text("def test_much():\n    bytearray(9 << 30)\n")
+    code, by = run_tests(tree, ["tests/test_much.py"], 60, tree.parent)
+    assert (code, by) == (1, "tests/test_much.py::test_much")
+
+
 def test_tests_that_cannot_be_run_say_nothing(tree: Path) -> None:
     """Neither noticed nor survived; the next run tries again."""
     mutant = of("if a < b:", "a <= b")
@@ -300,10 +307,14 @@ def test_a_run_goes_on_where_it_was_cut_off(tree: Path, monkeypatch: pytest.Monk
 
 
 def test_tests_that_fail_anyway_are_found(tree: Path) -> None:
+    (tree / "pytest.ini").write_text("[pytest]\nmarkers = soak\naddopts = -m 'not soak'\n")
     (tree / "tests/test_bad.py").write_text("def test_bad():\n    assert False\n")
+    slow = "import pytest\n@pytest.mark.soak\ndef test_slow():\n    pass\n"
+    (tree / "tests/test_slow.py").write_text(slow)
     mutant = of("if a < b:", "a <= b")
     for by, wanted in (
         ("tests/test_near.py::test_f", ""),
+        ("tests/test_slow.py::test_slow", ""),
         ("tests/test_bad.py::test_bad", "tests/test_bad.py::test_bad"),
     ):
         done = [Done("compiler", mutant, Verdict("nearest", by))]

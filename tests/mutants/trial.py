@@ -20,6 +20,8 @@ _LEFT_OUT = shutil.ignore_patterns(
 )
 #: Exit codes of pytest: all passed, some failed, a file cannot be imported, none collected.
 _PASSED, _FAILED, _BROKEN, _NONE = 0, 1, 2, 5
+#: The most memory that each process of a test may have; a mutant may want all there is.
+_DATA_KIB = 8 << 20
 #: In their place: the time is over; pytest itself failed.
 _TIME, _CRASHED = -1000, -1001
 
@@ -65,8 +67,9 @@ def run_tests(tree: Path, tests: Sequence[str], limit_s: float, cache: Path) -> 
         "XDG_CACHE_HOME": str(cache),
     }
     options = ["-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
+    limited = ["sh", "-c", f'ulimit -d {_DATA_KIB}; exec "$@"', "sh"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "pytest", *options, *tests],
+        [*limited, sys.executable, "-m", "pytest", *options, *tests],
         cwd=tree,
         env=environment,
         stdout=subprocess.PIPE,

@@ -14,7 +14,7 @@ def test_known_sequence() -> None:
     assert result.band == pytest.approx(1.96 / np.sqrt(5.0))
 
 
-def test_an_honest_filter_is_within_its_bands() -> None:
+def test_a_consistent_filter_is_within_its_bands() -> None:
     rng = np.random.default_rng(1)
     runs = [innovations(rng.normal(size=2000), rng.random(2000) < 0.7) for _ in range(200)]
     outside = np.mean([abs(r.nis - 1.0) > r.nis_band for r in runs])

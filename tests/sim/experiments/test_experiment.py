@@ -228,6 +228,7 @@ def test_with_too_few_runs_a_band_is_not_judged(monkeypatch, tmp_path: Path) -> 
 def page() -> str:
     targets = [
         Target(name="one", source="step 1", value=0.5, high=1.0, beside={"prototype": 0.3}),
+        Target(name="both", source="step 1", value=-0.25, low=-0.4, high=-0.1),
         Target(name="two <b>", part="x", source="step 2", value=0.5, low=2.0, spread=(0.25, 0.75)),
         Target(name="three", source="step 3", value=0.25, unit="deg", beside={"paper": 9.0}),
     ]
@@ -240,9 +241,10 @@ def page() -> str:
 
 def test_targets() -> None:
     text = page()
-    assert text.count('class="ok"') == 1 == text.count('class="bad"')
-    assert "Targets met: 1 of 2." in text  # what has no limits is shown, not judged
+    assert text.count('class="ok"') == 2 and text.count('class="bad"') == 1
+    assert "Targets met: 2 of 3." in text  # what has no limits is shown, not judged
     assert "two &lt;b&gt;, x" in text and "&ge; 2" in text and "&le; 1" in text
+    assert ">\N{MINUS SIGN}0.4 to \N{MINUS SIGN}0.1<" in "".join(text.split("\n"))
     assert ">note" not in text and "(reported)" not in text
     assert "0.25 to 0.75" in text and "0.25 deg" in text
     assert '<th class="r">prototype' in text and '<th class="r">paper' in text

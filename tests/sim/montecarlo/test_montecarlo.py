@@ -48,7 +48,7 @@ def test_quantiles(freedom: int) -> None:
         assert chi2(freedom, z) == pytest.approx(exact.ppf(p, freedom), rel=1e-2)
 
 
-def test_an_honest_filter_lies_in_its_bands() -> None:
+def test_a_consistent_filter_lies_in_its_bands() -> None:
     result = figures(made(400, 1), {"a": np.full(10, 2.0)}, 3)
     spread = result["outputs"]["a"]
     assert (

@@ -122,7 +122,7 @@ def test_claims_hold_and_what_was_printed_fails(runs) -> None:
         assert runs[name].pooled()["worst_rms"] > 1.0, name
 
 
-def test_innovations_are_honest_where_r_is(runs) -> None:
+def test_innovations_are_consistent_where_r_is(runs) -> None:
     for axis in ANGLES:
         pooled = runs["declared"].pooled()
         assert 0.7 < pooled[f"nis_{axis}"] < 1.35 and abs(pooled[f"rho_{axis}"]) < 0.15
