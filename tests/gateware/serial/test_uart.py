@@ -116,16 +116,21 @@ def test_pulse_shorter_than_the_spacing_changes_nothing(divisor: int, step: int)
     assert receive(divisor, drive) == [0x35] * len(positions)
 
 
-def test_break_is_one_error(send) -> None:
-    async def drive(ctx, dut):
-        await send(ctx, dut.rx, 16, b"a")
-        ctx.set(dut.rx, 0)
-        await pause(ctx, 1000)
-        ctx.set(dut.rx, 1)
-        await ctx.tick().repeat(16)
-        await send(ctx, dut.rx, 16, b"b")
+@pytest.mark.parametrize("divisor, pulse", [(16, 1), (40, 3)])
+def test_break_is_one_error(divisor: int, pulse: int, send) -> None:
+    """Whatever pulse shorter than the spacing is in it."""
 
-    assert receive(16, drive) == [ord("a"), None, ord("b")]
+    async def drive(ctx, dut):
+        assert pulse == dut.spacing - 1
+        await send(ctx, dut.rx, divisor, b"a")
+        for high in (pulse, divisor):
+            ctx.set(dut.rx, 0)
+            await pause(ctx, 1000)
+            ctx.set(dut.rx, 1)
+            await ctx.tick().repeat(high)
+        await send(ctx, dut.rx, divisor, b"b")
+
+    assert receive(divisor, drive) == [ord("a"), None, ord("b")]
 
 
 def test_missing_stop_bit_is_an_error(send) -> None:
@@ -143,7 +148,7 @@ def test_glitch_is_no_byte(divisor: int, length: int, send) -> None:
         ctx.set(dut.rx, 0)
         await ctx.tick().repeat(length)  # over before the middle of a start bit
         ctx.set(dut.rx, 1)
-        await ctx.tick().repeat(20)
+        await ctx.tick().repeat(divisor - length)
         await send(ctx, dut.rx, divisor, b"b")
 
     assert receive(divisor, drive) == [ord("b")]
