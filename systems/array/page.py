@@ -53,7 +53,7 @@ _WORDS = (
     "what a prototype in words of 40 bits had in eight hours, the specification's reason to ask "
     "for them."
 )
-_CASES = "Over all runs of each; arcsec where nothing else is said."
+_CASES = "Over all runs of each; arcsec unless stated otherwise."
 _COLUMNS = {
     **{f"{a} rms, most": (f"{a}_rms", f"{a}_max") for a in ANGLES},
     **{"1 sigma of the hours": tuple(f"{a}_sigma" for a in ANGLES)},
