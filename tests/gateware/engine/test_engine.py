@@ -440,6 +440,13 @@ def test_parameter_written_after_a_fault(config: str, words: int) -> None:
     assert bench.outputs == model.update(1000, 5)[0]
 
 
+def test_words_from_outside_enter_lane_0_alone() -> None:
+    """Input words and parameters; the other lane has the parameters of its bank."""
+    machine = CONFIGS["fast"]
+    m = Engine(machine=machine, image=image(machine)).elaborate(None)
+    assert [len(lane.words) for lane in (m.submodules.lane0, m.submodules.lane1)] == [2, 1]
+
+
 @pytest.mark.parametrize("config", ["fast", "fast-1024"])
 def test_parameter_goes_to_one_bank_only(config: str) -> None:
     bench, model = Bench(config), Model()
