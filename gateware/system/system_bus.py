@@ -133,12 +133,11 @@ class SystemBus(wiring.Component):
         elsewhere = Signal()
         core_answers = Signal()
         bad = Signal()
-        write_begins = bus.w_stb & ~ours
         m.d.sync += [
-            ours.eq(write_begins & ~is_core),
-            writes_csr.eq(write_begins & is_csr),
+            ours.eq(bus.w_stb & ~is_core & ~ours),
+            writes_csr.eq(bus.w_stb & is_csr & ~ours),
             core_answers.eq(is_core & addr[9]),
-            access.eq(self.read | write_begins),
+            access.eq(self.read | (bus.w_stb & ~ours)),
             elsewhere.eq(is_core | is_result | (is_counter & (low < counters.count))),
         ]
         m.d.comb += [

@@ -279,9 +279,9 @@ def refuted(name: str, harness, depth: int | None = None) -> bool:
         ("wishbone", "~fetch.any() & ~wb.ack):", "~fetch.any()):"),
         ("wishbone", "wanted.eq(wanted & selected)", "wanted.eq(wanted)"),
         ("wishbone", "m.d.sync += [asked.eq(0), fetch.eq(1)]", "m.d.sync += fetch.eq(1)"),
-        ("system bus", "writes_csr.eq(write_begins & is_csr)", "writes_csr.eq(write_begins)"),
+        ("system bus", "bus.w_stb & is_csr & ~ours", "bus.w_stb & ~ours"),
         ("system bus", "core.w_stb.eq(bus.w_stb & is_core)", "core.w_stb.eq(bus.w_stb)"),
-        ("system bus", "ours.eq(write_begins & ~is_core)", "ours.eq(bus.w_stb & ~is_core)"),
+        ("system bus", "ours.eq(bus.w_stb & ~is_core & ~ours)", "ours.eq(bus.w_stb & ~is_core)"),
         ("results", "_free(newest, *banks)", "_free(newest)"),
         ("results", "_free(newest, *banks)", "_free(*banks)"),
         (
