@@ -371,7 +371,7 @@ class Arguments:
         function: Callable[..., Any],
         *,
         wanted: str = "another use of this verb",
-        others: Mapping[Callable[..., Any], str] | None = None,
+        uses: Mapping[Callable[..., Any], str] | None = None,
         found: str = "one without it",
         instead: str = "",
     ) -> None:
@@ -381,7 +381,7 @@ class Arguments:
         ----------
         wanted, found : str
             Use that these options belong to, and the use that is run.
-        others : mapping, optional
+        uses : mapping, optional
             Functions whose use is named instead of ``wanted`` for the options that they take.
         instead : str
             Another remedy, before "leave it out".
@@ -395,13 +395,10 @@ class Arguments:
         for name in self.typed:
             if name not in valid:
                 flag = self.arguments[name].flags[-1]
-                uses = [use for f, use in (others or {}).items() if name in arguments_of(f)]
-                raise InputError.at(
-                    flag,
-                    wanted=(uses or [wanted])[0],
-                    found=found,
-                    fix=f"{instead}leave {flag} out",
-                )
+                for other, use in (uses or {}).items():
+                    wanted = use if name in arguments_of(other) else wanted
+                fix = f"{instead}leave {flag} out"
+                raise InputError.at(flag, wanted=wanted, found=found, fix=fix)
 
     def call(self, function: Callable[..., Any], *positional: Any, **more: Any) -> Any:
         """Call a function with the typed arguments.

@@ -242,9 +242,10 @@ def _faults(arguments: Arguments, name: str | None, log: str | None) -> Outcome:
             found=log,
             fix="leave it out",
         )
-    mode = "trials of faults, which have their own"
     arguments.only(
-        simulate_faults, others={simulate: _BOARD, simulate_world: "a world"}, found=mode
+        simulate_faults,
+        uses={simulate_world: "a world", simulate: _BOARD},
+        found="trials of faults",
     )
     return outcome(arguments.call(simulate_faults, name))
 

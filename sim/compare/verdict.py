@@ -41,7 +41,8 @@ class Accuracy:
     saturated_updates : int
         Updates in which an operation was clamped.
     saturated : dict of str to int
-        Updates by the name of the value that was clamped, with its line.
+        Updates by the name of the value that was clamped, with its line; of several with one name,
+        those of the one that was clamped most often.
     beyond_range : tuple of str
         States that left their declared ranges though their words hold them: what was sized by the
         range does not.
@@ -234,7 +235,10 @@ class Judge:
                 f"float64 is no number from step {self._endless} on: the estimator diverges; "
                 f"{culprit}"
             )
-        names = {_named(program, nodes, n): count for n, count in saturated.items()}
+        names: dict[str, int] = {}
+        for n, count in saturated.items():
+            name = _named(program, nodes, n)
+            names[name] = max(count, names.get(name, 0))
         named = {becomes(program, nodes, n) for n in saturated}  # what saturates is said already
         left = [(program.states[k][0], *self._left[k]) for k in sorted(self._left)]
         texts = tuple(

@@ -156,7 +156,7 @@ DRAWS = f"montecarlo {SUPPORT}/drift.py:Constant {SUPPORT}/drift.py:Mean -o x"
             "simulate --faults --config nosuch",
             "config: wanted one of small, fast, small-1024, fast-1024, small-2048, fast-2048, ",
         ),
-        ("simulate --faults --seed 3", "--seed: wanted a world, found trials of faults, which h"),
+        ("simulate --faults --seed 3", "--seed: wanted a world, found trials of faults; leave -"),
         ("simulate --faults --feed a=1", "--feed: wanted the simulation of the board, found tri"),
         ("simulate --faults --seconds nan", "seconds: wanted 0.05 to 20, found nan"),
         # what is run, and on what

@@ -20,10 +20,10 @@ _LEFT_OUT = shutil.ignore_patterns(
 )
 #: Exit codes of pytest: all passed, some failed, a file cannot be imported, none collected.
 _PASSED, _FAILED, _BROKEN, _NONE = 0, 1, 2, 5
-#: The most memory that each process of a test may have; a mutant may want all there is.
-_DATA_KIB = 8 << 20
 #: In their place: the time is over; pytest itself failed.
 _TIME, _CRASHED = -1000, -1001
+#: The most memory that each process of a test may have; a mutant may want all there is.
+_DATA_KIB = 8 << 20
 
 
 @dataclass(frozen=True)

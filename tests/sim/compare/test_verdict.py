@@ -84,9 +84,10 @@ def test_saturation_is_no_success_though_it_be_near() -> None:
 
 
 def test_a_value_without_a_name_is_called_by_the_nearest_that_has_one() -> None:
-    made = judge(Unnamed(), [4.0, 0.0, 4.0])
+    """Of two on one line the count is that of the one that saturates more often."""
+    made = judge(Unnamed(), [4.0, 0.0, 2.0])
     ((name, count),) = made.saturated.items()
-    assert count == 2 and re.fullmatch(r"bounded in half_square, faulty\.py, line \d+", name)
+    assert count == 2 and re.fullmatch(r"bounded in sum_of_squares, faulty\.py, line \d+", name)
 
 
 def test_those_that_saturate_most_are_named_first() -> None:
