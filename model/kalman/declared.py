@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from boresight.model import declarations, ops
-from boresight.model.declarations import Named
+from boresight.model.declarations import Named, check_flag
 from boresight.model.errors import InputError, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
@@ -57,7 +57,9 @@ class State(declarations.State):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.largest_sd,))
+        where = placed(self.line, f"state {self.name}")
+        _check_sd(where, (self.sd,), (self.largest_sd,))
+        check_flag(where, "consider", self.consider)
 
     @property
     def largest_sd(self) -> float:
@@ -159,6 +161,7 @@ class Measurement:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        check_flag(placed(self.line, "measurement"), "wrap", self.wrap)
         if self.gate is not None and not 0.0 < self.gate <= 32.0:
             raise InputError.at(
                 placed(self.line, "measurement"),
@@ -322,5 +325,5 @@ def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None
                 where,
                 wanted="a standard deviation sd above 0, and none above sd_max",
                 found="no sd" if missing else f"sd {sd:g}, sd_max {bound:g}",
-                fix="say how far the start may be off, as sd=0.5",
+                fix="say how far the start may be off, as sd=0.5; memory takes boresight.State",
             )
