@@ -281,7 +281,7 @@ class Update:
                 placed(m.line, "measurement"),
                 wanted="a variance above 0" if row else "h that depends on a state",
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
-                fix="compute h from x"
+                fix="compute h from x, or leave out what no state changes"
                 if not row
                 else "raise the least value of its parameters"
                 if low < high

@@ -372,7 +372,7 @@ def changed(**members: Any) -> type[Kalman]:
         ({"measure": lambda self, x, u, p: [x.pos]}, "a list of Measurement(z, h, r)"),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, u.there, p.r)]},
-            "h that depends on a state",
+            "h that depends on a state, found one that does not; compute h from x, or leave out",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r - 1.0)]},
@@ -431,6 +431,12 @@ def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
         (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
         (lambda: State("pos", -1.0, 1.0, sd=1.0, consider="no"), "consider: True or False"),
         (lambda: Attitude("q"), "found no sd"),
+        (
+            lambda: Attitude("q", sd=(0.1, 0.2)),
+            "q: wanted sd of 3 numbers or one, found (0.1, 0.2)",
+        ),
+        (lambda: Attitude("q", sd=0.1, sd_max="a"), "q: wanted sd_max of 3 numbers or one"),
+        (lambda: Attitude("q", sd=0.1, initial=1.0), "q: wanted initial of 4 numbers, found 1.0"),
         (lambda: Attitude("q", sd=0.1, initial=(1.0, 1.0, 0.0, 0.0)), "a unit quaternion"),
         (lambda: vector(State, "v", "abc", -1.0, 1.0, sd=1.0), "one of xyz, enu, ned"),
     ],
