@@ -89,6 +89,8 @@ def test_words_come_back(patience: float, word: int) -> None:
     bench, rng = Bench(patience, word), random.Random(1)
     mask = (1 << word) - 1
 
+    assert len(bench.dut.axi.awaddr) == len(bench.dut.axi.araddr) == 10 + 2
+
     async def test(ctx: Any) -> None:
         for _ in range(40):
             place, value = rng.randrange(1024), rng.getrandbits(32)
