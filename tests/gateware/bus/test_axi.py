@@ -217,3 +217,20 @@ def test_words_come_through(word: int, pace: float) -> None:
     assert came == [(extended(data), last) for data, last in sent]
     if pace == 1.0:
         assert cycles == list(range(2, 62))
+
+
+@pytest.mark.parametrize("adapter", [StreamFromAxi, StreamToAxi])
+def test_two_words_wait(adapter: type) -> None:
+    dut = adapter(word=18)
+
+    async def test(ctx: Any) -> None:
+        valid, ready = (
+            (dut.axi.tvalid, dut.axi.tready)
+            if adapter is StreamFromAxi
+            else (dut.i.valid, dut.i.ready)
+        )
+        ctx.set(valid, 1)
+        taken = [(await ctx.tick().sample(ready))[-1] for _ in range(10)]
+        assert taken == [1, 1] + [0] * 8
+
+    run_bench(dut, test)
