@@ -36,7 +36,7 @@ class Control(wiring.Component):
 
     Members
     -------
-    bus : In(WishboneSignature)
+    bus : In(WishboneSignature(address=3))
         Registers, 3 address bits.
     rx : In(1), tx : Out(1)
         Console, asynchronous.
