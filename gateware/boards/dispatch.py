@@ -37,7 +37,7 @@ class Dispatcher(wiring.Component):
     depth : int
         Words of the unpacker's buffer.
     address : int
-        Bits of a register address.
+        Bits of a register address, A.
     read_cycles : int, >= 1
         Cycles from an address on the bus to its word.
 
@@ -49,7 +49,7 @@ class Dispatcher(wiring.Component):
         The last word of an output record leaves the core in this cycle. Only with records.
     o : Out(stream of {data: W, last: 1})
         Records for the core. Only with records.
-    bus : Out(BusSignature)
+    bus : Out(BusSignature(word=W, address=A))
         Registers.
     request : Out(1), grant : In(1)
         The bus is needed; the target sees it in this cycle. A read word comes in the cycle after

@@ -26,18 +26,18 @@ class BusArbiter(wiring.Component):
     count : int, >= 2
         Initiators.
     word, address : int
-        Bits of a word and of an address.
+        Bits of a word, W, and of an address, A.
 
     Members
     -------
-    initiators : In(BusSignature) array
+    initiators : In(BusSignature(word=W, address=A)) array
         The initiators. ``r_data`` goes to all of them.
     request : In(count)
         Bit k: initiator k requests the bus; held, with its other signals, until the transfer's
         end. With ``w_stb`` it writes, else it reads.
     grant : Out(count)
         Bit k: initiator k has the bus in this cycle.
-    bus : Out(BusSignature)
+    bus : Out(BusSignature(word=W, address=A))
         The bus.
     read : Out(1)
         A read, in this cycle.

@@ -89,9 +89,9 @@ class AxiLiteSlave(wiring.Component):
 
     Members
     -------
-    axi : In(AxiLiteSignature)
-        The slave; byte addresses have A + 2 bits.
-    bus : Out(BusSignature), request : Out(1), grant : In(1)
+    axi : In(AxiLiteSignature(address=A + 2))
+        The slave, with byte addresses.
+    bus : Out(BusSignature(word=W, address=A)), request : Out(1), grant : In(1)
         An initiator of `gateware.bus.arbiter`; ``grant`` is 1 for an only one.
     """
 

@@ -47,7 +47,7 @@ class Registers(wiring.Component):
 
     Members
     -------
-    bus : In(BusSignature)
+    bus : In(BusSignature(word=W))
         The bus.
     request : Out(1), switch : Out(1)
         A word waits for the register file, or with ``switch`` for ``program``. Registered: what

@@ -68,7 +68,7 @@ class Csr(wiring.Component):
 
     Members
     -------
-    offset : In
+    offset : In(offset_bits(registers) + 1)
         Address less that of the first register, with one bit more: with that bit, or if no
         register is there, ``r_data`` is 0.
     w_data : In(32), w_en : In(1)

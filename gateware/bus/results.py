@@ -58,7 +58,7 @@ class Results(wiring.Component):
         The update is complete with the word written in this cycle.
     w_en : In(1), w_index : In(6), w_data : In(W)
         Write a word of the update.
-    ports : In(ResultPort) array
+    ports : In(ResultPort(word=W)) array
         The readers. Words not written by an update are those of an older one.
     """
 

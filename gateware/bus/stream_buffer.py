@@ -33,7 +33,7 @@ class StreamBuffer(wiring.Component):
     def __init__(self, *, layout: Layout) -> None:
         self.layout = layout
         words = stream.Signature(layout)
-        super().__init__({"i": In(words), "o": Out(words), "empty": Out(1, init=1)})
+        super().__init__({"i": In(words), "o": Out(words), "empty": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         """The first word is on the output; the second waits while it is not taken."""

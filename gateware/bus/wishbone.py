@@ -60,9 +60,9 @@ class WishboneSlave(wiring.Component):
 
     Members
     -------
-    wb : In(WishboneSignature)
+    wb : In(WishboneSignature(address=A))
         The slave.
-    bus : Out(BusSignature), request : Out(1), grant : In(1)
+    bus : Out(BusSignature(word=32, address=A)), request : Out(1), grant : In(1)
         An initiator of `gateware.bus.arbiter`; ``grant`` is 1 for an only one.
     """
 

@@ -48,7 +48,7 @@ class Engine(wiring.Component):
         Input records.
     o : Out(stream of {data: W, last: 1})
         Output records.
-    bus : In(BusSignature)
+    bus : In(BusSignature(word=W))
         Parameters and status (`gateware.bus.core_registers`).
     saturated_update : Out(1)
         A sticky result of the last completed update saturated.

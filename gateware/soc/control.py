@@ -36,7 +36,7 @@ class Control(wiring.Component):
 
     Members
     -------
-    bus : In(WishboneSignature)
+    bus : In(WishboneSignature(address=3))
         Registers, 3 address bits.
     rx : In(1), tx : Out(1)
         Console, asynchronous.
@@ -154,5 +154,5 @@ class Control(wiring.Component):
         m.d.sync += [left.eq(left - 1), holding.eq(holding - holding.any())]
         with m.If(written["watchdog"] & (self.bus.dat_w[:16] == KICK)):
             m.d.sync += left.eq(-1)
-        with m.If(~left.any()):
-            m.d.sync += [fired.eq(1), holding.eq(-1), left.eq(-1)]
+        with m.If(~left.any()):  # all ones come next
+            m.d.sync += [fired.eq(1), holding.eq(-1)]

@@ -37,8 +37,8 @@ class Ram(wiring.Component):
 
     Members
     -------
-    ibus, dbus : In(ProcessorBus)
-        Buses, 29 address bits.
+    ibus, dbus : In(ProcessorBus(addr_width=29))
+        Buses.
     fence : In
         Pages below this number are not written.
     refused : Out(1)

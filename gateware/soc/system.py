@@ -47,8 +47,8 @@ class Soc(wiring.Component):
     -------
     rx : In(1), tx : Out(1)
         Console.
-    slot : Out(WishboneSignature)
-        A device: 12 address bits, whole words.
+    slot : Out(WishboneSignature(address=12))
+        A device, of whole words.
     interrupt : In(1)
         Interrupt of the device, in this cycle; stored in the status register until cleared.
     restart : Out(1)

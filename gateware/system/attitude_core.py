@@ -40,7 +40,7 @@ class AttitudeCore(wiring.Component):
     -------
     All of the `Conductor` except its connection to the core, and
 
-    bus : In(BusSignature)
+    bus : In(BusSignature(word=W))
         The core's registers: parameters and status. The program is not chosen here. Writes take
         2 cycles more than those of a core, whose acknowledgement comes late in a cycle.
     """

@@ -79,7 +79,7 @@ class AttitudeOutput(wiring.Component):
         Every ``divider``-th update, from the next one sent on; 0 counts as 1.
     flags : In(8)
         Upper byte of the header, taken with each update.
-    port : Out(ResultPort)
+    port : Out(ResultPort(word=32))
         The results.
     o : Out(stream of {data: 8, last: 1, raw: 1})
         Bodies of frames, or lines as raw text.

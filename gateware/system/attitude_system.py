@@ -85,7 +85,7 @@ class AttitudeSystem(wiring.Component):
         A sensor has a fault.
     interrupt : Out(1)
         One cycle: new results. Only with Wishbone.
-    wb : In(WishboneSignature)
+    wb : In(WishboneSignature(address=12))
         Only with Wishbone.
     probe_* : Out
         For simulation; unconnected on a board.

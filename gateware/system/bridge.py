@@ -42,13 +42,13 @@ class Bridge(wiring.Component):
     baud : float
         Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
     address : int
-        Bits of an address.
+        Bits of an address, A.
 
     Members
     -------
     rx : In(1), tx : Out(1)
         Serial line.
-    bus : Out(BusSignature), request : Out(1), grant : In(1)
+    bus : Out(BusSignature(word=32, address=A)), request : Out(1), grant : In(1)
         An initiator of `gateware.bus.arbiter`; ``grant`` is 1 for an only one.
     i : In(stream of {data: 8, last: 1, raw: 1})
         Bodies to push, or raw text.

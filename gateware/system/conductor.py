@@ -81,7 +81,7 @@ class Conductor(wiring.Component):
         Number of the update that was begun last.
     last_output : Out(4)
         Number of the last output word of the update of ``updated``.
-    ports : In(ResultPort) array
+    ports : In(ResultPort(word=W)) array
         Readers of the results (`gateware.system.interface.Place`).
     events : Out
         One-cycle pulses, by `EVENTS`.

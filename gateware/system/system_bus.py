@@ -60,13 +60,13 @@ class SystemBus(wiring.Component):
 
     Members
     -------
-    bus : In(BusSignature)
-        32 bits, 12 bits of address; the core's words have 32 bits, too.
+    bus : In(BusSignature(word=32, address=12))
+        The bus.
     read : In(1)
         The initiator reads in this cycle; used for bad addresses only.
-    core : Out(BusSignature)
+    core : Out(BusSignature(word=32))
         The core's registers.
-    results : Out(ResultPort)
+    results : Out(ResultPort(word=32))
         The results, whose last place has to be 0; ``take`` is to be driven by the parent.
     events : In(events)
         Events to count.

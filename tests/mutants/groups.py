@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 
+from boresight.sim.formal.registry import find_proofs
 from tests.mutants.edits import Mutant
 from tests.mutants.hardware import hardware_mutants
 from tests.mutants.software import software_mutants
@@ -31,6 +33,7 @@ _BEYOND = {
     "gateware/schedule/": ["tests/bits/test_digests.py"],
     "gateware/microcode/": ["tests/bits/test_digests.py"],
 }
+_PROOF = "tests/sim/formal/test_prove.py::test_short_proof"
 #: Tests that are no witnesses: they change the source's text themselves and want it as it is.
 _NO_WITNESS = {"tests/sim/formal/test_mutants.py"}
 
@@ -84,14 +87,15 @@ def nearest_tests(root: Path, file: str) -> list[str]:
 
 
 def wider_tests(root: Path, file: str) -> list[str]:
-    """Whatever imports the file, the tests of the same folder, and those of where it is used; not
-    the nearest ones."""
+    """Whatever imports the file, the tests of the same folder, those of where it is used, and the
+    proofs of it that the tests run; not the nearest ones."""
     nearest = set(nearest_tests(root, file))
     near = set((root / "tests" / Path(file).parent).glob("test_*.py"))
     users = {p for p in (root / "tests").rglob("test_*.py") if _imports(p, file)}
     rows = [*sorted(near & users), *sorted(users - near), *sorted(near - users)]
     names = [str(p.relative_to(root)) for p in rows]
     names += [name for head, more in _BEYOND.items() if file.startswith(head) for name in more]
+    names += _proofs(root, file)
     return [name for name in dict.fromkeys(names) if name not in nearest | _NO_WITNESS]
 
 
@@ -99,3 +103,16 @@ def _imports(test: Path, file: str) -> bool:
     module = "boresight." + file.removesuffix(".py").replace("/", ".")
     text = test.read_text(encoding="utf-8")
     return f"{module} import" in text or f"import {module}\n" in text
+
+
+def _proofs(root: Path, file: str) -> list[str]:
+    """The short proofs of blocks that import the file."""
+    blocks = {p.stem for p in (root / "sim/formal/blocks").glob("*.py") if _imports(p, file)}
+    return [f"{_PROOF}[{name}]" for name, block in _short_proofs() if block in blocks]
+
+
+@cache
+def _short_proofs() -> list[tuple[str, str]]:
+    """Names, and the modules of their harnesses."""
+    proofs = find_proofs([], short=True)
+    return [(p.name, p.harness.__module__.rpartition(".")[2]) for p in proofs]

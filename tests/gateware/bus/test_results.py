@@ -81,6 +81,21 @@ def test_taking_in_the_cycle_of_complete_gives_the_one_before(simulate) -> None:
     simulate(dut, bench)
 
 
+def test_a_register_behind_the_memory_is_a_cycle_more(simulate) -> None:
+    dut = Results(word=32, read_cycles=2)
+    port = dut.ports[0]
+
+    async def bench(ctx):
+        await write(ctx, dut, 1)
+        await take(ctx, port)
+        await ctx.tick().repeat(2)
+        assert await read(ctx, port, 5) == 1000
+        await ctx.tick()
+        assert ctx.get(port.value) == 1005
+
+    simulate(dut, bench)
+
+
 def test_each_copy_has_the_banks_that_are_needed_and_no_more() -> None:
     """Two readers, the newest and the one that is written: four of 64 words."""
     text = to_verilog(Results(word=32), "results", instances=False)

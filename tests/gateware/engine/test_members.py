@@ -25,7 +25,7 @@ from boresight.gateware.bus.axi_lite import AxiLiteSignature, AxiLiteSlave
 from boresight.gateware.bus.axi_stream import AxiStreamSignature, StreamFromAxi, StreamToAxi
 from boresight.gateware.bus.core_registers import Registers
 from boresight.gateware.bus.counters import EventCounters
-from boresight.gateware.bus.csr import Csr
+from boresight.gateware.bus.csr import Csr, offset_bits
 from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.results import ResultPort, Results
 from boresight.gateware.bus.signature import BusSignature
@@ -73,6 +73,18 @@ ITEM = re.compile(
 )
 
 
+#: What a port may be.
+SIGNATURES = {
+    kind.__name__: kind
+    for kind in (
+        AxiLiteSignature,
+        AxiStreamSignature,
+        BusSignature,
+        ProcessorBus,
+        ResultPort,
+        WishboneSignature,
+    )
+}
 #: Their documentation refers to that of others, or of registers.
 IN_OTHER_WORDS = {AttitudeCore, AttitudeSoc, AttitudeSystem, Csr, Lane, SystemBus}
 
@@ -126,7 +138,9 @@ def check(port: Documented, member: Member, letters: Mapping[str, Any]) -> None:
                 wanted = shape_of(payload, letters).width
                 assert Shape.cast(signature.members["payload"].shape).width == wanted, port
         else:
-            assert name == type(signature).__name__, port
+            what = port.what if "(" in port.what else f"{port.what}()"
+            wanted = eval(what, {**SIGNATURES, **letters})
+            assert type(signature) is type(wanted) and signature.members == wanted.members, port
     elif port.what:
         wanted, result = shape_of(port.what, letters), Shape.cast(member.shape)
         assert result.width == wanted.width, port
@@ -148,7 +162,7 @@ def cases() -> dict[str, Case]:
     w = {"W": word}
     rows = (
         Case(Bitwise(function=lambda a, b: a & b, inputs=2, width=5), {"width": 5}),
-        Case(Dispatcher(word=30, inputs=3, depth=4), {"W": 30}),
+        Case(Dispatcher(word=30, inputs=3, depth=4, address=9), {"W": 30, "A": 9}),
         Case(Framer()),
         Case(Packer(word=30), {"W": 30}),
         Case(Top(core=plain, clock_hz=100e6)),
@@ -190,28 +204,28 @@ def cases() -> dict[str, Case]:
         Case(Cpu()),
         Case(Ram(words=1024)),
         Case(Soc(words=1024, divisor=8)),
-        Case(AttitudeCore(core=core)),
+        Case(AttitudeCore(core=core), w),
         Case(AttitudeOutput()),
         Case(system),
         Case(AngleDigits()),
-        Case(Bridge(clock_hz=100e6)),
+        Case(Bridge(clock_hz=100e6, address=9), {"A": 9}),
         Case(AxiCore(word=24)),
         Case(StreamBuffer(layout=word_layout(30))),
         Case(AxiLiteSignature(address=9), {"A": 9}),
-        Case(AxiLiteSlave(word=24)),
+        Case(AxiLiteSlave(word=24, address=9), {"W": 24, "A": 9}),
         Case(AxiStreamSignature()),
         Case(StreamFromAxi(word=24), {"W": 24}),
         Case(StreamToAxi(word=24), {"W": 24}),
-        Case(BusArbiter(count=3), {"count": 3}),
+        Case(BusArbiter(count=3, word=30, address=9), {"count": 3, "W": 30, "A": 9}),
         Case(Conductor(plan=fed), w),
         Case(FeedRegisters(word=30, init=(1, 2)), {"W": 30}),
         Case(EventCounters(count=5, bits=20), {"count": 5, "bits": 20}),
-        Case(Csr(system.registers)),
+        Case(Csr(system.registers), {"registers": system.registers, "offset_bits": offset_bits}),
         Case(ResultPort(word=30), {"W": 30}),
         Case(Results(word=30), {"W": 30}),
         Case(SystemBus(registers=system.registers, events=events, feed=3), {"events": events}),
         Case(WishboneSignature(address=9), {"A": 9}),
-        Case(WishboneSlave()),
+        Case(WishboneSlave(address=9), {"A": 9}),
     )
     return {type(case.part).__name__: case for case in rows}
 
@@ -244,3 +258,9 @@ def test_ports_are_the_documented_ones(kind: type, cases: dict[str, Case]) -> No
         check(port, members[port.name], letters)
     missing = members.keys() - {port.name for port in ports}
     assert not missing or kind in IN_OTHER_WORDS, missing
+
+
+@pytest.mark.parametrize("kind", [AxiLiteSlave, Bridge, Dispatcher, WishboneSlave])
+def test_an_only_initiator_has_the_grant(kind: type, cases: dict[str, Case]) -> None:
+    part = cases[kind.__name__].part
+    assert isinstance(part, Component) and part.signature.members["grant"].init == 1

@@ -18,6 +18,7 @@ def run(bench, *, background=None, **options) -> None:
     top = Module()
     top.domains.sync = ClockDomain()
     top.submodules.dut = dut
+    assert len(dut.bus.adr) == (len(CONTROL) - 1).bit_length()
     beside = [] if background is None else [partial(background, dut=dut)]
     run_bench(top, partial(bench, dut=dut), background=beside)
 
@@ -86,6 +87,24 @@ def test_no_interrupt_while_the_alarm_changes() -> None:
 
     run(bench, background=watch)
     assert seen and not any(seen)
+
+
+def test_an_interrupt_ends_with_the_acknowledgement_of_a_new_alarm() -> None:
+    levels = []
+
+    async def watch(ctx, dut):
+        async for _, _, ack, timer in ctx.tick().sample(dut.bus.ack, dut.timer):
+            if ack:
+                levels.append(timer)
+
+    async def bench(ctx, dut):
+        await transfer(ctx, dut, "timer", 1)
+        for alarm in (0, 500):
+            await ctx.tick().repeat(10)
+            await transfer(ctx, dut, "alarm", alarm)
+        assert levels == [0, 0, 0]
+
+    run(bench, background=watch)
 
 
 def test_alarm_across_the_wrap() -> None:

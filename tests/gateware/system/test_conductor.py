@@ -284,6 +284,23 @@ def test_a_sample_before_the_watchdog_does_not_wait() -> None:
     bench.run(test)
 
 
+def test_a_sample_that_waits_is_dropped_by_a_stop() -> None:
+    bench = Bench()
+
+    async def test(ctx):
+        await bench.line(ctx, (1, 2, 3), 1)
+        await bench.sample(ctx)
+        await bench.sample(ctx, wait=False)  # while the line is calibrated
+        for run in (0, 1):
+            ctx.set(bench.dut.run, run)
+            await ctx.tick().repeat(500)
+        assert bench.updates == 1
+        await bench.sample(ctx)
+        assert bench.updates == 2
+
+    bench.run(test)
+
+
 def test_the_first_word_after_the_watchdog_ends_the_record() -> None:
     bench = Bench()
     dut, bench.running = bench.dut, PLAN.inertial
