@@ -20,7 +20,7 @@ from boresight.model.kalman.declared import Attitude, Measurement, grouped
 from boresight.model.kalman.filter import Filter
 from boresight.model.kalman.slopes import Intervals
 from boresight.model.kalman.update import checked_measurements, moved, noise_of
-from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.lowering.trace import Expression, Scalar, Trace, Tracer
 from boresight.model.places import placed
 from boresight.model.recorded import evaluate
 from boresight.model.step import Values
@@ -55,6 +55,21 @@ class TextbookRun:
     outputs: dict[str, FloatArray]
     covariances: FloatArray
     remarks: list[str]
+
+
+def _inputs_of(*values: Any) -> set[str]:
+    """Names of the inputs that recorded values read."""
+    stack, seen = list(values), set[int]()
+    names = set()
+    while stack:
+        value = stack.pop()
+        if not isinstance(value, Expression) or value.number in seen:
+            continue
+        seen.add(value.number)
+        stack += value.args
+        if value.kind == "leaf" and value.data[0] == "input":
+            names.add(value.data[1])
+    return names
 
 
 class _Function:
@@ -101,6 +116,8 @@ class Textbook:
         self._shown = _Function(kalman, lambda _, x, u, p: dict(kalman.shown(x, u, p)))
         #: Of each measurement: updates in which it was valid, and in which it was taken.
         self._valid = np.zeros((2, len(self.measurements)), dtype=int)
+        #: Of each measurement, updates in which it was taken without a new sample.
+        self._repeated = np.zeros(len(self.measurements), dtype=int)
         #: Of each error state, updates in which its variance was near its largest, and in which it
         #: had process noise.
         self._held, self._noisy = np.zeros((2, len(kalman.largest_sd)), dtype=int)
@@ -120,12 +137,20 @@ class Textbook:
 
     def _measured(self, tracer: Tracer, x: Any, u: Any, p: Any) -> dict[str, Any]:
         self.measurements = checked_measurements(self.kalman, self.kalman.measure(x, u, p))
+        self._unread = [self._unread_flags(m) for m in self.measurements]
         out: dict[str, Any] = {}
         for n, m in enumerate(self.measurements):
             valid = True if m.valid is None else m.valid
             out[f"valid {n}"] = ops.where(valid, 1.0, 0.0) if m.valid is not None else 1.0
             out |= {f"excess {n}": m.h - m.z, f"r {n}": m.r}
         return out
+
+    def _unread_flags(self, m: Measurement) -> dict[str, str]:
+        """Flags of the inputs that z reads, of which the measurement reads none; by input."""
+        flags = {name: i.name for i in self.kalman.inputs for name in i.flags}
+        measured = {name: flags[name] for name in _inputs_of(m.z) if name in flags}
+        read = _inputs_of(m.z, m.h, m.r, m.valid)
+        return {} if {*measured.values()} & read else measured
 
     # -- the filter -----------------------------------------------------------------------------
 
@@ -138,7 +163,7 @@ class Textbook:
             In their units.
         """
         k = self.kalman
-        self._valid[:] = self._held[:] = self._noisy[:] = 0
+        self._valid[:] = self._repeated[:] = self._held[:] = self._noisy[:] = 0
         self._observability = _Observability(np.array(k.largest_sd))
         x = {s.name: np.float64(s.initial) for s in k.states}
         cov = np.diag(np.square(k.initial_sd))
@@ -169,6 +194,13 @@ class Textbook:
                 texts.append(
                     f"{subject}: wanted innovations within the gate of {m.gate:g} standard "
                     f"deviations, found none in {valid} updates; raise r, sd or the gate"
+                )
+        for m, flags, count in zip(self.measurements, self._unread, self._repeated, strict=True):
+            if count:
+                texts.append(
+                    f"{placed(m.line, 'measurement')}: taken in {count} of {updates} updates "
+                    f"without a new sample of {' or '.join(flags)}; leave these out by "
+                    f"valid=u.{next(iter(flags.values()))} > 0.5"
                 )
         unseen = self._observability.unseen()
         shown = np.all([np.abs(direction) <= 0.05 for direction in unseen], axis=0)
@@ -250,6 +282,9 @@ class Textbook:
             nu[n] = ops.wrap_ht(nu[n]) if m.wrap else nu[n]
         valid = [n for n in numbers if measured[f"valid {n}"] >= 0.5]
         self._valid[0, valid] += 1
+        for n in valid:
+            flags = self._unread[n].values()
+            self._repeated[n] += any(leaves["input", flag] < 0.5 for flag in flags)
         if k.considered:
             return self._sequential(x, cov, valid, h, r, nu)
         s = h @ cov @ h.T + np.diag(r)

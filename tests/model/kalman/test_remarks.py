@@ -95,3 +95,19 @@ def test_check_warns() -> None:
         type("Doubtful", (Doubtful,), {"seen": ("pos",)}), columns, levels=("fixed",)
     )
     assert result.good and "warning: test_remarks.py" in str(result) and "shift" in str(result)
+
+
+@pytest.mark.parametrize(("valid", "taken"), [(False, ["taken in 30 of 40 updates"]), (True, [])])
+def test_measurements_without_a_new_sample(valid: bool, taken: list[str]) -> None:
+    """Only where nothing of a measurement looks at the flag of what it reads."""
+    flagged = (Input("z", -100.0, 100.0, "m", missing=0.0), Input("there", 0.0, 1.0, valid_of="z"))
+    options = {"inputs": flagged, "seen": ("pos",), "valid": valid}
+    kalman = type("Doubtful", (Doubtful,), options)()
+    inputs = np.array([[1.0, float(k % 4 == 0)] for k in range(40)])
+    texts = [text for text in Textbook(kalman).run(inputs).remarks if "taken" in text]
+    assert [
+        text.partition(", measurement: ")[2].partition(" without")[0] for text in texts
+    ] == taken
+    assert all(
+        text.endswith("sample of z; leave these out by valid=u.there > 0.5") for text in texts
+    )
