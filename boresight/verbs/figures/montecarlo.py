@@ -6,15 +6,18 @@ boresight montecarlo my_filter.py my_filter.py --runs 500 -o build  # a world an
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from boresight.arguments import JOBS_MOST, SEED_MOST, check_number, check_optional, check_word
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError, require_choice
+from boresight.model.estimator import Estimator
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -238,6 +241,7 @@ def montecarlo(
     campaign = Campaign((world, estimator), settings, on, word, steps)
     filter, plant = campaign.estimator, campaign.world
     filter.param_values(params)
+    _check_nis(filter)
     drawn(plant, seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
@@ -271,6 +275,19 @@ def montecarlo(
     data = {key: value for key, value in outcome.to_json().items() if key != "file"}
     result.write(json.dumps(data, allow_nan=False) + "\n")
     return outcome
+
+
+def _check_nis(estimator: Estimator) -> None:
+    """Raise InputError unless NIS can be computed, or is not asked for."""
+    freedom, names = estimator.nis_freedom, [o.name for o in estimator.outputs]
+    is_number = isinstance(freedom, Real) and 0 <= float(freedom) < math.inf
+    if not is_number or (freedom and "nis" not in names):
+        raise InputError.at(
+            f"estimator {estimator.name}, nis_freedom",
+            wanted="a number of measurements, 0 without an output nis",
+            found=f"{freedom!r}, outputs {', '.join(names)}",
+            fix='write for example nis_freedom = 1, and Output("nis") among the outputs',
+        )
 
 
 def _command(campaign: Campaign, worst: Mapping[str, Any]) -> str:

@@ -40,6 +40,22 @@ def test_the_right_filter_is_found_right(whole) -> None:
     assert data.marks[-1] == 59 and data.saturated == 0
 
 
+@pytest.mark.parametrize(
+    ("members", "found"),
+    [
+        ({"nis_freedom": "two"}, "found 'two', outputs mean, nis; write for example"),
+        ({"nis_freedom": -2}, "found -2, outputs mean, nis"),
+        ({"outputs": Mean.outputs[:1]}, "found 1, outputs mean; .* among the outputs"),
+    ],
+)
+def test_what_nis_cannot_be_computed_of(members, found, tmp_path) -> None:
+    """It is refused before any draw."""
+    of = type("Mean", (Mean,), members)
+    with pytest.raises(boresight.InputError, match=f"nis_freedom: wanted .*{found}"):
+        boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
+    assert not [*tmp_path.iterdir()]
+
+
 def test_the_worst_draw_is_named_and_runs_alone(whole, tmp_path, capsys) -> None:
     worst, world, errors = whole[1].worst, Constant(), {}
     for seed in range(1, 41):
