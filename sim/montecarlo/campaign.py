@@ -206,11 +206,48 @@ def _nees(
         kind=tuple | None,
         answer="return (names, covariances) or None",
     )
-    if covariances is None or not set(covariances[0]) <= set(errors):
+    if covariances is None:
         return [], 0
-    names, p = covariances
+    names, p = _checked(
+        covariances, len(marks), {*states, *(o.name for o in estimator.outputs)}, where
+    )
+    if not set(names) <= set(errors):
+        return [], 0
     e = np.stack([errors[name][marks] for name in names], axis=1)
     # In units of the standard deviations, since the scales of states may differ by much.
     sd = np.sqrt(np.einsum("nii->ni", p))
-    scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
+    try:
+        scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        raise InputError.at(
+            where,
+            wanted="covariances that are positive definite",
+            found="a singular one",
+            fix="leave out what follows from the others, or give it noise",
+        ) from None
     return np.einsum("ni,ni->n", e / sd, scaled).tolist(), len(names)
+
+
+def _checked(
+    given: tuple[Any, ...], marks: int, known: set[str], where: str
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Names and covariances of an estimator, if they are of its states and fit each other."""
+    found, covariances = f"{len(given)} values", np.zeros(0)
+    if len(given) == 2:
+        names = (given[0],) if isinstance(given[0], str) else tuple(given[0])
+        unknown = [name for name in names if name not in known]
+        try:
+            covariances = np.asarray(given[1], dtype=np.float64)
+        except (TypeError, ValueError):
+            found = f"a {type(given[1]).__name__} that holds no numbers"
+        else:
+            if not unknown and covariances.shape == (marks, len(names), len(names)):
+                return names, covariances
+            shapes = f"the shape {covariances.shape} of {len(names)} names"
+            found = f"the name {unknown[0]!r}" if unknown else shapes
+    raise InputError.at(
+        where,
+        wanted=f"names of states, and covariances of {marks} records, each a matrix of them",
+        found=found,
+        fix="return (names, covariances), an array (n, k, k) for k names",
+    )

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import boresight
@@ -54,6 +55,24 @@ def test_what_nis_cannot_be_computed_of(members, found, tmp_path) -> None:
     with pytest.raises(boresight.InputError, match=f"nis_freedom: wanted .*{found}"):
         boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
     assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ((("mean",), 3.0), r"the shape \(\) of 1 names"),
+        ((("mean",), np.ones((50, 2, 2))), r"the shape \(50, 2, 2\) of 1 names"),
+        ((("meen",), np.ones((50, 1, 1))), "the name 'meen'"),
+        ((("mean",), "one"), "a str that holds no numbers"),
+        ((("mean",), np.ones((50, 1, 1)), 1), "3 values"),
+        ((("mean", "mean"), np.ones((50, 2, 2))), "a singular one; leave out what follows"),
+    ],
+)
+def test_covariances_that_are_none(given, found, tmp_path) -> None:
+    of = type("Mean", (Mean,), {"error_covariance": lambda self, states, params: given})
+    where = "estimator mean, error_covariance, seed 1: wanted .* found"
+    with pytest.raises(boresight.InputError, match=f"{where} {found}"):
+        boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
 
 
 def test_the_worst_draw_is_named_and_runs_alone(whole, tmp_path, capsys) -> None:
