@@ -18,6 +18,15 @@ from boresight.sim.records.reading import kind_of, read_json
 __all__ = ["parse_settings", "read_params", "values_for"]
 
 
+#: A setting of each option that takes some.
+_EXAMPLES = {
+    "--param": "kp_pitch_per_s=0.5",
+    "--allow": "cycles=0.01",
+    "--weight": "vel=0.5",
+    "--feed": "east=0.6",
+}
+
+
 def parse_settings(items: Sequence[str], option: str = "--param") -> dict[str, float]:
     """Values of ``NAME=NUMBER`` texts; the last text of a name counts.
 
@@ -36,7 +45,7 @@ def parse_settings(items: Sequence[str], option: str = "--param") -> dict[str, f
                 option,
                 wanted="NAME=NUMBER",
                 found=repr(item),
-                fix=f"write for example {option} kp_pitch_per_s=0.5",
+                fix=f"write for example {option} {_EXAMPLES.get(option, 'NAME=0.5')}",
             ) from None
     return out
 

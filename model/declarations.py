@@ -36,6 +36,7 @@ __all__ = [
     "Param",
     "State",
     "check_declared",
+    "check_flag",
 ]
 
 #: Outputs that together are an attitude.
@@ -117,6 +118,7 @@ class Input:
         where = placed(self.line, f"input {self.name}")
         check_unit(where, self.unit)
         _check_range(where, self.low, self.high)
+        check_flag(where, "clamp", self.clamp)
         program, dot, output = self.source.partition(".")
         if self.source and not (dot and program and output.isidentifier()):
             raise InputError.at(
@@ -374,6 +376,14 @@ def _check_number(where: str, subject: str, value: Any) -> None:
             wanted=f"{subject}: a number",
             found=repr(value),
             fix="write it without quotes" if isinstance(value, str) else "correct it",
+        )
+
+
+def check_flag(where: str, subject: str, value: object) -> None:
+    """Refuse a text and the like where True or False is wanted: it would count as True."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError.at(
+            where, wanted=f"{subject}: True or False", found=repr(value), fix="correct it"
         )
 
 

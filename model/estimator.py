@@ -187,7 +187,7 @@ class Estimator:
         for name, value in (given or {}).items():
             require_choice(f"parameter {name}", name, legal, "correct the name")
             p = legal[name]
-            if not p.low <= value <= p.high:  # NaN fails too
+            if isinstance(value, str) or not p.low <= value <= p.high:  # NaN fails too
                 raise InputError.at(
                     f"parameter {name}",
                     wanted=f"{p.low:g} to {p.high:g} {p.unit}".rstrip(),

@@ -22,6 +22,7 @@ import numpy as np
 from boresight.model.errors import InputError, require
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line
+from boresight.model.units import same_unit
 from boresight.model.words import rounded
 
 __all__ = [
@@ -80,8 +81,9 @@ def _unit(x: Any, depth: int = 4) -> str:
 def _check_half_turns(x: Scalar) -> None:
     """Refuse an angle of another unit than half turns."""
     unit = _unit(x)
-    if unit in _ANGLES:
-        fix = f"write {_ANGLES[unit]}, or declare the angle in ht"
+    if unit and not same_unit(unit, "ht"):
+        made = _ANGLES.get(unit)
+        fix = f"write {made}, or declare the angle in ht" if made else "give it an angle"
         raise InputError.at(author_line(), wanted="an angle in half turns", found=unit, fix=fix)
 
 
@@ -182,17 +184,18 @@ def clip(x: Any, low: Any, high: Any) -> Any:
     Raises
     ------
     InputError
-        The limits are numbers in the wrong order.
+        The limits are numbers in the wrong order, or not finite.
     """
-    if isinstance(low, Scalar) or isinstance(high, Scalar):
+    traced = isinstance(x, Scalar)
+    if any(isinstance(limit, Scalar) for limit in (low, high)):
         return maximum(minimum(x, high), low)
-    if _plain(low, high):
+    if traced or _plain(low, high):
         require(low <= high, author_line, "limits of ops.clip in order", (low, high))
-    return (
-        x.tracer.new("clip", x, data=(low, high))
-        if isinstance(x, Scalar)
-        else np.clip(x, low, high)
-    )
+        fix = "write ops.maximum or ops.minimum for one limit"
+        finite = -math.inf < low and high < math.inf
+        require(finite, author_line, "finite limits of ops.clip", (low, high), fix)
+        return x.tracer.new("clip", x, data=(low, high)) if traced else np.clip(x, low, high)
+    return maximum(minimum(x, high), low)
 
 
 def wrap_ht(x: Any) -> Any:

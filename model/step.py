@@ -16,7 +16,7 @@ from boresight.model.errors import InputError, listed
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import author_line, place_of, place_of_function, placed
 
-__all__ = ["Values", "check_constants", "check_number", "checked"]
+__all__ = ["Values", "check_arguments", "check_constants", "check_number", "checked"]
 
 #: Remedies for errors of Python and numpy, by patterns of their texts.
 _REMEDIES = (
@@ -39,6 +39,11 @@ _REMEDIES = (
     ),
     (r"is not defined|has no attribute", "correct the name"),
     (r"is not callable", "write a * before the bracket"),
+    (
+        r"missing \d+ required|unexpected keyword argument|positional arguments? but",
+        "correct the arguments of the call",
+    ),
+    (r"RecursionError", "no recursion: the result before is a state"),
     (r"not subscriptable|not iterable|has no len", "it is one number, without elements"),
 )
 
@@ -117,7 +122,7 @@ def checked(
             error if not line or str(error).startswith(line) else InputError(f"{line}, {error}")
         ) from error
     except (Exception, SystemExit) as error:
-        raise _explained(name, step, arguments, where, error) from error
+        raise _explained(name, step, where, error) from error
     is_pair = isinstance(result, tuple) and len(result) == 2
     if not is_pair or not all(isinstance(part, Mapping) for part in result):
         kinds = " and ".join(type(part).__name__ for part in result) if is_pair else ""
@@ -137,24 +142,13 @@ def checked(
     return states_and_outputs
 
 
-def _explained(
-    name: str,
-    step: Callable[..., Any],
-    arguments: tuple[Any, ...],
-    where: str,
-    error: BaseException,
-) -> InputError:
+def _explained(name: str, step: Callable[..., Any], where: str, error: BaseException) -> InputError:
     """Explain the error of a step that raised."""
     line = place_of(error)
     try:
-        inspect.signature(step).bind(*arguments)
-    except TypeError:
-        return InputError.at(
-            where,
-            wanted="step(self, x, u, p): states, inputs, parameters",
-            found=f"step{inspect.signature(step)} of the object",
-            fix="take these three, also where one is not needed",
-        )
+        check_arguments(where, "step", step)
+    except InputError as wrong:
+        return wrong
     text = f"{type(error).__name__}: {error}".splitlines()[0]
     remedy = next((remedy for pattern, remedy in _REMEDIES if re.search(pattern, text)), None)
     named = (
@@ -168,6 +162,20 @@ def _explained(
         found=next(named, text),
         fix=remedy or "use + - * /, comparisons and boresight.ops",
     )
+
+
+def check_arguments(where: str, name: str, method: Callable[..., Any]) -> None:
+    """Refuse a method that does not take states, inputs, parameters."""
+    signature = inspect.signature(method)
+    try:
+        signature.bind(None, None, None)
+    except TypeError:
+        raise InputError.at(
+            where,
+            wanted=f"{name}(self, x, u, p): states, inputs, parameters",
+            found=f"{name}{signature} of the object",
+            fix="take these three, also where one is not needed",
+        ) from None
 
 
 def check_constants(

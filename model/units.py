@@ -13,7 +13,7 @@ from typing import Any
 
 from boresight.model.errors import InputError, require
 
-__all__ = ["GRAVITY", "UnitError", "check_unit", "conversion", "linear"]
+__all__ = ["GRAVITY", "UnitError", "check_unit", "conversion", "linear", "same_unit"]
 
 #: Standard gravity, m/s^2.
 GRAVITY = 9.80665
@@ -84,6 +84,14 @@ def linear(unit: str, wanted: str) -> tuple[float, float]:
     except Exception:  # pint's errors share no base class
         raise UnitError(f"{unit} is not {wanted or 'a plain number'}") from None
     return slope - zero, zero
+
+
+def same_unit(unit: str, other: str) -> bool:
+    """Whether two texts are one unit, as ``m`` and ``meter``."""
+    try:
+        return linear(unit, other) == (1.0, 0.0)
+    except UnitError:
+        return False
 
 
 def conversion(where: str, name: str, unit: str, wanted: str) -> tuple[float, float]:

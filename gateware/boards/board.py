@@ -91,6 +91,8 @@ class Board:
     pads : Pads
     high_parts : tuple of str
         RESOURCE.PART of the board that is driven high: resource "held" of the platform, by number.
+    holds_system : bool
+        Whether the complete system fits its part; else only a core that the host feeds does.
     """
 
     title: str
@@ -103,6 +105,7 @@ class Board:
     clocking: Callable[[int, int], Clock | None] = spartan6_clock
     pads: Pads = _SPARTAN6_PADS
     high_parts: tuple[str, ...] = ()
+    holds_system: bool = True
 
     def make(self, lines: Sequence[Line]) -> Any:
         """Return the platform, with a resource for each line, named like it."""
@@ -207,5 +210,6 @@ BOARDS = {
         target="ice40-up5k",
         clocking=ice40_clock,
         pads=_ICE40_PADS,
+        holds_system=False,
     ),
 }

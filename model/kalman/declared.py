@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 
 from boresight.model import declarations, ops
-from boresight.model.declarations import Named
-from boresight.model.errors import InputError, require_choice
+from boresight.model.declarations import Named, check_flag
+from boresight.model.errors import InputError, require, require_choice
 from boresight.model.places import author_line, placed
 from boresight.model.step import check_number
 
@@ -57,7 +58,9 @@ class State(declarations.State):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_sd(placed(self.line, f"state {self.name}"), (self.sd,), (self.largest_sd,))
+        where = placed(self.line, f"state {self.name}")
+        _check_sd(where, (self.sd,), (self.largest_sd,))
+        check_flag(where, "consider", self.consider)
 
     @property
     def largest_sd(self) -> float:
@@ -90,9 +93,13 @@ class Attitude:
 
     def __post_init__(self) -> None:
         where = placed(self.line, f"attitude {self.name}")
+        _check_numbers(where, "sd", self.sd, 3, single=True)
+        if self.sd_max is not None:
+            _check_numbers(where, "sd_max", self.sd_max, 3, single=True)
+        _check_numbers(where, "initial", self.initial, 4)
         _check_sd(where, self.sds, self.largest_sds)
         norm = math.sqrt(math.fsum(c * c for c in self.initial))
-        if len(self.initial) != 4 or not abs(norm - 1.0) < 1e-6:
+        if not abs(norm - 1.0) < 1e-6:
             raise InputError.at(
                 where,
                 wanted="a unit quaternion w, x, y, z as initial",
@@ -159,6 +166,7 @@ class Measurement:
     line: str = _LINE
 
     def __post_init__(self) -> None:
+        check_flag(placed(self.line, "measurement"), "wrap", self.wrap)
         if self.gate is not None and not 0.0 < self.gate <= 32.0:
             raise InputError.at(
                 placed(self.line, "measurement"),
@@ -312,6 +320,16 @@ def _triple(value: Sequence[float] | float) -> tuple[float, ...]:
     return (float(value),) * 3 if isinstance(value, int | float) else tuple(value)
 
 
+def _check_numbers(where: str, name: str, value: Any, n: int, *, single: bool = False) -> None:
+    """Refuse anything but ``n`` numbers or, where a ``single`` one counts for all, one."""
+    if isinstance(value, tuple | list | np.ndarray):
+        good = len(value) == n and all(isinstance(number, Real) for number in value)
+    else:
+        good = single and isinstance(value, Real)
+    wanted = f"{name} of {n} numbers{' or one' if single else ''}"
+    require(good, where, wanted, value)
+
+
 def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None:
     for sd, bound in zip(sds, bounds, strict=True):
         check_number(f"{where}, sd", sd)
@@ -322,5 +340,6 @@ def _check_sd(where: str, sds: Sequence[float], bounds: Sequence[float]) -> None
                 where,
                 wanted="a standard deviation sd above 0, and none above sd_max",
                 found="no sd" if missing else f"sd {sd:g}, sd_max {bound:g}",
-                fix="say how far the start may be off, as sd=0.5",
+                fix="say how far the start may be off, as sd=0.5"
+                + ("; what is not estimated is boresight.State, in memory" if missing else ""),
             )

@@ -11,15 +11,16 @@ import numpy as np
 
 from boresight.model import declarations
 from boresight.model.arrays import FloatArray
-from boresight.model.declarations import Output
-from boresight.model.errors import InputError, require_choice
+from boresight.model.declarations import Output, check_flag
+from boresight.model.errors import InputError, require, require_choice
 from boresight.model.estimator import Estimator, SecondForm
 from boresight.model.kalman.declared import Attitude, Measurement, State, axes_of
 from boresight.model.kalman.textbook import Textbook
 from boresight.model.kalman.update import DITHER, PARTS, PREDICT, Update
 from boresight.model.lowering.trace import Scalar, Trace
-from boresight.model.places import placed
+from boresight.model.places import place_of_function, placed
 from boresight.model.recorded import evaluate
+from boresight.model.step import check_arguments
 
 __all__ = ["Kalman"]
 
@@ -82,6 +83,7 @@ class Kalman(Estimator):
         #: States as declared.
         self.estimated: tuple[State | Attitude, ...] = tuple(self.states)
         self._check_estimated()
+        self._check_options()
         self.memory = (*self.memory, *(self._counter(*c) for c in self.counters.items()))
         if self.dither:
             self.memory += (declarations.State(DITHER, -1.0, 1.0, "ht", line=self._line),)
@@ -172,6 +174,26 @@ class Kalman(Estimator):
                 fix='declare them, as states = (State("pos", -100.0, 100.0, "m", sd=2.0),)',
             )
 
+    def _check_options(self) -> None:
+        """Refuse counters and floor of another kind."""
+        where = placed(self._line, f"estimator {self.name}")
+        require(
+            isinstance(self.counters, Mapping),
+            f"{where}, counters",
+            "numbers of updates by name",
+            self.counters,
+            'write counters = {"rate": 10}',
+        )
+        require(
+            isinstance(self.floor, int | float) and 0.0 <= self.floor < 1.0,
+            f"{where}, floor",
+            "a share from 0 to 1",
+            self.floor,
+            "leave it out, and it is a last bit of a word of 32",
+        )
+        for name in ("prior", "dither"):
+            check_flag(where, name, getattr(self, name))
+
     # -- what the author writes -----------------------------------------------------------------
 
     def f(self, x: Any, u: Any, p: Any) -> Mapping[str, Any]:
@@ -215,6 +237,10 @@ class Kalman(Estimator):
             where = placed(self._line, f"estimator {self.name}, part")
             require_choice(where, self.part, PARTS, "choose one, or leave it out")
         self._check_spelling()
+        for name in ("f", "measure", "noise", "shown"):
+            method = getattr(self, name)
+            where = placed(place_of_function(method), f"{name} of {self.name}")
+            check_arguments(where, name, method)
         if type(self).measure is Kalman.measure and self.part != PREDICT:
             raise InputError.at(
                 placed(self._line, f"estimator {self.name}"),

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
+import numpy as np
+
 from boresight.model import ops
 from boresight.model.algebra import quaternion
 from boresight.model.errors import InputError, closest
@@ -21,6 +23,7 @@ from boresight.model.kalman.slopes import Intervals, Slope, Slopes, chosen, is_c
 from boresight.model.lowering.trace import Condition, Scalar
 from boresight.model.places import place_of_function, placed
 from boresight.model.step import Values, check_number
+from boresight.model.units import same_unit
 
 __all__ = ["DITHER", "PARTS", "PREDICT", "Update", "checked_measurements", "moved", "noise_of"]
 
@@ -278,7 +281,11 @@ class Update:
                 placed(m.line, "measurement"),
                 wanted="a variance above 0" if row else "h that depends on a state",
                 found=f"[{low:g}, {high:g}]" if row else "one that does not",
-                fix="raise the least value of its parameters" if row else "compute h from x",
+                fix="compute h from x, or leave out what no state changes"
+                if not row
+                else "raise the least value of its parameters"
+                if low < high
+                else "give that of its noise",
             )
         row = self._limited_row(m, row)
         innovation = self._innovation(m)
@@ -456,7 +463,9 @@ class Update:
         """Outputs of these states."""
         k = self.kalman
         results = {"nis": self.nis, **self.memory, **values}
-        results |= self._shown(self._view(values))
+        shown = self._shown(self._view(values))
+        results |= shown
+        units = {s.name: s.unit for s in k.states if s.name not in shown}
         for o in k.outputs:
             if o.name not in results:
                 names = [n for n in results if n not in k.covariance_states]
@@ -465,6 +474,14 @@ class Update:
                     wanted=f"a state, nis or key of shown, as {', '.join(closest(o.name, names))}",
                     found=repr(o.name),
                     fix="correct the name, or return it in shown",
+                )
+            unit = units.get(o.name, o.unit)
+            if o.unit and unit and not same_unit(o.unit, unit):
+                raise InputError.at(
+                    placed(o.line, f"output {o.name} of {k.name}"),
+                    wanted=f"the unit of the state, {unit}",
+                    found=o.unit,
+                    fix="correct it, or return the converted value in shown",
                 )
         return {o.name: results[o.name] for o in k.outputs}
 
@@ -586,6 +603,13 @@ def checked_measurements(kalman: Filter, result: Any) -> list[Measurement]:
     for m in result:
         for part in ("z", "h", "r"):
             check_number(placed(m.line, f"measurement, {part}"), getattr(m, part))
+        if not (m.valid is None or isinstance(m.valid, Condition | bool | np.bool_)):
+            raise InputError.at(
+                placed(m.line, "measurement, valid"),
+                wanted="a condition, as x > 0.5",
+                found=f"a {type(m.valid).__name__}" if isinstance(m.valid, str) else "a number",
+                fix="compare it with something",
+            )
     return list(result)
 
 

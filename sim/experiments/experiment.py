@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
+from numbers import Real
 from typing import Any, ClassVar
 
 from boresight.model.errors import InputError
@@ -58,6 +59,17 @@ class Target:
     spread: tuple[float, float] | None = None
     note: str = ""
     fewest: int | None = None
+
+    def __post_init__(self) -> None:
+        where = f"target {self.name}"
+        for name in ("value", "low", "high"):
+            number = getattr(self, name)
+            if not isinstance(number, Real) and (name == "value" or number is not None):
+                fix = "write it without quotes" if isinstance(number, str) else "correct it"
+                raise InputError.at(where, wanted=f"{name}: a number", found=repr(number), fix=fix)
+        if self.low is not None and self.high is not None and not self.low <= self.high:
+            limits = f"low {self.low:g}, high {self.high:g}"
+            raise InputError.at(where, wanted="low up to high", found=limits, fix="correct them")
 
     @property
     def judged(self) -> bool:

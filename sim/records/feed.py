@@ -20,9 +20,10 @@ from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import Record, index_place, joined, place_of_steps
+from boresight.sim.records.record import MEDIAN_OF, Record, index_place, joined, place_of_steps
 from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
+from boresight.sim.records.topics import GAP_STEPS
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "require_rate"]
 
@@ -211,7 +212,13 @@ class Feeder:
             record.numbers("mov") != 0.0
             if "mov" in record.columns
             else np.ones(len(record), dtype=bool),
-            record.notes if start else (*record.notes, *warnings_of(estimator, inputs, new)),
+            record.notes
+            if start
+            else (
+                *record.notes,
+                *_unseen_steps(estimator, record),
+                *warnings_of(estimator, inputs, new),
+            ),
         )
 
 
@@ -242,6 +249,26 @@ def _timed(record: Record) -> bool:
 
 def _rate_hz(record: Record) -> float:
     return 1.0 / max(float(np.median(record.steps())), 1e-9)
+
+
+def _unseen_steps(estimator: Estimator, record: Record) -> Iterator[str]:
+    """Warnings about longer time steps, of an estimator that takes all steps as the same."""
+    timed = any(i.name == "dt" or i.unit in _TIME_UNITS for i in estimator.inputs)
+    if timed or not estimator.states or not _timed(record) or len(record) < 2:
+        return
+    every = selection().every
+    if every > 1 and "dt" not in estimator.rates_hz:
+        yield (
+            f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
+            f"{every} rows as one step"
+        )
+    steps = record.steps()
+    gaps = steps > GAP_STEPS * float(np.median(steps[:MEDIAN_OF]))
+    if gaps.any():
+        yield (
+            f"steps of over three medians: {int(gaps.sum())}, the longest of {steps.max():.3g} s: "
+            f"{estimator.name} has no input dt, and counts each as one"
+        )
 
 
 def _refuse_rate(estimator: Estimator, record: Record) -> None:

@@ -234,7 +234,8 @@ class Record:
         ----------
         data : Record, mapping of arrays, structured array, or table
             A mapping gives arrays (n,) by column name; a table is anything with ``columns`` and
-            ``data[column]`` (pandas, polars). Names may carry a unit, ``gx[deg/s]``.
+            ``data[column]`` (pandas, polars). Names may carry a unit, ``gx[deg/s]``. A masked
+            element (`numpy.ma`) is no sample, as NaN is.
 
         Raises
         ------
@@ -331,7 +332,10 @@ def _gravity(unit: str, wanted: str) -> str:
 
 def _array(where: str, column: str, values: Any) -> npt.NDArray[Any]:
     try:
-        return np.asarray(values)
+        array = np.asarray(values)
+        if isinstance(values, np.ma.MaskedArray) and array.dtype.kind in "biuf":
+            return np.where(np.ma.getmaskarray(values), np.nan, array)
+        return array
     except (TypeError, ValueError) as error:  # for example rows of different lengths
         raise InputError.at(
             f"{where}, column {column}",

@@ -52,6 +52,7 @@ def test_inputs_whose_validity_one_tells(valid_of: Any, flags: tuple[str, ...]) 
         (lambda: Input("z", 1.0, 1.0, "m"), "input z: wanted a finite range with low < high"),
         (lambda: Input("z", 0.0, math.inf, "m"), "input z: wanted a finite range"),
         (lambda: Input("z", 0.0, 1.0, "m", missing=2.0), "input z: wanted missing in [0, 1]"),
+        (lambda: Input("z", 0.0, 1.0, clamp="no"), "input z: wanted clamp: True or False"),
         (lambda: Input("z", 0.0, 1.0, "m", missing="last"), "input z: wanted missing=NUMBER"),
         (lambda: Output("y", "m", tolerance=-1.0), "output y: wanted a tolerance of 0 or more"),
         (

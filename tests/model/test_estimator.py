@@ -53,7 +53,7 @@ def test_defaults_and_given_parameters() -> None:
     assert Leaky().param_values({"offset": -1.0})["offset"] == -1.0
 
 
-@pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf])
+@pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf, "0.5"])
 def test_parameters_outside_their_range_are_refused(value: Any) -> None:
     with pytest.raises(
         InputError,

@@ -443,3 +443,14 @@ def test_limits_of_a_clip_are_in_order_or_vary() -> None:
     assert [ops.clip(0.5, *limits).kind for limits in ((x, 2.0), (-2.0, x))] == ["larger"] * 2
     with pytest.raises(InputError, match="limits of ops.clip in order"):
         ops.clip(x, 1.0, -1.0)
+    for limits in ((-math.inf, 3.0), (-3.0, math.inf)):
+        with pytest.raises(InputError, match="finite limits.*write ops.maximum or ops.minimum"):
+            ops.clip(x, *limits)
+
+
+def test_a_clip_whose_varying_limits_cross_is_the_same_on_all_levels(trace: Any) -> None:
+    """The lower limit holds then, in numpy as in words."""
+    t = trace(lambda x, low: ops.clip(x, low, 1.0), [(-4.0, 4.0), (-4.0, 4.0)])
+    (fixed,), (floats,), _ = t.run([0.5, 0.5, 3.0, 3.0], [-2.0, 2.0, 0.5, 2.0])
+    assert floats.tolist() == [0.5, 2.0, 1.0, 2.0]
+    assert fixed.tolist() == floats.tolist()

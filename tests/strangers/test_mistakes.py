@@ -61,6 +61,8 @@ INSIDE = {
     "typo in a parameter": ("y = p.gian * u.a  #!", "'gian'", "declared parameters: gain"),
     "typo in ops": ("y = ops.cosine(u.a)  #!", "no attribute 'cosine'", "correct the name"),
     "name": ("y = 2.0 * a  #!", "NameError: ", "correct the name"),
+    "recursion": ("y = self.step(x, u, p)  #!", "RecursionError", "no recursion: the result"),
+    "argument left out": ("y = ops.where(u.a > 0.0, 1.0)  #!", "'no'", "the arguments of the call"),
     "exit": ("raise SystemExit(0)  #!", "SystemExit: 0", "a step of wrong that computes"),
     "exception": ("y = {}['gain']  #!", "KeyError: 'gain'", "a step of wrong that computes"),
     "random": ("y = u.a * random.random()  #!", "another expression the second", "no random numb"),

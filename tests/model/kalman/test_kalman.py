@@ -360,6 +360,7 @@ def changed(**members: Any) -> type[Kalman]:
         ({"shown": lambda self, x, u, p: {"speed": x.vel}}, "values of outputs: "),
         ({"shown": lambda self, x, u, p: [x.vel]}, "shown of changed: wanted a dictionary of val"),
         ({"outputs": (Output("nes"),)}, "output nes of changed: wanted a state, nis or key of"),
+        ({"outputs": (Output("pos", "mm"),)}, "wanted the unit of the state, m, found mm"),
         ({"shows": lambda self, x, u, p: {}}, "wanted names that are used, as shown, found shows"),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, [x.pos, x.vel], p.r)]},
@@ -371,7 +372,7 @@ def changed(**members: Any) -> type[Kalman]:
         ({"measure": lambda self, x, u, p: [x.pos]}, "a list of Measurement(z, h, r)"),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, u.there, p.r)]},
-            "h that depends on a state",
+            "h that depends on a state, found one that does not; compute h from x, or leave out",
         ),
         (
             {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r - 1.0)]},
@@ -381,6 +382,28 @@ def changed(**members: Any) -> type[Kalman]:
             {"measure": lambda self, x, u, p: [Measurement(u.z, ops.sqrt(x.pos * x.pos), p.r)]},
             "a derivative by pos with a finite range",
         ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, -0.1)]},
+            "found [-0.1, -0.1]; give that of its noise",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, valid=u.there)]},
+            "measurement, valid: wanted a condition, as x > 0.5, found a number",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, wrap=True)]},
+            "wanted an angle in half turns, found m",
+        ),
+        (
+            {"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, wrap="no")]},
+            "wrap: True or False, found 'no'",
+        ),
+        ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos)]}, "arguments of the call"),
+        ({"noise": lambda self, x, p: {}}, "noise of changed: wanted noise(self, x, u, p)"),
+        ({"floor": -1.0}, "changed, floor: wanted a share from 0 to 1, found -1.0"),
+        ({"floor": "x"}, "changed, floor: wanted a share from 0 to 1, found 'x'"),
+        ({"counters": ["rate"]}, "changed, counters: wanted numbers of updates by name"),
+        ({"dither": "no"}, "changed: wanted dither: True or False, found 'no'"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, gate=0.0)]}, "a gate"),
         ({"measure": lambda self, x, u, p: [Measurement(u.z, x.pos, p.r, sd_max=0.0)]}, "sd_max"),
         (
@@ -406,7 +429,14 @@ def test_mistakes_have_one_line(members: dict[str, Any], said: str) -> None:
     [
         (lambda: State("pos", -1.0, 1.0), "found no sd"),
         (lambda: State("pos", -1.0, 1.0, sd=2.0, sd_max=1.0), "found sd 2, sd_max 1"),
+        (lambda: State("pos", -1.0, 1.0, sd=1.0, consider="no"), "consider: True or False"),
         (lambda: Attitude("q"), "found no sd"),
+        (
+            lambda: Attitude("q", sd=(0.1, 0.2)),
+            "q: wanted sd of 3 numbers or one, found (0.1, 0.2)",
+        ),
+        (lambda: Attitude("q", sd=0.1, sd_max="a"), "q: wanted sd_max of 3 numbers or one"),
+        (lambda: Attitude("q", sd=0.1, initial=1.0), "q: wanted initial of 4 numbers, found 1.0"),
         (lambda: Attitude("q", sd=0.1, initial=(1.0, 1.0, 0.0, 0.0)), "a unit quaternion"),
         (lambda: vector(State, "v", "abc", -1.0, 1.0, sd=1.0), "one of xyz, enu, ned"),
     ],

@@ -51,6 +51,20 @@ def test_band(value, low, high, good):
     }
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"value": 1.0, "high": "0.2"}, "target x: wanted high: a number, found '0.2'; write it"),
+        ({"value": None}, "target x: wanted value: a number, found None"),
+        ({"value": 1.0, "low": 3.0, "high": 2.0}, "low up to high, found low 3, high 2"),
+    ],
+)
+def test_limits_that_no_value_can_meet_are_refused(given, said):
+    with pytest.raises(InputError) as error:
+        Target(name="x", source="s", **given)
+    assert said in str(error.value)
+
+
 def test_parts_are_named_and_stand_together():
     def one(name, part, source="s"):
         return Target(name=name, part=part, source=source, value=0.0)

@@ -142,6 +142,14 @@ def test_of_mappings_tables_and_structured_arrays() -> None:
         assert made.place(1, "z") == "mine, z[1]"
 
 
+def test_masked_elements_are_no_samples() -> None:
+    masked = np.ma.masked_array([1, 2, 3], [False, True, False])
+    columns = Record.of({"a": masked, "b": np.ma.masked_array([0.5, 1.5, 2.5])}).columns
+    assert np.isnan(columns["a"].values).tolist() == [False, True, False]
+    assert columns["a"].values[2] == 3.0 and columns["b"].values.tolist() == [0.5, 1.5, 2.5]
+    assert masked.mask.tolist() == [False, True, False]
+
+
 def test_of_records() -> None:
     made = record(z=[1.0])
     assert Record.of(made) is made

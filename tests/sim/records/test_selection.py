@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from boresight import Estimator, Input, Output, State
 from boresight.cli import main
 from boresight.model.errors import InputError
 from boresight.model.estimators import estimator
@@ -123,6 +125,35 @@ def test_gaps_of_a_log_with_steps_alone() -> None:
     *_, last = Selection.of(gaps="restart", every=2).pieces(blocks)
     assert last.columns["dt"].values.tolist() == pytest.approx([0.02, -0.25])
     assert last.notes == ("gaps in the times, where the filter restarts: 1, the longest of 0.04 s",)
+
+
+class Sum(Estimator):
+    """A sum of what it reads, for one time step."""
+
+    inputs = (Input("z", -1.0, 1.0),)
+    states = (State("sum", -8.0, 8.0),)
+    outputs = (Output("sum"),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        return {"sum": x.sum + 0.01 * u.z}, {"sum": x.sum}
+
+
+class TimedSum(Sum):
+    inputs = (*Sum.inputs, Input("dt", 0.0, 1.0, "s"))
+
+
+def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
+    t = np.arange(12) * 0.01
+    even = Record.of({"t": t, "z": np.zeros(12)})
+    torn = Record.of({"t": t + 0.3 * (t > 0.055), "z": np.zeros(12)})
+    said = "steps of over three medians: 1, the longest of 0.31 s: sum has no input dt, and counts"
+    assert [text.partition(" each")[0] for text in feed(Sum(), torn).warnings] == [said]
+    assert feed(Sum(), even).warnings == feed(TimedSum(), torn).warnings == ()
+    with selected(Selection.of(every=4)):
+        assert feed(Sum(), even).warnings == (
+            "--every 4: sum has no input dt and no rates_hz, and counts 4 rows as one step",
+        )
+        assert feed(TimedSum(), even).warnings == ()
 
 
 def test_gaps_restart_what_restarts() -> None:
