@@ -18,7 +18,7 @@ from boresight.firmware import build
 from boresight.gateware import core
 
 #: Cycles after which a bench has failed, and the simulator's steps in each: two edges.
-CYCLES, STEPS = 50_000, 2
+CYCLES, STEPS = 100_000, 2
 
 #: Whose tests compile C as users do.
 FIRMWARE = Path(__file__).with_name("firmware")

@@ -187,7 +187,7 @@ class Hmr3300(wiring.Component):
         m.d.comb += stale.eq(age.all() & ~parser.line)
         m.d.sync += was_stale.eq(stale)
         with m.If(parser.line):
-            m.d.sync += age.eq((1 << len(age)) - 1 - ticks)
+            m.d.sync += age.eq(-1 - ticks)
         with m.Else():
             m.d.sync += age.eq(age + (tick & ~stale))
 
