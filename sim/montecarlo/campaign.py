@@ -232,12 +232,12 @@ def _checked(
     given: tuple[Any, ...], marks: int, known: set[str], where: str
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Names and covariances of an estimator, if they are of its states and fit each other."""
-    found, covariances = f"{len(given)} values", np.zeros(0)
+    found = f"{len(given)} values"
     if len(given) == 2:
         names = (given[0],) if isinstance(given[0], str) else tuple(given[0])
         unknown = [name for name in names if name not in known]
         try:
-            covariances = np.asarray(given[1], dtype=np.float64)
+            covariances: FloatArray = np.asarray(given[1], dtype=np.float64)
         except (TypeError, ValueError):
             found = f"a {type(given[1]).__name__} that holds no numbers"
         else:
