@@ -206,6 +206,7 @@ class Check:
         simulator: str | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
+        levels = levels.split(",") if isinstance(levels, str) else levels
         for level in levels:
             require_choice("levels", level, EXACT)
         if simulator is not None:

@@ -106,6 +106,11 @@ def test_check_prints_a_line_per_level(log, capsys):
     assert text.rstrip().endswith("good")
 
 
+def test_levels_as_a_text_are_those_of_the_command_line(log):
+    (result,) = boresight.check("complementary", str(log), levels="fixed,c")
+    assert [level.level for level in result.levels] == ["fixed", "c"]
+
+
 def test_tolerances_that_are_given(log, capsys):
     """They replace the declared ones, in the units of people, and no bit changes."""
     narrow = ["check", "complementary", str(log), "--word", "20", "--levels", "fixed,c", "--json"]
