@@ -341,7 +341,11 @@ class Update:
 
     def _innovation(self, m: Measurement) -> Any:
         nu = m.z - m.h
-        return ops.wrap_ht(nu) if m.wrap else nu
+        try:
+            return ops.wrap_ht(nu) if m.wrap else nu
+        except InputError as error:  # of another unit: no line of the author is running
+            where = {"where": placed(m.line, "measurement, wrap")}
+            raise InputError.at(**{**error.parts, **where}) from None
 
     def _exceeds_gate(self, gate: float, innovation: Any, variance: Any) -> Any:
         """nu^2 > gate^2 s: known before the root of s."""
