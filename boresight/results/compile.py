@@ -265,8 +265,8 @@ class CompileResult(Answer):
                 clock = design.clock_mhz_estimate
                 lines.append(
                     f"{name}: {design.lut} LUT, {design.ff} FF, {design.dsp} DSP48A1, "
-                    f"{design.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, -2, median "
-                    f"nets; {clock['p75']} with 75th percentile nets)"
+                    f"{design.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, xc6slx9-2, "
+                    f"median nets; {clock['p75']} with 75th percentile nets)"
                 )
         return "\n".join(lines if self.good else [*lines, self._failed()])
 

@@ -342,7 +342,7 @@ def _core_table(cores: Sequence[DemoCore]) -> str:
     for name, key in (
         ("microcode, words", "words"),
         *((f"{name} (of {XC6SLX9.capacity(key):,})", key) for name, key in CELLS.items()),
-        ("clock, MHz (estimate, -2, median nets)", "clock_mhz_estimate"),
+        ("clock, MHz (estimate, xc6slx9-2, median nets)", "clock_mhz_estimate"),
     ):
         lines.append(f"{name:40s}" + "".join(f"{getattr(c, key)!s:>12s}" for c in cores))
     return "\n".join(lines)

@@ -272,7 +272,9 @@ function start() {
     }
     const by = set.by?.replace(/^-/, ""), turn = set.by?.startsWith("-") ? -1 : 1;
     const key = (row) => row.figures[by] ?? Infinity;
-    const rows = [...data.rows];
+    const rows = [...data.rows], measured = (row) => names.some((n) => row.figures[n] !== undefined);
+    const remarks = rows.some((row) => row.refused && measured(row)); // in a last column
+    if (remarks) make("th", head);
     if (by in byName) rows.sort((a, b) => (key(a) === key(b) ? 0 : turn * (key(a) < key(b) ? -1 : 1)));
     else if (turn < 0) rows.reverse();
     for (const row of rows) {
@@ -280,12 +282,12 @@ function start() {
       const tr = make("tr", body, { class: `${out}${row.name === set.at ? " chosen" : ""}`, "data-name": row.name });
       tr.addEventListener("click", () => choose(row.name));
       make("td", tr, {}, row.name);
-      if (row.refused && !names.some((n) => row.figures[n] !== undefined)) {
-        make("td", tr, { colspan: names.length, class: "bad" }, row.refused);
+      if (row.refused && !measured(row)) {
+        make("td", tr, { colspan: names.length + remarks, class: "bad" }, row.refused);
         continue;
       }
       for (const n of names) make("td", tr, { class: "r" }, logic.text(row.figures[n]));
-      if (row.refused) make("td", tr, { class: "bad" }, row.refused);
+      if (remarks) make("td", tr, row.refused ? { class: "bad" } : {}, row.refused || "");
     }
   }
 

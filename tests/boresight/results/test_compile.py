@@ -31,9 +31,9 @@ def test_text() -> None:
         "build: b: x 9 cycles; interval 12, at 100 MHz up to 8,333,333 updates/s",
         "proven: 318 operations, microcode and C, all inputs  0.3 s",
         "core: 515 LUT, 361 FF, 4 DSP48A1, 14 RAMB16; clock 129.9 MHz "
-        "(estimate, -2, median nets; 95.2 with 75th percentile nets)",
+        "(estimate, xc6slx9-2, median nets; 95.2 with 75th percentile nets)",
         "on the board: 1791 LUT, 1500 FF, 4 DSP48A1, 17.5 RAMB16; clock 110.0 MHz "
-        "(estimate, -2, median nets; None with 75th percentile nets)",
+        "(estimate, xc6slx9-2, median nets; None with 75th percentile nets)",
     ]
 
 
