@@ -231,7 +231,7 @@ class Lane(wiring.Component):
         """Accumulate: the sum, there at limit."""
         arith = self.machine.arithmetic
         acc = Signal(signed(arith.acc_width), reset_less=True)
-        half = 1 << (arith.guard - 1) if arith.guard else 0
+        half = 1 << (arith.guard - 1)
         # One look-up table per bit: sum = propagate ^ carry with propagate = start ^ term, and the
         # carry multiplexer takes the plain register ``term``.
         start = Signal(arith.acc_width)
