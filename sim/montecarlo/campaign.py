@@ -215,7 +215,8 @@ def _nees(
         return [], 0
     e = np.stack([errors[name][marks] for name in names], axis=1)
     # In units of the standard deviations, since the scales of states may differ by much.
-    sd = np.sqrt(np.einsum("nii->ni", p))
+    variances = np.einsum("nii->ni", p)
+    sd = np.sqrt(np.where(variances > 0.0, variances, np.nan))
     try:
         scaled = np.linalg.solve(p / sd[:, :, None] / sd[:, None, :], (e / sd)[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:

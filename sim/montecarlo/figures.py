@@ -142,7 +142,9 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
         ("nees", data.get("nees", {}).get("mean", [None])[-1]),
         ("nis", data.get("nis", {}).get("mean")),
     ):
-        if mean is not None:
+        if mean is None and key in data:
+            lines.append(f"{key.upper()}{scope[key]} no number, a covariance is not positive")
+        elif mean is not None:
             low, high = data[key]["band"]
             lines.append(
                 f"{key.upper()} per degree of freedom{scope[key]} {mean:.3f}, "

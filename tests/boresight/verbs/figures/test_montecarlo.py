@@ -75,6 +75,15 @@ def test_covariances_that_are_none(given, found, tmp_path) -> None:
         boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
 
 
+def test_a_negative_variance_has_no_nees(tmp_path) -> None:
+    def less(self, states, params):
+        return ("mean",), -states["p"][:, None, None]
+
+    of = type("Mean", (Mean,), {"error_covariance": less})
+    result = boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
+    assert "NEES, in record 59 of each draw: no number, a covariance is not pos" in str(result)
+
+
 def test_the_worst_draw_is_named_and_runs_alone(whole, tmp_path, capsys) -> None:
     worst, world, errors = whole[1].worst, Constant(), {}
     for seed in range(1, 41):
