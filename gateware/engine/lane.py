@@ -273,7 +273,7 @@ class Lane(wiring.Component):
             ("sign", slice(word - 1, word), _result_sign),
         ):
             m.submodules[f"result_{name}"] = result = Bitwise(
-                function=function, inputs=4 + len(words), width=part.stop - part.start
+                function=function, inputs=4 + len(words), width=len(self.result[part])
             )
             output = result.connect(m, clamp, *line, q[part], *(w[part] for w in words))
             m.d.comb += self.result[part].eq(output)
