@@ -328,14 +328,14 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
 def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
     """Raise InputError, or ToolMissing, unless such a project can be made."""
     require_choice("top", top, TOPS)
-    if board is not None and top == "sensors" and not BOARDS[board].holds_system:
-        raise InputError.at(
-            "board",
-            wanted="a part that holds the complete system with its sensors",
-            found=f"{BOARDS[board].target} of {board}",
-            fix="add --top records: a computer sends the records",
-        )
     if board is not None and top == "sensors":
+        if not BOARDS[board].holds_system:
+            raise InputError.at(
+                "board",
+                wanted="a part that holds the complete system with its sensors",
+                found=f"{BOARDS[board].target} of {board}",
+                fix="add --top records: a computer sends the records",
+            )
         check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
     if with_cpu and (board is None or is_open(board) or top != "sensors"):
         raise InputError.at(

@@ -37,7 +37,7 @@ class Control(wiring.Component):
     Members
     -------
     bus : In(WishboneSignature(address=3))
-        Registers, 3 address bits.
+        Registers.
     rx : In(1), tx : Out(1)
         Console, asynchronous.
     bus_error, asks : In(1)

@@ -124,16 +124,19 @@ def _plain(values: FloatArray) -> Any:
     return [float(v) if math.isfinite(v) else None for v in values]
 
 
+#: Of the table: figure, width and digits of a column.
+_COLUMNS = (("mean", 13, 4), ("mean_band", 11, 3), ("sd", 12, 4), ("bound", 12, 4), ("ratio", 8, 4))
+
+
 def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """The last mark as a table."""
     lines = [f"{'output':22s}{'mean error':>13s}{'+-':>11s}{'sd':>12s}{'bound':>12s}{'ratio':>8s}"]
     for name, entry in data["outputs"].items():
-        values = (entry.get(key, [None])[-1] for key in ("bound", "ratio"))
-        bound, ratio = ("" if v is None else f"{v:.4g}" for v in values)
-        lines.append(
-            f"{name:22s}{entry['mean'][-1]:13.4g}{entry['mean_band'][-1]:11.3g}"
-            f"{entry['sd'][-1]:12.4g}{bound:>12s}{ratio:>8s} {units.get(name, '')}".rstrip()
-        )
+        line = f"{name:22s}"
+        for key, width, digits in _COLUMNS:
+            value = entry[key][-1] if key in entry else None
+            line += f"{'-' if value is None else f'{value:.{digits}g}':>{width}s}"
+        lines.append(f"{line} {units.get(name, '')}".rstrip())
     scope = {
         "nees": f", in record {data['marks'][-1]} of each draw:",
         "nis": ", over all updates that measure:",
@@ -143,7 +146,10 @@ def text(data: Mapping[str, Any], units: Mapping[str, str]) -> str:
         ("nis", data.get("nis", {}).get("mean")),
     ):
         if mean is None and key in data:
-            lines.append(f"{key.upper()}{scope[key]} no number, a covariance is not positive")
+            lines.append(
+                f"{key.upper()}{scope[key]} no number, "
+                "since an error is none or a covariance is not positive"
+            )
         elif mean is not None:
             low, high = data[key]["band"]
             lines.append(

@@ -73,7 +73,7 @@ ITEM = re.compile(
 )
 
 
-#: What a port may be.
+#: Signatures of ports, as documentation names them.
 SIGNATURES = {
     kind.__name__: kind
     for kind in (

@@ -18,7 +18,6 @@ def run(bench, *, background=None, **options) -> None:
     top = Module()
     top.domains.sync = ClockDomain()
     top.submodules.dut = dut
-    assert len(dut.bus.adr) == (len(CONTROL) - 1).bit_length()
     beside = [] if background is None else [partial(background, dut=dut)]
     run_bench(top, partial(bench, dut=dut), background=beside)
 

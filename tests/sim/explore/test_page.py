@@ -34,7 +34,10 @@ ROWS = [
         (24, "fast", 0.01, 800),
         (32, "small", float("nan"), 500),
     )
-] + [Explored("e", {}, 20, "small", "xc6slx9", refused="</script> does not fit")]
+] + [
+    Explored("e", {}, 20, "small", "xc6slx9", refused="</script> does not fit"),
+    Explored("e", {}, 20, "fast", "xc6slx9", refused="no room", cycles=90),
+]
 
 
 def text(*, left: int = 0) -> str:
@@ -138,6 +141,7 @@ set(document.getElementById("x"), "word", "change");
 $("#table th button")[$("#table th").findIndex((th) => th.innerText.startsWith("lut"))].click();
 seen.sorted = $("#table tbody tr").map((tr) => tr.dataset.name);
 seen.refused = $("#table .bad").map((td) => td.innerText);
+seen.columns = $("#table tr").map((tr) => [...tr.cells].reduce((n, cell) => n + cell.colSpan, 0));
 const result = document.createElement("pre");
 result.id = "seen";
 result.textContent = JSON.stringify(seen);
@@ -179,4 +183,5 @@ def test_in_a_browser(tmp_path) -> None:
     assert seen["wider"] == 0 and seen["front"] == 1 and float(seen["dsp"]) == 4
     assert seen["narrower"] == ["18 bits, small, xc6slx9"]
     assert seen["sorted"][:2] == ["18 bits, small, xc6slx9", "24 bits, small, xc6slx9"]
-    assert seen["refused"] == ["</script> does not fit"]
+    assert seen["refused"] == ["</script> does not fit", "no room"]
+    assert len({*seen["columns"]}) == 1

@@ -75,13 +75,24 @@ def test_covariances_that_are_none(given, found, tmp_path) -> None:
         boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
 
 
-def test_a_negative_variance_has_no_nees(tmp_path) -> None:
-    def less(self, states, params):
+class Late(Constant):
+    """The truth of the last records is missing."""
+
+    def record(self, outputs):
+        made = super().record(outputs)
+        return made and {**made, "mean_true": made["mean_true"] if self.k < 50 else np.nan}
+
+
+class Negative(Mean):
+    def error_covariance(self, states, params):
         return ("mean",), -states["p"][:, None, None]
 
-    of = type("Mean", (Mean,), {"error_covariance": less})
-    result = boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
-    assert "NEES, in record 59 of each draw: no number, a covariance is not pos" in str(result)
+
+@pytest.mark.parametrize(("world", "of"), [(Late, Mean), (Constant, Negative)])
+def test_nees_that_is_no_number_is_said_to_be_none(world, of, tmp_path) -> None:
+    said = str(boresight.montecarlo(world, of, runs=2, jobs=1, output=tmp_path))
+    assert "NEES, in record 59 of each draw: no number, since an error is none or " in said
+    assert (said.splitlines()[1].split()[1] == "-") == (world is Late)
 
 
 def test_the_worst_draw_is_named_and_runs_alone(whole, tmp_path, capsys) -> None:
