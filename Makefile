@@ -13,12 +13,9 @@ BUILD  ?= $(LOCK)
 PIP    := PYTHONWARNINGS=ignore PIP_CONSTRAINT="$(BUILD)" PIP_BUILD_CONSTRAINT="$(BUILD)" \
           $(BIN)/python -m pip install -qq --disable-pip-version-check $(if $(LOCK),--constraint "$(LOCK)")
 UV     := UV_CUSTOM_COMPILE_COMMAND="make lock" $(BIN)/uv pip compile -q --no-annotate pyproject.toml
-SEED   ?= 1
-COUNT  ?= 40
-JOBS   ?= 2
 
 .DEFAULT_GOAL := main
-.PHONY: main test pythons texts newest oldest soak lint types setup develop tools bench formal mutants \
+.PHONY: main test pythons texts newest oldest soak lint types setup develop tools bench formal \
         firmware docs dist lock cross doctor clean help preflight-setup preflight-run preflight-tests
 
 main: preflight-run setup  ## Set up, then Verilog, proof on recorded data, area, clock, report
@@ -77,9 +74,6 @@ bench: setup           ## Rates of the models, as ratios in one run
 
 formal: develop        ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.formal
-
-mutants: develop       ## Faults put into the code: which ones no test notices (SEED, COUNT, JOBS)
-	nice -n 15 $(BIN)/python -m tests.mutants --seed $(SEED) --count $(COUNT) --jobs $(JOBS) -o $(OUT)/mutants
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
 	$(BIN)/python -m boresight.sim.soc --board -o $(OUT)/firmware

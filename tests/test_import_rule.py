@@ -68,9 +68,7 @@ def test_instruments_are_for_tests(folder):
     for path in python_files(folder):
         wrong = {name for name in imports(path) if name.split(".")[0] == "tests"}
         if folder == "tests":  # tests share what stands in `tests.support`, not each other
-            mutants = (ROOT / "tests" / "mutants") in path.parents
-            shared = {"tests.support", "tests.mutants"} if mutants else {"tests.support"}
-            wrong = {name for name in wrong if ".".join(name.split(".")[:2]) not in shared}
+            wrong = {name for name in wrong if name.split(".")[1:2] != ["support"]}
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
 
 

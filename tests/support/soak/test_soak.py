@@ -17,7 +17,7 @@ from tests.support.soak import search as soak
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
 def test_ten_minutes() -> None:
-    """The search alone, as `python -m tests.mutants --witness search` runs it on faults."""
+    """Random programs for ten minutes."""
     end = time.monotonic() + 600.0
     for seed in itertools.count(10**6):
         case = compiler.drawn(seed, rtl=seed % 4 == 0)
