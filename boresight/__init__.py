@@ -35,8 +35,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from boresight.board.simulated import BoardResult as BoardResult
-    from boresight.board.simulated import FaultsResult as FaultsResult
     from boresight.loop import LoopResult as LoopResult
     from boresight.loop import simulate_world as simulate_world
     from boresight.model import blocks as blocks
@@ -103,6 +101,8 @@ if TYPE_CHECKING:
     from boresight.verbs.simulate import simulate_faults as simulate_faults
     from boresight.verbs.topics import TopicsResult as TopicsResult
     from boresight.verbs.topics import topics as topics
+    from sim.attitude.host.simulated import BoardResult as BoardResult
+    from sim.attitude.host.simulated import FaultsResult as FaultsResult
 
 __version__ = "0.1.0"
 

@@ -12,6 +12,7 @@ from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
 from boresight.firmware.validation import validate_c
+from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.boards.bitstream import build_bitstream, open_project, write_open_project
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
@@ -27,7 +28,6 @@ from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netli
 from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.texts.bench import Recorded
 from boresight.gateware.texts.core import (
     REGISTER_FILES,

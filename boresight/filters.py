@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from boresight.model.attitude import ESTIMATORS
+from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS
-from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.resolve import Named, estimator_of, split_names
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each

@@ -10,6 +10,7 @@
 | `bus` | the register bus and its devices |
 | `engine` | the hardware: sequencer, operands, lanes |
 | `core`, `verilog` | one program or several as a core; Verilog text |
-| `serial`, `sensors`, `system`, `soc`, `boards` | surroundings of the core, up to complete FPGAs |
+| `boards` | a core on a board: clocks, host line, project |
+| `attitude` | the attitude system of the 2014 paper |
 | `synthesis` | area and clock estimate |
 """

@@ -1,8 +1,7 @@
 """The description of a compiled core: ports, rules, registers, and the words of its records.
 
-The texts about a core (`gateware.texts`), its bench, the register map of a complete system
-(`gateware.system.interface`) and the host of a board all read this one object; ``registers.json``
-is its serialised form.
+The texts about a core (`gateware.texts`), its bench, the register map of a complete system and
+the host of a board all read this one object; ``registers.json`` is its serialised form.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
 | `lowering` | from the traced graph to a program |
 | `ops`, `declarations`, `estimator` | what authors of estimators use |
 | `algebra` | quaternions, vectors, covariances |
-| `estimators`, `front` | the shipped estimators; programs that calibrate sensors |
+| `attitude` | the attitude filters, and programs that calibrate their sensors |
 | `resolve` | from a name or a file to an estimator |
 
 Frames, units, notation: `docs/conventions.md`.

@@ -21,9 +21,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias, TypeVar
 
+from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError, listed
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS
 from boresight.model.lowering.profile import Profile, read_profile
 from boresight.model.tolerances import judged_outputs
 

@@ -103,7 +103,7 @@ def test_imports_are_cheap():
     code = """
 import sys, boresight
 print([m for m in ("numpy", "amaranth") if m in sys.modules])
-import boresight.model.front, boresight.verbs.check
+import boresight.model.attitude.front, boresight.verbs.check
 from boresight.model.resolve import ESTIMATOR_GROUP, estimator_of, names_of_entry_points
 print(len([estimator_of(name) for name in names_of_entry_points(ESTIMATOR_GROUP)]) > 4)
 print([m for m in ("amaranth", "matplotlib", "pint", "pymap3d", "scipy") if m in sys.modules])

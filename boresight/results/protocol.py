@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from boresight.sim.accuracy.figures import ANGLES
-from boresight.sim.accuracy.protocol.runs import SETTLED_DEG
-from boresight.sim.accuracy.protocol.summary import text
 from boresight.sim.answer import Answer, JsonObject, plain
+from boresight.sim.attitude.robustness.runs import SETTLED_DEG
+from boresight.sim.attitude.robustness.summary import text
 
 __all__ = ["ProtocolGroup", "ProtocolNear", "ProtocolResult", "ProtocolRow", "ProtocolWorst"]
 

@@ -51,7 +51,9 @@ from boresight.core_files import (
 from boresight.depths import depth_by_time
 from boresight.disk.cache import Cache
 from boresight.disk.output import foreign_entries, output_folder
-from boresight.firmware.soc.image import find_cross_compiler
+from boresight.firmware.attitude.image import find_cross_compiler
+from boresight.gateware.attitude.system.plan import SYSTEM_WORDS
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import ALL_CONFIGS, at_depth
@@ -59,8 +61,6 @@ from boresight.gateware.synthesis.blocks import check_memory
 from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.system.plan import SYSTEM_WORDS
-from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import estimator_of as find_estimator
@@ -79,7 +79,7 @@ from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import report_data
-from boresight.soc_project import SOC_CLOCK_HZ, soc_verilog, write_soc
+from sim.attitude.soc.project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
 __all__ = ["compile"]
 
@@ -124,7 +124,7 @@ def compile(
         bitstream for ulx3s or icebreaker.
     top : str
         What that is: sensors, the complete system of readers, calibration, filters and
-        output (`gateware.system`), or records, the core alone, fed by the host.
+        output (`gateware.attitude.system`), or records, the core alone, fed by the host.
     synth : bool
         Also synthesise (yosys): area and clock estimate of the core, and of the complete system if
         there is one (``system`` in the report). Area alone where the target is no Spartan-6.

@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import check_number
-from boresight.board.simulated import BoardFigures, runs_table
-from boresight.board.simulation import BOARD_FILES, default_log, write_board
 from boresight.core_files import (
     core_files,
     core_texts,
@@ -25,16 +23,16 @@ from boresight.core_files import (
     write_text,
 )
 from boresight.disk.output import output_folder
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.spartan6.device import XC6SLX9
-from boresight.gateware.system.programs import system_core
-from boresight.model.estimators import FILTERS
+from boresight.model.attitude import FILTERS
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.options import OutputFolder, PythonOnly, Verb
 from boresight.sim.answer import Answer
-from boresight.sim.board.setup import REAL
+from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
@@ -44,6 +42,8 @@ from boresight.sim.records.files import read_record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.sim.rtl.simulators import require
+from sim.attitude.host.simulated import BoardFigures, runs_table
+from sim.attitude.host.simulation import BOARD_FILES, default_log, write_board
 
 __all__ = ["RECORDING", "STEPS", "DemoCore", "DemoFilter", "DemoResult", "demo"]
 

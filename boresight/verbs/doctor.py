@@ -17,7 +17,7 @@ from importlib import metadata
 from packaging.requirements import Requirement
 
 from boresight.disk.cache import LIMIT_VARIABLE, Cache
-from boresight.firmware.soc.image import find_cross_compiler
+from boresight.firmware.attitude.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.needs import COMMON, NEEDS, embeddable, install_line

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from boresight.gateware.machine import ALL_CONFIGS
+from boresight.model.attitude import ESTIMATORS
 from boresight.model.declarations import Input, Output, Param
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import ESTIMATOR_GROUP, offered
 from boresight.options import Verb
 from boresight.sim.answer import Answer, Json, JsonObject

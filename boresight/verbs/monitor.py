@@ -14,16 +14,16 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import check_number
-from boresight.board.line import BoardLine, Listener, RegisterTable, value_of, word_of
-from boresight.board.plot import plot_image
 from boresight.disk.output import OutputFile, require_distinct
+from boresight.gateware.attitude.system.attitude_frame import Attitude, Update, Values
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
-from boresight.gateware.system.attitude_frame import Attitude, Update, Values
 from boresight.model.errors import InputError
 from boresight.options import Arguments, Option, Outcome, PythonOnly, Verb, outcome
 from boresight.sim.answer import Answer
 from boresight.terminal import say
+from sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
+from sim.attitude.host.plot import plot_image
 
 __all__ = ["MonitorResult", "RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
 

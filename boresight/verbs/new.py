@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Annotated
 
 from boresight.disk.output import OutputFile
+from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
-from boresight.model.estimators import ESTIMATORS
 from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
 from boresight.options import Option, Verb
 from boresight.sim.answer import Answer

@@ -35,8 +35,6 @@ from boresight.options import (
     outcome,
 )
 from boresight.sim.answer import Answer, JsonObject
-from boresight.sim.attitude.accuracy import AttitudeRmse, attitude_rmse
-from boresight.sim.attitude.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.compare.difference import Difference, differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
@@ -46,6 +44,8 @@ from boresight.sim.records.feed import Feed, feeds
 from boresight.sim.records.files import check_written, read_pieces, record_of, write_pieces
 from boresight.sim.records.record import Column, Record
 from boresight.sim.records.stream import ahead
+from boresight.sim.rotations.accuracy import AttitudeRmse, attitude_rmse
+from boresight.sim.rotations.outputs import attitude_of, euler_deg_of, status_of
 from boresight.sim.worlds.loop import Loop, drive
 from boresight.terminal import tell
 

@@ -15,16 +15,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import JOBS_MOST, check_optional
-from boresight.board.simulated import BoardResult, FaultsResult, fault_line
-from boresight.board.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 from boresight.disk.output import output_folder
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
-from boresight.gateware.system.programs import system_core
 from boresight.loop import simulate_world
+from boresight.model.attitude import ESTIMATORS, FILTERS
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import ESTIMATORS, FILTERS
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
 from boresight.options import (
     Arguments,
@@ -37,11 +35,19 @@ from boresight.options import (
     Verb,
     outcome,
 )
-from boresight.sim.board.faults import FaultTrial, fault_board, fault_names, fault_trial, trial_log
-from boresight.sim.board.setup import REAL
+from boresight.sim.attitude.board.faults import (
+    FaultTrial,
+    fault_board,
+    fault_names,
+    fault_trial,
+    trial_log,
+)
+from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.processes import processes
 from boresight.sim.records.files import FORMATS, record_of
 from boresight.sim.worlds.world import WORLD_GROUP, world_of
+from sim.attitude.host.simulated import BoardResult, FaultsResult, fault_line
+from sim.attitude.host.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 
 __all__ = ["simulate", "simulate_faults"]
 
@@ -83,7 +89,7 @@ def simulate(
     output : path
         Folder for the files; of a world a log of what its loop saw, by default none.
     core : Core, optional
-        Of `gateware.system.programs.system_core`; by default one with all filters is compiled.
+        Of `gateware.attitude.system.programs.system_core`; by default one with all filters.
 
     Returns
     -------

@@ -4,6 +4,7 @@
 module      contents
 =========== ====================================================================
 board       the boards, and the pins of a design's lines
+uart        the serial line
 frames      the frames on the serial line, in software: `encode`, `Decoder`
 unpack      bytes to complete, checked frames
 dispatch    frames to the core's input stream and register bus

@@ -10,10 +10,10 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import reply_layout
+from boresight.gateware.boards.uart import Receiver
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.engine.engine import word_layout
-from boresight.gateware.serial.uart import Receiver
 
 __all__ = ["Dispatcher"]
 

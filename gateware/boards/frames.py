@@ -15,7 +15,7 @@ kind     from the host                       reply, same kind
 RECORD   the words of an input record        the words of the output record
 WRITE    register address, word              register address, when the word is written
 READ     register address                    word of the register
-ATTITUDE                                     sent by itself: `gateware.system.attitude_frame`
+ATTITUDE                                     sent by itself: attitudes of a board
 ======== =================================== ========================================
 
 Boards that read their sensors themselves have no RECORD, boards that are fed by the host no

@@ -14,12 +14,12 @@ from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, word_bytes
 from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
 from boresight.gateware.boards.unpack import Unpacker
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.engine.engine import Engine
 from boresight.gateware.registers.core import PROGRAM
-from boresight.gateware.serial.uart import Receiver, Transmitter, divisor_for
 from boresight.model.errors import InputError
 
 __all__ = ["Top", "records_design"]

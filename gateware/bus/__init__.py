@@ -1,1 +1,1 @@
-"""Buses: the registers of a core, arbiter, Wishbone, declared registers, counters, results."""
+"""Buses: the registers of a core, declared registers, AXI."""

@@ -1,8 +1,8 @@
 """Quaternion and vector algebra on lists of scalars: the same code on floats and on the tracer.
 
 Quaternions are Hamilton, scalar first, body to navigation (`docs/conventions.md`). Where
-`sim.attitude.rotation` works on whole arrays in float64, these functions build the sums of products
-of an estimator's ``step``, one operation of the engine each. Docstrings give their slots.
+`sim.rotations.rotation` works on whole arrays in float64, these functions build the sums of
+products of an estimator's ``step``, one operation of the engine each. Docstrings give their slots.
 """
 
 from __future__ import annotations

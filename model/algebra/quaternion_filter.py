@@ -1,7 +1,7 @@
 """Parts of quaternion Kalman filters: states, scales, prediction, correction, status word.
 
 The quaternion q (body to navigation) has additive errors e; P, of order four and more, is kept in
-the basis of the quaternion (`model.estimators.ekf_quaternion`, `model.estimators.ekf_bias`)
+the basis of the quaternion (`model.attitude.ekf_quaternion`, `model.attitude.ekf_bias`)
 and stored times the square of the parameter ``scale`` (`docs/systems/ekf.md`).
 """
 

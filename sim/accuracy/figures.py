@@ -1,7 +1,7 @@
 """The error of a run against truth, as figures: root mean squares over the samples that count.
 
 One figure for each output with a truth, in its unit (`sim.compare.difference`); of outputs ``qw qx
-qy qz`` the three angles of `sim.attitude.accuracy` instead.
+qy qz`` the three angles of `sim.rotations.accuracy` instead.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.accuracy import NO_SAMPLE, AttitudeRmse, ConstantOffset, attitude_error
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import (
+from boresight.sim.compare.difference import Differences, Spread
+from boresight.sim.records.feed import Feed, LongFeed
+from boresight.sim.rotations.accuracy import NO_SAMPLE, AttitudeRmse, ConstantOffset, attitude_error
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_rotation_vector,
 )
-from boresight.sim.compare.difference import Differences, Spread
-from boresight.sim.records.feed import Feed, LongFeed
 
 __all__ = [
     "ANGLES",

@@ -8,14 +8,14 @@ from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.rotation import (
+from boresight.sim.records.nine_axis import TRIADS
+from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_normalise,
     quaternion_running_product,
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.records.nine_axis import TRIADS
 
 __all__ = ["MANOEUVRES", "WITHIN", "hostile", "manoeuvre", "within"]
 

@@ -31,14 +31,14 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, require_choice
-from boresight.sim.attitude.rotation import (
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.sim.rotations.rotation import (
     matrix_to_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     rotate,
 )
-from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Record
 
 __all__ = ["PEERS", "Peer", "dip_rad", "first_attitude", "peer", "require_peers", "run_peer"]
 

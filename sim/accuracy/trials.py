@@ -14,12 +14,12 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import units_of
 from boresight.sim.accuracy.peers import PEERS, run_peer
-from boresight.sim.attitude.rotation import quaternion_multiply
 from boresight.sim.records.bundled import bundled, bundled_names
 from boresight.sim.records.feed import Feed, LongFeed, feed_of, fitted
 from boresight.sim.records.log import Log, logs_of
 from boresight.sim.records.nine_axis import NineAxis, truth_names
 from boresight.sim.records.record import Column, Record
+from boresight.sim.rotations.rotation import quaternion_multiply
 
 __all__ = ["STAND_IN", "Trial", "read_trials"]
 

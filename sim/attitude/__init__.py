@@ -1,1 +1,1 @@
-"""What is special of attitude: rotations, the nine-axis log, errors in degrees."""
+"""The attitude system of the 2014 paper in simulation: sensors, board, filters, experiment."""

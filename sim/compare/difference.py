@@ -29,8 +29,8 @@ from boresight.model.declarations import (
     QUATERNION,
     Output,
 )
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import quaternion_conjugate, quaternion_multiply
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import quaternion_conjugate, quaternion_multiply
 
 __all__ = ["Decided", "Difference", "Differences", "Spread", "around", "differences"]
 

@@ -17,14 +17,14 @@ from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import (
+from boresight.sim.records.files import content_of
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_normalise,
 )
-from boresight.sim.records.files import content_of
-from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.record import Record
 
 __all__ = ["convert", "main"]
 

@@ -6,9 +6,9 @@ import sys
 
 from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Record
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 __all__ = ["synthetic_60s"]
 

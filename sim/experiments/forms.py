@@ -10,10 +10,10 @@ from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.slots import Schedule
 from boresight.model.arrays import FloatArray
 from boresight.model.estimator import Estimator
-from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Run
 from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.zyx import wrapped
 
 __all__ = ["differences_of", "run_forms", "schedules_of"]
 

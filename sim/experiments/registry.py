@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from boresight.model.resolve import load
+from boresight.sim.attitude.ma2014.experiment import Ma2014
 from boresight.sim.experiments.experiment import Experiment
-from boresight.sim.experiments.ma2014.experiment import Ma2014
 
 __all__ = ["EXPERIMENTS", "EXPERIMENT_GROUP", "experiment_of"]
 

@@ -6,9 +6,10 @@ import importlib
 import pkgutil
 
 from boresight.model.errors import InputError
-from boresight.sim.formal import blocks
 from boresight.sim.formal.prove import Proof, ProofError, prove
 from boresight.sim.formal.tools import find_tools
+
+_PACKAGES = ("boresight.sim.formal.blocks", "boresight.sim.attitude.formal")
 
 __all__ = ["all_proofs", "find_proofs", "prove_named"]
 
@@ -16,8 +17,10 @@ __all__ = ["all_proofs", "find_proofs", "prove_named"]
 def all_proofs() -> tuple[Proof, ...]:
     """The proofs of every block, by name."""
     proofs: list[Proof] = []
-    for module in pkgutil.iter_modules(blocks.__path__):
-        proofs += importlib.import_module(f"{blocks.__name__}.{module.name}").PROOFS
+    for name in _PACKAGES:
+        package = importlib.import_module(name)
+        for module in pkgutil.iter_modules(package.__path__):
+            proofs += importlib.import_module(f"{name}.{module.name}").PROOFS
     names = [proof.name for proof in proofs]
     duplicates = sorted({name for name in names if names.count(name) > 1})
     if duplicates:

@@ -19,11 +19,11 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.model.resolve import Named, estimator_of
-from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.identity import identity
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import close_loop
 from boresight.sim.worlds.world import NamedWorld, World, drawn, world_of
 

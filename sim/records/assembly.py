@@ -18,11 +18,11 @@ import numpy.typing as npt
 
 from boresight.model.arrays import BoolArray, FloatArray, IntArray
 from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import quaternion_normalise
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Record, index_place, name_of
 from boresight.sim.records.topics import NS, Clock, Recording, Topic, increasing
+from boresight.sim.rotations.rotation import quaternion_normalise
 
 __all__ = ["Reader", "record_from"]
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import matrix_to_quaternion, quaternion_multiply
+from boresight.sim.rotations.rotation import matrix_to_quaternion, quaternion_multiply
 
 __all__ = ["attitude_from", "vector_from"]
 

@@ -16,12 +16,12 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import ATTITUDE, EXACT_UNITS, QUATERNION
 from boresight.sim.accuracy.figures import Angles
-from boresight.sim.attitude.accuracy import attitude_error
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import quaternion_to_euler
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.results import CheckResult, Part
 from boresight.sim.records.feed import Feed
+from boresight.sim.rotations.accuracy import attitude_error
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import quaternion_to_euler
 
 __all__ = ["ANGLES", "BINS", "accuracy_section", "worst_output"]
 

@@ -11,7 +11,7 @@ from boresight.gateware.core import Core
 from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.synthesis.timing import NOTE
-from boresight.sim.attitude.ma2014 import BESIDE, CLOCK_MHZ, TIME_US
+from boresight.sim.attitude.ma2014.paper import BESIDE, CLOCK_MHZ, TIME_US
 from boresight.sim.compare.results import LevelResult
 
 __all__ = ["PAPER", "PAPER_US", "timing_section"]

@@ -12,8 +12,8 @@ import numpy as np
 
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
-from boresight.sim.attitude.rotation import quaternion_conjugate, rotate, turns_between
-from boresight.sim.attitude.zyx import quaternions_of
+from boresight.sim.rotations.rotation import quaternion_conjugate, rotate, turns_between
+from boresight.sim.rotations.zyx import quaternions_of
 
 __all__ = ["Ride", "profile", "ride"]
 

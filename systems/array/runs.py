@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.sim.accuracy.covariance import covariance_of
-from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.compare.difference import differences
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import drive
 from boresight.systems.array.cases import Case
 from boresight.systems.array.estimator import ArrayAttitude

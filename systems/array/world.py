@@ -10,16 +10,16 @@ import numpy.typing as npt
 
 from boresight import World
 from boresight.model.errors import require
-from boresight.sim.attitude.rotation import (
+from boresight.sim.rotations.rotation import (
     euler_to_matrix,
     matrix_to_euler,
     quaternion_to_matrix,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.attitude.zyx import wrapped
-from boresight.sim.worlds.inertial import sensors
-from boresight.sim.worlds.inertial.turning import Turn, Turning, drawn, earth_rate, normal_gravity
-from boresight.sim.worlds.inertial.turntable import Mark, pulses
+from boresight.sim.rotations.zyx import wrapped
+from boresight.systems.worlds import sensors
+from boresight.systems.worlds.turning import Turn, Turning, drawn, earth_rate, normal_gravity
+from boresight.systems.worlds.turntable import Mark, pulses
 
 __all__ = ["ALIGNED", "ANGLES", "DT", "ERECTED", "START_DEG", "TurningArray"]
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import angle_between
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import angle_between
 from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.ekf2.estimator import DT, Ekf2
 from boresight.systems.ekf2.world import Flight

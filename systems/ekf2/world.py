@@ -9,15 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import require_choice
-from boresight.sim.attitude.rotation import (
+from boresight.sim.rotations.rotation import (
     quaternion_multiply,
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.attitude.zyx import quaternions_of
-from boresight.sim.worlds.inertial.sampled import rates_and_forces
+from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.world import BatchedWorld
 from boresight.systems.ekf2.estimator import DT, GRAVITY_NED, KINDS, LOWEST, SLOWEST, UNITS, Ekf2
+from boresight.systems.worlds.sampled import rates_and_forces
 
 __all__ = ["NOISE", "Flight"]
 

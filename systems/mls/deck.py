@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require
-from boresight.sim.attitude.rotation import quaternion_conjugate, rotate, turns_between
-from boresight.sim.attitude.zyx import quaternions_of
+from boresight.sim.rotations.rotation import quaternion_conjugate, rotate, turns_between
+from boresight.sim.rotations.zyx import quaternions_of
 from boresight.sim.worlds.ship import SEA_STATES, at_sea
 
 __all__ = ["MOTIONS", "RATE_HZ", "Deck", "SensorErrors", "deck", "records"]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
-from boresight.sim.attitude.zyx import angles_of, wrapped
 from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
+from boresight.sim.rotations.zyx import angles_of, wrapped
 from boresight.systems.mls.cases import Case
 from boresight.systems.mls.deck import Deck, deck, records
 from boresight.systems.mls.estimator import ALIGN_STEPS, MlsAttitude

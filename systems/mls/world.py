@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from boresight import World
 from boresight.model.errors import require
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import quaternion_conjugate, rotate
-from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.forms import run_forms
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import quaternion_conjugate, rotate
+from boresight.sim.rotations.zyx import wrapped
 from boresight.systems.mls.deck import RATE_HZ, deck, records
 from boresight.systems.mls.estimator import MlsAttitude
 from boresight.systems.mls.linear_array import Array, direction, lobe

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.experiments.forms import differences_of, run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.pmsm.estimator import DT, Pmsm
 from boresight.systems.pmsm.world import LOADS_S, REVERSAL_S, SPEED, START_S, Motor

@@ -8,18 +8,18 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from boresight.sim.accuracy.innovations import Innovations, innovations
-from boresight.sim.attitude.zyx import wrapped
 from boresight.sim.compare.difference import differences
 from boresight.sim.experiments.forms import run_forms
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
+from boresight.sim.rotations.zyx import wrapped
 from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.systems.satcom import interface
 from boresight.systems.satcom.cases import Case
 from boresight.systems.satcom.estimator import INNOVATIONS
 from boresight.systems.satcom.estimator import Satcom as Filter
+from boresight.systems.satcom.innovations import Innovations, innovations
 from boresight.systems.satcom.world import Vehicles
 
 __all__ = ["ANGLES", "SETTLED_S", "figures_of", "fly"]

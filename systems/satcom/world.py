@@ -17,7 +17,7 @@ import numpy.typing as npt
 from boresight import World
 from boresight.model.algebra.quaternion import matrix, multiply, turn
 from boresight.model.errors import require
-from boresight.sim.attitude.rotation import (
+from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     rotate,

@@ -22,8 +22,8 @@ ROOM = 200
 
 def estimators() -> dict[str, type[Any]]:
     """Every estimator by name: the toolkit's and those of `systems/`."""
+    from boresight.model.attitude import ESTIMATORS
     from boresight.model.estimator import Estimator
-    from boresight.model.estimators import ESTIMATORS
     from boresight.model.resolve import ESTIMATOR_GROUP, offered
 
     return offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)[0]
@@ -32,7 +32,7 @@ def estimators() -> dict[str, type[Any]]:
 def programs(folder: Path, words: Sequence[int]) -> None:
     """Every estimator and every program before the filters; cores have 24 bits where they hold."""
     from boresight.firmware.emit import emit_c
-    from boresight.model.front import FRONT
+    from boresight.model.attitude.front import FRONT
 
     for name, kind in {**estimators(), **FRONT}.items():
         for word in words:
@@ -52,8 +52,8 @@ def cores(folder: Path, synth: bool, brief: bool) -> None:
     in their programs; a core turns them into text, and holds the same tables for any.
     """
     import boresight
+    from boresight.model.attitude import FILTERS
     from boresight.model.errors import InputError
-    from boresight.model.estimators import FILTERS
 
     filters = FILTERS[-1:] if brief else FILTERS
     boresight.compile(*filters, board="mimas", synth=synth, output=folder / "system")

@@ -17,21 +17,21 @@ from typing import Any
 import pytest
 from amaranth.back import rtlil
 
+from boresight.gateware.attitude.soc.attitude_soc import AttitudeSoc
+from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.top import Top
 from boresight.gateware.bus.axi_core import AxiCore
 from boresight.gateware.core import Core, build_shared_core
 from boresight.gateware.machine import CONFIGS
 from boresight.gateware.schedule.search import schedule
-from boresight.gateware.soc.attitude_soc import AttitudeSoc
-from boresight.gateware.system.attitude_system import AttitudeSystem
-from boresight.gateware.system.programs import system_core
 from boresight.gateware.verilog import Device
 from boresight.model import ops
+from boresight.model.attitude import ESTIMATORS, FILTERS
+from boresight.model.attitude.front import FRONT
+from boresight.model.attitude.mekf import Mekf
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.model.estimators import ESTIMATORS, FILTERS
-from boresight.model.estimators.mekf import Mekf
-from boresight.model.front import FRONT
 from tests.support.estimators import ALL
 from tests.support.random_functions import random_functions
 from tests.support.random_program import random_program

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parent.parent.parent
 #: Float forms of estimators, and conversions of attitudes for people and for references: nothing of
 #: a program comes from them.
 FLOAT = (
-    "sim/attitude/rotation.py",
+    "sim/rotations/rotation.py",
     "firmware/floating/build.py",
     "firmware/floating/precision.py",
     "model/recorded.py",
@@ -28,7 +28,7 @@ FLOAT = (
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (
     "boresight/core_files.py",
-    "boresight/soc_project.py",
+    "sim/attitude/soc/project.py",
     "boresight/verbs/compile.py",
     "sim/levels/build.py",
     "sim/levels/vectors.py",

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from boresight.cli import main
+from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError, shortened
-from boresight.model.estimators import ESTIMATORS
 from boresight.sim.records.bundled import bundled
 from tests.support.bad_files import changed
 from tests.support.estimators import ALL

@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from boresight.cli import main
 from boresight.model.estimator import Estimator
 from boresight.model.words.program import Program
-from boresight.sim.experiments.ma2014.experiment import Ma2014
+from boresight.sim.attitude.ma2014.experiment import Ma2014
 from tests.support.command_lines import FILES, command_lines
 
 EVERYDAY = settings(

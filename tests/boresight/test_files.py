@@ -27,11 +27,11 @@ from boresight.cli import main
 from boresight.core_files import core_files, project_files
 from boresight.disk.manifest import NAME
 from boresight.disk.output import OutputFile, output_folder
+from boresight.sim.attitude.soc import __main__ as firmware
 from boresight.sim.data import convert_ximu, make_synthetic
 from boresight.sim.experiments.experiment import Result
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import FORMATS, log_files
-from boresight.sim.soc import __main__ as firmware
 
 pytestmark = pytest.mark.pythons
 
@@ -105,7 +105,7 @@ FOLDERS: dict[str, Verb] = {
         main,
         ["experiment", "ma2014", "-q", "-o"],
         "ma2014.json",
-        "boresight.sim.experiments.ma2014.experiment.Ma2014.run",
+        "boresight.sim.attitude.ma2014.experiment.Ma2014.run",
     ),
     "simulate": (
         main,
@@ -123,7 +123,7 @@ FOLDERS: dict[str, Verb] = {
         firmware.main,
         ["--updates", "2", "-o"],
         "report.json",
-        "boresight.sim.soc.__main__.compare",
+        "boresight.sim.attitude.soc.__main__.compare",
     ),
 }
 
@@ -601,7 +601,7 @@ def test_killed_in_the_middle_and_run_again(home: Path, monkeypatch: Any, capsys
     assert all(name.startswith("new") for name in set(left) - set(before))
     assert not [p for p in (home / "new").rglob("*") if p.is_file()]  # nothing like a result
     result = Result(figures={}, targets=(), pages={"ma2014.html": "page"})
-    run = "boresight.sim.experiments.ma2014.experiment.Ma2014.run"
+    run = "boresight.sim.attitude.ma2014.experiment.Ma2014.run"
     monkeypatch.setattr(run, lambda *_, **__: result)
     assert main(["experiment", "ma2014", "-q", "-o", "new/deep/out.png"]) == 0
     assert sorted(p.name for p in (home / "new/deep/out.png").iterdir()) == [

@@ -14,11 +14,11 @@ import pytest
 
 from boresight.firmware.build import CModel
 from boresight.gateware.core import build_core
+from boresight.model.attitude.mekf import Mekf
+from boresight.model.attitude.vqf import Vqf
+from boresight.model.attitude.vqf.settings import Settings
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, input_words
-from boresight.model.estimators.mekf import Mekf
-from boresight.model.estimators.vqf import Vqf
-from boresight.model.estimators.vqf.settings import Settings
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
@@ -36,8 +36,8 @@ from boresight.systems.satcom.drive import drive, specification_drive
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.world import Vehicles
 from tests.support import attitude
-from tests.support.attitude import apart, at_rest, bits, sphere
 from tests.support.estimators import ALL
+from tests.support.exact_sensors import apart, at_rest, bits, sphere
 
 NAN = math.nan
 

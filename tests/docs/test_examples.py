@@ -11,10 +11,10 @@ from scipy import signal
 
 import boresight
 from boresight.model.resolve import estimator_of
-from boresight.sim.attitude.outputs import attitude_of
-from boresight.sim.attitude.rotation import angle_between
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import angle_between
 from tests.support.pages import ROOT
 from tests.support.strangers import EXAMPLES, STRANGERS, program
 

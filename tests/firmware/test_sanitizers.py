@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from boresight.firmware.attitude.filter import filter_header
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.emit import emit_float_c, float_prefix
-from boresight.firmware.soc.filter import filter_header
+from boresight.model.attitude import estimator
 from boresight.model.estimator import input_words
-from boresight.model.estimators import estimator
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record

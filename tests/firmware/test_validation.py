@@ -8,7 +8,7 @@ import pytest
 
 from boresight.firmware.emit import emit_c
 from boresight.firmware.validation import validate_c
-from boresight.model.front import FRONT
+from boresight.model.attitude.front import FRONT
 from boresight.model.words.terms import Refuted
 from tests.support.estimators import ALL
 from tests.support.linked import linked_core

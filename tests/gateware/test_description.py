@@ -11,8 +11,8 @@ from boresight.gateware.engine.engine import Engine
 from boresight.gateware.registers.core import FIXED
 from boresight.gateware.registers.model import Access
 from boresight.model import ops
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.estimators.complementary import Complementary
 from boresight.model.tools.typed import Malformed
 from tests.support.bench import put, read, run_bench, write
 

@@ -14,7 +14,7 @@ from boresight.gateware.description import describe
 from boresight.gateware.microcode.assemble import decode
 from boresight.gateware.registers.core import PROGRAM
 from boresight.gateware.texts.core import verilog_head
-from boresight.model.estimators import estimator
+from boresight.model.attitude import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
 from boresight.sim.rtl.simulators import available

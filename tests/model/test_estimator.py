@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
+from boresight.model.attitude import estimator
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import (
     Estimator,
@@ -19,8 +21,6 @@ from boresight.model.estimator import (
     input_words,
     param_words,
 )
-from boresight.model.estimators import estimator
-from boresight.model.estimators.complementary import Complementary
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind
 from tests.support.estimators import ALL

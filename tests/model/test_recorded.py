@@ -12,9 +12,9 @@ import pytest
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model import ops
+from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.estimators import ESTIMATORS
 from boresight.model.recorded import check_recorded, evaluate
 from boresight.model.step import Values
 from boresight.model.words.interpreter import Interpreter

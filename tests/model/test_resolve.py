@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from boresight.model import resolve
+from boresight.model.attitude.mekf import Mekf
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Output
-from boresight.model.estimators.mekf import Mekf
 from boresight.model.resolve import estimator_of, load, names_of_entry_points, split_names
 from boresight.sim.worlds.world import World
 

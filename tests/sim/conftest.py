@@ -11,7 +11,7 @@ from boresight.gateware.synthesis.spartan6.area import Area
 from boresight.gateware.synthesis.spartan6.delays import Delay
 from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.timing import PathPoint, Timing, TimingPath
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, LevelResult
 from boresight.sim.levels.build import Build

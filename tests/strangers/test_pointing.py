@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight.gateware.system.programs import system_core
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.model.resolve import estimator_of
-from boresight.sim.board.build import make_board
-from boresight.sim.board.run import judge, run_board, stimulus
-from boresight.sim.board.setup import SCALED
+from boresight.sim.attitude.board.build import make_board
+from boresight.sim.attitude.board.run import judge, run_board, stimulus
+from boresight.sim.attitude.board.setup import SCALED
+from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.record import Column
-from boresight.sim.worlds.synthetic import synthetic_log
 
 FILE = str(Path(__file__).with_name("pointing.py"))
 #: Where the satellite stands: south, 30 deg high, in words of 30 fraction bits.

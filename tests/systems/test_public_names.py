@@ -9,7 +9,7 @@ import pytest
 import boresight
 from tests.support.tree import ROOT, imports, python_files
 
-SYSTEMS = sorted(p.name for p in (ROOT / "systems").iterdir() if (p / "__init__.py").is_file())
+SYSTEMS = sorted(p.parent.name for p in (ROOT / "systems").glob("*/estimator.py"))
 _DIRECTIVE = re.compile(r"^\.\. auto(module|class|function|data|exception):: ([\w.]+)$", re.M)
 
 

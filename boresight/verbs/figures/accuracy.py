@@ -27,7 +27,7 @@ from boresight.sim.accuracy.benchmark_page import render_page
 from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import STAND_IN, read_trials
-from boresight.sim.attitude.accuracy import ALIGNMENTS
+from boresight.sim.rotations.accuracy import ALIGNMENTS
 from boresight.verbs.figures.protocol import accuracy_protocol
 
 __all__ = ["accuracy"]

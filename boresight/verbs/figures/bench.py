@@ -17,9 +17,9 @@ import numpy.typing as npt
 from boresight.arguments import check_number
 from boresight.firmware.build import CModel
 from boresight.model.arrays import BoolArray
+from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import FILTERS
 from boresight.model.resolve import Named
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.words.fixed import IntArray

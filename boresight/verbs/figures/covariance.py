@@ -13,9 +13,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from boresight.arguments import check_number
+from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import FILTERS
 from boresight.model.linking import families
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import (

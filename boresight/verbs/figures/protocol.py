@@ -13,15 +13,21 @@ from boresight.model.resolve import Named
 from boresight.options import Jobs, OutputFolder, Params, Word
 from boresight.results.protocol import ProtocolResult
 from boresight.sim.accuracy.peers import PEERS, require_peers
-from boresight.sim.accuracy.protocol.page import render_page
-from boresight.sim.accuracy.protocol.plan import cases_of
-from boresight.sim.accuracy.protocol.runs import Campaign, name_of, numbered, params_key, run_cases
-from boresight.sim.accuracy.protocol.summary import summary
-from boresight.sim.accuracy.protocol.worse import explained
+from boresight.sim.attitude.robustness.logs import CARRIERS
+from boresight.sim.attitude.robustness.page import render_page
+from boresight.sim.attitude.robustness.plan import cases_of
+from boresight.sim.attitude.robustness.runs import (
+    Campaign,
+    name_of,
+    numbered,
+    params_key,
+    run_cases,
+)
+from boresight.sim.attitude.robustness.summary import summary
+from boresight.sim.attitude.robustness.worse import explained
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
 from boresight.sim.records.files import log_files
-from boresight.sim.worlds.carriers.logs import CARRIERS
 
 __all__ = ["accuracy_protocol", "own_trials"]
 

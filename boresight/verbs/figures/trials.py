@@ -9,7 +9,7 @@ from typing import Any
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import units_of
-from boresight.sim.accuracy.protocol.cells import cells
+from boresight.sim.attitude.robustness.cells import cells
 from boresight.sim.records.feed import Feed, LongFeed, feed_of
 from boresight.sim.records.log import Log, logs_of
 

@@ -1,4 +1,4 @@
-"""Proofs of the serial line's transmitter: `gateware.serial.uart`."""
+"""Proofs of the serial line's transmitter: `gateware.boards.uart`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from amaranth.hdl import Assert, Cat, Const, Cover, Module, Mux, Signal
 
-from boresight.gateware.serial.uart import Transmitter
+from boresight.gateware.boards.uart import Transmitter
 from boresight.sim.formal.harness import Harness, unknown
 from boresight.sim.formal.inside import Inside
 from boresight.sim.formal.prove import Proof

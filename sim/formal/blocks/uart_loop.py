@@ -6,7 +6,7 @@ from typing import Any
 
 from amaranth.hdl import Assert, Cat, Const, Elaboratable, Module, Mux, Signal
 
-from boresight.gateware.serial.uart import Receiver, Transmitter
+from boresight.gateware.boards.uart import Receiver, Transmitter
 from boresight.sim.formal.blocks.uart import LineFrame
 from boresight.sim.formal.harness import reached, unknown
 from boresight.sim.formal.inside import Inside

@@ -9,8 +9,8 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.sim.attitude.ma2014.experiment import Ma2014
 from boresight.sim.experiments.experiment import Result, Target
-from boresight.sim.experiments.ma2014.experiment import Ma2014
 from boresight.verbs.experiment import ExperimentResult
 
 

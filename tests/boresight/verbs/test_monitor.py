@@ -15,14 +15,14 @@ from amaranth.sim import Simulator
 
 import boresight
 from boresight.cli import main
+from boresight.gateware.attitude.bus.results import Results
+from boresight.gateware.attitude.system.attitude_frame import OUTPUTS, Attitude, attitude_of
+from boresight.gateware.attitude.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, encode
-from boresight.gateware.bus.results import Results
 from boresight.gateware.description import Records, Word
-from boresight.gateware.system.attitude_frame import OUTPUTS, Attitude, attitude_of
-from boresight.gateware.system.attitude_output import AttitudeOutput, OutputMode
 from boresight.verbs.monitor import RegisterWord, track_of
-from tests.support.serial_board import REGISTERS, SerialBoard, frames, words_of
+from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 
 @pytest.fixture

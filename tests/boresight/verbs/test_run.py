@@ -15,9 +15,8 @@ import pytest
 import boresight
 from boresight import Estimator, Input, Output, State
 from boresight.cli import main
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator
-from boresight.sim.attitude.accuracy import attitude_rmse
 from boresight.sim.levels.integer import Emitted
 from boresight.sim.records import text
 from boresight.sim.records.bundled import bundled
@@ -25,6 +24,7 @@ from boresight.sim.records.feed import feed
 from boresight.sim.records.files import content_of, read_record
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
+from boresight.sim.rotations.accuracy import attitude_rmse
 
 #: The function has the module's name.
 module = importlib.import_module("boresight.verbs.run")

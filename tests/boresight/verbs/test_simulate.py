@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import boresight
-from boresight.gateware.system.programs import system_core
-from boresight.sim.board.faults import FaultTrial
+from boresight.gateware.attitude.system.programs import system_core
+from boresight.sim.attitude.board.faults import FaultTrial
 from tests.support.strangers import program
 
 #: The function has the module's name.

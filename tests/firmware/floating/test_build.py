@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE, SINGLE, Precision
+from boresight.model.attitude import estimator
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import estimator
-from boresight.sim.attitude.outputs import attitude_of
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_record
+from boresight.sim.rotations.outputs import attitude_of
 from tests.support.compiled_float import compiled_float
 
 # -- float C against the float reference on recorded data -----------------------------------------

@@ -15,7 +15,7 @@ from boresight.firmware.floating.emit import _folded, emit_float_c
 from boresight.firmware.floating.precision import SINGLE
 from boresight.firmware.floating.text import Expressions, float_helpers, operation_counts
 from boresight.model import ops
-from boresight.model.estimators import ESTIMATORS, estimator
+from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.lowering.trace import Trace, Tracer
 from tests.support.estimators import ALL
 

@@ -6,8 +6,8 @@ import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.model import ops
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.estimators.complementary import Complementary
 
 
 class Leaky(Estimator):

@@ -12,6 +12,8 @@ from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 from boresight.core_files import project_files, write_project
+from boresight.gateware.attitude.system.attitude_system import system_design
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards import ecp5_clock as ecp5
 from boresight.gateware.boards import ice40_clock as ice40
 from boresight.gateware.boards.bitstream import ClockMissed, open_project
@@ -29,8 +31,6 @@ from boresight.gateware.boards.project import Shell
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.nextpnr import find_program
-from boresight.gateware.system.attitude_system import system_design
-from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
 from tests.support.router import stand_in
 

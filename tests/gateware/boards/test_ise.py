@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from boresight.core_files import write_system
+from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.board import BOARDS, Board, Line
 from boresight.gateware.boards.clock import VCO_HZ, Pll, pll_for
 from boresight.gateware.boards.ise import pins, write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
-from boresight.gateware.system.programs import system_core
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import yosys_environment
 

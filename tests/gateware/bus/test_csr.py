@@ -7,9 +7,9 @@ from amaranth.hdl import Array, Const, Module, Mux, Shape, Signal, Value
 from amaranth.lib import memory
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.bus.counters import EventCounters
+from boresight.gateware.attitude.bus.counters import EventCounters
+from boresight.gateware.attitude.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.csr import Csr, packed
-from boresight.gateware.bus.feed_registers import FeedRegisters
 from boresight.gateware.bus.signature import BusSignature
 from boresight.gateware.registers.model import Access, BitField, Register
 from tests.support.bench import pulse, run_bench

@@ -13,24 +13,46 @@ from amaranth.hdl import Shape, signed
 from amaranth.lib import stream
 from amaranth.lib.wiring import Component, In, Member, Out, Signature
 
+from boresight.gateware.attitude.bus.arbiter import BusArbiter
+from boresight.gateware.attitude.bus.counters import EventCounters
+from boresight.gateware.attitude.bus.feed_registers import FeedRegisters
+from boresight.gateware.attitude.bus.results import ResultPort, Results
+from boresight.gateware.attitude.bus.stream_buffer import StreamBuffer
+from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
+from boresight.gateware.attitude.sensors.adis16385 import Adis16385
+from boresight.gateware.attitude.sensors.adis16385_flags import FLAG_MEANINGS
+from boresight.gateware.attitude.sensors.hmr3300 import FLAGS, Hmr3300
+from boresight.gateware.attitude.sensors.hmr3300_command import Commander
+from boresight.gateware.attitude.sensors.hmr3300_number import DecimalNumber
+from boresight.gateware.attitude.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.attitude.sensors.spi import SpiController
+from boresight.gateware.attitude.soc.attitude_soc import AttitudeSoc
+from boresight.gateware.attitude.soc.bus import ProcessorBus
+from boresight.gateware.attitude.soc.control import Control
+from boresight.gateware.attitude.soc.cpu import Cpu
+from boresight.gateware.attitude.soc.memory import Ram
+from boresight.gateware.attitude.soc.system import Soc
+from boresight.gateware.attitude.system.attitude_core import AttitudeCore
+from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
+from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
+from boresight.gateware.attitude.system.attitude_text import AngleDigits
+from boresight.gateware.attitude.system.bridge import Bridge
+from boresight.gateware.attitude.system.conductor import Conductor
+from boresight.gateware.attitude.system.programs import core_plan, system_core
+from boresight.gateware.attitude.system.system_bus import SystemBus
 from boresight.gateware.boards.dispatch import Dispatcher
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.boards.pack import Packer
 from boresight.gateware.boards.top import Top
+from boresight.gateware.boards.uart import Receiver, Transmitter
 from boresight.gateware.boards.unpack import Unpacker
-from boresight.gateware.bus.arbiter import BusArbiter
 from boresight.gateware.bus.axi_core import AxiCore
 from boresight.gateware.bus.axi_lite import AxiLiteSignature, AxiLiteSlave
 from boresight.gateware.bus.axi_stream import AxiStreamSignature, StreamFromAxi, StreamToAxi
 from boresight.gateware.bus.core_registers import Registers
-from boresight.gateware.bus.counters import EventCounters
 from boresight.gateware.bus.csr import Csr, offset_bits
-from boresight.gateware.bus.feed_registers import FeedRegisters
-from boresight.gateware.bus.results import ResultPort, Results
 from boresight.gateware.bus.signature import BusSignature
-from boresight.gateware.bus.stream_buffer import StreamBuffer
-from boresight.gateware.bus.wishbone import WishboneSignature, WishboneSlave
 from boresight.gateware.core import build_core
 from boresight.gateware.engine.bitwise import Bitwise
 from boresight.gateware.engine.dsp48a1 import DSP48A1
@@ -41,28 +63,6 @@ from boresight.gateware.engine.multiplier import Multiplier
 from boresight.gateware.engine.operands import Operands
 from boresight.gateware.engine.sequencer import Sequencer
 from boresight.gateware.engine.shifter import Shifter
-from boresight.gateware.sensors.adis16385 import Adis16385
-from boresight.gateware.sensors.adis16385_flags import FLAG_MEANINGS
-from boresight.gateware.sensors.hmr3300 import FLAGS, Hmr3300
-from boresight.gateware.sensors.hmr3300_command import Commander
-from boresight.gateware.sensors.hmr3300_number import DecimalNumber
-from boresight.gateware.sensors.hmr3300_sentence import SentenceParser
-from boresight.gateware.serial.spi import SpiController
-from boresight.gateware.serial.uart import Receiver, Transmitter
-from boresight.gateware.soc.attitude_soc import AttitudeSoc
-from boresight.gateware.soc.bus import ProcessorBus
-from boresight.gateware.soc.control import Control
-from boresight.gateware.soc.cpu import Cpu
-from boresight.gateware.soc.memory import Ram
-from boresight.gateware.soc.system import Soc
-from boresight.gateware.system.attitude_core import AttitudeCore
-from boresight.gateware.system.attitude_output import AttitudeOutput
-from boresight.gateware.system.attitude_system import AttitudeSystem
-from boresight.gateware.system.attitude_text import AngleDigits
-from boresight.gateware.system.bridge import Bridge
-from boresight.gateware.system.conductor import Conductor
-from boresight.gateware.system.programs import core_plan, system_core
-from boresight.gateware.system.system_bus import SystemBus
 from tests.support.linked import linked_core
 
 GATEWARE = Path(__file__).parents[3] / "gateware"

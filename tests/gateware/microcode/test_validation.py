@@ -14,7 +14,7 @@ from boresight.gateware.microcode.emulator import Emulator
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.slots import ScheduleError
-from boresight.model.front import FRONT
+from boresight.model.attitude.front import FRONT
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
 from boresight.model.words.terms import Refuted

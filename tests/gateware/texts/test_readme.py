@@ -20,9 +20,9 @@ from boresight.gateware.texts.bench import Recorded, expected_hex, input_hex
 from boresight.gateware.texts.core import integration_files, verilog_head
 from boresight.gateware.texts.records import records_header
 from boresight.gateware.texts.wave import Drawing, bus_drawing, record_drawing
+from boresight.model.attitude import estimator
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.model.estimators import estimator
-from boresight.model.estimators.complementary import Complementary
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.rtl.simulators import available

@@ -16,7 +16,7 @@ from boresight.gateware.description import Description, Records, Word, describe
 from boresight.gateware.registers.core import FIXED
 from boresight.gateware.registers.model import Access, Register
 from boresight.gateware.texts.core import c_header, register_files
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude.complementary import Complementary
 from tests.support.random_program import random_programs
 
 FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wshadow"]

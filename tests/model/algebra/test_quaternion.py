@@ -45,7 +45,7 @@ from boresight.model.algebra.quaternion_filter import (
     update,
     update_along,
 )
-from boresight.sim.attitude.rotation import (
+from boresight.sim.rotations.rotation import (
     euler_to_quaternion,
     quaternion_multiply,
     quaternion_normalise,
@@ -55,7 +55,7 @@ from boresight.sim.attitude.rotation import (
 )
 
 # --------------------------------------------------------------------------------------------------
-# quaternion algebra on scalars against `sim.attitude.rotation` on arrays, and in fixed point
+# quaternion algebra on scalars against `sim.rotations.rotation` on arrays, and in fixed point
 
 RNG = np.random.default_rng(5)
 Q = quaternion_normalise(RNG.normal(size=(500, 4)))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
+from boresight.model.attitude.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.errors import InputError
-from boresight.model.estimators.complementary import Complementary, ComplementaryAsPrinted
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic, Format, leading_sign_count

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
+from boresight.model.attitude import ESTIMATORS
+from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.errors import InputError
-from boresight.model.estimators import ESTIMATORS
-from boresight.model.estimators.nine_axis import INPUTS
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
 from boresight.model.recorded import evaluate
 from boresight.sim.records.bundled import bundled

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from boresight.model.estimators import ESTIMATORS
+from boresight.model.attitude import ESTIMATORS
 from boresight.model.words.check import check_complete, check_program
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import (

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.lowering.lower import lower
 from boresight.model.lowering.trace import Trace, Tracer
 from boresight.model.words.fixed import Arithmetic

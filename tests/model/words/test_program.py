@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.fixed import Arithmetic, Format
 from boresight.model.words.program import (
     InPort,

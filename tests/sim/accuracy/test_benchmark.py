@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import State
-from boresight.model.estimators.complementary import Complementary
 from boresight.sim.accuracy.benchmark import benchmark
 from boresight.sim.accuracy.peers import PEERS, dip_rad, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
-from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
-from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records import feed as feed_module
 from boresight.sim.records.feed import feed
 from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
+from boresight.sim.rotations.outputs import attitude_of
 
 
 def noisy(seconds, seed):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from boresight.model import ops
+from boresight.model.attitude import estimator
+from boresight.model.attitude.complementary import Complementary
+from boresight.model.attitude.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.estimators import estimator
-from boresight.model.estimators.complementary import Complementary
-from boresight.model.estimators.ekf_quaternion_vector import EkfQuaternionVector
 from boresight.sim.accuracy.covariance import (
     Covariance,
     CovarianceTrial,

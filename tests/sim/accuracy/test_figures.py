@@ -15,10 +15,10 @@ from boresight.sim.accuracy.figures import (
     gives_attitude,
     units_of,
 )
-from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.rotation import quaternion_multiply, rotation_vector_to_quaternion
 from boresight.sim.records.feed import Feed, feed
 from boresight.sim.records.record import Record
+from boresight.sim.rotations.accuracy import attitude_rmse
+from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
 
 NAN = float("nan")
 Q = ("qw", "qx", "qy", "qz")

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input
-from boresight.model.estimators import estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.manoeuvres import MANOEUVRES, WITHIN, hostile, manoeuvre, within
 

@@ -11,12 +11,12 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.sim.accuracy.peers import PEERS, dip_rad, first_attitude, peer, require_peers
-from boresight.sim.attitude.accuracy import attitude_error, attitude_rmse
-from boresight.sim.attitude.rotation import quaternion_multiply
+from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.synthetic import synthetic_log
+from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
+from boresight.sim.rotations.rotation import quaternion_multiply
 
 #: Total RMSE [deg] on synthetic_60s, magnetometer at 10 Hz: both bounds. A wrong frame gives 90 or
 #: 180 degrees, a wrong step of the magnetometer tens.

@@ -7,18 +7,18 @@ import dataclasses
 import numpy as np
 import pytest
 
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import with_params
-from boresight.model.estimators.complementary import Complementary
 from boresight.sim.accuracy.scoring import Scorer
-from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.outputs import attitude_of
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.levels.level import outputs_of
 from boresight.sim.records import feed as feed_module
 from boresight.sim.records.feed import feed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.segments import interpret
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.rotations.accuracy import attitude_rmse
+from boresight.sim.rotations.outputs import attitude_of
 
 PARAMS = {"kp_heading_per_s": 1.0}
 

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import Param
-from boresight.model.estimators.complementary import Complementary
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.search import (
     deal_folds,
@@ -18,8 +18,8 @@ from boresight.sim.accuracy.search import (
     sensitivities,
     tunable,
 )
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.feed import feed
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 PARAMS = (Param("a", 1.0, 0.0, 50.0, "", ""), Param("b", 1.0, 0.25, 2.0, "", ""))
 

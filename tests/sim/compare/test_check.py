@@ -12,9 +12,9 @@ import pytest
 from boresight.disk.output import OutputFile
 from boresight.gateware.core import Core
 from boresight.gateware.microcode.assemble import decode, encode
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.model.estimators import estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.compare.check import EXACT, USUAL, Check, _Attempt, _Case
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer

@@ -14,8 +14,8 @@ import pytest
 from boresight.disk.output import OutputFile
 from boresight.gateware.core import Core
 from boresight.model.arrays import FloatArray
+from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.errors import InputError
-from boresight.model.estimators import ESTIMATORS, estimator
 from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.reproducer import load_reproducer

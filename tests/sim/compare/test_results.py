@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from boresight.gateware.core import Core
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part, verdict
 from boresight.sim.compare.textbook import textbook_line

@@ -7,18 +7,18 @@ import pytest
 from scipy.io import savemat
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.rotation import (
-    euler_to_quaternion,
-    quaternion_conjugate,
-    quaternion_multiply,
-    quaternion_normalise,
-)
 from boresight.sim.data.convert_broad import broad_record, broad_trials
 from boresight.sim.data.convert_ximu import convert, main
 from boresight.sim.data.make_synthetic import main as make_synthetic_main
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.rotations.rotation import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_normalise,
+)
 from tests.support.broad import trial
 
 # -- `sim.data.convert_ximu` on a made-up recording whose every step is known ---------------------

@@ -9,9 +9,9 @@ import pytest
 import boresight
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
+from boresight.sim.attitude.ma2014.experiment import Ma2014
 from boresight.sim.experiments.experiment import Experiment, Result, Target, grouped
 from boresight.sim.experiments.forms import schedules_of
-from boresight.sim.experiments.ma2014.experiment import Ma2014
 from boresight.sim.experiments.page import Section, numbers, render
 from boresight.sim.experiments.registry import experiment_of
 from boresight.sim.experiments.seeds import Runs, run_cases, spreads_of

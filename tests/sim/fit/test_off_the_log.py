@@ -9,8 +9,8 @@ import copy
 
 import pytest
 
+from boresight.model.attitude import FILTERS
 from boresight.model.estimator import Estimator
-from boresight.model.estimators import FILTERS
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.covariance import initial_covariances
 from boresight.sim.fit.fitting import Effect, effect, fitted, select_ranges

@@ -12,7 +12,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import Out
 from amaranth.sim import Simulator
 
-from boresight.gateware.serial.uart import Receiver
+from boresight.gateware.boards.uart import Receiver
 from boresight.model.errors import InputError, ToolMissing
 from boresight.sim.formal import __main__ as command
 from boresight.sim.formal import prove as runner

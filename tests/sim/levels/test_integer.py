@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.model.attitude import estimator
 from boresight.model.estimator import State
-from boresight.model.estimators import estimator
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat

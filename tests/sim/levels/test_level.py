@@ -10,10 +10,10 @@ import pytest
 
 import boresight.sim.levels
 from boresight.model import ops
+from boresight.model.attitude import estimator
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.model.estimators import estimator
-from boresight.model.estimators.complementary import Complementary
 from boresight.model.step import Values
 from boresight.sim.compare.check import Check
 from boresight.sim.levels import registry

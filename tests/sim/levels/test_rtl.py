@@ -9,8 +9,8 @@ import pytest
 
 from boresight.gateware.core import build_shared_core
 from boresight.gateware.schedule.slots import ScheduleError
+from boresight.model.attitude import estimator
 from boresight.model.estimator import Estimator, State
-from boresight.model.estimators import estimator
 from boresight.model.resolve import estimator_of
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind

@@ -7,8 +7,8 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.algebra.quaternion import dot, matrix, product
+from boresight.model.attitude.mekf.filter import Mekf
 from boresight.model.estimator import Estimator, Input, Output, Param, State
-from boresight.model.estimators.mekf.filter import Mekf
 from boresight.model.resolve import estimator_of
 from boresight.sim.ranges import ranges
 from boresight.sim.ranges.boxes import proof_of, reached_cells

@@ -14,11 +14,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output
-from boresight.model.estimators import estimator
 from boresight.model.units import UnitError, linear
-from boresight.sim.attitude.rotation import (
+from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.plausible import warnings_of
+from boresight.sim.records.record import Column, Record, columns_of, index_place, split_header
+from boresight.sim.rotations.rotation import (
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_to_euler,
@@ -26,12 +32,6 @@ from boresight.sim.attitude.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from boresight.sim.records.bundled import bundled, bundled_names, is_comparison
-from boresight.sim.records.feed import feed
-from boresight.sim.records.files import read_record
-from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.records.plausible import warnings_of
-from boresight.sim.records.record import Column, Record, columns_of, index_place, split_header
 
 # -- records: what they refuse, what they are made of, headers with units -------------------------
 

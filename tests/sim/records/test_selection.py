@@ -10,8 +10,8 @@ import pytest
 
 from boresight import Estimator, Input, Output, State
 from boresight.cli import main
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator
 from boresight.sim.records import maps
 from boresight.sim.records.feed import Feeder, feed
 from boresight.sim.records.files import content_of, read_pieces, read_record

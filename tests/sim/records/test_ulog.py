@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError, ToolMissing
-from boresight.sim.attitude.rotation import rotate
 from boresight.sim.records.files import read_record
+from boresight.sim.rotations.rotation import rotate
 from tests.support.flights import TURN, at_rest, flight
 
 

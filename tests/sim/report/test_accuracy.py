@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from boresight.model.attitude import estimator
 from boresight.model.declarations import QUATERNION
 from boresight.model.estimator import Estimator, Input, Output, State
-from boresight.model.estimators import estimator
-from boresight.sim.attitude.accuracy import attitude_rmse
-from boresight.sim.attitude.outputs import attitude_of, euler_deg_of
 from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult
@@ -21,6 +19,8 @@ from boresight.sim.records.record import Record
 from boresight.sim.report.accuracy import ANGLES, BINS, accuracy_section, worst_output
 from boresight.sim.report.observed import Observed
 from boresight.sim.report.widths import width_section
+from boresight.sim.rotations.accuracy import attitude_rmse
+from boresight.sim.rotations.outputs import attitude_of, euler_deg_of
 
 
 def section(check: CheckResult | None, *, truth: bool = True) -> tuple[dict[str, Any], list[str]]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.gateware.bus.counters import EventCounters
+from boresight.gateware.attitude.bus.counters import EventCounters
 from boresight.gateware.synthesis import yosys
 from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.family import Family

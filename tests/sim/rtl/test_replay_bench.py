@@ -12,7 +12,7 @@ import pytest
 
 from boresight.gateware.core import Core, build_core, build_shared_core
 from boresight.gateware.registers.core import PROGRAM
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build

@@ -11,8 +11,8 @@ import pytest
 from vcd.reader import TokenKind, tokenize
 
 from boresight.cli import main
-from boresight.model.estimators import complementary
-from boresight.model.estimators.complementary import Complementary
+from boresight.model.attitude import complementary
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.words.interpreter import Interpreter
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded

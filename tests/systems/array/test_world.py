@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from boresight.sim.worlds.inertial import sensors
 from boresight.systems.array.world import ALIGNED, DT, ERECTED, TurningArray
+from boresight.systems.worlds import sensors
 
 ARCSEC = math.radians(1.0) / 3600.0
 SHORT = {"hours": 30.0 / 3600.0}

@@ -13,12 +13,12 @@ from boresight.gateware.synthesis.blocks import core_blocks
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.step import Values
-from boresight.sim.attitude.rotation import rotate
 from boresight.sim.compare.check import Check
 from boresight.sim.experiments.seeds import Runs
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feed
+from boresight.sim.rotations.rotation import rotate
 from boresight.sim.worlds.loop import Loop, close_loop, parting
 from boresight.systems.ekf2 import experiment
 from boresight.systems.ekf2.estimator import (

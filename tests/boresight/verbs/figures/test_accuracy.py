@@ -12,15 +12,15 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
-from boresight.model.estimators import estimator
 from boresight.sim.accuracy.peers import PEERS
 from boresight.sim.accuracy.trials import read_trials
-from boresight.sim.attitude.rotation import quaternion_multiply
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.files import record_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.rotations.rotation import quaternion_multiply
 from boresight.verbs.figures.accuracy import accuracy
 from tests.support.estimators import ALL
 from tests.support.records import write_record

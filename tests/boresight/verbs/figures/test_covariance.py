@@ -7,8 +7,8 @@ import pytest
 
 import boresight
 from boresight.cli import main
+from boresight.model.attitude import estimator
 from boresight.model.estimator import Estimator, Param
-from boresight.model.estimators import estimator
 from boresight.sim.accuracy.covariance import P0, initial_covariances
 from tests.support.strangers import csv, kalman, program
 

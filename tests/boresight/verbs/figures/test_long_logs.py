@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 import boresight
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records import feed, log
 from boresight.sim.records.files import content_of
 from boresight.sim.records.selection import Selection, selected
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 
 
 def figures(folder: Path) -> list[Any]:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from boresight.model.attitude.complementary import Complementary
 from boresight.model.errors import InputError
-from boresight.model.estimators.complementary import Complementary
-from boresight.sim.accuracy.protocol import runs
-from boresight.sim.accuracy.protocol.plan import Case, cases_of
-from boresight.sim.worlds.carriers import logs as carriers
+from boresight.sim.attitude.robustness import logs as carriers
+from boresight.sim.attitude.robustness import runs
+from boresight.sim.attitude.robustness.plan import Case, cases_of
 from boresight.verbs.figures.protocol import accuracy_protocol, own_trials
 
 
@@ -23,7 +23,7 @@ def one_case(monkeypatch: pytest.MonkeyPatch) -> None:
     def cases(protocol: str) -> list[Case]:
         return [known] if protocol == "short" else cases_of(protocol)
 
-    for module in ("boresight.verbs.figures.protocol", "boresight.sim.accuracy.protocol.runs"):
+    for module in ("boresight.verbs.figures.protocol", "boresight.sim.attitude.robustness.runs"):
         monkeypatch.setattr(f"{module}.cases_of", cases)
     monkeypatch.setattr("boresight.verbs.figures.protocol.own_trials", lambda: ["carrier:ship:1"])
     monkeypatch.setattr(carriers, "carrier", lambda name, seed: whole(name, seed, seconds=8.0))

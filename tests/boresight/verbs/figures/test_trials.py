@@ -6,8 +6,8 @@ import pytest
 
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of
+from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.bundled import bundled
-from boresight.sim.worlds.synthetic import synthetic_log
 from boresight.verbs.figures.trials import trials_of
 
 LOGS = [synthetic_log(seconds=4, rate_hz=25, seed=seed, name=f"log{seed}") for seed in (2, 1)]

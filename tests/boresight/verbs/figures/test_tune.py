@@ -11,9 +11,9 @@ import pytest
 import boresight
 from boresight.cli import main
 from boresight.model.errors import InputError
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.synthetic import SensorError, synthetic_log
 from boresight.verbs.figures.tune import tune
 from tests.support.records import write_record
 

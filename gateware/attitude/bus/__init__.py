@@ -1,0 +1,1 @@
+"""Results, counters and bus devices of the attitude system."""

@@ -1,0 +1,506 @@
+"""Reader of the ADIS16385 inertial sensor: from reset to checked samples, and back after faults."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from amaranth.hdl import Array, Cat, Const, Module, Mux, Signal, Value
+from amaranth.lib import memory, wiring
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.attitude.sensors.adis16385_flags import EVENTS, FLAGS
+from boresight.gateware.attitude.sensors.adis16385_frames import (
+    CHECKED,
+    CONFIG_FRAMES,
+    FIRST,
+    FIRST_RUN,
+    LAST,
+    RUN_FRAMES,
+    STEPS,
+    WORDS,
+    read,
+    write,
+)
+from boresight.gateware.attitude.sensors.adis16385_range import at_full_scale
+from boresight.gateware.attitude.sensors.adis16385_setup import Settings, Timing
+from boresight.gateware.attitude.sensors.spi import SpiController, cycles_for
+
+__all__ = ["Adis16385"]
+
+#: Cycles from an edge at a pin until it is seen.
+_SYNCHRONISER = 2
+#: Cycles from a frame's reply to the sample.
+_JUDGE = 2
+#: Largest exponent of the decimation in SMPL_PRD.
+_DECIMATION_MAX = 12
+
+
+class Adis16385(wiring.Component):
+    """Reads a complete sample at each data-ready edge, and outputs it only if its checks pass.
+
+    Start: reset pulse, wait, identity, settings (low byte, then high byte of each), all of them
+    read back. Then 9 frames per sample: each requests a register and returns the one requested by
+    the frame before. The first one returns the temperature of the sample before; the last one
+    returns a register with known contents: identity and the three settings in turn (`CHECKED`). So
+    stuck lines, an absent device, a slip of the pipeline, and a device that was reset and lost its
+    settings all show as a wrong word there, and the sample is dropped. The same register is then
+    checked until it is right again, and the first sample that passes is dropped as well, since the
+    fault may have ended within it. A fault that begins and ends between two checks, shorter than
+    the time between samples, is not detected.
+
+    After ``bad_limit`` consecutive samples that are dropped or missing, or a wrong word during the
+    start, the reader starts again from the reset pulse, until a start succeeds.
+
+    DIAG_STAT: bits of ``alarm_mask`` raise the alarm, and the sample is used. Bits of
+    ``invalid_mask`` drop it; by default the one for a frame with a wrong number of clocks, after
+    which the registers read are unknown (a sibling part's bit).
+
+    Waits are counted in ticks of ``tick_cycles`` from ``time``, in the time-out of ``2**D`` ticks
+    with the decimation exponent D of SMPL_PRD (bits 11:8, up to 12; inferred from a sibling part).
+
+    **Latency** ``sample`` comes `burst_cycles` after a data-ready edge.
+
+    Parameters
+    ----------
+    clock_hz : float
+        Clock of domain ``sync``, Hz.
+    timing : Timing
+        Times of the device.
+    settings : Settings
+        Words of the device, and limits of the checks.
+
+    Members
+    -------
+    cs_n, sclk, mosi, reset_n : Out(1)
+        Pins.
+    miso, data_ready : In(1)
+        Pins, asynchronous to the clock.
+    time : In(32)
+        Counts clock cycles.
+    enable : In(1)
+        0: no new frame, the device is held in reset.
+    restart : In(1)
+        Start over, for example because of new settings. Settings are taken during the reset pulse.
+    msc_ctrl, smpl_prd, sens_avg : In(16)
+        Settings of the device.
+    sample : Out(1)
+        A checked sample is available in this cycle.
+    index : In(3), word : Out(16)
+        Its words as in `WORDS`, combinational: 3 gyro, 3 accelerometer counts, temperature
+        (sign-extended), DIAG_STAT.
+    stamp : Out(32)
+        ``time`` when its data-ready edge was seen, `stamp_delay` cycles after the edge.
+    number : Out(16)
+        Number of its data-ready edge since the first start, modulo 2**16.
+        Words, stamp and number hold for `hold_cycles` after ``sample``.
+    temperature, diag_stat : Out(16)
+        The latest values read, also of dropped samples.
+    flags : Out(len(FLAGS)), events : Out(len(EVENTS))
+        See `gateware.attitude.sensors.adis16385_flags`.
+    """
+
+    EVENTS: Final = EVENTS
+    FLAGS: Final = FLAGS
+
+    def __init__(
+        self, *, clock_hz: float, timing: Timing | None = None, settings: Settings | None = None
+    ) -> None:
+        timing = timing or Timing()
+        self.settings = settings = settings or Settings()
+        self.spi = SpiController(
+            half_cycles=max(3, cycles_for(clock_hz=clock_hz, seconds=0.5 / timing.sclk_hz)),
+            stall_cycles=cycles_for(clock_hz=clock_hz, seconds=timing.stall_s),
+        )
+        timeout = cycles_for(clock_hz=clock_hz, seconds=timing.timeout_periods * timing.period_s)
+        self.tick_bit = max(0, (timeout // 4).bit_length() - 1)
+        self.timeout_ticks = self._ticks(timeout)
+        self.reset_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.reset_s))
+        self.startup_ticks = self._ticks(cycles_for(clock_hz=clock_hz, seconds=timing.startup_s))
+        period = cycles_for(clock_hz=clock_hz, seconds=timing.period_s)
+        if period <= self.burst_cycles + self.spi.stall_cycles:
+            burst_s = self.burst_cycles / clock_hz
+            raise ValueError(
+                f"period_s must be longer than a burst ({burst_s:.4g} s and a stall), "
+                f"not {timing.period_s!r}"
+            )
+        super().__init__(
+            {
+                "cs_n": Out(1, init=1),
+                "sclk": Out(1, init=1),
+                "mosi": Out(1),
+                "reset_n": Out(1),
+                "miso": In(1),
+                "data_ready": In(1),
+                "time": In(32),
+                "enable": In(1, init=1),
+                "restart": In(1),
+                "msc_ctrl": In(16, init=settings.msc_ctrl),
+                "smpl_prd": In(16, init=settings.smpl_prd),
+                "sens_avg": In(16, init=settings.sens_avg),
+                "sample": Out(1),
+                "index": In(range(len(WORDS))),
+                "word": Out(16),
+                "temperature": Out(16),
+                "diag_stat": Out(16),
+                "stamp": Out(32),
+                "number": Out(16),
+                "flags": Out(FLAGS),
+                "events": Out(len(EVENTS)),
+            }
+        )
+
+    def _ticks(self, cycles: int) -> int:
+        return -(-cycles // self.tick_cycles)
+
+    @property
+    def tick_cycles(self) -> int:
+        """Clock cycles of a tick. A wait of n ticks lasts from n to n + 1 of them, and a cycle."""
+        return 1 << self.tick_bit
+
+    @property
+    def stamp_delay(self) -> int:
+        """Clock cycles from a data-ready edge at the pin to the ``time`` that is its stamp."""
+        return _SYNCHRONISER
+
+    @property
+    def burst_cycles(self) -> int:
+        """Clock cycles from a data-ready edge at the pin to ``sample``."""
+        return (
+            _SYNCHRONISER
+            + 1
+            + (RUN_FRAMES - 1) * self.spi.frame_cycles
+            + self.spi.answer_latency
+            + _JUDGE
+        )
+
+    @property
+    def hold_cycles(self) -> int:
+        """Clock cycles for which a sample's words, stamp and number stay, from ``sample`` on."""
+        return self.spi.stall_cycles - _JUDGE
+
+    def check_cycles(self, period: int) -> int:
+        """Maximum clock cycles until a fault that spoils replies has spoilt a check.
+
+        With a sample each ``period`` cycles. For a fault in one of the `CHECKED` registers alone,
+        as many periods more as there are others.
+        """
+        return period + self.burst_cycles
+
+    @property
+    def start_cycles(self) -> int:
+        """Maximum clock cycles from a restart to ``flags.running``."""
+        return (
+            (self.reset_ticks + self.startup_ticks + 2) * self.tick_cycles
+            + (CONFIG_FRAMES + 1) * self.spi.frame_cycles
+            + 8
+        )
+
+    def timeout_cycles(self, decimation: int = 0) -> int:
+        """Maximum clock cycles without a data-ready edge until it counts as missing."""
+        return ((self.timeout_ticks + 1) * self.tick_cycles << decimation) + 1
+
+    def detection_cycles(self, decimation: int = 0) -> int:
+        """Maximum clock cycles from a good sample to a restart after ``bad_limit`` missing ones.
+
+        See `check_cycles` for faults that spoil replies.
+        """
+        return self.burst_cycles + self.settings.bad_limit * self.timeout_cycles(decimation) + 8
+
+    def recovery_cycles(self, period: int, decimation: int = 0) -> int:
+        """Maximum clock cycles from the end of a fault to the next good sample.
+
+        Of a device that brings one each ``period`` cycles: a start that has just begun in vain is
+        given up, the next one succeeds.
+        """
+        detection = (
+            self.settings.bad_limit * max(self.timeout_cycles(decimation), period)
+            + self.burst_cycles
+        )
+        return 2 * self.start_cycles + detection + (len(CHECKED) + 1) * period + self.burst_cycles
+
+    def elaborate(self, platform: Any) -> Module:
+        """Pins, frames, buffer, judgement, and four states."""
+        m = Module()
+        r = _Registers(self)
+        m.submodules.spi = spi = self.spi
+        m.d.comb += [
+            self.cs_n.eq(spi.cs_n),
+            self.sclk.eq(spi.sclk),
+            self.mosi.eq(spi.mosi),
+            spi.miso.eq(self.miso),
+        ]
+        ready = Signal()
+        ready_before = Signal()
+        m.submodules.synchroniser = FFSynchronizer(self.data_ready, ready)
+        m.d.sync += ready_before.eq(ready)
+        m.d.comb += r.edge.eq(ready & ~ready_before)
+        m.d.comb += r.known.eq(Array([self.settings.identity, *r.used.values()])[r.which])
+        self._frames(m, r)
+        # One cycle after the answer: judged, stored, on to the next step. What the reply is for
+        # and what it should be is known long before it comes.
+        expected = Signal.like(r.known)
+        m.d.sync += [
+            expected.eq(r.known),
+            r.answered.eq(spi.o_valid & r.spi_turn & ~r.start_over),
+            r.storing.eq(spi.o_valid & r.spi_turn & r.stores),
+            r.judging.eq(spi.o_valid & r.spi_turn & r.checks & ~r.start_over),
+            r.equal.eq(spi.o_data == expected),
+        ]
+        self._buffer(m, r)
+        self._wait(m, r)
+        with m.FSM() as fsm:
+            with m.State("RESET"):
+                self._reset(m, r)
+            with m.State("STARTUP"):
+                m.d.comb += r.ticks.eq(self.startup_ticks)
+                with m.If(r.start_over):
+                    m.next = "RESET"
+                with m.Elif(r.expired & ~spi.busy):
+                    m.next = "FRAMES"
+            with m.State("FRAMES"):
+                self._next_frame(m, r)
+            with m.State("EDGE"):
+                self._await_edge(m, r)
+        self._judge(m, r)
+        m.d.sync += [self.events.eq(Cat(r.event.values())), self.sample.eq(r.event["sample"])]
+        m.d.comb += [
+            self.flags.running.eq(r.running),
+            r.spi_turn.eq(fsm.ongoing("FRAMES")),
+            spi.i.valid.eq(r.spi_turn),
+        ]
+        m.d.sync += self.reset_n.eq(~fsm.ongoing("RESET"))
+        return m
+
+    def _buffer(self, m: Module, r: _Registers) -> None:
+        """Words of the sample, and their own checks."""
+        spi, settings = self.spi, self.settings
+        m.submodules.buffer = buffer = memory.Memory(
+            shape=16, depth=len(WORDS), init=[], attrs={"ram_style": "distributed"}
+        )
+        writer = buffer.write_port()
+        reader = buffer.read_port(domain="comb")
+        is_temperature = r.place == WORDS.index("TEMP_OUT")
+        m.d.comb += [
+            writer.addr.eq(r.place),
+            writer.en.eq(r.storing),
+            writer.data.eq(
+                Cat(
+                    spi.o_data[:12],
+                    Mux(is_temperature, spi.o_data[11].replicate(4), spi.o_data[12:]),
+                )
+            ),
+            reader.addr.eq(self.index),
+            self.word.eq(reader.data),
+        ]
+        for at, latest in (("TEMP_OUT", self.temperature), ("DIAG_STAT", self.diag_stat)):
+            with m.If(writer.en & (r.place == WORDS.index(at))):
+                m.d.sync += latest.eq(writer.data)
+        limits = (settings.gyro_limit, settings.accel_limit)
+        full = ~r.place.all() & at_full_scale(spi.o_data, r.place >= 3, limits)
+        with m.If(writer.en):
+            m.d.sync += [
+                r.over.eq(~is_temperature & (r.over | full)),
+                r.alarm.eq((spi.o_data & settings.alarm_mask).any()),
+                r.invalid.eq((spi.o_data & settings.invalid_mask).any()),
+            ]
+
+    def _wait(self, m: Module, r: _Registers) -> None:
+        """The timer, which begins in the cycle after `_Registers.wait`; the count of edges."""
+        tick = Signal()
+        self._tick(m, tick, r.running, r.used["smpl_prd"][8:12])
+        m.d.comb += r.expired.eq(tick & r.done)
+        m.d.sync += r.begin.eq(0)
+        with m.If(r.begin):
+            m.d.sync += [r.timer.eq(r.ticks), r.done.eq(r.ticks == 0)]
+        with m.Elif(tick & ~r.done):
+            m.d.sync += [r.timer.eq(r.timer - 1), r.done.eq(r.timer == 1)]
+        with m.If(r.running & r.edge):
+            m.d.sync += r.edges.eq(r.edges + 1)
+
+    def _reset(self, m: Module, r: _Registers) -> None:
+        """The reset pulse, in which settings are taken."""
+        m.d.comb += r.ticks.eq(self.reset_ticks)
+        m.d.sync += [used.eq(getattr(self, name)) for name, used in r.used.items()]
+        m.d.sync += [*r.give_chances(), r.step.eq(FIRST)]
+        with m.If(r.expired):
+            m.d.sync += r.wait()
+            m.next = "STARTUP"
+        with m.If(r.start_over):
+            m.next = "RESET"
+
+    def _next_frame(self, m: Module, r: _Registers) -> None:
+        """One frame after another."""
+        step = r.step
+        with m.If(r.answered):
+            m.d.sync += [step.eq(step + 1), *r.wait()]
+            with m.If(step == LAST):
+                m.d.sync += step.eq(Cat(r.checking, Const(0b110, 3)))
+            with m.If(step[3:].all()):
+                m.d.sync += step.eq(step | 4)
+            with m.If(r.ends):
+                m.d.sync += r.running.eq(1)
+                m.next = "EDGE"
+        with m.If(r.start_over):
+            m.next = "RESET"
+
+    def _await_edge(self, m: Module, r: _Registers) -> None:
+        """The next data-ready edge."""
+        m.d.sync += r.step.eq(FIRST_RUN)
+        with m.If(r.edge & ~self.spi.busy):
+            m.d.sync += [
+                self.stamp.eq(self.time),
+                self.number.eq(r.edges),
+                self.flags.no_data_ready.eq(0),
+            ]
+            m.next = "FRAMES"
+        with m.Elif(r.expired):
+            m.d.sync += [*r.wait(), self.flags.no_data_ready.eq(1)]
+            m.d.comb += r.event["no_data_ready"].eq(1)
+        with m.If(r.start_over):
+            m.next = "RESET"
+
+    def _judge(self, m: Module, r: _Registers) -> None:
+        """Judge sample and device by the checked reply."""
+        flags, event = self.flags, r.event
+        judging, whole = r.judging, r.whole
+        doubtful = Signal()
+        bad = Signal()
+        m.d.comb += doubtful.eq(flags.identity_error | flags.config_error)
+        with m.If(judging):
+            with m.If(r.which == CHECKED.index("PROD_ID")):
+                m.d.comb += event["identity_error"].eq(~r.equal)
+                m.d.sync += flags.identity_error.eq(~r.equal)
+            with m.Else():
+                m.d.comb += event["config_error"].eq(~r.equal)
+                m.d.sync += flags.config_error.eq(~r.equal)
+            with m.If(whole & r.equal):
+                m.d.comb += [
+                    event["link_error"].eq(r.invalid | doubtful),
+                    event["sample"].eq(~r.invalid & ~doubtful),
+                ]
+                m.d.sync += [
+                    r.checking.eq(r.checking + 1),
+                    flags.link_error.eq(r.invalid | doubtful),
+                ]
+        m.d.comb += [
+            event["overrun"].eq(r.edge & r.running & (self.spi.busy | r.spi_turn)),
+            bad.eq(event["no_data_ready"] | (judging & whole & (~r.equal | r.invalid))),
+            event["restart"].eq(
+                self.enable & (self.restart | (bad & r.final) | (judging & ~whole & ~r.equal))
+            ),
+            r.start_over.eq(event["restart"] | ~self.enable),
+        ]
+        self._count(m, r, bad)
+
+    def _count(self, m: Module, r: _Registers, bad: Value) -> None:
+        """Counts and flags of good and bad samples."""
+        flags, event = self.flags, r.event
+        with m.If(event["sample"]):
+            m.d.comb += [event["alarm"].eq(r.alarm), event["over_range"].eq(r.over)]
+            m.d.sync += [
+                flags.alarm.eq(r.alarm),
+                flags.over_range.eq(r.over),
+                flags.overrun.eq(r.skipped),
+                r.skipped.eq(0),
+                *r.give_chances(),
+            ]
+        with m.If(event["overrun"]):
+            m.d.sync += r.skipped.eq(1)
+        with m.If(bad):
+            m.d.sync += [r.chances.eq(r.chances - 1), r.final.eq(r.chances == 1)]
+        with m.If(r.start_over):
+            m.d.sync += [*r.wait(), r.running.eq(0)]
+
+    def _frames(self, m: Module, r: _Registers) -> None:
+        """The table of frames: command of ``step``, and use of its reply; a cycle after it."""
+        row = Cat(r.command, r.writes, r.stores, r.place, r.checks, r.which, r.whole, r.ends)
+        rows = 0
+        for number, each in STEPS.items():
+            word = read(each.register) if each.byte is None else write(each.register, each.byte, 0)
+            whole = number > LAST and each.check is not None
+            columns = (
+                (word >> 8, r.command),
+                (each.byte is not None, r.writes),
+                (each.store is not None, r.stores),
+                (each.store or 0, r.place),
+                (each.check is not None, r.checks),
+                (number if each.byte is None else CHECKED.index(each.register), r.which),
+                (whole, r.whole),
+                (whole or number == FIRST_RUN - 1, r.ends),
+            )
+            at = len(row) * number
+            for value, column in columns:
+                rows |= (value & (1 << len(column)) - 1) << at
+                at += len(column)
+        high = Signal()
+        table = Const(rows, len(row) << len(r.step))
+        m.d.sync += [row.eq(table.word_select(r.step, len(row))), high.eq(~r.step[0])]
+        m.d.comb += self.spi.i.payload.eq(
+            Cat(r.known.word_select(high, 8) & r.writes.replicate(8), r.command)
+        )
+
+    def _tick(self, m: Module, tick: Signal, running: Signal, exponent: Value) -> None:
+        """A tick at each change of a bit of ``time``; a higher bit for rarer samples."""
+        bits = [self.time[min(31, self.tick_bit + min(k, _DECIMATION_MAX))] for k in range(16)]
+        bit, fast_before, slow_before = (Signal(name=f"tick_bit{k}") for k in range(3))
+        slow = Array(bits)[exponent]
+        m.d.comb += bit.eq(Mux(running, slow, bits[0]))
+        m.d.sync += [
+            fast_before.eq(bits[0]),
+            slow_before.eq(slow),
+            tick.eq(bit ^ Mux(running, slow_before, fast_before)),
+        ]
+
+
+class _Registers:
+    """Registers of the reader, and signals between its parts."""
+
+    def __init__(self, reader: Adis16385) -> None:
+        settings = reader.settings
+        self.step = Signal(5, init=FIRST)
+        self.checking = Signal(range(len(CHECKED)))  # with this sample
+        #: Settings written to the device.
+        self.used = {
+            name: Signal(16, name=f"{name}_used") for name in ("msc_ctrl", "smpl_prd", "sens_avg")
+        }
+        # Of the frame whose reply comes.
+        self.command = Signal(8)
+        self.writes = Signal()
+        self.stores = Signal()
+        self.checks = Signal()
+        self.place = Signal(3)
+        self.which = Signal(range(len(CHECKED)))
+        self.known = Signal(16)
+        self.whole = Signal()  # it ends a sample
+        self.ends = Signal()  # a data-ready edge is next
+        self.answered = Signal()
+        self.storing = Signal()
+        self.judging = Signal()
+        self.equal = Signal()
+        self.spi_turn = Signal()
+        self.edge = Signal()
+        self.running = Signal()
+        self.over = Signal()
+        self.alarm = Signal()
+        self.invalid = Signal()
+        self.skipped = Signal()
+        self.event = {name: Signal(name=f"event_{name}") for name in EVENTS}
+        longest = max(reader.timeout_ticks, reader.startup_ticks, reader.reset_ticks)
+        self.timer = Signal(range(1 + longest), init=reader.reset_ticks)
+        self.done = Signal(init=reader.reset_ticks == 0)  # the timer is 0
+        self.begin = Signal()
+        self.ticks = Signal.like(self.timer, init=reader.timeout_ticks)  # to wait in this state
+        self.expired = Signal()
+        self.start_over = Signal()
+        self.chances = Signal(range(settings.bad_limit), init=settings.bad_limit - 1)
+        self.final = Signal(init=settings.bad_limit == 1)  # no chances are left
+        self.edges = Signal(16)
+
+    def wait(self) -> list[Any]:
+        """Begin the wait of the next state."""
+        return [self.begin.eq(1), self.done.eq(0)]
+
+    def give_chances(self) -> list[Any]:
+        """All of them, after a good sample and at a new start."""
+        return [self.chances.eq(self.chances.init), self.final.eq(self.final.init)]

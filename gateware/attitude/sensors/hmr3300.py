@@ -1,0 +1,235 @@
+"""The HMR3300 compass on its serial line."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from amaranth.hdl import Module, Signal, Value, signed
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.attitude.sensors.hmr3300_command import Commander
+from boresight.gateware.attitude.sensors.hmr3300_sentence import SentenceParser
+from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
+from boresight.model.words.rounded import binary_exponent
+
+__all__ = ["BAUD", "FLAGS", "LINES_HZ", "Hmr3300"]
+
+#: Rate of the line as delivered (maker's sibling part, and two drivers of this part).
+BAUD = 19_200
+#: Sentences a second (maker).
+LINES_HZ = 8.0
+
+#: Level flags and their meanings.
+FLAGS = {
+    "stale": "no good sentence for the stale time, or none yet",
+    "counts": "the last good sentence was magnetometer counts",
+    "commanding": "a sequence of commands is under way",
+    "paused": "the compass did not do what is wanted; the next attempt waits",
+}
+
+#: Longest beat of the slow counters, s.
+_TICK_S = 0.05
+
+
+class Hmr3300(wiring.Component):
+    r"""Reads both kinds of sentences, and commands the compass to send the selected kind.
+
+    A line in which no byte comes for one to two ticks of `tick_cycles` is spoiled.
+
+    An overrun is impossible: the parser takes a byte every `SentenceParser.cycles_per_byte`
+    cycles, and the line needs 9.5 bits of 8 cycles or more for one.
+
+    **Latency** ``line`` comes `latency` cycles after the start edge of LF at most. A good
+    sentence stays fresh for ``stale_s``, and up to two ticks more.
+
+    Parameters
+    ----------
+    clock_hz : float
+        Clock.
+    baud : float
+        Rate of the line.
+    angle_max : int, 0..9999
+        Largest magnitude of pitch and roll, tenths of a degree.
+    stale_s : float, > 0
+        Time without a good sentence after which the last one is stale.
+    quiet_s : float, > 0
+        Time without a byte that means: stopped. More than the time from sentence to sentence
+        (`LINES_HZ`).
+    timeout_s : float, > 0
+        Longest time that a command may take to have its effect, and that no wanted sentence may
+        come before commands are sent. More than the compass's start of about 0.8 s (maker's
+        sibling part).
+
+    Members
+    -------
+    rx : In(1)
+        From the compass, asynchronous.
+    tx : Out(1)
+        To the compass.
+    time : In(32)
+        Clock cycles, free-running: beat of the slow counters.
+    mode : In(2)
+        0 any sentences, 1 heading sentences, 2 and 3 magnetometer counts.
+    command : In(stream of 8)
+        Letter to send as ``*X\r\n``, when no sequence of commands is under way.
+    line : Out(1)
+        A good sentence has come; ``values`` and ``is_counts`` are new with this cycle and stay
+        until the next.
+    is_counts : Out(1)
+        Its kind.
+    values : Out(signed(16)) array
+        Heading 0..3599, pitch, roll in tenths of a degree; or magnetometer counts x, y, z.
+    flags : Out(len(FLAGS))
+        Levels, by `FLAGS`.
+    events : Out(len(EVENTS))
+        One cycle each.
+    """
+
+    #: Bit k of ``events``: heading or counts sentence that is good; line that is not, byte without
+    #: stop bit; command sent, had its effect, had none in time (or was refused in a sequence),
+    #: refusal (#I) by the compass; the last sentence became stale.
+    EVENTS = (
+        "heading_line",
+        "counts_line",
+        "rejected_line",
+        "framing_error",
+        "command_sent",
+        "command_acknowledged",
+        "command_timed_out",
+        "invalid_command",
+        "went_stale",
+    )
+
+    def __init__(
+        self,
+        *,
+        clock_hz: float,
+        baud: float = BAUD,
+        angle_max: int = 900,
+        stale_s: float = 0.5,
+        quiet_s: float = 0.3,
+        timeout_s: float = 1.3,
+    ) -> None:
+        self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        for name, value in (("stale_s", stale_s), ("quiet_s", quiet_s), ("timeout_s", timeout_s)):
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not 0 < value < 100
+            ):
+                raise ValueError(
+                    f"{name} must be a number of seconds between 0 and 100, not {value!r}"
+                )
+        self.clock_hz, self.baud, self.angle_max = clock_hz, baud, angle_max
+        self.stale_s, self.quiet_s, self.timeout_s = stale_s, quiet_s, timeout_s
+        #: Bit of ``time`` that beats.
+        beat_s = min(_TICK_S, stale_s / 8, quiet_s / 4)
+        self.beat = max(binary_exponent(clock_hz * beat_s), 0)
+        self._receiver = Receiver(divisor=self.divisor)
+        self._parser = SentenceParser(angle_max=angle_max)
+        self._commander = Commander(
+            timeout_ticks=self._ticks(timeout_s), quiet_ticks=self._ticks(quiet_s) + 1
+        )
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "time": In(32),
+                "mode": In(2),
+                "command": In(stream.Signature(8)),
+                "line": Out(1),
+                "is_counts": Out(1),
+                "values": Out(signed(16)).array(3),
+                "flags": Out(data.StructLayout({name: 1 for name in FLAGS})),
+                "events": Out(len(self.EVENTS)),
+            }
+        )
+
+    def _ticks(self, seconds: float) -> int:
+        """Whole ticks that last ``seconds`` or more."""
+        return math.ceil(seconds * self.clock_hz / self.tick_cycles)
+
+    @property
+    def tick_cycles(self) -> int:
+        """Clock cycles from tick to tick."""
+        return 1 << self.beat
+
+    @property
+    def latency(self) -> int:
+        """Maximum cycles from the start edge of LF to ``line``."""
+        return self._receiver.latency + self._parser.latency
+
+    @property
+    def timeout_cycles(self) -> int:
+        """Maximum cycles of a time-out of the commands."""
+        return (self._commander.timeout_ticks + 1) * self.tick_cycles
+
+    def elaborate(self, platform: Any) -> Module:
+        """Line, parser, commands; the stale counter."""
+        m = Module()
+        m.submodules.receiver = receiver = self._receiver
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        m.submodules.parser = parser = self._parser
+        m.submodules.commander = commander = self._commander
+        wiring.connect(m, commander.o, transmitter.i)
+        wiring.connect(m, wiring.flipped(self.command), commander.command)
+
+        beat = Signal()
+        tick = Signal()
+        m.d.sync += [beat.eq(self.time[self.beat]), tick.eq(beat ^ self.time[self.beat])]
+
+        ticks = self._ticks(self.stale_s) + 1
+        age = Signal(ticks.bit_length(), init=-1)  # ticks, up to all ones
+        stale = Signal()
+        was_stale = Signal(init=1)
+        m.d.comb += stale.eq(age.all() & ~parser.line)
+        m.d.sync += was_stale.eq(stale)
+        with m.If(parser.line):
+            m.d.sync += age.eq(-1 - ticks)
+        with m.Else():
+            m.d.sync += age.eq(age + (tick & ~stale))
+
+        heard = Signal()  # since the last tick
+        m.d.sync += heard.eq(receiver.valid | (heard & ~tick))
+
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            self.tx.eq(transmitter.tx),
+            parser.data.eq(receiver.data),
+            parser.valid.eq(receiver.valid),
+            parser.error.eq(receiver.error),
+            parser.pause.eq(tick & ~heard),
+            self.line.eq(parser.line),
+            self.is_counts.eq(parser.is_counts),
+            *(mine.eq(its) for mine, its in zip(self.values, parser.values, strict=True)),
+            commander.mode.eq(self.mode),
+            commander.tick.eq(tick),
+            commander.heard.eq(receiver.valid | receiver.error),
+            commander.line.eq(parser.line),
+            commander.is_counts.eq(parser.is_counts),
+            commander.invalid.eq(parser.invalid),
+            self.flags.stale.eq(stale),
+            self.flags.counts.eq(parser.is_counts),
+            self.flags.commanding.eq(commander.busy),
+            self.flags.paused.eq(commander.paused),
+        ]
+        happened = self._happened(receiver.error, stale & ~was_stale)
+        m.d.comb += [self.events[k].eq(happened[name]) for k, name in enumerate(self.EVENTS)]
+        return m
+
+    def _happened(self, framing_error: Value, went_stale: Value) -> dict[str, Value]:
+        """Each of `EVENTS`, by its name."""
+        parser, commander = self._parser, self._commander
+        return {
+            "heading_line": parser.line & ~parser.is_counts,
+            "counts_line": parser.line & parser.is_counts,
+            "rejected_line": parser.rejected,
+            "framing_error": framing_error,
+            "command_sent": commander.sent,
+            "command_acknowledged": commander.acknowledged,
+            "command_timed_out": commander.timed_out,
+            "invalid_command": parser.invalid,
+            "went_stale": went_stale,
+        }

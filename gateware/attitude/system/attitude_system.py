@@ -1,0 +1,448 @@
+"""The complete attitude system: sensor pins in, attitude out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.attitude.bus.arbiter import BusArbiter
+from boresight.gateware.attitude.bus.wishbone import WishboneSignature, WishboneSlave
+from boresight.gateware.attitude.sensors.adis16385 import Adis16385
+from boresight.gateware.attitude.sensors.adis16385_flags import FLAG_MEANINGS
+from boresight.gateware.attitude.sensors.hmr3300 import FLAGS as COMPASS_FLAGS
+from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
+from boresight.gateware.attitude.system.attitude_core import AttitudeCore
+from boresight.gateware.attitude.system.attitude_frame import OUTPUTS
+from boresight.gateware.attitude.system.attitude_output import AttitudeOutput
+from boresight.gateware.attitude.system.bridge import Bridge
+from boresight.gateware.attitude.system.interface import (
+    FRAME_FLAGS,
+    ORDERS,
+    TAKE_FEED,
+    system_map,
+    system_registers,
+)
+from boresight.gateware.attitude.system.programs import core_plan
+from boresight.gateware.attitude.system.system_bus import ADDRESS_BITS, SystemBus
+from boresight.gateware.boards.board import Line
+from boresight.gateware.bus.csr import layout_of, packed
+from boresight.gateware.core import Core
+from boresight.gateware.description import Description, describe
+from boresight.model.errors import InputError
+
+__all__ = ["AttitudeSystem", "system_design"]
+
+#: Bit of the time at which the LED may change: about three times a second at 100 MHz.
+_BLINK_BIT = 25
+
+
+class AttitudeSystem(wiring.Component):
+    r"""Readers, core, registers and output: the design of a board's bitstream.
+
+    ::
+
+        ADIS16385 -- Adis16385 --\                   /-- results -- SystemBus -- Bridge -- host
+                                  AttitudeCore ------<               |
+        HMR3300 ---- Hmr3300 ----/                    \-- AttitudeOutput --------/
+                                                                     Wishbone slave
+
+    There is one clock domain; every asynchronous input passes two flip-flops. Accesses of the host
+    or the Wishbone cannot delay the filter. With a core whose memories have a register behind them
+    (depth 9 and more) a read of a register takes a cycle more.
+
+    **Latency** `latency_cycles`: data-ready edge at the pin to new results.
+
+    Parameters
+    ----------
+    core : Core
+        Core of `gateware.attitude.system.programs.system_core`.
+    clock_hz : float
+        Clock, Hz.
+    host_baud : float
+        Line to the host.
+    wishbone : bool
+        Whether to add a Wishbone slave, for a processor.
+    inertial : Adis16385, optional
+    compass : Hmr3300, optional
+        The readers, if not the default ones.
+
+    Members
+    -------
+    adis_cs_n, adis_sclk, adis_mosi, adis_reset_n : Out(1), adis_miso, adis_data_ready : In(1)
+        The inertial sensor.
+    hmr_rx : In(1), hmr_tx : Out(1)
+        The compass: from it, to it.
+    host_rx : In(1), host_tx : Out(1)
+        The host: from it, to it.
+    led_running : Out(1)
+        Blinks as long as updates come, about once a second; else stands still.
+    led_fault : Out(1)
+        A sensor has a fault.
+    interrupt : Out(1)
+        One cycle: new results. Only with Wishbone.
+    wb : In(WishboneSignature(address=12))
+        Only with Wishbone.
+    probe_* : Out
+        For simulation; unconnected on a board.
+    """
+
+    def __init__(
+        self,
+        *,
+        core: Core,
+        clock_hz: float = 100e6,
+        host_baud: float = 921_600,
+        wishbone: bool = False,
+        inertial: Adis16385 | None = None,
+        compass: Hmr3300 | None = None,
+    ) -> None:
+        self.core = core
+        self.clock_hz = clock_hz
+        self.host_baud = host_baud
+        self.plan = core_plan(core)
+        self.wishbone = wishbone
+        self._inertial = inertial or Adis16385(clock_hz=clock_hz)
+        self._compass = compass or Hmr3300(clock_hz=clock_hz)
+        self._attitude = AttitudeCore(core=core, readers=2)
+        reads = self._attitude.read_cycles
+        self._bridge = Bridge(
+            clock_hz=clock_hz, baud=host_baud, address=ADDRESS_BITS, read_cycles=reads
+        )
+        programs = [p.program for p in core.parts[: self.plan.filters]]
+        text = all(p.output_names == OUTPUTS for p in programs)
+        self._output = AttitudeOutput(text=text, outputs=max(self.plan.outputs), read_cycles=reads)
+        self.title = "attitude system"
+        self.lines = _LINES
+        #: Counted events, by their bits: source and name.
+        self._sources = (
+            ("inertial", self._inertial),
+            ("compass", self._compass),
+            ("core", self._attitude.conductor),
+            ("host", self._bridge),
+            ("output", self._output),
+        )
+        self.events = tuple(
+            f"{source}_{name}" for source, part in self._sources for name in part.EVENTS
+        )
+        self.registers = system_registers(
+            filters=self.plan.names[: self.plan.filters],
+            clock_hz=clock_hz,
+            build=self.build,
+            inertial_flags=FLAG_MEANINGS,
+            compass_flags=COMPASS_FLAGS,
+            text=text,
+            feed=bool(self.plan.feed.registers),
+        )
+        ports = {"wb": In(WishboneSignature(address=ADDRESS_BITS)), "interrupt": Out(1)}
+        super().__init__(
+            {
+                **{line.name: In(1, init=1) if line.input else Out(1) for line in _LINES},
+                **{
+                    f"probe_{name}": Out(1)
+                    for name in ("sample", "running", "updated", "line", "counts")
+                },
+                **{f"probe_value{k}": Out(16) for k in range(3)},
+                "probe_program": Out(range(len(self.plan.names))),
+                "probe_events": Out(len(self.events)),
+                **(ports if wishbone else {}),
+            }
+        )
+
+    @property
+    def build(self) -> int:
+        """Digest of programs and configuration, 64 bits: registers system_build_low and _high."""
+        adis, compass = self._inertial, self._compass
+        configuration = repr(
+            (
+                self.core.digest,
+                self.core.machine,
+                float(self.clock_hz),
+                self._bridge.divisor,
+                self.wishbone,
+                adis.burst_cycles,
+                adis.start_cycles,
+                compass.divisor,
+            )
+        )
+        return int(hashlib.sha256(configuration.encode()).hexdigest()[:16], 16)
+
+    def map(self) -> Description:
+        """All registers of the system."""
+        return system_map(
+            self.core, registers=self.registers, events=self.events, feed=self.plan.feed.registers
+        )
+
+    def latency_cycles(self, number: int) -> int:
+        """Data-ready at the pin to new results of a filter, without writes of parameters."""
+        return self.transfer_cycles + self._attitude.latency(number)
+
+    @property
+    def transfer_cycles(self) -> int:
+        """Data-ready at the pin to a whole, checked sample: nine frames on the SPI."""
+        return self._inertial.burst_cycles
+
+    readme = "board_system"
+
+    def facts(self) -> dict[str, Any]:
+        """Values of the system for a project's README, with each filter's latency."""
+        cycles = [self.latency_cycles(k) for k in range(self.plan.filters)]
+        return {
+            "core": describe(self.core),
+            "build": self.build,
+            "baud": self.host_baud,
+            "filters": self.plan.filters,
+            "latencies": [
+                ("number", "filter", "cycles", "microseconds"),
+                *(
+                    (k, self.plan.names[k], n, f"{1e6 * n / self.clock_hz:.2f}")
+                    for k, n in enumerate(cycles)
+                ),
+            ],
+        }
+
+    def elaborate(self, platform: Any) -> Module:
+        """Connect the parts."""
+        m = Module()
+        m.submodules.inertial, m.submodules.compass = self._inertial, self._compass
+        m.submodules.attitude = attitude = self._attitude
+        m.submodules.output, m.submodules.bridge = self._output, self._bridge
+        m.submodules.bus = bus = SystemBus(
+            registers=self.registers,
+            events=len(self.events),
+            feed=len(self.plan.feed.registers),
+            read_cycles=self._attitude.read_cycles,
+        )
+        time = Signal(32)
+        m.d.sync += time.eq(time + 1)
+        orders = self._orders(m, bus)
+        self._pins(m)
+        self._sensors(m, bus, orders, time)
+        self._filter(m, bus, orders, time)
+        self._results(m, bus)
+        self._initiators(m, bus, self._bridge)
+        self._lights(m, time)
+        inertial, compass = self._inertial, self._compass
+        m.d.comb += [
+            bus.time.eq(time),
+            bus.events.eq(Cat(part.events for _, part in self._sources)),
+            bus.clear.eq(orders.clear_counters),
+            self.probe_sample.eq(inertial.sample),
+            self.probe_running.eq(inertial.flags.running),
+            self.probe_updated.eq(attitude.updated),
+            self.probe_line.eq(compass.line),
+            self.probe_program.eq(attitude.conductor.choice),
+            self.probe_counts.eq(compass.is_counts),
+            self.probe_events.eq(bus.events),
+            *(getattr(self, f"probe_value{k}").eq(compass.values[k]) for k in range(3)),
+        ]
+        return m
+
+    def _orders(self, m: Module, bus: SystemBus) -> Any:
+        """Orders of a write of register ``order`` in the cycle before, by name."""
+        fields = (*ORDERS, TAKE_FEED) if self.plan.feed.registers else ORDERS
+        orders: Any = Signal(layout_of(fields))
+        m.d.sync += orders.eq(bus.order)
+        return orders
+
+    def _sensors(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
+        """Readers to their registers."""
+        inertial, compass, csr = self._inertial, self._compass, bus
+        m.d.comb += [
+            inertial.time.eq(time),
+            inertial.enable.eq(1),
+            inertial.restart.eq(orders.restart_inertial),
+            inertial.msc_ctrl.eq(csr.inertial_msc_ctrl),
+            inertial.smpl_prd.eq(csr.inertial_smpl_prd),
+            inertial.sens_avg.eq(csr.inertial_sens_avg),
+            csr.inertial_flags.eq(inertial.flags),
+            csr.temperature.eq(inertial.temperature),
+            csr.diag_stat.eq(inertial.diag_stat),
+            compass.time.eq(time),
+            compass.mode.eq(csr.compass_mode),
+            csr.compass_flags.eq(compass.flags),
+            *(getattr(csr, f"compass_{a}").eq(compass.values[k]) for k, a in enumerate("xyz")),
+        ]
+        # A letter waits until the reader can send it; another one replaces it.
+        with m.If(compass.command.ready):
+            m.d.sync += compass.command.valid.eq(0)
+        with m.If(csr.compass_command_stb):
+            m.d.sync += [
+                compass.command.valid.eq(1),
+                compass.command.payload.eq(csr.compass_command),
+            ]
+
+    def _filter(self, m: Module, bus: SystemBus, orders: Any, time: Signal) -> None:
+        """Readers and registers to the core."""
+        inertial, compass, attitude = self._inertial, self._compass, self._attitude
+        m.d.comb += [
+            attitude.time.eq(time),
+            inertial.index.eq(attitude.index),
+            attitude.word.eq(inertial.word),
+            attitude.sample.eq(inertial.sample),
+            attitude.stamp.eq(inertial.stamp),
+            attitude.line.eq(compass.line),
+            attitude.is_counts.eq(compass.is_counts),
+            *(attitude.values[k].eq(compass.values[k]) for k in range(3)),
+            attitude.run.eq(bus.run),
+            attitude.filter.eq(bus.filter),
+            attitude.source.eq(bus.magnetic_source),
+            attitude.restart.eq(orders.restart_filter),
+        ]
+        if self.plan.feed.registers:
+            m.d.comb += [
+                *(getattr(attitude, n).eq(getattr(bus, n)) for n in _FEED),
+                attitude.feed_take.eq(orders.take_feed),
+                bus.feed_busy.eq(attitude.feed_busy),
+            ]
+
+    def _results(self, m: Module, bus: SystemBus) -> None:
+        """Results to the output and the bus."""
+        attitude, output = self._attitude, self._output
+        inertial, compass = self._inertial.flags, self._compass.flags
+        m.d.comb += [
+            output.updated.eq(attitude.updated),
+            output.last_output.eq(attitude.last_output),
+            output.mode.eq(bus.output_mode),
+            output.divider.eq(bus.output_divider),
+            output.flags.eq(
+                packed(
+                    FRAME_FLAGS,
+                    {
+                        "inertial_fault": ~inertial.running,
+                        "inertial_alarm": inertial.alarm,
+                        "over_range": inertial.over_range,
+                        "overrun": inertial.overrun,
+                        "compass_stale": compass.stale,
+                        "compass_fault": compass.paused,
+                    },
+                    first=FRAME_FLAGS[0].bit,
+                )
+            ),
+            attitude.ports[1].take.eq(~bus.results_hold),
+            attitude.ports[1].index.eq(bus.results.index),
+            bus.results.value.eq(attitude.ports[1].value),
+        ]
+        wiring.connect(m, output.o, self._bridge.i)
+        wiring.connect(m, bus.core, attitude.bus)
+        wiring.connect(m, output.port, attitude.ports[0])
+
+    def _pins(self, m: Module) -> None:
+        """Parts to pins."""
+        inertial, compass, bridge = self._inertial, self._compass, self._bridge
+        m.d.comb += [
+            self.adis_cs_n.eq(inertial.cs_n),
+            self.adis_sclk.eq(inertial.sclk),
+            self.adis_mosi.eq(inertial.mosi),
+            self.adis_reset_n.eq(inertial.reset_n),
+            inertial.miso.eq(self.adis_miso),
+            inertial.data_ready.eq(self.adis_data_ready),
+            compass.rx.eq(self.hmr_rx),
+            self.hmr_tx.eq(compass.tx),
+            bridge.rx.eq(self.host_rx),
+            self.host_tx.eq(bridge.tx),
+        ]
+
+    def _initiators(self, m: Module, bus: SystemBus, bridge: Bridge) -> None:
+        """Initiators of the register bus: the host, and a processor if present."""
+        if not self.wishbone:
+            wiring.connect(m, bridge.bus, bus.bus)
+            m.d.comb += [bridge.grant.eq(1), bus.read.eq(bridge.request & ~bridge.bus.w_stb)]
+            return
+        m.submodules.slave = slave = WishboneSlave(
+            address=ADDRESS_BITS, read_cycles=self._attitude.read_cycles
+        )
+        m.submodules.arbiter = arbiter = BusArbiter(count=2, word=32, address=ADDRESS_BITS)
+        wiring.connect(m, wiring.flipped(self.wb), slave.wb)
+        initiators: tuple[Any, ...] = (slave, bridge)
+        for k, initiator in enumerate(initiators):
+            wiring.connect(m, initiator.bus, arbiter.initiators[k])
+            m.d.comb += [
+                arbiter.request[k].eq(initiator.request),
+                initiator.grant.eq(arbiter.grant[k]),
+            ]
+        wiring.connect(m, arbiter.bus, bus.bus)
+        m.d.comb += [bus.read.eq(arbiter.read), self.interrupt.eq(self._attitude.updated)]
+
+    def _lights(self, m: Module, time: Signal) -> None:
+        """LEDs: one blinks with updates, one shows faults of the sensors."""
+        came = Signal()
+        beat = Signal()
+        bit = min(_BLINK_BIT, int(self.clock_hz / 4).bit_length())
+        m.d.sync += beat.eq(time[bit])
+        with m.If(self._attitude.updated):
+            m.d.sync += came.eq(1)
+        with m.If(beat != time[bit]):
+            m.d.sync += came.eq(0)
+            with m.If(came):
+                m.d.sync += self.led_running.eq(~self.led_running)
+        flags = self._inertial.flags
+        m.d.sync += self.led_fault.eq(
+            ~flags.running | flags.link_error | flags.alarm | self._compass.flags.stale
+        )
+
+
+#: Ports for a write of an input register.
+_FEED = ("feed_en", "feed_index", "feed_data")
+
+_LINES = (
+    Line(
+        "host_rx",
+        "host_rx",
+        "from the host: TXD of a 3.3 V serial adapter",
+        input=True,
+        pull_up=True,
+    ),
+    Line("host_tx", "host_tx", "to the host: RXD of the adapter"),
+    Line("adis_cs_n", "adis_cs_n", "ADIS16385 CS"),
+    Line("adis_sclk", "adis_sclk", "ADIS16385 SCLK"),
+    Line("adis_mosi", "adis_mosi", "ADIS16385 DIN"),
+    Line("adis_miso", "adis_miso", "ADIS16385 DOUT", input=True, pull_up=True),
+    Line("adis_data_ready", "adis_data_ready", "ADIS16385 DIO1, data-ready", input=True),
+    Line("adis_reset_n", "adis_reset_n", "ADIS16385 RST"),
+    Line(
+        "hmr_rx",
+        "hmr_rx",
+        "from the compass's TX, which is 5 V: by a divider",
+        input=True,
+        pull_up=True,
+    ),
+    Line("hmr_tx", "hmr_tx", "to the compass's RX"),
+    Line("led_running", "led0", "LED: blinks while updates come"),
+    Line("led_fault", "led1", "LED: a sensor is not all right"),
+)
+
+
+def system_design(core: Core, *, host_baud: int = 921_600) -> Callable[[int], AttitudeSystem]:
+    """Return the design for `gateware.boards.ise.write_ise_project`: the system for a clock.
+
+    Raises
+    ------
+    InputError
+        The core's words do not have 32 bits; when called, a clock unfit for the serial lines.
+    """
+    word = core.machine.arithmetic.word
+    if word != 32:
+        raise InputError.at(
+            "word",
+            wanted="32 bits for a complete system",
+            found=str(word),
+            fix="leave --word out, or say --top records",
+        )
+
+    def make(clock_hz: int) -> AttitudeSystem:
+        try:
+            return AttitudeSystem(core=core, clock_hz=clock_hz, host_baud=host_baud)
+        except ValueError as error:
+            raise InputError.at(
+                "clock",
+                wanted="a clock from which both serial rates can be divided",
+                found=f"{clock_hz} Hz",
+                fix=str(error),
+            ) from error
+
+    return make

@@ -1,0 +1,131 @@
+"""The host's serial line: register accesses, and data pushed to the host."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from boresight.gateware.boards.dispatch import Dispatcher
+from boresight.gateware.boards.framer import Framer, body_layout
+from boresight.gateware.boards.frames import Kind
+from boresight.gateware.boards.pack import Packer
+from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
+from boresight.gateware.boards.unpack import Unpacker
+from boresight.gateware.bus.signature import BusSignature
+
+__all__ = ["Bridge"]
+
+
+class Bridge(wiring.Component):
+    r"""READ and WRITE frames to the register bus; replies and pushed bodies to the host.
+
+    ::
+
+        rx -> Receiver -> Unpacker -> Dispatcher -> bus
+                                          | answers
+                                        Packer -\
+                                              i --> Framer -> Transmitter -> tx
+
+    `gateware.boards.frames` defines the frames. Replies and pushed bodies (or lines of text)
+    alternate as complete units. No sequence of bytes stops the bridge.
+
+    **Latency** 9 cycles from the end of a frame's last byte to the begin of its answer for a
+    register that does not wait, while nothing is being pushed.
+
+    Parameters
+    ----------
+    clock_hz : float
+        Frequency of the clock, Hz.
+    baud : float
+        Bits per second; at most ``clock_hz / 8``, and within 2 % of a whole fraction of it.
+    address : int
+        Bits of an address, A.
+
+    Members
+    -------
+    rx : In(1), tx : Out(1)
+        Serial line.
+    bus : Out(BusSignature(word=32, address=A)), request : Out(1), grant : In(1)
+        An initiator of `gateware.attitude.bus.arbiter`; ``grant`` is 1 for an only one.
+    i : In(stream of {data: 8, last: 1, raw: 1})
+        Bodies to push, or raw text.
+    events : Out
+        One-cycle pulses, by `EVENTS`.
+    """
+
+    #: Meaning of the bits of ``events``: a byte without stop bit; a frame that was damaged,
+    #: unknown or one too many.
+    EVENTS = ("line_error", "bad_frame")
+
+    def __init__(
+        self, *, clock_hz: float, baud: float = 921_600, address: int = 12, read_cycles: int = 1
+    ) -> None:
+        self.divisor = divisor_for(clock_hz=clock_hz, baud=baud)
+        self.baud = baud
+        self.address = address
+        self.read_cycles = read_cycles
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "bus": Out(BusSignature(word=32, address=address)),
+                "request": Out(1),
+                "grant": In(1, init=1),
+                "i": In(stream.Signature(body_layout)),
+                "events": Out(len(self.EVENTS)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        """Connect the parts; arbitrate between replies and pushed bodies."""
+        m = Module()
+        m.submodules.receiver = receiver = Receiver(divisor=self.divisor)
+        m.submodules.unpacker = unpacker = Unpacker(word=32, lengths={Kind.WRITE: 2, Kind.READ: 1})
+        m.submodules.dispatcher = dispatcher = Dispatcher(
+            word=32,
+            inputs=0,
+            depth=unpacker.depth,
+            address=self.address,
+            read_cycles=self.read_cycles,
+        )
+        m.submodules.packer = packer = Packer(word=32, records=False)
+        m.submodules.framer = framer = Framer()
+        m.submodules.transmitter = transmitter = Transmitter(divisor=self.divisor)
+        wiring.connect(m, wiring.flipped(self.bus), dispatcher.bus)
+        wiring.connect(m, dispatcher.o_reply, packer.i_reply)
+        wiring.connect(m, framer.o, transmitter.i)
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            *dispatcher.fed_by(unpacker, receiver),
+            self.request.eq(dispatcher.request),
+            dispatcher.grant.eq(self.grant),
+            self.tx.eq(transmitter.tx),
+            self.events.eq(Cat(receiver.error, unpacker.dropped)),
+        ]
+
+        # One of the two has the framer until its last byte.
+        push = Signal()
+        within = Signal()
+        offered = Mux(push, self.i.valid, packer.o.valid)
+        payload = Signal(body_layout)
+        full = Signal()  # a byte is on its way to the framer
+        m.d.comb += [
+            payload.eq(Mux(push, self.i.payload.as_value(), packer.o.payload.as_value())),
+            self.i.ready.eq(~full & push),
+            packer.o.ready.eq(~full & ~push),
+            framer.i.valid.eq(full),
+        ]
+        with m.If(full):
+            m.d.sync += full.eq(~framer.i.ready)
+        with m.Elif(offered):
+            m.d.sync += [full.eq(1), within.eq(~payload.last)]
+            with m.If(payload.last):
+                m.d.sync += push.eq(~push)
+        with m.Elif(~within):
+            m.d.sync += push.eq(~push)
+        with m.If(~full):
+            m.d.sync += framer.i.payload.eq(payload)
+        return m

@@ -1,0 +1,297 @@
+"""The words of the update controller: sources of those for the core, targets of its results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import Any
+
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value
+from amaranth.lib import memory
+
+from boresight.gateware.attitude.bus.results import Results
+from boresight.gateware.attitude.system.feed import FIELD, HELD, REGISTERS, Fed, reset_word
+from boresight.gateware.attitude.system.interface import Place
+from boresight.gateware.attitude.system.plan import RAW, Plan
+from boresight.gateware.engine.bitwise import Bitwise, multiplex
+
+
+class State(Enum):
+    """State within a job; unused codes count as FLUSH."""
+
+    IDLE = 0
+    FEED = 1
+    COLLECT = 2
+    FINISH = 3
+    FLUSH = 4
+    TURN = 5
+
+
+class Job(Enum):
+    """Job of the core."""
+
+    INERTIAL = 0
+    FILTER = 1
+    HEADING = 2
+    COUNTS = 3
+
+
+class Source(Enum):
+    """Source of a word for the core."""
+
+    WAITING = 0
+    STAMP = 1
+    SAMPLE = 2
+    LINE = 3
+
+
+class Step:
+    """Registers of the update controller, and signals derived from them.
+
+    ``running`` is the estimator of the update; ``step`` counts along its chain, ``program`` is the
+    current program, ``following`` the next one, ``last`` marks the last one.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.state = Signal(State)
+        self.job = Signal(Job)
+        self.count = Signal(4)
+        self.next_count = Signal(4)
+        self.running = Signal(range(plan.filters))
+        self.use_field = Signal()  # the update at work has a fresh field
+        self.restarting = Signal()  # ... a negative time step
+        self.restart_next = Signal(init=1)
+        self.waiting = Signal()  # a sample
+        self.line_waits = Signal()  # a line of the compass, not yet at work
+        self.line_counts = Signal()  # ... with counts
+        self.line_alone = Signal()  # none has come since the one at work
+        self.fresh = Signal()  # a field that no update has used
+        self.field_counts = Signal()  # ... from counts
+        self.bank = Signal()  # where the last whole field stands, if it is held
+        self.set_fresh = Signal()  # the input registers' words are new
+        self.begin = Signal()
+        self.complete = Signal()
+        # The core's clock enable depends on the word offered and whether it ends a record.
+        self.offer = Signal()
+        self.ends = Signal()
+        self.ended = Signal()  # the last word has come before the record was given
+        self.clamped = Signal()  # a program of the chain before this one has saturated
+        longest = max(map(len, plan.chains))
+        self.step = Signal(range(longest))
+        padded = [(*c, *[c[-1]] * (longest - len(c))) for c in plan.chains]
+        at = [table(self.running, [c[k] for c in padded]) for k in range(longest)]
+        ends = [
+            table(self.running, [int(len(c) <= k + 1) for c in plan.chains]) for k in range(longest)
+        ]
+        self.program = table(self.step, at)
+        self.following = table(self.step, [*at[1:], at[-1]])
+        self.last = table(self.step, ends)
+
+
+def table(index: Value, entries: Sequence[Any]) -> Value:
+    """Entry with a number; the last one for larger numbers."""
+    entries = [Value.cast(e) for e in entries]
+    first = entries[0]
+    equal = all(
+        isinstance(e, Const) and isinstance(first, Const) and e.value == first.value
+        for e in entries
+    )
+    if len(entries) == 1 or equal:
+        return first
+    chosen = entries[-1]
+    for k in reversed(range(len(entries) - 1)):
+        chosen = Mux(index == k, entries[k], chosen)
+    return chosen
+
+
+def last_words(plan: Plan, s: Step, *, before: int = 0) -> Value:
+    """Number of the word so many ``before`` the last one of the current job's record."""
+    last = 1 + before
+    counts = [(len(record) - last) % (1 << len(s.count)) for record in plan.feed.records]
+    of_filter = table(s.program, counts)
+    is_inertial, is_filter = s.job == Job.INERTIAL, s.job == Job.FILTER
+    return Mux(is_inertial, len(RAW) - last, Mux(is_filter, of_filter, 3 - last))
+
+
+class Words:
+    """The words between the programs, to the core and to the results.
+
+    ``calibrated``: a word of a program before the estimators is written to the memory in this
+    cycle; ``set_valid``, ``set_index``, ``set_data``: a word of an input register, if permitted.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        s: Step,
+        *,
+        i: Any,
+        o: Any,
+        fire: Value,
+        stamp: Value,
+        word: Value,
+        values: Any,
+    ) -> None:
+        self.plan, self.s, self.i, self.o, self.fire = plan, s, i, o, fire
+        self.stamp, self.word, self.values = stamp, word, values
+        self.calibrated = o.valid & (s.job != Job.FILTER)
+        self.waits = Signal(plan.word)
+        self.set_valid = Signal()
+        self.set_index = Signal(5)
+        self.set_data = Signal(plan.word)
+
+    def remember(self, m: Module) -> None:
+        """The memory: calibrated words, constants, registers; the next word of the record."""
+        s, o, feed = self.s, self.o, self.plan.feed
+        depth = 64 if feed.wide else 16
+        init = [0] * depth
+        mask = (1 << self.plan.word) - 1
+        for k, value in enumerate(feed.registers.values()):
+            init[REGISTERS + k] = reset_word(value) & mask
+        for k, constant in enumerate(feed.constants):
+            init[HELD + k] = constant & mask
+        m.submodules.calibrated = words = memory.Memory(
+            shape=self.plan.word,
+            depth=depth,
+            init=init if feed.wide else [],
+            attrs={"ram_style": "block"},
+        )
+        w_port = words.write_port()
+        r_port = words.read_port()
+        m.d.comb += self.waits.eq(r_port.data)
+        self._address(m, r_port.addr)
+        field_bank = s.job[1] & ~s.bank if feed.holds else Const(0)
+        m.d.comb += [
+            w_port.addr.eq(Cat(s.count[:3], s.job[1], field_bank)),
+            w_port.data.eq(o.payload.data),
+            w_port.en.eq(self.calibrated),
+        ]
+        if feed.registers:
+            with m.If(~self.calibrated):
+                m.d.comb += [
+                    w_port.addr.eq(Cat(self.set_index, Const(1))),
+                    w_port.data.eq(self.set_data),
+                    w_port.en.eq(self.set_valid),
+                ]
+
+    def _address(self, m: Module, address: Value) -> None:
+        """Place of the next cycle's word: a table of count, ``fire`` and fresh data."""
+        s = self.s
+        records = self.plan.feed.records
+        distinct = sorted(set(records), key=records.index)
+        which = table(s.program, [distinct.index(r) for r in records])
+        with m.Switch(which):
+            for number, record in enumerate(distinct):
+                case = m.Case(number) if number < len(distinct) - 1 else m.Default()
+                with case, m.Switch(Cat(s.count, self.fire)):
+                    for k, fed in enumerate(record):
+                        with m.Case(k, k - 1 + 16 if k else k):
+                            m.d.comb += address.eq(self._address_of(fed))
+
+    def _address_of(self, fed: Fed) -> Any:
+        s = self.s
+        address: Any = fed.place
+        if fed.place in FIELD and self.plan.feed.holds:
+            address = Mux(s.bank, fed.place + HELD, fed.place)
+        if fed.absent is None:
+            return address
+        new = Const(1)
+        if fed.field:
+            new = s.use_field
+        if fed.registers:
+            new = s.set_fresh & new if fed.field else s.set_fresh
+        return Mux(new, address, fed.absent)
+
+    def offered(self, m: Module) -> Value:
+        """The word for the core: from the memory, or raw."""
+        s, bits = self.s, self.plan.count_bits
+        source = Signal(Source)
+        which = Signal(2)  # number of the value
+        with m.Switch(s.job):
+            with m.Case(Job.INERTIAL):
+                m.d.comb += [
+                    which.eq(3),
+                    source.eq(
+                        Mux(
+                            Const((1 << RAW.index("stamp")) - 1, 8).bit_select(s.count[:3], 1),
+                            Source.SAMPLE,
+                            Mux(s.count[0], Source.LINE, Source.STAMP),
+                        )
+                    ),
+                ]
+            with m.Case(Job.FILTER):
+                m.d.comb += source.eq(Source.WAITING)
+            with m.Default():
+                m.d.comb += [source.eq(Source.LINE), which.eq(s.count)]
+        # The fourth value of a line is the sample's word ``restart``.
+        m.submodules.value = value = Bitwise(function=multiplex, inputs=6, width=16)
+        m.submodules.high = high = Bitwise(function=multiplex, inputs=6, width=16)
+        m.submodules.low = low = Bitwise(function=_either, inputs=4, width=bits)
+        value.connect(m, *self.values, Cat(Const(0, 15), s.restarting), which[0], which[1])
+        stamp, (s0, s1) = self.stamp[32 - self.plan.word :], source
+        high.connect(m, self.waits[bits:], stamp[bits:], self.word, value.o, s0, s1)
+        low.connect(m, self.waits[:bits], stamp[:bits], s0, s1)
+        return Cat(low.o, high.o)
+
+    def put_away(self, m: Module, results: Results, header: Value) -> None:
+        """Write words to the result memory."""
+        s, i, o = self.s, self.i, self.o
+        is_filter = (s.job == Job.FILTER) & s.last
+        region = Signal(2)
+        count = s.count
+        taking = s.state
+        if self.plan.early:
+            # Words may come while the record is fed, but never both in a cycle.
+            number = Signal(4)
+            early = Signal()
+            m.d.comb += early.eq((s.state == State.FEED) & o.valid)
+            count, taking = Mux(early, number, s.count), Mux(early, State.COLLECT, s.state)
+            count = Mux(s.state == State.COLLECT, number, count)
+            # Not those of a record that the watchdog has completed: they come before INERTIAL's.
+            with m.If(o.valid & (s.job == Job.FILTER)):
+                m.d.sync += [number.eq(number + 1), s.ended.eq(o.payload.last)]
+            with m.If((s.state == State.FINISH) | (s.state == State.IDLE)):
+                m.d.sync += [number.eq(0), s.ended.eq(0)]
+        with m.Switch(taking):
+            with m.Case(State.FEED):
+                m.d.comb += [
+                    results.w_en.eq(
+                        i.valid & i.ready & ~s.job[1] & ((s.job == Job.INERTIAL) | s.last)
+                    ),
+                    region.eq(Mux(is_filter, Place.INPUTS >> 4, Place.RAWS >> 4)),
+                ]
+            with m.Case(State.COLLECT):
+                m.d.comb += [results.w_en.eq(is_filter & o.valid), region.eq(Place.OUTPUTS >> 4)]
+            with m.Case(State.FINISH):
+                m.d.comb += results.w_en.eq(is_filter)
+        m.submodules.put = put = Bitwise(function=_put, inputs=5, width=results.word)
+        s0, s1, _ = Value.cast(taking)
+        m.d.comb += [
+            results.w_index.eq(
+                Mux(
+                    (region == Place.RAWS >> 4) & (count == RAW.index("stamp")),
+                    Place.STAMP,
+                    Cat(count, region),
+                )
+            ),
+            results.w_data.eq(
+                put.connect(
+                    m,
+                    i.payload.data,
+                    o.payload.data,
+                    Cat(header, Const(0, results.word - len(header))),
+                    s0,
+                    s1,
+                )
+            ),
+        ]
+
+
+def _either(waits: Any, stamp: Any, s0: Any, s1: Any) -> Any:
+    """`multiplex` of bits that the other two words lack."""
+    return multiplex(waits, stamp, 0, 0, s0, s1)
+
+
+def _put(offered: Any, collected: Any, header: Any, s0: Any, s1: Any) -> Any:
+    """Word to write, by the state: FEED, COLLECT, FINISH."""
+    return multiplex(offered, offered, collected, header, s0, s1)

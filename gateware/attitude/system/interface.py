@@ -1,0 +1,277 @@
+"""The interface of a complete system, declared once: registers, result words, orders, events.
+
+Hardware, register map, host and the simulated board's comparison read it: the update controller
+packs `HEADER`, the frames to the host add `FRAME_FLAGS`, a write of `ORDERS` triggers actions.
+`system_registers` is the block that `gateware.bus.csr` makes, from the rows of ``registers.csv``;
+`system_map` is everything on the bus.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from enum import IntEnum
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from boresight.gateware.attitude.system.feed import reset_word
+from boresight.gateware.attitude.system.plan import FRONT_NAMES
+from boresight.gateware.attitude.system.system_bus import COUNTERS, CSR, FEED, RESULTS
+from boresight.gateware.core import Core
+from boresight.gateware.description import Description, Records, Word, describe
+from boresight.gateware.registers.model import Access, BitField, Register
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Value
+
+#: "BORE", and the version of this map, changed with an address or a meaning.
+IDENTIFICATION, VERSION = 0x424F_5245, 1
+
+_READ, _WRITE = Access.READ_ONLY, Access.WRITE_ONLY
+
+
+class Place(IntEnum):
+    """Places in the result memory of an update.
+
+    The header; beside it the time stamp; the filter's output record; the input record that it had;
+    the raw words that this came from.
+    """
+
+    HEADER = 0x00
+    STAMP = 0x01
+    OUTPUTS = 0x10
+    INPUTS = 0x20
+    RAWS = 0x30
+
+
+#: Word 0 of the results. ``number`` is 1 for the first update; one that was never completed leaves
+#: a gap. ``restart``: the time step was negative.
+HEADER = (
+    BitField("number", 0, "number of the update, modulo 2^16", width=16),
+    BitField("filter", 16, "number of the filter", width=3),
+    BitField("field_used", 19, "with a fresh magnetic field"),
+    BitField("field_counts", 20, "made of magnetometer counts, not of a heading"),
+    BitField("restart", 21, "the filter was restarted"),
+    BitField("saturated", 22, "a value of the filter was clamped"),
+)
+#: Additional flags in the header of a frame to the host.
+FRAME_FLAGS = (
+    BitField("inertial_fault", 24, "the inertial sensor is not running"),
+    BitField("inertial_alarm", 25, "an alarm of the inertial sensor"),
+    BitField("over_range", 26, "a gyro or accelerometer is at full scale"),
+    BitField("overrun", 27, "a sample of the inertial sensor was skipped"),
+    BitField("compass_stale", 28, "no good line of the compass for a while"),
+    BitField("compass_fault", 29, "the compass does not answer as it should"),
+)
+#: Orders of a write of register ``order``.
+ORDERS = (
+    BitField("restart_filter", 0, "the next update restarts the filter"),
+    BitField("restart_inertial", 1, "reset the inertial sensor and set it up again"),
+    BitField("clear_counters", 2, "all counters to 0"),
+)
+#: Additional order of a system with input registers.
+TAKE_FEED = BitField(
+    "take_feed", 3, "the feed registers' words, all together, from the next update on"
+)
+
+
+def _flags(flags: Mapping[str, str]) -> tuple[BitField, ...]:
+    return tuple(BitField(name, bit, text) for bit, (name, text) in enumerate(flags.items()))
+
+
+@cache
+def _declared() -> tuple[Register, ...]:
+    """The rows of ``registers.csv``."""
+    text = Path(__file__).with_name("registers.csv").read_text("utf-8")
+    return tuple(
+        Register(
+            row["name"],
+            CSR + int(row["address"]),
+            Access(row["access"]),
+            row["meaning"],
+            unit=row["unit"],
+            reset=int(row["reset"], 0) if row["reset"] else None,
+            names=tuple(row["values"].split()),
+            width=int(row["width"]) if row["width"] else None,
+            signed=True if row["signed"] else None,
+        )
+        for row in csv.DictReader(text.splitlines())
+    )
+
+
+def system_registers(
+    *,
+    filters: Sequence[str],
+    clock_hz: float,
+    build: int,
+    inertial_flags: Mapping[str, str],
+    compass_flags: Mapping[str, str],
+    text: bool = True,
+    feed: bool = False,
+) -> tuple[Register, ...]:
+    """Identification, state and settings of a system.
+
+    Parameters
+    ----------
+    filters : sequence of str
+        Names of the estimators, 1 to 8.
+    clock_hz : float
+        Clock, Hz.
+    build : int
+        Digest of programs and configuration; its low 64 bits are shown.
+    inertial_flags, compass_flags : mapping
+        Name and meaning of the readers' level flags, bit 0 first.
+    text, feed : bool
+        Whether the output can be text, and whether there are input registers.
+    """
+    if not 1 <= len(filters) <= 8:
+        raise ValueError(f"filters must be 1 to 8, not {len(filters)}")
+    inertial, compass = _flags(inertial_flags), _flags(compass_flags)
+    orders = (*ORDERS, TAKE_FEED) if feed else ORDERS
+    details: dict[str, dict[str, Any]] = {
+        "identification": {"reset": IDENTIFICATION},
+        "map_version": {"reset": VERSION},
+        "clock_hz": {"reset": round(clock_hz)},
+        "system_build_low": {"reset": build & 0xFFFF_FFFF},
+        "system_build_high": {"reset": build >> 32 & 0xFFFF_FFFF},
+        "inertial_flags": {"fields": inertial, "width": len(inertial)},
+        "compass_flags": {"fields": compass, "width": len(compass)},
+        "filter": {"names": tuple(filters), "width": max(1, (len(filters) - 1).bit_length())},
+        "order": {"fields": orders, "width": len(orders)},
+        **({} if text else {"output_mode": {"names": ("off", "binary")}}),
+    }
+    return tuple(dataclasses.replace(r, **details.get(r.name, {})) for r in _declared())
+
+
+def result_registers(programs: Sequence[Records], *, word: int) -> tuple[Register, ...]:
+    """The results of an update: header, time stamp, outputs, the estimator's input record.
+
+    A word has the estimators' name with the prefix ``result_`` or ``input_``, or its number if the
+    names differ. A word whose fraction bits differ among estimators has no ``frac`` here; the
+    records of the programs have it.
+    """
+    outputs = {p.program: p.outputs for p in programs}
+    inputs = {p.program: p.inputs for p in programs}
+    return (
+        Register(
+            "result_header",
+            RESULTS + Place.HEADER,
+            _READ,
+            "which update, and how it came about",
+            width=word,
+            fields=HEADER,
+        ),
+        Register(
+            "result_stamp",
+            RESULTS + Place.STAMP,
+            _READ,
+            "time at the sample's data-ready edge",
+            unit="cycles",
+            width=word,
+        ),
+        *_record("result", Place.OUTPUTS, "output {}", outputs, word),
+        *_record("input", Place.INPUTS, "input {} of that update", inputs, word),
+    )
+
+
+def _record(
+    prefix: str, first: Place, meaning: str, records: Mapping[str, Sequence[Word]], width: int
+) -> Iterator[Register]:
+    """Registers for the words of all programs' records, by the program's name."""
+    for k in range(max(map(len, records.values()))):
+        words = {program: record[k] for program, record in records.items() if k < len(record)}
+        names = list(dict.fromkeys(w.name for w in words.values()))
+        fracs, units = {w.frac for w in words.values()}, {w.unit for w in words.values()}
+        text = meaning.format(names[0])
+        if len(names) > 1:
+            text = "; ".join(f"{meaning.format(w.name)} ({p})" for p, w in words.items())
+        if len(fracs) > 1:
+            text += "; fraction bits " + ", ".join(f"{w.frac} ({p})" for p, w in words.items())
+        yield Register(
+            f"{prefix}_{names[0] if len(names) == 1 else k}",
+            RESULTS + first + k,
+            _READ,
+            text,
+            unit=units.pop() if len(units) == 1 else "",
+            frac=fracs.pop() if len(fracs) == 1 else None,
+            width=width,
+            signed=True,
+        )
+
+
+def feed_registers(values: Mapping[str, Value], *, word: int) -> tuple[Register, ...]:
+    """The input registers: inputs of estimators without a sensor."""
+    return tuple(
+        Register(
+            f"feed_{name}",
+            FEED + k,
+            _WRITE,
+            f"input {name}, from the update on that follows order {TAKE_FEED.name}",
+            unit=value.unit,
+            frac=value.frac,
+            low=value.low,
+            high=value.high,
+            minimum=int(Format(word, value.frac).quantise(value.low)),
+            maximum=int(Format(word, value.frac).quantise(value.high)),
+            reset=reset_word(value),
+        )
+        for k, (name, value) in enumerate(values.items())
+    )
+
+
+def counter_registers(events: Sequence[str], *, bits: int = 32) -> tuple[Register, ...]:
+    """A counter for each event, in the order of their bits."""
+    return tuple(
+        Register(
+            f"count_{name}",
+            COUNTERS + k,
+            _READ,
+            f"events {name} since power-up or clear_counters, modulo 2^{bits}",
+            width=bits,
+        )
+        for k, name in enumerate(events)
+    )
+
+
+def system_map(
+    core: Core,
+    *,
+    registers: Sequence[Register],
+    events: Sequence[str],
+    feed: Mapping[str, Value] | None = None,
+    counter_bits: int = 32,
+) -> Description:
+    """The description of a system: its core's, with all registers on the bus.
+
+    Parameters
+    ----------
+    core : Core
+        Core of the system (`gateware.attitude.system.programs.system_core`).
+    registers : sequence of Register
+        Registers of `system_registers`.
+    events : sequence of str
+        Names of the counted events, bit 0 first; ``bad_address`` is added after them.
+    feed : mapping, optional
+        Inputs read from registers (`gateware.attitude.system.feed.Feed`).
+    counter_bits : int
+        Bits of a counter.
+    """
+    description = describe(core)
+    core_registers = tuple(
+        dataclasses.replace(r, access=_READ, meaning="number of the program that runs just now")
+        if r.name == "program"
+        else r
+        for r in description.registers
+    )
+    return dataclasses.replace(
+        description,
+        title="attitude system",
+        registers=(
+            *core_registers,
+            *registers,
+            *result_registers(description.programs[: -len(FRONT_NAMES)], word=description.word),
+            *counter_registers((*events, "bad_address"), bits=counter_bits),
+            *feed_registers(feed or {}, word=description.word),
+        ),
+    )

@@ -1,0 +1,186 @@
+"""The core of a complete system: estimators, and the programs before them."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from boresight.gateware.attitude.system.feed import MOST_REGISTERS
+from boresight.gateware.attitude.system.plan import FRONT_NAMES, SYSTEM_WORDS, Plan, plan_of
+from boresight.gateware.core import Core, build_shared_core
+from boresight.model.attitude.front import FRONT
+from boresight.model.attitude.front.sensed import SENSED, Sensed, board_params
+from boresight.model.declarations import Input, SourceFormat
+from boresight.model.errors import InputError, require_choice
+from boresight.model.estimator import Estimator, with_params
+from boresight.model.linking import linked_estimators
+from boresight.model.resolve import Named, estimator_of
+from boresight.model.words.fixed import Format
+from boresight.model.words.program import Program
+
+#: Most words of a record on a board, and most estimators.
+_MOST_WORDS, _MOST = 16, 8
+
+
+def system_estimators(filters: Sequence[Named], *, word: int = 32) -> list[Estimator]:
+    """Estimators, then the programs before them: in the order of their numbers in the core.
+
+    Inputs with a sensor, by name, have the format of its words; linked inputs that of their source;
+    inputs of one name without a sensor share a register.
+
+    Raises
+    ------
+    InputError
+        Unknown name; an input whose unit is not the sensor's, whose range does not hold the
+        sensor's, or that does not say what it reads between two samples; too many words.
+    """
+    chosen = [estimator_of(f) for f in filters]
+    front = [FRONT[name]() for name in FRONT_NAMES]
+    names = {e.name for e in chosen}
+    for sharing in (e for e in chosen if e.shares in names - {e.name}):
+        raise InputError.at(
+            f"estimator {sharing.name}",
+            wanted="states of its own on a board, which runs one estimator for each sample",
+            found=f"those of {sharing.shares}",
+            fix="take the core alone (no --board) and select programs by its register",
+        )
+    if len(chosen) > _MOST:
+        raise InputError.at(
+            "estimators",
+            wanted=f"{_MOST} or fewer on a board",
+            found=str(len(chosen)),
+            fix="leave some out",
+        )
+    formats = _formats([e.compile(word=word) for e in front])
+    registers: dict[str, Input] = {}
+    fed = [_fed(e, names, formats, registers, word) for e in chosen]
+    if len(registers) > MOST_REGISTERS:
+        raise InputError.at(
+            "estimators",
+            wanted=f"{MOST_REGISTERS} or fewer inputs without a sensor",
+            found=f"{len(registers)}: {', '.join(registers)}",
+            fix="give them fewer, or the names of what the sensors give",
+        )
+    return [*linked_estimators(fed, word=word), *front]
+
+
+def _formats(front: Sequence[Program]) -> dict[str, int]:
+    """Fraction bits of the outputs of the programs before the estimators."""
+    return {
+        name: p.format(n).frac
+        for p in front
+        for name, n in zip(p.output_names, p.outputs, strict=True)
+    }
+
+
+def _fed(
+    estimator: Estimator,
+    names: set[str],
+    formats: Mapping[str, int],
+    registers: dict[str, Input],
+    word: int,
+) -> Estimator:
+    """The estimator with its inputs in the formats that they come in."""
+    where = f"estimator {estimator.name}"
+    inputs = []
+    for i in estimator.inputs:
+        if i.source.partition(".")[0] in names or i.flags:
+            inputs.append(i)
+        elif i.name in SENSED:
+            inputs.append(_sensed(i, SENSED[i.name], formats[i.name], word, where))
+        else:
+            first = registers.setdefault(i.name, i)
+            form = Format.declared(word, first.low, first.high, first.unit)
+            words = SourceFormat(form.frac, first.low, first.high)
+            source = f"the input register {i.name}"
+            inputs.append(i.with_source(words, word, of=source, unit=first.unit, where=where))
+    streamed = [i for i in inputs if i.source.partition(".")[0] not in names]
+    for kind, count in (("inputs", len(streamed)), ("outputs", len(estimator.outputs))):
+        if count > _MOST_WORDS:
+            raise InputError.at(
+                where,
+                wanted=f"{_MOST_WORDS} or fewer {kind} on a board",
+                found=str(count),
+                fix="pack them, or say --top records",
+            )
+    fed = copy.copy(estimator)
+    fed.inputs = tuple(inputs)
+    return fed
+
+
+def _sensed(i: Input, sensor: Sensed, frac: int, word: int, where: str) -> Input:
+    """An input with the words of a sensor."""
+    if not sensor.always and i.missing is None:
+        raise InputError.at(
+            f"{where}, input {i.name}",
+            wanted="what it reads between two lines of the compass",
+            found="neither missing=NUMBER nor missing='hold'",
+            fix="declare it",
+        )
+    # A time step below the range asks for a restart, one above it comes after a gap.
+    clamped = replace(i, clamp=True) if i.name == "dt" else i
+    words = SourceFormat(frac, sensor.low, sensor.high)
+    sensed = clamped.with_source(words, word, of="the sensor", unit=sensor.unit, where=where)
+    return i if sensed is clamped else sensed
+
+
+def system_core(
+    filters: Sequence[Named],
+    *,
+    config: str = "small",
+    word: int = 32,
+    clock_hz: float = 100e6,
+    params: Mapping[str, Mapping[str, float]] | None = None,
+    restarts: int | None = None,
+) -> Core:
+    """Compile the core of a system. Estimator k is program k; the front programs follow.
+
+    Parameters
+    ----------
+    filters : sequence of str, class or Estimator
+        Estimators of any inputs and outputs.
+    config : str
+        "small" or "fast", or with more registers "small-1024", "fast-2048" and so on.
+    clock_hz : float
+        Clock of the system, Hz: time stamps count its cycles (``tick_s``).
+    params : mapping, optional
+        By program's name, the parameter values other than the defaults.
+    restarts : int, optional
+        Effort of the scheduler.
+
+    Raises
+    ------
+    InputError
+        See `system_estimators`; unknown name of a program with parameters, of a parameter or
+        configuration; a word below 26 bits.
+    ScheduleError
+        The programs do not fit the machine.
+    """
+    if word not in SYSTEM_WORDS:
+        raise InputError.at(
+            "word",
+            wanted=f"{SYSTEM_WORDS[0]} to {SYSTEM_WORDS[-1]} bits for a complete system",
+            found=str(word),
+            fix="choose a width inside the range",
+        )
+    estimators = system_estimators(filters, word=word)
+    for name in params or {}:
+        require_choice(
+            f"parameters of {name}",
+            name,
+            (e.name for e in estimators),
+            "leave them out, or add the filter",
+        )
+    values = {"calibrate_inertial": {"tick_s": 1.0 / clock_hz}}
+    for e in estimators:
+        values[e.name] = {**values.get(e.name, {}), **board_params(e.params)}
+    for name, overrides in (params or {}).items():
+        values[name] = {**values.get(name, {}), **overrides}
+    programs = [with_params(e.compile(word=word), e, values.get(e.name)) for e in estimators]
+    return build_shared_core(programs, config, restarts=restarts)
+
+
+def core_plan(core: Core) -> Plan:
+    """Plan of a core for the update controller; see `plan_of` for the errors."""
+    return plan_of([part.program for part in core.parts], [part.schedule for part in core.parts])

@@ -1,0 +1,189 @@
+"""Integer model of a complete system's chain: from raw counts to words of estimators.
+
+Computes the words of the update controller and the core (`gateware.attitude.system`) with the
+integer interpreter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from boresight.gateware.attitude.system.feed import (
+    FIELD,
+    HELD,
+    PLACES,
+    REGISTERS,
+    ZERO,
+    Fed,
+    Feed,
+    feed_of,
+    reset_word,
+)
+from boresight.gateware.attitude.system.plan import FRONT_NAMES, chain_of
+from boresight.model.arrays import BoolArray
+from boresight.model.attitude.front.inertial import STAMP_BITS
+from boresight.model.words.fixed import IntArray, wrap
+from boresight.model.words.interpreter import Interpreter
+from boresight.model.words.program import Program
+from boresight.sim.records.segments import interpret
+
+__all__ = ["COUNTS", "HEADING", "NO_LINE", "Chain", "Samples", "run_chain"]
+
+#: Kinds of lines of the compass.
+NO_LINE, COUNTS, HEADING = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Data of the sensor readers for n updates.
+
+    Attributes
+    ----------
+    stamp : int (n,)
+        Clock cycle of each sample, modulo 2^32.
+    counts : int (n, 6)
+        Gyro x, y, z, accelerometer x, y, z.
+    line : int (n,)
+        `COUNTS` or `HEADING` where a line of the compass is fresh for the update, else `NO_LINE`.
+    values : int (n, 3)
+        The numbers of that line: counts, or tenths of a degree of heading, pitch, roll.
+    restart : bool (n,)
+        Updates that restart the filter, besides those after a gap; at least the first.
+    filter : int (n,)
+        Number of the filter for each update.
+    feed : mapping of str to int
+        New words of input registers.
+    new_feed : int
+        First update with the new words.
+    """
+
+    stamp: IntArray
+    counts: IntArray
+    line: IntArray
+    values: IntArray
+    restart: BoolArray
+    filter: IntArray
+    feed: Mapping[str, int] = field(default_factory=dict)
+    new_feed: int = 0
+
+    def __len__(self) -> int:
+        """Count the updates."""
+        return len(self.stamp)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Records and results of the updates.
+
+    Attributes
+    ----------
+    records : int (n, most)
+        Words of the estimator's record, padded with zeros to the longest record.
+    outputs : int (n, most)
+        Output words of the estimator, padded likewise.
+    saturated : bool (n,)
+        Whether a value of a program of the chain was clamped.
+    restart : bool (n,)
+        Whether the time step was negative.
+    """
+
+    records: IntArray
+    outputs: IntArray
+    saturated: BoolArray
+    restart: BoolArray
+
+
+def run_chain(programs: Sequence[Program], samples: Samples) -> Chain:
+    """Run samples through calibration and estimators.
+
+    Parameters
+    ----------
+    programs : sequence of Program
+        Programs of the system's core, by number, with parameter values.
+    samples : Samples
+        Data of the sensor readers.
+    """
+    filters, n = len(programs) - len(FRONT_NAMES), len(samples)
+    chains = [chain_of(programs, k) for k in range(filters)]
+    feed = feed_of(programs[:filters])
+    memory = _memory(programs[filters:], feed, samples)
+    words: dict[str, IntArray] = {}  # outputs of programs by name, for updates in which they ran
+    clamped = np.zeros(n, dtype=np.bool_)
+    records = np.zeros((n, max(len(p.streamed) for p in programs[:filters])), dtype=np.int64)
+    outputs = np.zeros((n, max(len(p.outputs) for p in programs[:filters])), dtype=np.int64)
+    for number in sorted(range(filters), key=lambda k: len(chains[k])):
+        program, selected = programs[number], samples.filter == number
+        rows = np.flatnonzero([number in chains[k] for k in samples.filter])
+        columns = dict(zip(program.streamed, memory.record(feed.records[number]), strict=True))
+        for value, link in program.linked.items():
+            columns[value] = words[f"{link.program}.{link.output}"]
+        if len(rows):
+            inputs = np.column_stack([columns[v] for v in program.inputs])[rows]
+            out, saturated, _, _ = interpret(program, inputs)
+            clamped[rows] |= saturated
+        for k, name in enumerate(program.output_names):
+            words[f"{program.name}.{name}"] = column = np.zeros(n, dtype=np.int64)
+            if len(rows):
+                column[rows] = out[:, k]
+            outputs[selected, k] = column[selected]
+        for k, value in enumerate(program.streamed):
+            records[selected, k] = columns[value][selected]
+    return Chain(records, outputs, clamped, memory.dt < 0)
+
+
+@dataclass(frozen=True)
+class _Memory:
+    """Memory of the update controller at each update.
+
+    ``words`` by place; the time steps ``dt``; whether the field is ``fresh``, and whether the set
+    of input registers is (``new_set``).
+    """
+
+    words: dict[int, IntArray]
+    dt: IntArray
+    fresh: BoolArray
+    new_set: BoolArray
+
+    def record(self, record: Sequence[Fed]) -> list[IntArray]:
+        """Columns of a program's record."""
+        out = []
+        for fed in record:
+            column = self.words[fed.place]
+            if fed.absent is not None:
+                new = (self.fresh | (not fed.field)) & (self.new_set | (not fed.registers))
+                column = np.where(new, column, self.words[fed.absent])
+            out.append(column)
+        return out
+
+
+def _memory(front: Sequence[Program], feed: Feed, samples: Samples) -> _Memory:
+    inertial, field_program, compass = front
+    word, n = inertial.arithmetic.word, len(samples)
+    stamps = wrap(samples.stamp, STAMP_BITS) >> (STAMP_BITS - word)
+    changed = np.diff(samples.filter, prepend=samples.filter[:1]) != 0
+    restart = np.where(samples.restart | changed, -(1 << (word - 1)), 0)
+    frac = inertial.format(inertial.inputs[0]).frac
+    raw = np.column_stack([samples.counts << frac, stamps, restart])
+    calibrated = interpret(inertial, raw)[0]
+    field_words = np.zeros((n, len(FIELD)), dtype=np.int64)
+    for kind, program in ((COUNTS, field_program), (HEADING, compass)):
+        rows = np.flatnonzero(samples.line == kind)
+        if len(rows):
+            lines = samples.values[rows] << program.format(program.inputs[0]).frac
+            field_words[rows] = Interpreter(program, len(rows)).update(lines.T)[0].T
+    # The words of the last line; zeros before the first one.
+    last = np.maximum.accumulate(np.where(samples.line != NO_LINE, np.arange(n), -1))
+    latest = np.where(last[:, None] >= 0, field_words[last], 0)
+    words = {PLACES[name]: calibrated[:, k] for k, name in enumerate(inertial.output_names)}
+    words |= {address: latest[:, k] for k, address in enumerate(FIELD)}
+    words |= {HELD + k: np.full(n, c) for k, c in enumerate(feed.constants)}
+    words[ZERO] = np.zeros(n, dtype=np.int64)
+    for k, (name, value) in enumerate(feed.registers.items()):
+        words[REGISTERS + k] = column = np.full(n, reset_word(value))
+        column[samples.new_feed :] = samples.feed.get(name, reset_word(value))
+    new_set = (np.arange(n) == samples.new_feed) & bool(samples.feed)
+    dt = calibrated[:, inertial.output_names.index("dt")]
+    return _Memory(words, dt, samples.line != NO_LINE, new_set)

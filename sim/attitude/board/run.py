@@ -1,0 +1,385 @@
+"""Runs of a log through the simulated board, compared with the chain of integer models."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from boresight.gateware.attitude.system.attitude_frame import WORDS
+from boresight.gateware.attitude.system.interface import HEADER, TAKE_FEED
+from boresight.gateware.boards.frames import Decoder, Kind, encode
+from boresight.model.errors import InputError
+from boresight.model.words.fixed import IntArray
+from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
+from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Chain, Samples, run_chain
+from boresight.sim.attitude.board.front import field_words, heading_words, inertial_words
+from boresight.sim.attitude.board.trace import Trace, read_trace
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.sim.rtl.compiled import build
+
+__all__ = [
+    "BoardRun",
+    "Judgement",
+    "Stimulus",
+    "cycles_limit",
+    "files_and_arguments",
+    "frame_ends",
+    "frames_of",
+    "judge",
+    "run_board",
+    "stimulus",
+    "writes",
+]
+
+#: Word of TEMP_OUT, constant at 27.5 degC.
+_TEMPERATURE_CODE = 37
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """Data of the devices.
+
+    Attributes
+    ----------
+    counts : int (n, 6)
+        Gyro and accelerometer of every sample.
+    compass : int (m, 6)
+        Heading, pitch, roll [0.1 deg], magnetometer x, y, z [counts] of every line.
+    """
+
+    counts: IntArray
+    compass: IntArray
+
+    def files(self) -> dict[str, str]:
+        """The devices' logs, by file name."""
+        extra = np.tile([_TEMPERATURE_CODE, 0], (len(self.counts), 1))
+        return {
+            "adis.txt": _lines(np.hstack([self.counts, extra])),
+            "hmr.txt": _lines(self.compass),
+        }
+
+
+def _lines(rows: IntArray) -> str:
+    return "".join(" ".join(str(v) for v in row) + "\n" for row in rows.tolist())
+
+
+def stimulus(record: Record, board: Board) -> Stimulus:
+    """Return a nine-axis record as the data of both devices: row k is sample k, whatever its time.
+
+    The compass sends headings of the record's attitude.
+
+    Raises
+    ------
+    InputError
+        The record has no attitude.
+    """
+    log = NineAxis.of(record)
+    q, setup = log.attitude, board.setup
+    # Time of line k after the first sample.
+    period = setup.rate_hz / setup.lines_hz
+    first = setup.compass_start_cycles / setup.period_cycles
+    rows = np.minimum(
+        np.round(first + period * np.arange(1 + len(log) / period)).astype(np.int64), len(log) - 1
+    )
+    # Each line has the field and the attitude of its time.
+    usable = np.flatnonzero(np.isfinite(q).all(axis=1) & log.mag_new)
+    if not len(usable):
+        raise InputError.at(
+            f"log {log.name!r}",
+            wanted="rows with field and attitude",
+            found="none",
+            fix="use another log",
+        )
+    rows = usable[np.clip(np.searchsorted(usable, rows, side="right") - 1, 0, None)]
+    compass = np.hstack([heading_words(q[rows]), field_words(log.mag[rows])])
+    return Stimulus(inertial_words(log), compass)
+
+
+def writes(board: Board, values: Mapping[str, int], *, start: int = 2_000) -> str:
+    """Return the host file of the bench: writes of registers by name, in order, from a cycle on.
+
+    Words of input registers (``feed_NAME``) come last, then the order that activates them.
+    """
+    registers = board.system.map()
+    divisor = board_parameters(board.setup)["HOST_DIVISOR"]
+    out, cycle = [], start
+    orders = {name: value for name, value in values.items() if not name.startswith("feed_")}
+    pairs = [*orders.items()]
+    if len(orders) < len(values):
+        # No sample is used before the set of input registers is complete.
+        feed = [(name, value) for name, value in values.items() if name not in orders]
+        pairs = [("run", 0), *pairs, *feed, ("order", TAKE_FEED.mask), ("run", 1)]
+    for name, value in pairs:
+        frame = encode(Kind.WRITE, [registers.find(name).address, value], word=32)
+        for byte in frame:
+            out.append(f"{cycle} {byte:02x}\n")
+            cycle += 10 * divisor
+        cycle += 40 * 10 * divisor  # the reply
+    return "".join(out)
+
+
+@dataclass(frozen=True)
+class BoardRun:
+    """Result of a run.
+
+    Attributes
+    ----------
+    trace : Trace
+        Events and bytes.
+    frames : int (n, 2 + outputs)
+        Words of the frames (`gateware.attitude.system.attitude_frame`), signed.
+    dropped : int
+        Damaged frames.
+    cycles : int
+        Clock cycles.
+    seconds : float
+        Wall clock of the simulation.
+    """
+
+    trace: Trace
+    frames: IntArray
+    dropped: int
+    cycles: int
+    seconds: float
+
+
+def frames_of(data: bytes) -> tuple[IntArray, int]:
+    """Frames (n, words) of one estimator in a stream of bytes, and the number of damaged ones."""
+    decoder = Decoder(word=32)
+    words = [w for kind, w in decoder.feed(data) if kind is Kind.ATTITUDE]
+    width = len(words[0]) if words else len(WORDS)
+    complete = [w for w in words if len(w) == width]
+    frames = np.array(complete, dtype=np.int64).reshape(-1, width)
+    return frames, decoder.dropped + len(words) - len(complete)
+
+
+def run_board(
+    board: Board,
+    stimulus: Stimulus,
+    *,
+    updates: int,
+    settings: Mapping[str, int],
+    faults: Mapping[str, str] | None = None,
+    max_cycles: int | None = None,
+) -> BoardRun:
+    """Run the compiled bench until so many updates are done.
+
+    Parameters
+    ----------
+    settings : mapping
+        Registers that the host writes first, by name.
+    faults : mapping, optional
+        Texts of the devices' fault files: "adis", "hmr".
+    """
+    files, arguments = files_and_arguments(board, stimulus, updates, settings, faults or {})
+    limit = max_cycles or cycles_limit(board, updates)
+    bench = build("bench", board_sources(board), parameters=board_parameters(board.setup))
+    with tempfile.TemporaryDirectory(prefix="boresight-board-") as folder:
+        run = bench.run(arguments, max_cycles=limit, files=files, folder=Path(folder))
+        trace = read_trace((Path(folder) / "trace.txt").read_text())
+    frames, dropped = frames_of(trace.data)
+    return BoardRun(trace, frames, dropped, run.cycles, run.seconds)
+
+
+def cycles_limit(board: Board, updates: int) -> int:
+    """Cycles after which a run counts as hung."""
+    start = board.setup.clock_hz * (board.setup.startup_s + 0.01)
+    return int(1.5 * (updates + 50) * board.setup.period_cycles + 20 * start)
+
+
+def files_and_arguments(
+    board: Board,
+    stimulus: Stimulus,
+    updates: int,
+    settings: Mapping[str, int],
+    faults: Mapping[str, str],
+) -> tuple[dict[str, str], dict[str, object]]:
+    """Files of a run by name, and the plusargs of the bench."""
+    files = {
+        **stimulus.files(),
+        "host.txt": writes(board, settings),
+        **{f"{device}_faults.txt": text for device, text in faults.items()},
+    }
+    arguments: dict[str, object] = {
+        "updates": updates,
+        "host": "host.txt",
+        "adis_log": "adis.txt",
+        "hmr3300_data": "hmr.txt",
+    }
+    for device, name in (("adis", "adis_faults"), ("hmr", "hmr3300_faults")):
+        if device in faults:
+            arguments[name] = f"{device}_faults.txt"
+    return files, arguments
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Comparison of a run with the chain of integer models, on the data at the devices' pins.
+
+    Attributes
+    ----------
+    updates : int
+        Number of updates compared.
+    mismatches : int
+        Words of attitude frames that differ: stamp, outputs, parts of the header.
+    lost : int
+        Data-ready edges, from the first sample's to the last one's, without a sample.
+    first : str
+        Description of the first mismatch; empty without one.
+    fields, lines : int
+        Updates with a fresh field; good lines of the compass.
+    transfer_cycles, core_cycles : (least, most)
+        From data-ready to the sample, and from the sample to the new attitude.
+    frame_end_cycles : (least, most)
+        From data-ready to the last bit of the frame.
+    chain : Chain
+        Results of the models.
+    """
+
+    updates: int
+    mismatches: int
+    lost: int
+    first: str
+    fields: int
+    lines: int
+    transfer_cycles: tuple[int, int]
+    core_cycles: tuple[int, int]
+    frame_end_cycles: tuple[int, int]
+    chain: Chain
+
+
+def _source_kinds(source: int) -> Sequence[int]:
+    """Kinds of lines for a magnetic source."""
+    return {0: (), 1: (COUNTS,), 2: (HEADING,), 3: (COUNTS, HEADING)}[source]
+
+
+def judge(
+    board: Board,
+    stimulus: Stimulus,
+    run: BoardRun,
+    *,
+    filter: int,
+    source: int,
+    feed: Mapping[str, int] | None = None,
+) -> Judgement:
+    """Compare every frame of a run without faults, word by word.
+
+    ``feed`` has the words of the input registers, by input.
+
+    The models process the rows of the devices' logs, by the number of the data-ready edge and the
+    slot of the compass's line. The cycle of a line decides its update: the one after the next that
+    is complete.
+    """
+    trace = run.trace
+    n = len(trace.updates)
+    if n == 0 or len(trace.samples) < n:
+        raise ValueError(f"run must have updates, not {n} of {len(trace.samples)} samples")
+    edge = np.searchsorted(trace.ready[:, 0], trace.samples[:n]) - 1
+    ready = trace.ready[edge]
+    transfer = trace.samples[:n] - ready[:, 0]
+    core = trace.updates - trace.samples[:n]
+    kinds = np.full(n, NO_LINE)
+    values = np.zeros((n, 3), dtype=np.int64)
+    line_count = 0
+    for line in trace.lines:
+        kind = COUNTS if line.counts else HEADING
+        row = stimulus.compass[min(line.slot, len(stimulus.compass) - 1)]
+        expected = row[3:] if line.counts else row[:3]
+        if tuple(expected) != line.values:
+            return _failure(f"compass line in cycle {line.cycle}: {line.values}, sent {expected}")
+        line_count += 1
+        update = int(np.searchsorted(trace.updates, line.cycle)) + 1
+        if kind in _source_kinds(source) and update < n:
+            kinds[update], values[update] = kind, expected
+    restart = np.zeros(n, dtype=np.bool_)
+    restart[0] = True
+    samples = Samples(
+        ready[:, 0] % (1 << 32),
+        stimulus.counts[np.minimum(ready[:, 1] - 1, len(stimulus.counts) - 1)],
+        kinds,
+        values,
+        restart,
+        np.full(n, filter),
+        feed or {},
+    )
+    chain = run_chain([part.program for part in board.core.parts], samples)
+    lost = int(edge[-1] - edge[0]) + 1 - n
+    names = board.core.parts[filter].program.output_names
+    return _compare(run, names, chain, samples, transfer, core, line_count, lost)
+
+
+def _failure(text: str) -> Judgement:
+    empty = np.zeros((0, 0), dtype=np.int64)
+    flags = np.zeros(0, dtype=np.bool_)
+    return Judgement(0, 1, 0, text, 0, 0, (0, 0), (0, 0), (0, 0), Chain(empty, empty, flags, flags))
+
+
+def _compare(
+    run: BoardRun,
+    names: Sequence[str],
+    chain: Chain,
+    samples: Samples,
+    transfer: IntArray,
+    core: IntArray,
+    lines: int,
+    lost: int,
+) -> Judgement:
+    frames, n = run.frames, len(samples)
+    mismatches, first = 0, ""
+    numbers = frames[:, WORDS.index("header")] & HEADER[0].mask
+    offset = int(frames[0, 1] - samples.stamp[numbers[0] - 1]) % (1 << 32) if len(frames) else 0
+    for frame, number in zip(frames, numbers, strict=True):
+        k = int(number) - 1
+        header = int(frame[0])
+        expected = {
+            "stamp": (int(samples.stamp[k]) + offset) % (1 << 32),
+            **{name: int(v) for name, v in zip(names, chain.outputs[k], strict=False)},
+            "filter": int(samples.filter[k]),
+            "field_used": int(samples.line[k] != NO_LINE),
+            "field_counts": int(samples.line[k] == COUNTS),
+            "restart": int(chain.restart[k]),
+            "saturated": int(chain.saturated[k]),
+        }
+        computed = {
+            "stamp": int(frame[1]) % (1 << 32),
+            **{name: int(v) for name, v in zip(names, frame[2:], strict=True)},
+            **{field.name: field.of(header) for field in HEADER},
+        }
+        for name, value in expected.items():
+            if computed[name] != value:
+                mismatches += 1
+                first = first or f"update {k}, {name}: {computed[name]} instead of {value}"
+    if len(frames) == 0:
+        mismatches, first = 1, "no attitude frame came"
+    ends = frame_ends(run.trace)
+    ready = run.trace.samples[:n] - transfer
+    durations = ends - ready[numbers - 1] if len(ends) == len(frames) else ends[:0]
+    return Judgement(
+        n if len(frames) else 0,
+        mismatches,
+        lost,
+        first,
+        int((samples.line != NO_LINE).sum()),
+        lines,
+        _range(transfer),
+        _range(core),
+        _range(durations),
+        chain,
+    )
+
+
+def frame_ends(trace: Trace) -> IntArray:
+    """Cycles of the last byte of every attitude frame."""
+    decoder, out = Decoder(word=32), []
+    for cycle, byte in zip(trace.bytes_at.tolist(), trace.data, strict=True):
+        out += [cycle for kind, _ in decoder.feed(bytes([byte])) if kind is Kind.ATTITUDE]
+    return np.array(out, dtype=np.int64)
+
+
+def _range(values: IntArray) -> tuple[int, int]:
+    return (int(values.min()), int(values.max())) if len(values) else (0, 0)

@@ -1,0 +1,1 @@
+"""Proofs of the blocks of the attitude system."""

@@ -1,0 +1,78 @@
+"""Plot of `boresight monitor`."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+
+from boresight.gateware.attitude.system.attitude_frame import Attitude
+from boresight.sim.plotting import COLOUR, INK, figure_and_axes, settings
+
+__all__ = ["plot_image"]
+
+
+def _broken(values: Sequence[float], gaps: set[int]) -> list[float]:
+    """Values, with NaN where the line would cross a wrap or a gap."""
+    out: list[float] = []
+    for k, value in enumerate(values):
+        if k and (abs(value - values[k - 1]) > 180.0 or k - 1 in gaps):
+            out.append(math.nan)
+        out.append(value)
+    return out
+
+
+def _times(values: Sequence[float], times: Sequence[float], gaps: set[int]) -> list[float]:
+    """The times that belong to `_broken`."""
+    out: list[float] = []
+    for k, time in enumerate(times):
+        if k and (abs(values[k] - values[k - 1]) > 180.0 or k - 1 in gaps):
+            out.append(time)
+        out.append(time)
+    return out
+
+
+def plot_image(
+    times: Sequence[float],
+    attitudes: Sequence[Attitude],
+    gaps: Sequence[tuple[int, int]],
+    format: str,
+    *,
+    timed: bool,
+) -> bytes:
+    """An image of heading, pitch and roll over time, one under the other; missing frames are grey.
+
+    Parameters
+    ----------
+    times : sequence of float
+        Seconds; numbers of updates if not ``timed``.
+    attitudes : sequence of Attitude
+        One for each time.
+    gaps : sequence of (int, int)
+        Index of the attitude before a gap, frames missing there.
+    format : str
+        "png", "svg" or "pdf".
+    """
+    holes = {index for index, _ in gaps}
+    with settings():
+        figure, axes = figure_and_axes(5.6, 3, 1, sharex=True)
+        for axis, name in zip(axes, ("heading", "pitch", "roll"), strict=True):
+            values = [getattr(a, name) for a in attitudes]
+            single = {"marker": "."} if len(values) < 3 else {}
+            for index, _ in gaps:
+                axis.axvspan(
+                    times[index], times[index + 1], color=COLOUR["grey"], alpha=0.35, linewidth=0.8
+                )
+            axis.plot(
+                _times(values, times, holes), _broken(values, holes), color=COLOUR[name], **single
+            )
+            axis.set_ylabel(f"{name} [deg]")
+        missing = sum(count for _, count in gaps)
+        note = f"{len(attitudes)} attitudes"
+        if missing:
+            note += f", {missing} missing (grey)"
+        axes[0].set_title(note, loc="left", color=INK, fontsize=9.0)
+        axes[-1].set_xlabel("time since the first [s]" if timed else "number of the update")
+        image = io.BytesIO()
+        figure.savefig(image, format=format, dpi=130)
+    return image.getvalue()

@@ -1,0 +1,1 @@
+"""Motions, sensors and recordings of a body that turns."""

@@ -1,0 +1,1 @@
+"""Rotations: quaternions, Euler angles, errors of attitudes in degrees."""

@@ -1,0 +1,166 @@
+"""Attitude error in degrees, measured as the BROAD benchmark does.
+
+The error ``e = q_est q_ref*``, taken in navigation axes, is split into a turn about the vertical
+(heading error) and the remaining tilt (inclination error). The figure of a run is the root mean
+square of each over the samples that move and have a reference.
+
+D. Laidig, M. Caruso, A. Cereatti, T. Seel, "BROAD - A Benchmark for Robust Inertial Orientation
+Estimation", Data 6(7):72, 2021, doi 10.3390/data6070072.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.arrays import BoolArray, FloatArray
+from boresight.model.errors import InputError
+from boresight.sim.rotations.rotation import (
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_normalise,
+)
+
+__all__ = [
+    "ALIGNMENTS",
+    "NO_SAMPLE",
+    "AttitudeError",
+    "AttitudeRmse",
+    "ConstantOffset",
+    "attitude_error",
+    "attitude_rmse",
+    "largest_turn_deg",
+]
+
+
+#: Components of a quaternion that a constant offset may have.
+ALIGNMENTS = {"none": (0,), "heading": (0, 3), "full": (0, 1, 2, 3)}
+
+#: What a root mean square of no sample is refused with.
+NO_SAMPLE = "no sample counts: mov and a reference attitude never come together"
+
+
+class AttitudeError(NamedTuple):
+    """Error of each sample [deg], arrays (...,) in 0..180; NaN where a quaternion is NaN."""
+
+    total: FloatArray
+    heading: FloatArray
+    inclination: FloatArray
+
+
+class AttitudeRmse(NamedTuple):
+    """Root mean square error of a run [deg]."""
+
+    total: float
+    heading: float
+    inclination: float
+
+
+def attitude_error(q_est: npt.ArrayLike, q_ref: npt.ArrayLike) -> AttitudeError:
+    """Split the error of each sample into heading and inclination.
+
+    With ``e = (w, x, y, z)`` the angles are ``2 acos|w|``, ``2 atan|z/w|`` and
+    ``2 acos sqrt(w^2 + z^2)``; they are computed as arc tangents, which keep their digits near
+    zero. Attitudes (..., 4) are b to n (ENU), of either sign; `InputError` if one has norm zero.
+    """
+    error = quaternion_multiply(_near_one(q_est), quaternion_conjugate(_near_one(q_ref)))
+    w, x, y, z = np.moveaxis(np.abs(error), -1, 0)
+    tilt, turn = x * x + y * y, z * z
+    return AttitudeError(
+        total=np.degrees(2.0 * np.arctan2(np.sqrt(tilt + turn), w)),
+        heading=np.degrees(2.0 * np.arctan2(z, w)),
+        inclination=np.degrees(2.0 * np.arctan2(np.sqrt(tilt), np.sqrt(w * w + turn))),
+    )
+
+
+def _near_one(q: npt.ArrayLike) -> FloatArray:
+    """Quaternions with norms near one, for angles, which are those of ratios: as they are."""
+    q = np.asarray(q, dtype=np.float64)
+    with np.errstate(over="ignore"):
+        other = ~(np.abs((q * q).sum(axis=-1) - 1.0) < 0.5)
+    if other.any():
+        q = q.copy()
+        q[other] = quaternion_normalise(q[other])
+    return q
+
+
+def attitude_rmse(
+    q_est: npt.ArrayLike, q_ref: npt.ArrayLike, mov: npt.ArrayLike | None = None
+) -> AttitudeRmse:
+    """Root mean square error over the samples that count.
+
+    Only a gap in the *reference* excuses a sample: an estimate that is NaN makes the result NaN.
+
+    Parameters
+    ----------
+    q_est, q_ref : array_like, (n, 4)
+        Attitudes b to n (ENU). A row of q_ref with a NaN is a gap.
+    mov : array_like of bool, (n,), optional
+        Samples that count; all of them by default.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ or no sample counts.
+    """
+    q_est = np.asarray(q_est, dtype=np.float64)
+    q_ref = np.asarray(q_ref, dtype=np.float64)
+    if q_est.shape != q_ref.shape or q_est.ndim != 2:
+        raise InputError(
+            f"q_est and q_ref must have one shape (n, 4), not {q_est.shape!r} and {q_ref.shape!r}"
+        )
+    counts = ~np.isnan(q_ref).any(axis=1)
+    if mov is not None:
+        mov = np.asarray(mov, dtype=np.bool_)
+        if mov.shape != counts.shape:
+            raise InputError(f"mov must have the shape {counts.shape!r}, not {mov.shape!r}")
+        counts &= mov
+    if not counts.any():
+        raise InputError(NO_SAMPLE)
+    some = ... if counts.all() else counts
+    errors = attitude_error(q_est[some], q_ref[some])
+    return AttitudeRmse(*(float(np.sqrt(np.mean(np.square(e)))) for e in errors))
+
+
+class ConstantOffset:
+    """Turn in navigation axes that takes references nearest to estimates, piece by piece.
+
+    The quaternion ``o`` of norm one with the components of `ALIGNMENTS` that maximises the sum of
+    ``(o . e)^2`` over the errors ``e = q_est q_ref*`` (F. L. Markley et al., "Averaging
+    Quaternions", J. Guidance 30(4), 2007): of their outer products the dominant eigenvector.
+    """
+
+    def __init__(self, align: str) -> None:
+        self._free = list(ALIGNMENTS[align])
+        self._products = np.zeros((len(self._free), len(self._free)))
+
+    def add(self, q_est: FloatArray, q_ref: FloatArray, counts: BoolArray) -> None:
+        """The next rows, (n, 4): those that count and have both attitudes."""
+        rows = counts & np.isfinite(q_ref).all(axis=1) & np.isfinite(q_est).all(axis=1)
+        rows &= q_est.any(axis=1)
+        error = quaternion_multiply(
+            quaternion_normalise(q_est[rows]),
+            quaternion_conjugate(quaternion_normalise(q_ref[rows])),
+        )[:, self._free]
+        self._products += error.T @ error
+
+    def result(self) -> FloatArray | None:
+        """The quaternion (4,); None of no row, or of nothing to turn."""
+        if len(self._free) == 1 or not self._products.any():
+            return None
+        offset = np.zeros(4)
+        offset[self._free] = np.linalg.eigh(self._products)[1][:, -1]
+        return offset * (-1.0 if offset[0] < 0.0 else 1.0) + 0.0
+
+
+def largest_turn_deg(q_a: FloatArray, q_b: FloatArray) -> float:
+    """Largest angle [deg] between two runs' attitudes (n, 4); NaN if there is none.
+
+    Samples in which either is the zero quaternion, no attitude yet, do not count.
+    """
+    both = q_a.any(axis=1) & q_b.any(axis=1)
+    if not both.any():
+        return float("nan")
+    return float(attitude_error(q_a[both], q_b[both]).total.max())

@@ -1,1 +1,0 @@
-"""Carriers that never rest, and logs of a sensor on them."""

@@ -1,0 +1,261 @@
+"""Exact increments of a unit at one place that turns about axes fixed in the earth.
+
+Navigation axes are east, north, up. While the rate is constant there, every vector that is constant
+there turns in body axes about an axis fixed in them, so that its mean over a sample is a closed
+form: its value in the middle, the part across the axis times sin(x)/x, x half the sample's turn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from boresight.model.arrays import FloatArray
+from boresight.model.errors import require
+from boresight.sim.rotations.rotation import quaternion_to_matrix, rotation_vector_to_quaternion
+
+__all__ = ["EARTH_RATE", "Turn", "Turning", "Vibration", "drawn", "earth_rate", "normal_gravity"]
+
+EARTH_RATE = 7.292115e-5  #: rad/s, WGS 84.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+def earth_rate(latitude_deg: float) -> FloatArray:
+    """Turn of the earth (3,) [rad/s], east, north, up."""
+    latitude = math.radians(latitude_deg)
+    return EARTH_RATE * np.array([0.0, math.cos(latitude), math.sin(latitude)])
+
+
+def normal_gravity(latitude_deg: float, height: float) -> float:
+    """Downward [m/s^2] at a geodetic latitude and height [m] (WGS 84).
+
+    On the ellipsoid (Somigliana), and to second order above it, both from the ellipsoid's constants
+    (Heiskanen and Moritz, Physical Geodesy, 1967, 2-78 and 2-123)::
+
+        (a ge cos^2 + b gp sin^2)/sqrt(a^2 cos^2 + b^2 sin^2)
+        (1 - 2 (1 + f + m - 2 f sin^2) h/a + 3 h^2/a^2),    m = w^2 a^2 b/GM
+    """
+    a, b, gm = 6378137.0, 6356752.314245, 3.986004418e14
+    at_equator, at_pole = 9.7803253359, 9.8321849379
+    s = math.sin(math.radians(latitude_deg)) ** 2
+    f, m = 1.0 - b / a, EARTH_RATE**2 * a**2 * b / gm
+    ground = a * at_equator * (1.0 - s) + b * at_pole * s
+    ground /= math.sqrt(a**2 * (1.0 - s) + b**2 * s)
+    up = height / a
+    return ground * (1.0 - 2.0 * (1.0 + f + m - 2.0 * f * s) * up + 3.0 * up**2)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Whole samples at a rate [rad/s] that is constant east, north, up."""
+
+    samples: int
+    rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """Nodding about an axis of the body, of several frequencies; the unit sits off the hinge.
+
+    Parameters
+    ----------
+    amplitude, hertz, phase : float64 (m,)
+        Of each part [rad], [Hz], [rad].
+    axis : (3,)
+        Of norm one, in body axes.
+    lever : (3,)
+        From the hinge to the unit [m], in body axes.
+    """
+
+    amplitude: FloatArray
+    hertz: FloatArray
+    phase: FloatArray
+    axis: FloatArray
+    lever: FloatArray
+
+    @property
+    def side(self) -> FloatArray:
+        """Velocity of the unit (3,) for each rad/s."""
+        return np.cross(self.axis, self.lever)
+
+    def at(self, t: FloatArray, derivative: int = 0) -> FloatArray:
+        """Angle at times t [rad], or a derivative of it."""
+        w = 2.0 * math.pi * self.hertz
+        angle = w * t[..., None] + self.phase + 0.5 * math.pi * derivative
+        return np.asarray(np.sin(angle) @ (self.amplitude * w**derivative))
+
+
+def drawn(
+    rms: float,
+    low_hz: float,
+    high_hz: float,
+    axis: npt.ArrayLike,
+    lever: npt.ArrayLike,
+    rng: np.random.Generator,
+) -> Vibration | None:
+    """A vibration of eight parts of random frequency and phase, ``rms`` [rad]; None for 0."""
+    parts = 8
+    hertz, phase = rng.uniform(low_hz, high_hz, parts), rng.uniform(0.0, 2.0 * math.pi, parts)
+    amplitude = np.full(parts, rms * math.sqrt(2.0 / parts))
+    return Vibration(amplitude, hertz, phase, np.asarray(axis), np.asarray(lever)) if rms else None
+
+
+class Turning:
+    """Turns, one after the other; each begins where the last one ended.
+
+    Parameters
+    ----------
+    start : float64 (3, 3)
+        First attitude, body to navigation.
+    turns : sequence of Turn
+    dt : float
+        Length of a sample [s].
+    earth : float64 (3,)
+        Rate of the navigation axes [rad/s], constant in them.
+    gravity : float
+        [m/s^2]
+    vibration : Vibration, optional
+        On top of the turns.
+
+    Raises
+    ------
+    InputError
+        No turn; a time step that is none.
+    """
+
+    def __init__(
+        self,
+        start: FloatArray,
+        turns: Sequence[Turn],
+        dt: float,
+        *,
+        earth: FloatArray,
+        gravity: float,
+        vibration: Vibration | None = None,
+    ) -> None:
+        require(len(turns) > 0, "turning, turns", "one at least", "none")
+        require(dt > 0.0, "turning, dt", "more than 0 s", dt)
+        self.turns, self.dt, self.earth, self.vibration = tuple(turns), dt, earth, vibration
+        self.force = np.array([0.0, 0.0, gravity])
+        self.begins = np.cumsum([0, *(turn.samples for turn in turns)])
+        self.starts = [start]
+        for turn in turns:
+            vector = np.array(turn.rate) * (turn.samples * dt)
+            self.starts.append(_rotation(vector) @ self.starts[-1])
+
+    @property
+    def samples(self) -> int:
+        """Of all turns."""
+        return int(self.begins[-1])
+
+    def _in_body(
+        self, vector: FloatArray, number: int, samples: FloatArray, share: float = 1.0
+    ) -> FloatArray:
+        """A vector of navigation axes in body axes (n, 3), so many samples after a turn's begin.
+
+        C_s^T R(-W t) v = C_s^T (v_along + v_across cos(W t) - u x v sin(W t)), u the axis, W the
+        speed; ``share`` is a factor on the part across the axis.
+        """
+        rate = np.array(self.turns[number].rate)
+        speed = float(np.linalg.norm(rate))
+        u = rate / speed if speed else rate
+        angle = speed * self.dt * samples[:, None]
+        along = u * (u @ vector)
+        across = (vector - along) * np.cos(angle) - np.cross(u, vector) * np.sin(angle)
+        return np.asarray((along + share * across) @ self.starts[number])
+
+    def _parts(self, first: int, last: int, every: int = 1) -> list[tuple[int, FloatArray]]:
+        """Which turn, and samples of it from its begin on: the last of ``every`` from first on."""
+        parts = []
+        for number, (begin, end) in enumerate(pairwise(self.begins.tolist())):
+            skipped = -(-max(0, begin - first - every + 1) // every)
+            numbers = np.arange(first + (skipped + 1) * every - 1, min(last, end), every)
+            if len(numbers):
+                parts.append((number, (numbers - begin).astype(np.float64)))
+        return parts
+
+    def matrix(self, first: int, last: int, every: int = 1) -> FloatArray:
+        """Attitudes (n, 3, 3), body to navigation, at the ends of samples first to last - 1.
+
+        Of ``every`` samples the last one.
+        """
+        parts = self._parts(first, last, every)
+        rows = [[self._in_body(unit, n, k + 1.0) for n, k in parts] for unit in np.eye(3)]
+        product = np.stack([np.concatenate(row) for row in rows], axis=1)
+        if self.vibration is not None:
+            angle = self.vibration.at(self._ends(first, last, every))
+            product = product @ _rotation(angle[:, None] * self.vibration.axis)
+        return product
+
+    def velocity(self, first: int, last: int, every: int = 1) -> FloatArray:
+        """Of the unit (n, 3) [m/s], east, north, up, at the same times: all of it is vibration."""
+        matrix = self.matrix(first, last, every)
+        if self.vibration is None:
+            return np.zeros((len(matrix), 3))
+        rate = self.vibration.at(self._ends(first, last, every), 1)
+        return np.asarray(matrix @ self.vibration.side * rate[:, None])
+
+    def _ends(self, first: int, last: int, every: int) -> FloatArray:
+        return np.asarray(self.dt * np.arange(first + every, last + 1, every))
+
+    def increments(self, first: int, last: int) -> FloatArray:
+        """Increments of perfect sensors (n, 6) in samples first to last - 1.
+
+        Turn to inertial space [rad], then specific force over time [m/s], both integrated in body
+        axes as they turn.
+        """
+        pieces = []
+        for number, samples in self._parts(first, last):
+            rate = np.array(self.turns[number].rate)
+            share = float(np.sinc(0.5 * np.linalg.norm(rate) * self.dt / math.pi))
+            parts = [
+                self.dt * self._in_body(v, number, samples + 0.5, share)
+                for v in (rate + self.earth, self.force)
+            ]
+            if self.vibration is not None:
+                changes = self._vibration_increments(self.vibration, number, samples)
+                parts = [base + change for base, change in zip(parts, changes, strict=True)]
+            pieces.append(np.concatenate(parts, axis=1))
+        return np.concatenate(pieces)
+
+    def _vibration_increments(
+        self, vibration: Vibration, number: int, samples: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Increments (n, 3) by vibration: with B = R(a d), w_ib, w_ie, f without it::
+
+            a D(d) + int (B^T - 1) w_ib        s D(d') + int (B^T - 1) f + (w_ib' + w_ie) x s d'
+
+        a the axis, d the angle, s = a x lever; D are differences, which are exact, the integrals
+        Gauss and Legendre's of three nodes; w_ib' = B^T w_ib + a d'.
+        """
+        rate, axis, side = np.array(self.turns[number].rate), vibration.axis, vibration.side
+        t = self.dt * (self.begins[number] + samples)
+        angle = (vibration.at(t + self.dt) - vibration.at(t))[:, None] * axis
+        velocity = (vibration.at(t + self.dt, 1) - vibration.at(t, 1))[:, None] * side
+        for node, weight in zip(0.5 + 0.5 * _NODES, 0.5 * self.dt * _WEIGHTS, strict=True):
+            d, speed = (vibration.at(t + node * self.dt, k)[:, None] for k in (0, 1))
+            w, earth, f = (
+                self._in_body(v, number, samples + node)
+                for v in (rate + self.earth, self.earth, self.force)
+            )
+            change = _rotation_change(axis, d, w)
+            angle += weight * change
+            total = w + change + speed * axis + earth
+            velocity += weight * (_rotation_change(axis, d, f) + np.cross(total, side) * speed)
+        return angle, velocity
+
+
+def _rotation(vector: FloatArray) -> FloatArray:
+    """R of rotation vectors (..., 3) [rad]."""
+    return quaternion_to_matrix(rotation_vector_to_quaternion(vector))
+
+
+def _rotation_change(axis: FloatArray, angle: FloatArray, v: FloatArray) -> FloatArray:
+    """(R(axis angle)^T - 1) v of vectors (n, 3), angles (n, 1)."""
+    cross = np.cross(axis, v)
+    return np.asarray((1.0 - np.cos(angle)) * np.cross(axis, cross) - np.sin(angle) * cross)

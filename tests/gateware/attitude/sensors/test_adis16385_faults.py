@@ -1,0 +1,183 @@
+"""The reader of the inertial sensor and every fault of the device: seen in time, survived."""
+
+import random
+
+import pytest
+
+from boresight.gateware.attitude.sensors.adis16385_frames import CHECKED
+from tests.support.attitude.devices.adis16385_bench import (
+    PERIOD,
+    Happened,
+    ReaderBench,
+    scaled_reader,
+)
+
+#: Settings other than the device's defaults, so that forgetting them shows.
+SETTINGS = (0x0006, 0x0001, 0x0102)
+FROM, TO = 30_500, 110_700
+READER = scaled_reader()
+CHECK = READER.check_cycles(PERIOD)
+#: Fault: its event, its flag, most cycles from its begin to the event.
+FAULTS = {
+    "wrong_identity": ("identity_error", "identity_error", CHECK + (len(CHECKED) - 1) * PERIOD),
+    "absent": ("no_data_ready", "no_data_ready", READER.timeout_cycles() + READER.burst_cycles),
+    "stuck_low": ("config_error", "config_error", CHECK),
+    "stuck_high": ("config_error", "config_error", CHECK),
+    "no_data_ready": (
+        "no_data_ready",
+        "no_data_ready",
+        READER.timeout_cycles() + READER.burst_cycles,
+    ),
+    "fast_data_ready": ("overrun", "overrun", PERIOD),
+    "alarm": ("alarm", "alarm", CHECK),
+    "over_range": ("over_range", "over_range", CHECK),
+    "bit_flips": ("config_error", "config_error", CHECK),
+    "lost_settings": ("config_error", "config_error", CHECK + (len(CHECKED) - 1) * PERIOD),
+    "link_failure": ("link_error", "link_error", CHECK),
+}
+#: Faults with which samples count.
+HARMLESS = {"fast_data_ready", "alarm", "over_range"}
+#: Faults that lead to a new start.
+RESTARTS = set(FAULTS) - HARMLESS
+
+
+@pytest.fixture(scope="module")
+def bench() -> ReaderBench:
+    return ReaderBench(READER)
+
+
+def well_again(happened: Happened, since: int) -> None:
+    """From some time on, at most `recovery_cycles` later, all is as if nothing had been."""
+    wrong = [t for t, names in happened.events if names - {"sample"}]
+    assert max(wrong) <= since + READER.recovery_cycles(PERIOD)
+    good = [s for s in happened.samples if s.time > max(wrong) + PERIOD]
+    assert len(good) >= 3, "the run is too short to tell"
+    assert good[0].time <= since + READER.recovery_cycles(PERIOD) + PERIOD
+    assert [s.number - good[0].number for s in good] == list(range(len(good)))
+    assert happened.flags[-1][1] == {"running"}
+    assert not happened.violations, happened.complaints
+
+
+def true(happened: Happened) -> bool:
+    """Every sample's words are those of the log's line (temperature: the line before)."""
+    return all(s.words[:6] == tuple(100 * s.line + n for n in range(6)) for s in happened.samples)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_seen_and_survived(bench: ReaderBench, name: str) -> None:
+    event, flag, bound = FAULTS[name]
+    happened = bench.run(cycles=TO + 110_000, fault=(name, FROM, TO), settings=SETTINGS)
+    seen = min(t for t in happened.times(event) if t >= FROM)
+    assert seen - FROM <= bound
+    # The overrun belongs to the sample that it happened to.
+    assert flag in happened.flags_at(seen + (READER.burst_cycles if flag == "overrun" else 0))
+    restarts = [t for t in happened.times("restart") if t >= FROM]
+    assert bool(restarts) == (name in RESTARTS)
+    if name in RESTARTS:
+        assert restarts[0] <= FROM + max(
+            bound + READER.settings.bad_limit * PERIOD, READER.detection_cycles()
+        )
+        assert true(happened)
+        # While the fault lasts the reader tries again and again; in vain.
+        errors = [b - a for a, b in zip(restarts, restarts[1:], strict=False) if b < TO]
+        assert max(errors, default=0) <= READER.start_cycles + READER.detection_cycles()
+    else:
+        assert sum(FROM < s.time < TO for s in happened.samples) >= (TO - FROM) // PERIOD
+    well_again(happened, TO)
+
+
+def test_so_many_bad_samples_in_a_row_are_a_new_start(bench: ReaderBench) -> None:
+    limit = READER.settings.bad_limit
+    happened = bench.run(cycles=TO, fault=("link_failure", FROM, TO), settings=SETTINGS)
+    assert happened.times("sample")[-1] < FROM + PERIOD, "good samples came before"
+    first = next(t for t in happened.times("restart") if t >= FROM)
+    bad = [t for t in happened.times("link_error") if FROM <= t <= first]
+    assert len(bad) == limit and first - bad[-1] < PERIOD
+
+
+@pytest.mark.parametrize("offset", range(100, PERIOD, 250))
+def test_reset_in_mid_frame(bench: ReaderBench, offset: int) -> None:
+    """The device resets itself: no sample of it counts until its settings are back."""
+    # The fault waits for the next frame; one sample instant lies in the window.
+    happened = bench.run(
+        cycles=120_000, fault=("reset", FROM + offset, FROM + offset + PERIOD), settings=SETTINGS
+    )
+    assert true(happened)
+    dropped = [t for t, names in happened.events if names & {"config_error", "identity_error"}]
+    assert dropped and dropped[0] - FROM - offset <= 2 * PERIOD + CHECK
+    assert happened.times("restart") and len(happened.resets) == 3
+    before = max(s.number for s in happened.samples if s.time < happened.resets[1])
+    after = min(s.number for s in happened.samples if s.time > happened.resets[1])
+    assert after > before
+    well_again(happened, FROM + offset + PERIOD)
+
+
+def test_writes_without_effect(bench: ReaderBench) -> None:
+    """Settings that do not stay: no sample, and a start again and again, until they do."""
+    happened = bench.run(cycles=180_000, fault=("ignore_writes", 0, 70_000), settings=SETTINGS)
+    assert len(happened.times("config_error")) == len(happened.times("restart")) >= 5
+    assert min(s.time for s in happened.samples) > 70_000
+    well_again(happened, 70_000)
+
+
+@pytest.mark.parametrize("name", ["stuck_low", "stuck_high", "absent"])
+def test_no_wrong_sample_wherever_a_fault_begins_and_ends(bench: ReaderBench, name: str) -> None:
+    """A fault that is there at one check at least lets no wrong word through."""
+    random.seed(name)
+    for _ in range(25):
+        begin = random.randrange(30_000, 34_000)
+        end = begin + random.randrange(PERIOD, 5 * PERIOD)
+        happened = bench.run(cycles=end + 3 * PERIOD, fault=(name, begin, end), settings=SETTINGS)
+        assert true(happened)
+
+
+def test_a_single_wrong_check_costs_two_samples_and_no_start(bench: ReaderBench) -> None:
+    happened = bench.run(samples=30, faults=[(14, 14, "stuck_low")], settings=SETTINGS)
+    assert not happened.times("restart")
+    assert len(happened.times("config_error")) + len(happened.times("identity_error")) == 1
+    assert len(happened.times("link_error")) == 1
+    numbers = [s.number for s in happened.samples]
+    assert numbers[-1] + 1 - len(numbers) == 2
+
+
+def test_an_edge_in_the_stall_after_the_last_frame_is_an_overrun() -> None:
+    """Every second edge comes there: 15 cycles after the sample, of a stall of 31.
+
+    One bad sample is a new start here; an overrun is none.
+    """
+    bench = ReaderBench(
+        scaled_reader(bad_limit=1), parameters={"RATE_HZ": round(1e6 / (READER.burst_cycles + 15))}
+    )
+    broken = bench.run(cycles=TO, fault=("link_failure", FROM, TO))
+    assert broken.times("link_error")[:2] == broken.times("restart")[:2] != []
+    happened = bench.run(samples=10)
+    assert not happened.times("restart")
+    assert [s.number for s in happened.samples] == list(range(0, 20, 2))
+    assert len(happened.times("overrun")) == 9
+
+
+def test_overrun_marks_the_sample_it_belongs_to(bench: ReaderBench) -> None:
+    happened = bench.run(samples=30, faults=[(10, 12, "fast_data_ready")])
+    marked = [s.number for s in happened.samples if "overrun" in happened.flags_at(s.time)]
+    assert marked and not happened.times("restart")
+    steps = {
+        b.number: b.number - a.number
+        for a, b in zip(happened.samples, happened.samples[1:], strict=False)
+    }
+    # Whoever comes after a skipped edge is marked or follows a marked one.
+    assert all(
+        number in marked or number - steps[number] in marked
+        for number, step in steps.items()
+        if step > 1
+    )
+    assert (
+        happened.samples[-1].number
+        == len(
+            [
+                e
+                for e in happened.edges
+                if happened.samples[0].stamp - 3 < e < happened.samples[-1].stamp
+            ]
+        )
+        - 1
+    )

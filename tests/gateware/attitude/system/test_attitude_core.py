@@ -1,0 +1,183 @@
+"""Conductor and whole core in compiled simulation: words, cycles, writes of the host, upsets."""
+
+import random
+
+import numpy as np
+import pytest
+
+from boresight.gateware.attitude.system.conductor import Conductor
+from boresight.gateware.attitude.system.interface import HEADER, Place
+from boresight.gateware.attitude.system.programs import core_plan, system_core
+from boresight.gateware.core import Core
+from boresight.gateware.registers.core import PROGRAM
+from boresight.model.attitude import FILTERS
+from boresight.model.words.fixed import IntArray
+from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
+from boresight.sim.attitude.board.front import quantise
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from tests.support.attitude.conductor_bench import Played, play, sample_command, script_of
+
+STEPS = 60
+
+
+@pytest.fixture(scope="module")
+def cores() -> dict[str, Core]:
+    return {config: system_core(FILTERS, config=config, restarts=0) for config in ("small", "fast")}
+
+
+@pytest.fixture(scope="module")
+def conductors(cores) -> dict[str, Conductor]:
+    return {config: Conductor(plan=core_plan(core)) for config, core in cores.items()}
+
+
+def samples(kind: int = COUNTS, number: int = 0, steps: int = STEPS, first: int = 0) -> Samples:
+    """A cut of the bundled recording, with many lines."""
+    whole = quantise(read_record(bundled("synthetic_60s")), kind=kind, number=number, line_hz=500)
+    cut = {
+        name: getattr(whole, name)[first : first + steps].copy()
+        for name in ("stamp", "counts", "line", "values", "restart", "filter")
+    }
+    cut["line"][0] = NO_LINE
+    cut["restart"][0] = True
+    return Samples(**cut)
+
+
+def programs(core: Core) -> list:
+    return [part.program for part in core.parts]
+
+
+def check_words(core: Core, stimulus: Samples, played: Played) -> None:
+    chain = run_chain(programs(core), stimulus)
+    assert len(played.results) == len(stimulus)
+    assert (played.words(Place.INPUTS, 10) == chain.records).all()
+    assert (played.words(Place.OUTPUTS, 8) == chain.outputs).all()
+    assert (played.words(Place.STAMP, 1)[:, 0] == wrapped(stimulus.stamp)).all()
+    assert (played.words(Place.RAWS, 6) >> 16 == stimulus.counts).all()
+    header = played.words(Place.HEADER, 1)[:, 0]
+    wanted = {
+        "number": np.arange(1, len(stimulus) + 1),
+        "filter": stimulus.filter,
+        "field_used": stimulus.line != NO_LINE,
+        "field_counts": stimulus.line == COUNTS,
+        "restart": chain.restart,
+        "saturated": chain.saturated,
+    }
+    for field in HEADER:
+        assert (field.of(header) == wanted[field.name]).all(), field.name
+    assert len(played.named("field_used")) == np.count_nonzero(stimulus.line)
+    assert len(played.named("restart")) == np.count_nonzero(chain.restart)
+    for name in ("sample_dropped", "field_dropped", "framing", "watchdog"):
+        assert not played.named(name)
+
+
+def wrapped(stamp: IntArray) -> IntArray:
+    return (stamp + 2**31) % 2**32 - 2**31
+
+
+@pytest.mark.parametrize("config", ["small", "fast"])
+@pytest.mark.parametrize("number", range(4))
+def test_words_and_cycles(config: str, number: int, cores, conductors) -> None:
+    core, stimulus = cores[config], samples(COUNTS if number % 2 else HEADING, number)
+    played = play(core, script_of(stimulus))
+    check_words(core, stimulus, played)
+    took = np.array(played.updated) - np.array(played.sampled)
+    assert (took == conductors[config].latency(number)).all()
+    # Calibration and all else beside the filter.
+    assert took[0] <= core.parts[number].schedule.length + 80
+
+
+def test_filters_gaps_and_restarts_by_turns(cores) -> None:
+    """Every kind of line, filters in any order, gaps, a stamp that wraps."""
+    core, rng = cores["small"], np.random.default_rng(3)
+    a, b = samples(COUNTS, steps=200), samples(HEADING, steps=200)
+    mixed = rng.random(200) < 0.5
+    line = np.where(mixed, a.line, b.line)
+    gaps = rng.choice([97656, 97656, 97656, 2**26, 2**31 + 5], 200)
+    stimulus = Samples(
+        (2**32 - 500_000 + np.cumsum(gaps)) % 2**32,
+        a.counts,
+        line,
+        np.where(mixed[:, None], a.values, b.values),
+        rng.random(200) < 0.1,
+        rng.integers(0, 4, 200),
+    )
+    stimulus.restart[0] = True
+    check_words(core, stimulus, play(core, script_of(stimulus)))
+
+
+def test_the_host_writes_and_reads_meanwhile(cores) -> None:
+    """A parameter counts from the next update on; the program's number cannot be written; reads
+    are right at any time."""
+    core, stimulus = cores["small"], samples()
+    address = core.select(4).parameter_addresses["gyro_bias_z"]
+    program = core.parts[4].program
+    number = program.find("gyro_bias_z")
+    word = int(program.format(number).quantise(0.25))
+    rng = random.Random(1)
+    out = ["o 3", "u 1", "f 0", "w 10"]
+    for k in range(len(stimulus)):
+        if k == 30:
+            out += ["d 514", f"b {address} {word:x}"]
+        out.append(sample_command(stimulus.stamp[k], stimulus.counts[k]))
+        if k + 1 < len(stimulus) and stimulus.line[k + 1]:
+            out.append("l 1 " + " ".join(f"{int(v) & 0xFFFF:x}" for v in stimulus.values[k + 1]))
+        for _ in range(rng.randrange(4)):
+            out += [
+                f"w {rng.randrange(120)}",
+                f"b {PROGRAM} {rng.randrange(8):x}",
+                "d 515",
+                f"b {address} {word if k >= 30 else 0:x}",
+            ]
+        out += [f"n {k + 1}", f"w {100 + 70}"]
+    played = play(core, out)
+    before = run_chain(programs(core), stimulus)
+    later = system_core(FILTERS, params={"calibrate_inertial": {"gyro_bias_z": 0.25}}, restarts=0)
+    after = run_chain(programs(later), stimulus)
+    records = played.words(Place.INPUTS, 10)
+    assert (records[:30] == before.records[:30]).all()
+    assert (records[30:] == after.records[30:]).all()
+    assert (played.words(Place.OUTPUTS, 8)[:30] == before.outputs[:30]).all()
+    assert len({word for address, word in played.reads if address == 515}) == 1
+    assert not played.named("framing") + played.named("watchdog")
+
+
+def test_an_update_that_is_held_stays(cores) -> None:
+    core, stimulus = cores["small"], samples(steps=12)
+    script = []
+    for line in script_of(stimulus):
+        script.append(line)
+        if line == "n 3":
+            script.append("t")
+        if line in ("n 5", "n 9", "n 12"):
+            script += ["w 100", "q"]
+    played = play(core, script)
+    assert [words[Place.HEADER] & 0xFFFF for words in played.taken] == [3, 3, 3]
+    assert all(
+        words[Place.OUTPUTS : Place.OUTPUTS + 8]
+        == played.results[2][Place.OUTPUTS : Place.OUTPUTS + 8]
+        for words in played.taken
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_state_recovers(seed: int, cores, conductors) -> None:
+    """After upsets at any time every sample makes an update again, without a reset."""
+    core, stimulus, rng = cores["small"], samples(steps=10), random.Random(seed)
+    script = ["o 3", "u 1", "f 1", "w 10"]
+    for _ in range(12):
+        script += [
+            sample_command(stimulus.stamp[0], stimulus.counts[0]),
+            f"l {rng.randrange(2)} 1 2 3",
+            f"w {rng.randrange(900)}",
+            f"x {rng.getrandbits(32):x}",
+            f"w {3 * conductors['small'].patience}",
+        ]
+        for k in range(3):
+            script += [sample_command(stimulus.stamp[k], stimulus.counts[k]), "w 2500"]
+    played = play(core, script)
+    updated = np.array(played.updated)
+    for k in range(12):
+        for sampled in played.sampled[4 * k + 1 : 4 * k + 4]:
+            assert sampled + conductors["small"].latency(1) in updated
+    assert played.named("watchdog") or played.named("framing"), "no upset did anything"

@@ -1,0 +1,90 @@
+"""The complete system as a component: its registers, its events, its identity."""
+
+import pytest
+from amaranth.back import rtlil
+
+from boresight.gateware.attitude.sensors.adis16385 import Adis16385
+from boresight.gateware.attitude.sensors.adis16385_setup import Timing
+from boresight.gateware.attitude.sensors.hmr3300 import Hmr3300
+from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.attitude.system.programs import system_core
+from boresight.gateware.core import Core
+from boresight.model.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def core() -> Core:
+    """One filter."""
+    return system_core(("complementary",), restarts=1)
+
+
+def test_registers_are_told_apart(core: Core) -> None:
+    registers = AttitudeSystem(core=core).map().registers
+    assert len({r.address for r in registers}) == len({r.name for r in registers}) == len(registers)
+    names = {r.name for r in registers}
+    assert {
+        "calibrate_inertial.gyro_xx",
+        "complementary.kp_roll_per_s",
+        "result_heading",
+        "count_inertial_sample",
+        "count_bad_address",
+        "temperature",
+        "status",
+    } <= names
+
+
+def test_events_have_names_of_their_own(core: Core) -> None:
+    system = AttitudeSystem(core=core)
+    assert len(set(system.events)) == len(system.events) == len(system.probe_events)
+
+
+def test_identity_follows_programs_and_configuration(core: Core) -> None:
+    builds = {
+        AttitudeSystem(core=core, **options).build
+        for options in (
+            {},
+            {"clock_hz": 50e6},
+            {"host_baud": 115_200},
+            {"wishbone": True},
+            {"inertial": Adis16385(clock_hz=100e6, timing=Timing(stall_s=20e-6))},
+            {"compass": Hmr3300(clock_hz=100e6, baud=9600)},
+        )
+    }
+    assert len(builds) == 6
+    assert AttitudeSystem(core=core).build in builds
+
+
+def test_with_wishbone_it_elaborates(core: Core) -> None:
+    text = rtlil.convert(AttitudeSystem(core=core, wishbone=True), emit_src=False)
+    assert "\\wb__ack" in text and "\\interrupt" in text
+    assert "\\wb__ack" not in rtlil.convert(AttitudeSystem(core=core), emit_src=False)
+
+
+def test_latency_is_the_sum_of_its_parts(core: Core) -> None:
+    system = AttitudeSystem(core=core)
+    core_cycles = system._attitude.conductor.latency(0)
+    assert system.latency_cycles(0) == system.transfer_cycles + core_cycles
+    assert system.latency_cycles(0) <= system.transfer_cycles + system.plan.lengths[0] + 100
+
+
+def test_lines_are_ports(core: Core) -> None:
+    system = AttitudeSystem(core=core)
+    for line in system.lines:
+        assert getattr(system, line.name).shape().width == 1
+    assert {line.name for line in system.lines if line.input} == {
+        "host_rx",
+        "adis_miso",
+        "adis_data_ready",
+        "hmr_rx",
+    }
+
+
+def test_only_32_bit_words() -> None:
+    narrow = system_core(("complementary",), word=30, restarts=0)
+    with pytest.raises(InputError, match="wanted 32 bits for a complete system, found 30"):
+        system_design(narrow)
+
+
+def test_a_clock_that_no_line_can_use(core: Core) -> None:
+    with pytest.raises(InputError, match="clock: wanted a clock from which both serial rates"):
+        system_design(core)(3_000_000)

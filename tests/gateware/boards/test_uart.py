@@ -1,0 +1,215 @@
+"""The serial line by itself: every byte, unequal clocks, glitches, breaks."""
+
+import pytest
+
+from boresight.gateware.boards.uart import Receiver, Transmitter, divisor_for
+from tests.support.bench import at_edges, run_bench
+from tests.support.clock import pause
+
+
+def receive(divisor: int, drive, wait: int = 5) -> list[int | None]:
+    """Bytes that come out, None for an error."""
+    dut, out = Receiver(divisor=divisor), []
+
+    def take(valid: int, error: int, data: int) -> None:
+        assert not (valid and error)
+        out.append(data if valid else None)
+
+    async def watch(ctx):
+        await at_edges(ctx, take, dut.valid, dut.error, also=[dut.data])
+
+    async def bench(ctx):
+        await ctx.tick().repeat(wait)
+        await drive(ctx, dut)
+        ctx.set(dut.rx, 1)
+        await pause(ctx, 12 * divisor)
+
+    run_bench(dut, bench, background=[watch])
+    return out
+
+
+@pytest.mark.parametrize("divisor", [8, 9, 17])
+def test_every_byte(divisor: int, send) -> None:
+    data = bytes(range(0, 256, 1 if divisor == 8 else 7))
+
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, divisor, data)
+
+    assert receive(divisor, drive) == list(data)
+
+
+@pytest.mark.parametrize("theirs", [96, 97, 103, 104])
+def test_other_side_off_by_four_percent(theirs: int, send) -> None:
+    data = bytes(range(0, 256, 15))
+
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, theirs, data)
+
+    assert receive(100, drive) == list(data)
+
+
+@pytest.mark.parametrize("divisor", [8, 11, 16, 31, 100, 108])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_other_side_off_by_the_tolerance(divisor: int, sign: int) -> None:
+    # The first byte begins so soon after the reset that an edge seen there would be taken for its.
+    # Half a cycle of a bit is lost where its edges fall between cycles.
+    rate = 1 + sign * (Receiver(divisor=divisor).tolerance - 0.06 / divisor)
+    data = bytes([0x00, 0xFF, 0x55, 0xAA, 0x80, 0x7F, 0x01, 0xFE])
+
+    async def drive(ctx, dut):
+        begin, now = 0.0, 0
+        for byte in data:
+            for k, bit in enumerate((0, *(byte >> j & 1 for j in range(8)), 1)):
+                ctx.set(dut.rx, bit)
+                end = round(begin + (k + 1) * rate * divisor)
+                await ctx.tick().repeat(end - now)
+                now = end
+            begin = now
+
+    assert receive(divisor, drive, wait=2) == list(data)
+
+
+@pytest.mark.parametrize("divisor", [8, 9, 16, 33, 64])
+def test_latency(divisor: int) -> None:
+    dut = Receiver(divisor=divisor)
+    results = set()
+
+    async def bench(ctx):
+        for phase in range(2 * dut.spacing):
+            ctx.set(dut.rx, 1)
+            await ctx.tick().repeat(2 * divisor + phase)
+            cycles = 0
+            for bit in (0, 1, 0, 1, 0, 1, 0, 1, 0, 1):
+                ctx.set(dut.rx, bit)
+                for _ in range(divisor):
+                    await ctx.tick()
+                    cycles += 1
+                    if ctx.get(dut.valid):
+                        results.add(cycles)
+                        assert ctx.get(dut.data) == 0x55
+            while not results:
+                await ctx.tick()
+
+    run_bench(dut, bench)
+    assert results == set(range(dut.latency - dut.spacing + 1, dut.latency + 1))
+
+
+def test_looks_at_a_bit_8_to_15_times() -> None:
+    for divisor in range(8, 6000):
+        dut = Receiver(divisor=divisor)
+        assert 8 <= divisor / dut.spacing < 16
+        assert dut.tolerance >= (0.0375 if divisor < 100 else 0.043)
+
+
+@pytest.mark.parametrize("divisor, step", [(16, 2), (40, 11)])
+def test_pulse_shorter_than_the_spacing_changes_nothing(divisor: int, step: int) -> None:
+    bits = [1, 0, *(0x35 >> k & 1 for k in range(8)), 1, 1]
+    length = Receiver(divisor=divisor).spacing - 1
+    positions = range(0, len(bits) * divisor, step)
+
+    async def drive(ctx, dut):
+        for at in positions:
+            for cycle in range(len(bits) * divisor):
+                ctx.set(dut.rx, bits[cycle // divisor] ^ (at <= cycle < at + length))
+                await ctx.tick()
+
+    assert receive(divisor, drive) == [0x35] * len(positions)
+
+
+@pytest.mark.parametrize("divisor, pulse", [(16, 1), (40, 3)])
+def test_break_is_one_error(divisor: int, pulse: int, send) -> None:
+    """Whatever pulse shorter than the spacing is in it."""
+
+    async def drive(ctx, dut):
+        assert pulse == dut.spacing - 1
+        await send(ctx, dut.rx, divisor, b"a")
+        for high in (pulse, divisor):
+            ctx.set(dut.rx, 0)
+            await pause(ctx, 1000)
+            ctx.set(dut.rx, 1)
+            await ctx.tick().repeat(high)
+        await send(ctx, dut.rx, divisor, b"b")
+
+    assert receive(divisor, drive) == [ord("a"), None, ord("b")]
+
+
+def test_missing_stop_bit_is_an_error(send) -> None:
+    async def drive(ctx, dut):
+        await send(ctx, dut.rx, 16, b"a", stop=0)
+        await ctx.tick().repeat(16)
+        await send(ctx, dut.rx, 16, b"b")
+
+    assert receive(16, drive) == [None, ord("b")]
+
+
+@pytest.mark.parametrize("divisor, length", [(8, 4), (16, 5), (16, 7)])
+def test_glitch_is_no_byte(divisor: int, length: int, send) -> None:
+    async def drive(ctx, dut):
+        ctx.set(dut.rx, 0)
+        await ctx.tick().repeat(length)  # over before the middle of a start bit
+        ctx.set(dut.rx, 1)
+        await ctx.tick().repeat(divisor - length)
+        await send(ctx, dut.rx, divisor, b"b")
+
+    assert receive(divisor, drive) == [ord("b")]
+
+
+@pytest.mark.parametrize("divisor", [8, 13])
+@pytest.mark.parametrize("gap", [0, 30])
+def test_transmitter(divisor: int, gap: int, listen) -> None:
+    dut = Transmitter(divisor=divisor)
+    received, data = bytearray(), bytes(range(0, 256, 7))
+
+    async def bench(ctx):
+        cycles = 0
+        for byte in data:
+            ctx.set(dut.i.payload, byte)
+            ctx.set(dut.i.valid, 1)
+            while True:
+                _, _, ready = await ctx.tick().sample(dut.i.ready)
+                cycles += 1
+                if ready:
+                    break
+            ctx.set(dut.i.valid, 0)
+            for _ in range(gap):
+                await ctx.tick()
+        assert gap or cycles == 10 * divisor * (len(data) - 1) + 1
+        await ctx.tick().repeat(11 * divisor)
+
+    run_bench(dut, bench, background=[listen(dut.tx, divisor, received)])
+    assert bytes(received) == data
+
+
+@pytest.mark.parametrize(
+    "clock, baud, divisor",
+    [(100e6, 115_200, 868), (100e6, 1_000_000, 100), (50e6, 115_200, 434), (50e6, 6_250_000, 8)],
+)
+def test_divisor(clock: float, baud: float, divisor: int) -> None:
+    assert divisor_for(clock_hz=clock, baud=baud) == divisor
+
+
+@pytest.mark.parametrize(
+    "clock, baud, message",
+    [
+        (
+            100e6,
+            20e6,
+            r"^baud must be at most clock_hz / 8 and within 2 % of a whole fraction of it, "
+            r"not 20000000\.0 at 100000000\.0 Hz$",
+        ),
+        (1e6, 118e3, r"^baud must be at most clock_hz / 8 and within 2 %"),
+        (0, 9600, r"^clock_hz must be a positive number, not 0$"),
+        (float("nan"), 9600, r"^clock_hz must be a positive number, not nan$"),
+        (1e6, "fast", r"^baud must be a positive number, not 'fast'$"),
+        (1e6, -1, r"^baud must be a positive number, not -1$"),
+    ],
+)
+def test_divisor_is_checked(clock, baud, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        divisor_for(clock_hz=clock, baud=baud)
+
+
+@pytest.mark.parametrize("part", [Receiver, Transmitter])
+def test_divisor_has_a_lower_limit(part) -> None:
+    with pytest.raises(ValueError, match=r"^divisor must be an integer from 8 on, not 7$"):
+        part(divisor=7)

@@ -1,0 +1,198 @@
+"""The quaternion EKFs."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model.algebra.quaternion_filter import START
+from boresight.model.attitude.ekf_quaternion import EkfQuaternion
+from boresight.model.attitude.ekf_quaternion_vector import EkfQuaternionVector
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import (
+    euler_to_quaternion,
+    quaternion_multiply,
+    rotation_vector_to_quaternion,
+)
+from tests.support.exact_sensors import (
+    ACC,
+    GRID,
+    GYR,
+    MAG,
+    apart,
+    at_rest,
+    bits,
+    run_fixed,
+    run_float,
+)
+
+# -- `ekf_quaternion` and `ekf_quaternion_vector`: start, gates, limits, fixed point, cycles ------
+# What they compute is in `test_ekf_textbook.py`; here is how they behave.
+
+FIELD = np.array([0.0, 14.7, -40.6])
+#: Samples until each is surely aligned.
+BOTH = {"measured": (EkfQuaternion, 6), "vector": (EkfQuaternionVector, 17)}
+both = pytest.mark.parametrize(("cls", "aligned"), BOTH.values(), ids=BOTH.keys())
+
+static = partial(at_rest, dt=0.01, field=FIELD)
+
+
+@both
+def test_aligns_from_half_a_turn_away(cls: Any, aligned: int) -> None:
+    """Where the error's axis cannot be told, rounding decides, and the filter still arrives."""
+    half_turns = np.concatenate([np.eye(4)[1:], [[0.0, 0.6, 0.8, 0.0]]])
+    q = quaternion_multiply(np.array(START) / np.linalg.norm(START), half_turns)
+    out = run_fixed(cls(), static(q, 60))
+    assert apart(out, q)[-1].max() < 2e-4
+    assert not bits(out)[-1].any()
+
+
+@both
+def test_restart_forgets_everything(cls: Any, aligned: int) -> None:
+    x = np.concatenate([static(GRID[:5], 40), static(GRID[40:45], 40)])
+    x[40, 0] = -0.01
+    fresh = static(GRID[40:45], 40)
+    again = run_float(cls(), x)
+    first = run_float(cls(), fresh)
+    assert (bits(again)[40] & 1).all()
+    for name in ("qw", "qx", "qy", "qz"):
+        assert np.abs(again[name][41 + aligned :] - first[name][aligned:-1]).max() < 1e-9
+
+
+@both
+def test_results_do_not_depend_on_the_scale(cls: Any, aligned: int) -> None:
+    """Four times the scale and no other change: the same attitude.
+
+    Not to rounding: the alignment's covariance and the noise against rounding are fixed numbers.
+    """
+    rng = np.random.default_rng(1)
+    x = static(GRID[:8], 120)
+    x[:, 1:] += rng.normal(size=x[:, 1:].shape) * np.repeat([0.05, 1.0, 0.3], 3)[:, None]
+    small, large = (
+        run_float(cls(), x, {"scale": s, "p0_sd": 0.01, **quiet(cls)}) for s in (20.0, 80.0)
+    )
+    assert np.abs(attitude_of(small) - attitude_of(large))[aligned:].max() < 3e-5
+
+
+def quiet(cls: Any) -> dict[str, float]:
+    names = [p.name for p in cls.params]
+    return {
+        n: {"gyro": 0.02, "angle": 0.1, "acc": 0.8, "mag": 4.0}[n.split("_")[0]]
+        for n in names
+        if "_sd_" in n
+    }
+
+
+@both
+def test_without_measurement_the_gyro_turns_on(cls: Any, aligned: int) -> None:
+    """No field, or (measured) a gated force: pure integration of the rate."""
+    rate = np.array([0.3, -0.2, 0.5])
+    q0 = GRID[7:9]
+    for gone, bit in ((MAG, 3), (ACC, 2)):
+        x = static(q0, 80)
+        x[40:, gone] = 0.0 if gone is MAG else 60.0
+        x[40:, GYR] = rate[:, None]
+        params = {"acc_max_sq": 150.0}
+        if cls is EkfQuaternionVector:
+            x[40:, MAG] = 0.0
+            x[40:, ACC] = 60.0
+        for run in (run_float, run_fixed):
+            out = run(cls(), x, params)
+            want = quaternion_multiply(q0, rotation_vector_to_quaternion(0.4 * rate))
+            assert apart(out, want)[-1].max() < 2e-4
+            assert (bits(out)[-1] >> bit & 1).all()
+
+
+def test_measured_quaternion_needs_both_vectors_to_align() -> None:
+    x = static(GRID[:3], 30)
+    x[:20, MAG] = 0.0
+    b = bits(run_float(EkfQuaternion(), x))
+    assert (b[:20] & 1).all() and (b[:20] & 8).all()
+    assert not b[26:].any()
+
+
+def test_innovation_passes_through_zero_at_half_a_turn() -> None:
+    """A measurement on the far side (a magnet) must not throw the filter about."""
+    steps = []
+    for angle in (120.0, 179.0):
+        x = static(np.array([[1.0, 0.0, 0.0, 0.0]]), 31)
+        x[30] = static(euler_to_quaternion(np.radians([[0.0, 0.0, angle]])), 1)[0]
+        out = run_float(EkfQuaternion(), x)
+        steps.append(apart(out, np.array([1.0, 0.0, 0.0, 0.0]))[-1, 0])
+    assert 0.0 < steps[1] < 0.1 * steps[0]
+
+
+def test_free_fall_is_no_measurement() -> None:
+    x = static(GRID[:3], 30)
+    x[10:, ACC] = 0.1
+    assert (bits(run_float(EkfQuaternion(), x))[10:] & 4).all()
+
+
+def test_gain_follows_the_declared_noises_per_axis() -> None:
+    """At rest an error about one body axis decays at the gain of that axis (unit errors)."""
+    x = static(np.array([[1.0, 0.0, 0.0, 0.0]]), 200)
+    params = {
+        "p0_sd": 1e-4,
+        "gyro_sd_x": 0.1,
+        "gyro_sd_y": 0.1,
+        "gyro_sd_z": 0.1,
+        "angle_sd_x": 0.02,
+        "angle_sd_y": 0.2,
+        "angle_sd_z": 1.0,
+    }
+    turned = euler_to_quaternion(np.radians([[1.0, 1.0, 1.0]]))
+    x[100:] = static(turned, 100)
+    out = run_float(EkfQuaternion(), x, params)
+    left = [1.0 - 180.0 * out[name][130, 0] for name in ("pitch", "roll", "heading")]
+    for remaining, noise in zip(left, (0.02, 0.2, 1.0), strict=True):
+        ratio = (0.1 * 0.01 / noise) ** 2
+        gain = (-ratio + np.sqrt(ratio**2 + 4 * ratio)) / 2  # steady state of the scalar filter
+        assert remaining == pytest.approx((1 - gain) ** 31, abs=0.08)
+
+
+@both
+def test_field_east_of_north(cls: Any, aligned: int) -> None:
+    """`vector`: the site's east component makes it true north; `measured`: magnetic north."""
+    field = np.array([5.0, 14.0, -40.0])
+    q = GRID[30:33]
+    params = (
+        {} if cls is EkfQuaternion else {"field_east": 5.0, "field_north": 14.0, "field_up": -40.0}
+    )
+    out = run_float(cls(), static(q, 60, field=field), params)
+    if cls is EkfQuaternion:
+        q = quaternion_multiply(rotation_vector_to_quaternion([0.0, 0.0, np.arctan2(5.0, 14.0)]), q)
+    assert apart(out, q)[-1].max() < 1e-4
+
+
+# -- what only `ekf_quaternion_vector` does; test_ekf_quaternion.py has what both filters do ------
+# What it computes is in test_ekf_textbook.py.
+
+LEVEL = np.array([0.01, 0.0, 0.0, 0.0, 0.0, 14.7, -40.6, 0.0, 0.0, 9.80665])
+
+
+def run(records, **params):
+    out = run_float(EkfQuaternionVector(), records[:, :, None], params)
+    return {name: value[:, 0] for name, value in out.items()}
+
+
+def test_an_alignment_takes_sixteen_samples_with_both_vectors() -> None:
+    records = np.tile(LEVEL, (40, 1))
+    records[5:12, MAG] = 0.0  # seven that do not count
+    status = run(records)["status"].astype(int)
+    aligning = status & 1
+    assert aligning.tolist() == [1] * 23 + [0] * 17
+    assert ((status >> 3 & 1).nonzero()[0] == np.arange(5, 12)).all()
+
+
+def test_an_axis_with_little_noise_is_followed_and_no_other() -> None:
+    """An upset of 1 deg in roll and pitch: the accelerometer's y axis tells of pitch, x of roll."""
+    records = np.tile(LEVEL, (300, 1))
+    angle = np.radians(1.0)
+    records[100:, 7:] = 9.80665 * np.array([-np.sin(angle), np.sin(angle), np.cos(angle)])
+    loud = {"mag_sd_x": 512.0, "mag_sd_y": 512.0, "mag_sd_z": 512.0, "acc_sd_z": 64.0}
+    for quiet, follows, stays in (("y", "pitch", "roll"), ("x", "roll", "pitch")):
+        other = "x" if quiet == "y" else "y"
+        out = run(records, p0_sd=1e-3, **loud, **{f"acc_sd_{quiet}": 0.05, f"acc_sd_{other}": 64.0})
+        moved = {name: abs(180.0 * out[name][-1]) for name in (follows, stays)}
+        assert moved[follows] > 0.9 and moved[stays] < 0.2, (quiet, moved)

@@ -1,0 +1,329 @@
+"""The board's integer model: devices' values, spans, times."""
+
+import dataclasses
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.gateware.attitude.system.programs import system_estimators
+from boresight.gateware.boards.frames import Kind, encode
+from boresight.model.attitude import FILTERS
+from boresight.model.attitude.nine_axis import INPUTS
+from boresight.model.errors import InputError
+from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
+from boresight.sim.attitude.board.front import quantise, words_as_record
+from boresight.sim.attitude.board.setup import FASTER, FAULTY, REAL, SCALED, Setup
+from boresight.sim.attitude.board.spans import timeline_of
+from boresight.sim.attitude.board.timeline import Span, Timeline, timeline_plot
+from boresight.sim.attitude.board.trace import read_trace
+from boresight.sim.levels.level import outputs_of
+from boresight.sim.plotting import COLOUR
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.files import read_record
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.records.record import Record
+from boresight.verbs.run import run
+from tests.support.attitude.board.shared import odd_board
+from tests.support.records import write_record
+
+# -- the chain in integers: in turns, fresh lines, and any estimators against the board -----------
+
+STEPS = 600
+RECORD = tuple(i.name for i in INPUTS)
+
+
+@pytest.fixture(scope="module")
+def board():
+    return odd_board()
+
+
+def samples(n: int, **more) -> Samples:
+    rng = np.random.default_rng(2)
+    line = np.full(n, NO_LINE)
+    line[[3, 7]] = COUNTS
+    stimulus = {
+        "stamp": np.arange(n) * 100_000,
+        "counts": rng.integers(-2000, 2000, (n, 6)),
+        "line": line,
+        "values": rng.integers(100, 3000, (n, 3)),
+        "restart": np.arange(n) == 0,
+        "filter": np.zeros(n, dtype=np.int64),
+    }
+    return Samples(**{**stimulus, **more})
+
+
+def test_a_set_of_registers_comes_with_an_update(board) -> None:
+    programs = [part.program for part in board.core.parts]
+    chain = run_chain(programs, samples(10, feed={"target": 1 << 28}, new_feed=4))
+    names = [programs[0].values[n].name for n in programs[0].streamed]
+    assert chain.records[:, names.index("target")].tolist() == [0] * 4 + [1 << 28] * 6
+    assert np.flatnonzero(chain.records[:, names.index("set_new")]).tolist() == [4]
+    assert np.flatnonzero(chain.records[:, names.index("mx_new")]).tolist() == [3, 7]
+    held = chain.records[:, names.index("mx")]
+    assert not held[:3].any() and len({*held[3:7]}) == len({*held[7:]}) == 1 and held[3] != held[7]
+
+
+def test_estimators_in_turns_keep_their_own_records(board) -> None:
+    programs = [part.program for part in board.core.parts]
+    numbers = np.array([0, 0, 1, 1, 1, 0, 0, 1, 1, 0])
+    chain = run_chain(programs, samples(10, filter=numbers))
+    assert chain.records.shape == (10, 10) and chain.outputs.shape == (10, 8)
+    assert not chain.records[numbers == 0, 8:].any() and not chain.outputs[numbers == 0, 6:].any()
+    assert np.flatnonzero(chain.restart).tolist() == [0, 2, 5, 7, 9]
+
+
+@pytest.fixture(scope="module")
+def programs() -> list:
+    return [e.compile() for e in system_estimators(FILTERS)]
+
+
+def test_filters_in_turns_keep_their_states(programs) -> None:
+    """Every filter gives what it gives on its own updates alone; a change restarts it."""
+    stimulus = quantise(read_record(bundled("synthetic_60s")).head(STEPS), kind=COUNTS)
+    turns = replace(stimulus, filter=np.arange(STEPS) // 50 % 4)
+    chain = run_chain(programs, turns)
+    assert np.flatnonzero(chain.restart).tolist() == list(range(0, STEPS, 50))
+    rows = turns.filter == 2
+    dt = chain.records[rows, RECORD.index("dt")]
+    assert (dt < 0).sum() == rows.sum() // 50
+    assert len(np.unique(chain.outputs[rows], axis=0)) > 100
+
+
+def test_a_line_is_fresh_for_its_update_only(programs) -> None:
+    n = 6
+    zeros = np.zeros((n, 3), dtype=np.int64)
+    values = zeros.copy()
+    values[2], values[4] = (900, 0, 0), (100, -200, 300)
+    stimulus = Samples(
+        np.arange(n) * 97656,
+        np.zeros((n, 6), dtype=np.int64),
+        np.array([0, 0, HEADING, 0, COUNTS, 0]),
+        values,
+        np.arange(n) == 0,
+        np.zeros(n, dtype=np.int64),
+    )
+    field = run_chain(programs, stimulus).records[:, 4:7] / 2.0**23
+    assert (field[[0, 1, 3, 5]] == 0).all()
+    # A compass that points east: the field, which points north, is to the left, along -x.
+    assert np.abs(field[2] - [-30.0, 0.0, 0.0]).max() < 1e-4
+    assert np.abs(field[4] - np.array([100, -200, 300]) / 45).max() < 1e-4
+
+
+# -- what a record becomes at the sensors, and the way back that gives the same attitude ----------
+
+
+@pytest.fixture(scope="module")
+def record() -> Record:
+    return read_record(bundled("synthetic_60s")).head(STEPS)
+
+
+@pytest.fixture(scope="module")
+def log(record) -> NineAxis:
+    return NineAxis.of(record)
+
+
+def test_a_record_as_raw_counts(log) -> None:
+    s = quantise(log.record(), kind=COUNTS, line_hz=8.0)
+    assert len(s) == STEPS
+    assert np.abs(s.counts[:, :3] * np.radians(0.0125) - log.gyr).max() <= np.radians(0.0063)
+    assert np.abs(s.counts[:, 3:] * 0.25e-3 * 9.80665 - log.acc).max() <= 0.00123
+    assert np.abs(s.stamp / 100e6 - (log.t - log.t[0])).max() <= 0.6e-8
+    assert s.restart.tolist() == [True] + [False] * (STEPS - 1)
+    seconds = log.t[-1] - log.t[0]
+    assert 0 < np.count_nonzero(s.line) <= 8 * seconds + 1
+    rows = s.line == COUNTS
+    assert np.abs(s.values[rows] / 45 - log.mag[rows]).max() < 0.0112
+
+
+def test_full_scale_is_the_sensor_s(log) -> None:
+    wild = replace(log, gyr=log.gyr + 100.0, acc=log.acc - 1000.0)
+    s = quantise(wild.record(), kind=NO_LINE)
+    assert (s.counts[:, :3] == 24000).all()
+    assert (s.counts[:, 3:] == -20000).all()
+    assert not s.line.any()
+
+
+def test_headings_need_a_reference(log) -> None:
+    with pytest.raises(InputError, match=r"^log 'synthetic_60s': wanted a reference attitude"):
+        quantise(replace(log, q=None).record(), kind=HEADING)
+    s = quantise(log.record(), kind=HEADING)
+    rows = s.line == HEADING
+    assert rows.any()
+    assert s.values[rows, 0].min() >= 0
+    assert s.values[rows, 0].max() < 3600
+
+
+@pytest.mark.parametrize("kind", [COUNTS, HEADING])
+def test_the_chain_follows_the_reference(programs, log, kind: int) -> None:
+    """Raw counts in, attitude out near the truth: units, signs and axes are right all the way."""
+    chain = run_chain(programs, quantise(log.record(), kind=kind, line_hz=50.0))
+    out = outputs_of(programs[0], chain.outputs)
+    q = np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)[-100:]
+    off = 2 * np.degrees(np.arccos(np.clip(np.abs((q * log.q[-100:]).sum(axis=1)), 0, 1)))
+    assert off.max() < (3.5 if kind == COUNTS else 1.5)  # deg; the recording's own field errs
+
+
+@pytest.mark.parametrize("number, name", list(enumerate(FILTERS)))
+def test_boresight_run_gives_the_same_words(
+    number: int, name: str, programs, log, tmp_path
+) -> None:
+    """The calibrated words as an SI log, through the command line's own way: bit for bit."""
+    stimulus = quantise(
+        log.record(), kind=COUNTS if number % 2 else HEADING, number=number, line_hz=30.0
+    )
+    stimulus.restart[[200, 201, 350]] = True
+    stamp = stimulus.stamp + np.where(np.arange(STEPS) >= 420, 2**27, 0)  # a gap
+    chain = run_chain(programs, replace(stimulus, stamp=stamp % 2**32))
+    assert np.flatnonzero(chain.restart).tolist() == [0, 200, 201, 350, 420]
+    path = tmp_path / "words.npz"
+    write_record(path, words_as_record(programs[number], chain))
+    result = run(name, path, on="fixed")
+    assert result.attitude is not None
+    out = outputs_of(programs[number], chain.outputs)
+    assert (result.attitude.q == np.stack([out[f"q{a}"] for a in "wxyz"], axis=1)).all()
+    assert (result.attitude.euler_deg[:, 0] == 180.0 * out["heading"]).all()
+    assert (result.attitude.status == np.rint(out["status"])).all()
+
+
+# --------------------------------------------------------------------------------------------------
+# one update's way, out of a run made by hand: every border in microseconds from data-ready
+
+#: Data-ready of two samples, nine frames in each, sample and update behind them; at 100 MHz.
+READY = (1_000, 101_000)
+BOARD: Any = SimpleNamespace(
+    setup=REAL,
+    system=SimpleNamespace(
+        plan=SimpleNamespace(
+            names=("complementary", "own", "calibrate_inertial"), lengths=(250, 350, 60), inertial=2
+        )
+    ),
+)
+
+
+def spans_run(frames: int = 9, number: int = 2) -> Any:
+    """A run whose second update, of the filter 1, goes to the host."""
+    events = []
+    for k, ready in enumerate(READY):
+        events.append((ready, f"R {k + 1}"))
+        for n in range(frames):
+            at = ready + 10 + 3_000 * n
+            events += [(at, "C 0"), (at + 1_600, "C 1")]
+        events += [(ready + 30_000, "S"), (ready + 30_600, "U")]
+    words = encode(Kind.ATTITUDE, [number, *[0] * 9], word=32)
+    events += [(132_000 + 1_000 * k, f"B {byte:02x}") for k, byte in enumerate(words)]
+    text = "".join(f"{at} {what}\n" for at, what in sorted(events)) + "999999 V 0\n"
+    return SimpleNamespace(trace=read_trace(text), frames=np.array([[number, *[0] * 9]])), words
+
+
+def test_every_border() -> None:
+    made, words = spans_run()
+    line = timeline_of(BOARD, made, filter=1, update=1)
+    assert (line.filter, line.paper_us) == ("own", None)
+    assert line.period_us == 1e6 / 1024
+    assert [s.name for s in line.frames] == [
+        *("temp", "gx", "gy", "gz", "ax", "ay", "az", "diag", "check")
+    ]
+    assert line.frames[0] == Span("temp", 0.1, 16.1)
+    assert line.frames[8].start_us == pytest.approx(240.1)
+    sample, updated = 300.0, 306.0
+    assert [(s.name, s.start_us, s.end_us) for s in line.core] == [
+        ("calibrate", sample, pytest.approx(sample + 0.61)),
+        ("switch", pytest.approx(sample + 0.61), pytest.approx(updated - 3.52)),
+        ("filter", pytest.approx(updated - 3.52), updated),
+    ]
+    # The frame begins with the update and ends with its last byte.
+    end = (132_000 + 1_000 * (len(words) - 1) - READY[1]) / 100
+    assert line.line == Span("frame", updated, pytest.approx(end))
+    assert line.in_registers_us == updated
+
+
+def test_the_papers_time_is_that_of_the_same_filter() -> None:
+    assert timeline_of(BOARD, spans_run()[0], filter=0, update=1).paper_us == 316.0
+
+
+def test_what_is_no_whole_update() -> None:
+    with pytest.raises(ValueError, match="^update 1 must have 9 SPI frames, not 8$"):
+        timeline_of(BOARD, spans_run(frames=8)[0], filter=1, update=1)
+    with pytest.raises(ValueError, match="^update 1 must have a frame, not none$"):
+        timeline_of(BOARD, spans_run(number=3)[0], filter=1, update=1)
+    # Of no update: frames between the updates, and one that ends behind the sample.
+    made, _ = spans_run()
+    more = np.concatenate([made.trace.select, [[90_000, 91_000], [130_900, 131_100]]])
+    made.trace = dataclasses.replace(made.trace, select=more)
+    assert len(timeline_of(BOARD, made, filter=1, update=1).frames) == 9
+
+
+# --------------------------------------------------------------------------------------------------
+# speeds: the scaled ones are the real ones, sixteen times as fast, as far as a line can go
+
+
+def test_a_period_in_cycles() -> None:
+    assert Setup().period_cycles == 100e6 / 1024 == REAL.period_cycles
+    assert SCALED.period_cycles * FASTER == REAL.period_cycles
+
+
+def test_scaled_speeds() -> None:
+    real = Setup()
+    for name in ("hmr_baud", "rate_hz", "lines_hz"):
+        assert getattr(SCALED, name) == FASTER * getattr(real, name)
+    # Of the others, what is faster by less: there is no more time in a period for what it holds.
+    assert SCALED.sclk_hz == 10 * real.sclk_hz and SCALED.stall_s == real.stall_s / 16
+    assert SCALED.host_baud * 8 == SCALED.clock_hz == real.clock_hz
+
+
+def test_all_waits_where_faults_are_looked_for() -> None:
+    assert pytest.approx(Setup().startup_s / FASTER) == FAULTY.startup_s
+    assert pytest.approx(Setup().reset_s / FASTER) == FAULTY.reset_s
+    assert FAULTY.startup_s > 10 * SCALED.startup_s and FAULTY.rate_hz == SCALED.rate_hz
+
+
+def test_of_the_real_speeds_only_the_waits_after_power_up_are_shorter() -> None:
+    stimulus = Setup()
+    assert {name for name in vars(stimulus) if getattr(stimulus, name) != getattr(REAL, name)} == {
+        "startup_s",
+        "compass_start_cycles",
+    }
+
+
+# -- the figure: every frame, every part of the core's work, and the paper's time beside ours -----
+
+ONE = Timeline(
+    filter="one",
+    frames=tuple(Span(name, 30.0 * k, 30.0 * k + 16.0) for k, name in enumerate(("temp", "gx"))),
+    core=(Span("calibrate", 60.0, 60.7), Span("switch", 60.7, 60.8), Span("filter", 60.8, 64.25)),
+    line=Span("frame", 64.25, 500.0),
+    period_us=976.5,
+    paper_us=1140.0,
+)
+OTHER = replace(ONE, filter="other", paper_us=None)
+
+
+def test_lengths() -> None:
+    assert ONE.core[2].length_us == 64.25 - 60.8
+    assert ONE.in_registers_us == 64.25
+    assert replace(ONE, core=ONE.core[::-1]).in_registers_us == 64.25
+
+
+def test_what_is_written_beside_what() -> None:
+    svg = timeline_plot([ONE, OTHER], salt="x")
+    assert svg == timeline_plot([ONE, OTHER], salt="x") != timeline_plot([ONE, OTHER], salt="y")
+    texts = re.findall(r">([^<>]+)</text>", svg)
+    for text in ("temp", "gx", "attitude frame", "attitude in registers 64.25 µs"):
+        assert texts.count(text) == 1, text
+    assert "One sample through the board (one)" in texts
+    # The core's part and the filter alone, for each; a part too short for its name has none.
+    assert texts.count("calibrate") == texts.count("filter") == 2 and "switch" not in texts
+    assert [t.strip() for t in texts].count("4.25 µs") == [t for t in texts].count("3.45 µs") == 2
+    assert texts.count("1,140 µs in the paper") == 1
+    assert texts.count("one") == texts.count("other") == 2
+
+
+def test_a_bar_for_each_span() -> None:
+    svg = timeline_plot([ONE], salt="x")
+    bars = re.findall(r'style="fill: (#\w+); stroke: #ffffff', svg)
+    names = ["roll"] * 2 + ["amber", "grey", "heading"] * 2 + ["sky"]
+    assert sorted(bars) == sorted(COLOUR[name].lower() for name in names)

@@ -1,0 +1,259 @@
+"""The methods of the 2014 paper, their motions and float references."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.model.attitude import ESTIMATORS
+from boresight.sim.attitude.ma2014 import methods
+from boresight.sim.attitude.ma2014.letter import _rates, filter_to_the_letter, mag_acc_angles
+from boresight.sim.attitude.ma2014.methods import (
+    count_mismatches,
+    gains_per_s,
+    kalman_parameters,
+    run_method,
+    score,
+)
+from boresight.sim.attitude.ma2014.paper import TABLE_1, TABLE_2, TABLE_3
+from boresight.sim.attitude.ma2014.world import (
+    CASES,
+    E1,
+    E2,
+    FIELD_UT,
+    LEAD,
+    LOOP_HZ,
+    make_log,
+    noise_free_log,
+)
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.rotations.rotation import euler_to_matrix, quaternion_to_euler
+
+# --------------------------------------------------------------------------------------------------
+# the paper's settings reach the estimators, and the estimators do what is known in closed form
+
+METHODS = {m.key: m for m in methods.METHODS}
+
+
+def test_gains_of_table_4_at_8_hz():
+    p = gains_per_s()
+    assert p["kp_pitch_per_s"] == pytest.approx(1.1312) and p["kp_heading_per_s"] == 0.8
+    assert p["ki_roll_per_s2"] == pytest.approx(5e-5 * 64)
+
+
+@pytest.mark.parametrize("name", [n for n in ESTIMATORS if n.startswith("ekf_quaternion")])
+def test_table_2_reaches_the_kalman_filters(name):
+    p = kalman_parameters(name)
+    for axis, variance in zip("xyz", TABLE_2.gyro, strict=True):
+        assert p[f"gyro_sd_{axis}"] ** 2 == pytest.approx(variance)
+    ESTIMATORS[name]().param_values(p)  # all of them legal
+    if name == "ekf_quaternion":
+        angles = np.degrees([p[f"angle_sd_{axis}"] for axis in "xyz"])
+        np.testing.assert_allclose(angles, (0.1955, 0.2211, 0.468), atol=1e-3)
+
+
+def test_the_filters_are_told_the_gyros_full_scale(monkeypatch):
+    seen = []
+    monkeypatch.setattr(methods, "run_forms", lambda *_, params, levels: seen.append(params) or [])
+    for key in ("gyro", "complementary", "ekf_quaternion"):
+        run_method(METHODS[key], [])
+    wanted = pytest.approx((0.98 * np.radians(300.0)) ** 2)
+    assert [p.get("gyro_max_sq") for p in seen] == [wanted, wanted, None]
+
+
+def test_gyro_alone_is_the_random_walk_of_table_2():
+    logs = [make_log(E1, CASES["noise"], seed) for seed in range(60)]
+    error = score(run_method(METHODS["gyro"], logs, ("float",))[0][0], logs)
+    pooled = np.sqrt(error.var(axis=0).mean(axis=0))
+    walk = np.degrees(np.sqrt(TABLE_2.gyro)) * np.sqrt(540.0 / LOOP_HZ / 6.0)
+    # the turning heading shares pitch and roll out between x and y
+    walk[:2] = np.sqrt(np.mean(walk[:2] ** 2))
+    np.testing.assert_allclose(pooled, walk, rtol=0.2)
+
+
+def test_mag_acc_alone_has_the_noise_of_the_accelerometer():
+    logs = [make_log(E2, CASES["noise"], seed) for seed in range(3)]
+    error = score(run_method(METHODS["mag_acc"], logs)[0][0], logs)
+    np.testing.assert_allclose(error.std(axis=0).mean(axis=0)[:2], (0.1955, 0.2211), rtol=0.05)
+
+
+def test_as_printed_fails_where_the_consistent_set_passes():
+    log = noise_free_log(E2, LOOP_HZ)
+    for kind, worst in (("complementary", 0.012), ("gyro", 0.002)):
+        printed = {"complementary": "complementary_as_printed", "gyro": "gyro_as_printed"}[kind]
+        good = score(run_method(METHODS[kind], [log], ("c",))[0][0], [log])
+        bad = score(run_method(METHODS[printed], [log], ("c",))[0][0], [log])
+        assert np.abs(good).max() < worst
+        assert np.abs(bad[..., 2]).max() > 1.5
+
+
+@pytest.mark.parametrize("key", ["complementary", "gyro"])
+def test_fixed_point_follows_float(key):
+    logs = [make_log(E2, CASES["C"], seed) for seed in (1, 2)]
+    (real, none), (angles, saturated) = run_method(METHODS[key], logs)
+    assert saturated == none == 0
+    difference = angles - real
+    assert np.abs((difference + 180) % 360 - 180).max() < 5e-4
+    # every run begins afresh
+    ((alone, _),) = run_method(METHODS[key], logs[1:], ("c",))
+    np.testing.assert_allclose(angles[:, 1], alone[:, 0], rtol=0, atol=1e-12)
+
+
+def test_a_c_model_that_differs_is_counted(monkeypatch):
+    log = make_log(E2, CASES["C"], 1)
+    assert count_mismatches(METHODS["complementary"], log) == (0, len(log))
+
+    def wrong(*arguments, levels, inner=methods.run_forms, **options):
+        result = inner(*arguments, levels=levels, **options)
+        result[levels.index("c")][0].words[17, 2] += 1
+        return result
+
+    monkeypatch.setattr(methods, "run_forms", wrong)
+    assert count_mismatches(METHODS["complementary"], log) == (1, len(log))
+
+
+def test_errors_are_wrapped_and_begin_at_time_0():
+    log = noise_free_log(E1, LOOP_HZ)
+    angles = methods.truth_deg(log)[:, None] + (0.0, 359.0, -361.0)
+    error = score(angles, [log])
+    assert len(error) == 540 * 8 + 1
+    np.testing.assert_allclose(error, np.broadcast_to((0.0, -1.0, -1.0), error.shape), atol=1e-9)
+
+
+# -- the float references: inverse of the measurement, kinematics against scipy, gains ------------
+
+RNG = np.random.default_rng(7)
+
+
+def test_mag_acc_angles_invert_the_measurement():
+    euler = RNG.uniform((-1.4, -3.0, -3.0), (1.4, 3.0, 3.0), (200, 3))
+    c = euler_to_matrix(euler)
+    acc = np.einsum("nij,i->nj", c, (0.0, 0.0, 9.81))
+    for field in (FIELD_UT, (-3.0, 27.0, -40.0)):
+        mag = np.einsum("nij,i->nj", c, field)
+        np.testing.assert_allclose(mag_acc_angles(acc, mag, field), euler, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("as_printed", "sequence", "order"), [(False, "ZXY", (1, 2, 0)), (True, "ZYX", (2, 1, 0))]
+)
+def test_each_set_of_rates_belongs_to_its_sequence(as_printed, sequence, order):
+    x = RNG.uniform(-1.2, 1.2, (50, 3))  # theta, gamma, psi
+    w = RNG.uniform(-1.0, 1.0, (50, 3))
+    h = 1e-6
+    angles = np.empty_like(x)
+    for k, place in enumerate(order):
+        angles[:, place] = x[:, k]
+    turned = Rotation.from_euler(sequence, angles) * Rotation.from_rotvec(w * h)
+    change = (turned.as_euler(sequence) - angles) / h
+    np.testing.assert_allclose(_rates(x, w, as_printed), change[:, list(order)], atol=2e-5)
+
+
+def test_noise_free_the_letter_follows_the_truth_and_the_print_does_not():
+    log = NineAxis.of(noise_free_log(E2, LOOP_HZ))
+    measured = mag_acc_angles(log.acc, log.mag, FIELD_UT)
+    zero = (0.0, 0.0, 0.0)
+    for gains, worst in ((zero, 2e-3), ((0.1414, 0.1414, 0.1), 1e-3)):
+        out = filter_to_the_letter(measured, log.gyr, 1 / LOOP_HZ, gains, zero)
+        assert np.degrees(np.abs(out - measured)).max() < worst
+        bad = filter_to_the_letter(measured, log.gyr, 1 / LOOP_HZ, gains, zero, as_printed=True)
+        assert np.degrees(np.abs(bad - measured)).max() > 1.5
+
+
+def test_gains_are_per_sample():
+    n = 40
+    measured = np.zeros((n, 3))
+    measured[0] = (0.1, 0.2, 0.3)
+    out = filter_to_the_letter(measured, np.zeros((n, 3)), 0.125, (0.1, 0.2, 0.5), (0.0,) * 3)
+    k = np.arange(n)[:, None]
+    np.testing.assert_allclose(out, measured[0] * (1 - np.array((0.1, 0.2, 0.5))) ** k, atol=1e-12)
+
+
+def test_integral_learns_the_bias():
+    n, bias = 6000, np.array((0.01, -0.02, 0.03))
+    gyr, kp = np.tile(bias, (n, 1)), (0.1,) * 3
+    out = filter_to_the_letter(np.zeros((n, 3)), gyr, 0.125, kp, (0.002,) * 3)
+    proportional = filter_to_the_letter(np.zeros((n, 3)), gyr, 0.125, kp, (0.0,) * 3)
+    # the prediction, which adds a step of the bias, then meets the measurement
+    np.testing.assert_allclose(out[-1, :2] + 0.125 * bias[:2], 0.0, atol=1e-4)
+    assert abs(out[-1, 2] + 0.125 * bias[2]) < 1e-4
+    np.testing.assert_allclose(proportional[-1], 9 * 0.125 * bias, rtol=0.1)
+
+
+def test_residual_is_wrapped():
+    measured = np.full((3, 3), 0.0)
+    measured[:, 2] = (np.pi - 0.01, -np.pi + 0.01, -np.pi + 0.01)
+    out = filter_to_the_letter(measured, np.zeros((3, 3)), 0.125, (0.5,) * 3, (0.0,) * 3)
+    assert abs(out[1, 2]) == pytest.approx(np.pi, abs=1e-12)
+
+
+# -- the motions of the paper, and what each case changes in the sensors --------------------------
+
+
+def test_stages_end_where_table_1_says():
+    np.testing.assert_allclose(np.degrees(E2.ends), [row["end_deg"] for row in TABLE_1], atol=1e-9)
+    assert E2.seconds == 374.0
+    angles = np.degrees(E2.stages(np.arange(0.0, 374.0, 0.05))[0])
+    np.testing.assert_allclose(np.abs(angles).max(axis=0), 15.0, atol=1e-3)
+
+
+def test_euler_angles_differ_from_stage_angles_as_the_specification_says():
+    t = np.arange(0.0, 374.0, 0.05)
+    off = np.degrees(quaternion_to_euler(E2.attitude(t)) - E2.stages(t)[0])
+    np.testing.assert_allclose(np.abs(off).max(axis=0), (4.3, 4.4, 0.5), atol=0.05)
+
+
+def test_heading_swings_90_times():
+    assert E1.seconds == 540.0
+    heading = np.degrees(E1.stages(np.arange(0.0, 540.0, 0.01))[0][:, 2])
+    assert heading.max() == pytest.approx(20.0) and heading.min() == pytest.approx(-20.0)
+    assert int(((heading[:-1] < 0) & (heading[1:] >= 0)).sum()) == pytest.approx(90, abs=1)
+
+
+def noise_of(case, seed=1):
+    log = NineAxis.of(make_log(E2, CASES[case], seed))
+    true = NineAxis.of(noise_free_log(E2, LOOP_HZ))
+    return {k: getattr(log, k) - getattr(true, k) for k in ("gyr", "acc", "mag")}
+
+
+def test_noise_is_that_of_table_2():
+    noise = noise_of("noise")
+    np.testing.assert_allclose(noise["gyr"].var(axis=0), TABLE_2.gyro, rtol=0.1)
+    np.testing.assert_allclose(
+        noise["acc"].var(axis=0), np.array(TABLE_2.accelerometer) / 12.5, rtol=0.1
+    )
+    np.testing.assert_allclose(noise["mag"].var(axis=0), TABLE_2.magnetometer, rtol=0.1)
+    for x in noise.values():
+        np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4 * x.std() / np.sqrt(len(x)))
+
+
+def test_each_case_changes_its_sensor_alone():
+    plain = noise_of("noise")
+    for case, changed in (("misalignment", {"gyr"}), ("soft_iron", {"mag"}), ("C", {"gyr", "mag"})):
+        now = noise_of(case)
+        for key, x in now.items():
+            moved = np.abs(x - plain[key]).max() > 1e-3
+            assert moved == (key in changed), (case, key)
+    late, c = noise_of("latency"), noise_of("C")
+    assert np.abs(late["acc"] - c["acc"]).max() > 0.05
+    np.testing.assert_array_equal(late["mag"], c["mag"])
+    left = noise_of("bias")["gyr"] - c["gyr"]
+    np.testing.assert_allclose(left.mean(axis=0), TABLE_2.gyro_bias, atol=1e-9)
+
+
+def test_soft_iron_is_the_ellipse_it_says():
+    log, plain = (NineAxis.of(make_log(E1, CASES[case], 1)) for case in ("soft_iron", "noise"))
+    true = NineAxis.of(noise_free_log(E1, LOOP_HZ)).mag
+    change = log.mag - plain.mag
+    np.testing.assert_allclose(change, true * (0.01, -0.01, 0.0), atol=0.03)  # counts: 0.022 uT
+
+
+def test_samples_at_rest_come_first():
+    log = NineAxis.of(make_log(E2, CASES["noise"], 1))
+    assert len(log) == LEAD + 374 * 8 + 1 and log.t[LEAD] == 0.0
+    np.testing.assert_array_equal(np.abs(log.q[: LEAD + 1, 0]), 1.0)
+
+
+def test_tables_have_three_axes():
+    assert all(len(row) == 3 for row in TABLE_3.values())

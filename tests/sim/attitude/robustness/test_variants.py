@@ -1,0 +1,164 @@
+"""What is done to a trial: each variant does what it says, and takes the truth along."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from boresight.model.declarations import GRAVITY
+from boresight.sim.attitude.robustness import variants as v
+from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
+from boresight.sim.records.nine_axis import NineAxis
+from boresight.sim.rotations.rotation import quaternion_multiply, rotate, turns_between
+
+
+def made(noise: float = 0.0) -> NineAxis:
+    error = SensorError(noise=noise)
+    log = NineAxis.of(
+        synthetic_log(
+            seconds=30.0, rate_hz=100.0, seed=3, gyr_error=error, acc_error=error, mag_error=error
+        )
+    )
+    return NineAxis(
+        log.name, log.t, log.gyr, log.acc, log.mag, log.q, log.dt, (log.t > 8.0) & (log.t < 28.0)
+    )
+
+
+LOG = made()
+LOUD = made(noise=0.5)
+
+
+def consistent(log: NineAxis, tolerance_rad: float = 1e-6) -> bool:
+    """Whether every step's gyro takes one true attitude to the next."""
+    assert log.q is not None
+    turn = turns_between(log.q[:-1], log.q[1:])
+    return float(np.abs(turn - log.gyr[1:] * log.dt[1:, None]).max()) < tolerance_rad
+
+
+def test_a_cut_starts_in_motion() -> None:
+    cut = v.cut_in_motion()(LOG)
+    assert cut.t[0] == pytest.approx(10.0, abs=0.02) and consistent(cut)
+    starts = {v.cut_in_motion(place=k)(LOG).t[0] for k in range(10)}
+    assert len(starts) == 10 and 8.0 < min(starts) < 11.0 and 16.0 < max(starts) < 21.5
+
+
+def test_a_bias_has_the_size_that_it_says() -> None:
+    off = np.degrees(v.biased(2.0**0.5)(LOG).gyr - LOG.gyr)
+    assert np.linalg.norm(off, axis=1) == pytest.approx(1.0, abs=1e-9)
+    off = np.degrees(v.warming(10.0)(LOG).gyr - LOG.gyr)
+    assert np.abs(off[0]).max() == 0.0
+    assert off[1000] == pytest.approx((1.0 - np.exp(-1.0)) * np.array(v.BIAS_DEG_S), rel=1e-6)
+
+
+@pytest.mark.parametrize("rate_hz", [40.0, 250.0])
+def test_another_rate_keeps_integral_and_truth(rate_hz: float) -> None:
+    other = v.resampled(rate_hz)(LOG)
+    assert other.q is not None and LOG.q is not None
+    assert np.diff(other.t) == pytest.approx(1.0 / rate_hz)
+    whole = [(x.gyr * x.dt[:, None]).sum(axis=0) for x in (LOG, other)]
+    assert whole[0] == pytest.approx(whole[1], abs=0.05)
+    if rate_hz < 100.0:  # the mean rate of several steps, without their coning
+        assert consistent(other, 2e-3)
+    at = np.searchsorted(LOG.t, other.t - 1e-9).clip(0, len(LOG) - 1)
+    assert np.abs((other.q * LOG.q[at]).sum(axis=1)).min() > np.cos(0.5 * np.radians(3.0))
+
+
+def test_a_third_of_the_rate() -> None:
+    assert np.median(v.slower(3.0)(LOG).dt) == pytest.approx(0.03)
+
+
+def test_the_field_is_scaled_and_put_off() -> None:
+    assert v.scaled_field(1.1)(LOG).mag == pytest.approx(1.1 * LOG.mag)
+    off = v.hard_iron(0.1)(LOG).mag - LOG.mag
+    size = 0.1 * np.median(np.linalg.norm(LOG.mag, axis=1))
+    assert np.ptp(off, axis=0) == pytest.approx(0.0, abs=1e-9)
+    assert np.linalg.norm(off[0]) == pytest.approx(size)
+
+
+def test_a_mounting_turns_the_truth_too() -> None:
+    turns = v.mountings()
+    assert len({m.tobytes() for m in turns}) == 24
+    assert np.linalg.det(turns) == pytest.approx(1.0)
+    for which in (0, 5, 17):
+        other = v.mounted(which)(LOG)
+        assert other.q is not None and LOG.q is not None and consistent(other)
+        assert rotate(other.q, other.mag) == pytest.approx(rotate(LOG.q, LOG.mag), abs=1e-9)
+    assert np.abs((v.mounted(0)(LOG).q * LOG.q).sum(axis=1)) == pytest.approx(1.0)
+
+
+def test_the_magnetometer_comes_rarely_or_not() -> None:
+    new = v.magnetometer_at(10.0)(LOG).mag_new
+    assert new[0] and np.diff(np.flatnonzero(new)) == pytest.approx(10)
+    dark = ~v.without_field(5.0)(LOG).mag_new
+    assert dark.sum() == pytest.approx(500, abs=1) and dark[1500:1990].all()
+    assert not v.without_field()(LOG).mag_new.any()
+
+
+def test_the_accelerometer_is_clipped() -> None:
+    assert np.abs(v.clipped(6.0)(LOG).acc).max() == 6.0 < np.abs(LOG.acc).max()
+
+
+@pytest.mark.parametrize("sensor, least", [("gyr", 0.0), ("acc", GRAVITY)])
+def test_a_full_scale_is_a_share_of_the_largest(sensor: str, least: float) -> None:
+    values, result = (getattr(log, sensor) for log in (LOUD, v.clipped_to_share(sensor, 0.6)(LOUD)))
+    largest = np.abs(values).max()
+    assert largest > least + 0.5
+    assert np.abs(result).max() == pytest.approx(least + 0.6 * (largest - least))
+    near = np.abs(values) < np.abs(result).max()
+    assert np.array_equal(result[near], values[near]) and not near.all()
+
+
+def test_fast_turns_are_faster_than_the_gyro_measures() -> None:
+    fast = v.fast_turns(count=4)(LOG)
+    most = np.abs(LOG.gyr).max()
+    assert np.abs(fast.gyr).max() == most
+    assert fast.q is not None
+    turn = turns_between(fast.q[:-1], fast.q[1:]) / fast.dt[1:, None]
+    beyond = (np.abs(turn) > 1.001 * most).any(axis=1)
+    assert 1.0 < np.abs(turn).max() / most < 2.5  # with the log's own rate
+    begins = np.flatnonzero(np.diff(beyond.astype(int), prepend=0) == 1)
+    parts = (fast.t[1:][begins] - 8.0) // 5.0
+    assert set(parts) == {0.0, 1.0, 2.0, 3.0} and 0.08 < beyond.sum() / 100.0 < 1.6
+    clipped = np.clip(turn, -most, most)
+    assert fast.gyr[1:] == pytest.approx(clipped, abs=1e-6)
+
+
+def test_sensors_as_they_come() -> None:
+    raw = v.uncalibrated()(LOG)
+    assert raw.q is LOG.q
+    for name, share, bias in (("gyr", 0.01, 0.0), ("acc", 0.01, 0.1), ("mag", 0.05, 0.0)):
+        true, result = getattr(LOG, name), getattr(raw, name)
+        fit = np.linalg.lstsq(np.c_[true, np.ones(len(LOG))], result, rcond=None)[0]
+        assert np.c_[true, np.ones(len(LOG))] @ fit == pytest.approx(result, abs=1e-9)
+        error = fit[:3].T - np.eye(3)
+        assert 0.2 * share < np.abs(np.diag(error)).max() < 3.0 * share
+        assert np.abs(error - np.diag(np.diag(error))).max() < 3.0 * share
+        assert 0.2 * bias - 1e-9 <= np.abs(fit[3]).max() <= 3.0 * bias + 1e-9
+
+
+def test_gaps_leave_the_time_right() -> None:
+    left = v.gaps(share=0.1)(LOG)
+    assert 0.85 < len(left) / len(LOG) < 0.95
+    assert np.diff(left.t) == pytest.approx(left.dt[1:])
+    assert np.isin(left.t, LOG.t).all() and left.dt.max() > 0.1
+
+
+def test_noise_is_three_times_as_large() -> None:
+    log = made(noise=0.02)
+    for name in ("gyr", "acc", "mag"):
+        noise = getattr(v.noisier(3.0)(log), name) - getattr(LOG, name)
+        assert noise.std() == pytest.approx(0.06, rel=0.25)
+
+
+def test_one_after_the_other_and_the_same_again() -> None:
+    both = v.chain(v.cut_in_motion(), v.biased())
+    assert both(LOG).gyr == pytest.approx(v.biased()(v.cut_in_motion()(LOG)).gyr)
+    assert np.array_equal(v.noisier()(LOG).gyr, v.noisier()(LOG).gyr)
+
+
+def test_a_turn_is_told_from_its_inverse() -> None:
+    """The truth of a mounting is q c^-1, not q c: of a quarter turn the two differ."""
+    other = v.mounted(9)(LOG)
+    assert other.q is not None and LOG.q is not None
+    turn = quaternion_multiply(LOG.q[0] * [1.0, -1.0, -1.0, -1.0], other.q[0])
+    assert rotate(turn, other.acc[0]) == pytest.approx(LOG.acc[0], abs=1e-9)

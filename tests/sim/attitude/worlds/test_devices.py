@@ -1,0 +1,38 @@
+"""The devices' numbers, in SI, as the sources have them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from boresight.model.declarations import GRAVITY
+from boresight.sim.attitude.ma2014.paper import TABLE_2
+from boresight.sim.attitude.worlds.devices import FACTS, accelerometer, gyro, magnetometer
+
+
+def test_gyro_has_24000_counts_each_way():
+    g = gyro()
+    assert g.full_scale / g.lsb == pytest.approx(24000.0)
+    assert np.degrees(g.full_scale) == pytest.approx(300.0)
+    assert g.variance == TABLE_2.gyro and g.bias == TABLE_2.gyro_bias
+    assert g.rate_hz == 1024.0
+
+
+def test_accelerometer_has_20000_counts_each_way():
+    a = accelerometer()
+    assert a.full_scale / a.lsb == pytest.approx(20000.0)
+    assert a.full_scale == pytest.approx(5.0 * GRAVITY)
+    assert a.variance == TABLE_2.accelerometer
+
+
+def test_magnetometer_is_in_microtesla():
+    m = magnetometer()
+    assert m.full_scale == 200.0 and m.rate_hz == 8.0
+    np.testing.assert_allclose(m.variance, (2.1e-2, 20.6e-2, 5.8e-2))
+    assert m.lsb == pytest.approx(100.0 / 4500.0)
+
+
+def test_every_fact_says_how_sure_it_is_and_from_where():
+    assert {f.evidence for f in FACTS} <= {"maker", "user", "sibling", "paper", "inferred", "guess"}
+    assert all(f.source for f in FACTS)
+    assert len({(f.device, f.name) for f in FACTS}) == len(FACTS)

@@ -1,0 +1,233 @@
+"""Attitude errors, outputs and angles."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.model.errors import InputError
+from boresight.sim.attitude.ma2014.paper import (
+    AXES,
+    CYCLES,
+    FIG_6_DEG,
+    FIG_7_DEG,
+    KI,
+    KP,
+    OPEN,
+    TABLE_1,
+    TABLE_3,
+    TIME_US,
+)
+from boresight.sim.rotations.accuracy import attitude_error, attitude_rmse
+from boresight.sim.rotations.outputs import attitude_of, euler_deg_of, status_of
+from boresight.sim.rotations.rotation import (
+    quaternion_multiply,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+from boresight.sim.rotations.zyx import angles_of, quaternions_of, wrapped
+
+# -- `sim.rotations.accuracy` against closed forms of its three angles -----------------------------
+
+
+def turn(axis: list[float], degrees: float) -> np.ndarray:
+    unit = np.array(axis) / np.linalg.norm(axis)
+    return rotation_vector_to_quaternion(np.radians(degrees) * unit)
+
+
+def references(count: int = 20) -> np.ndarray:
+    return np.random.default_rng(2).normal(size=(count, 4))
+
+
+@pytest.mark.parametrize("degrees", [1e-7, 0.5, 30.0, 170.0])
+@pytest.mark.parametrize(
+    ("axis", "split"), [([0, 0, 1], (1, 1, 0)), ([1, 0, 0], (1, 0, 1)), ([3, -4, 0], (1, 0, 1))]
+)
+def test_turn_about_the_vertical_is_heading_and_any_level_axis_is_inclination(
+    axis: list[float], split: tuple[int, int, int], degrees: float
+) -> None:
+    q_ref = references()
+    # a turn in navigation axes stands on the left
+    for sense in (1.0, -1.0):
+        errors = attitude_error(quaternion_multiply(turn(axis, sense * degrees), q_ref), q_ref)
+        for entry, share in zip(errors, split, strict=True):
+            np.testing.assert_allclose(entry, degrees * share, rtol=1e-9, atol=2e-12)
+
+
+@pytest.mark.parametrize("norm", [1e-90, 0.3, 1.1, 1e90])
+def test_norms_do_not_count(norm: float) -> None:
+    q_ref, q_est = references(), references()[::-1]
+    one = [q / np.linalg.norm(q, axis=1, keepdims=True) for q in (q_est, q_ref)]
+    for wanted, entry in zip(
+        attitude_error(*one), attitude_error(norm * one[0], norm * one[1]), strict=True
+    ):
+        np.testing.assert_allclose(entry, wanted, rtol=1e-12, atol=1e-12)
+    q_est[3] = 0.0
+    with pytest.raises(InputError, match="q must have a norm above zero"):
+        attitude_error(q_est, q_ref)
+
+
+def test_mixed_error_has_the_published_form() -> None:
+    q_ref = references()
+    error = quaternion_multiply(turn([0, 0, 1], 50.0), turn([0.6, 0.8, 0], 20.0))
+    result = attitude_error(quaternion_multiply(error, q_ref), q_ref)
+    # heading and inclination of such a product are its two factors; total: w = cos 25 cos 10
+    np.testing.assert_allclose(result.heading, 50.0, rtol=1e-12)
+    np.testing.assert_allclose(result.inclination, 20.0, rtol=1e-12)
+    cosine = np.cos(np.radians(25)) * np.cos(np.radians(10))
+    np.testing.assert_allclose(result.total, np.degrees(2 * np.arccos(cosine)), rtol=1e-12)
+
+
+def test_inclination_is_the_angle_between_the_verticals() -> None:
+    p, q = references(50), np.random.default_rng(3).normal(size=(50, 4))
+    # the vertical of n, carried from n to b by one attitude and back by the other
+    back = rotate(p, rotate(q * [1, -1, -1, -1], [0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(
+        attitude_error(p, q).inclination, np.degrees(np.arccos(back[:, 2])), rtol=1e-9
+    )
+
+
+def test_sign_and_scale_of_a_quaternion_do_not_matter() -> None:
+    p, q = references(30), np.random.default_rng(4).normal(size=(30, 4))
+    for item, other in zip(attitude_error(p, q), attitude_error(-3 * p, 0.2 * q), strict=True):
+        np.testing.assert_allclose(item, other, rtol=1e-12)
+        assert np.all(item <= 180.0)
+
+
+def test_leading_axes_are_free() -> None:
+    p, q = references(6), np.random.default_rng(5).normal(size=(6, 4))
+    flat = attitude_error(p, q)
+    for item, grid in zip(
+        flat, attitude_error(p.reshape(2, 3, 4), q.reshape(2, 3, 4)), strict=True
+    ):
+        np.testing.assert_allclose(grid, item.reshape(2, 3), rtol=1e-12)
+    assert attitude_error(p[0], q[0]).heading == pytest.approx(flat.heading[0], rel=1e-12)
+
+
+def test_rmse_is_the_root_of_the_mean_square() -> None:
+    q_ref = references(2)
+    q_est = np.stack(
+        [
+            quaternion_multiply(turn([0, 0, 1], 3.0), q_ref[0]),
+            quaternion_multiply(turn([1, 0, 0], 4.0), q_ref[1]),
+        ]
+    )
+    result = attitude_rmse(q_est, q_ref)
+    expected = (np.sqrt(12.5), 3 / np.sqrt(2), 4 / np.sqrt(2))
+    np.testing.assert_allclose(result, expected, rtol=1e-9)
+    assert all(type(value) is float for value in result)
+
+
+def test_only_moving_samples_with_a_reference_count() -> None:
+    q_ref = references(4)
+    q_est = np.stack(
+        [quaternion_multiply(turn([0, 0, 1], 10.0 * (k + 1)), q_ref[k]) for k in range(4)]
+    )
+    q_ref[2] = np.nan
+    mov = [False, True, True, True]
+    np.testing.assert_allclose(
+        attitude_rmse(q_est, q_ref, mov).heading, np.sqrt((20**2 + 40**2) / 2)
+    )
+    np.testing.assert_allclose(
+        attitude_rmse(q_est, q_ref).heading, np.sqrt((10**2 + 20**2 + 40**2) / 3)
+    )
+
+
+def test_an_estimate_that_is_nan_spoils_the_result() -> None:
+    q_ref = references(3)
+    q_est = q_ref.copy()
+    q_est[1] = np.nan
+    assert np.isnan(attitude_rmse(q_est, q_ref)).all()
+    assert np.allclose(attitude_rmse(q_est, q_ref, [True, False, True]), 0, atol=1e-5)
+
+
+def test_faults_are_named() -> None:
+    q = references(3)
+    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(2, 4\) and \(3, 4\)$"):
+        attitude_rmse(q[:2], q)
+    with pytest.raises(InputError, match=r"^q_est and q_ref .* not \(4,\) and \(4,\)$"):
+        attitude_rmse(q[0], q[0])
+    with pytest.raises(InputError, match=r"^mov must have the shape \(3,\), not \(2,\)$"):
+        attitude_rmse(q, q, [True, True])
+    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
+        attitude_rmse(q, q, [False] * 3)
+    with pytest.raises(InputError, match=r"^no sample counts: .*$"):
+        attitude_rmse(q, np.full((3, 4), np.nan))
+
+
+# -- the paper's figures hang together as the paper prints them -----------------------------------
+
+
+def test_stages_swing_one_axis_each_and_end_where_they_stop() -> None:
+    """A quarter period more than whole ones leaves the amplitude: out, then back to level."""
+    before = np.zeros(3)
+    for row in TABLE_1:
+        moved = np.array(row["end_deg"]) - before
+        axis = "xyz".index(row["stage"])
+        assert np.flatnonzero(moved).tolist() == [axis]
+        assert abs(moved[axis]) == row["amplitude_deg"] and row["periods"] % 1 == 0.25
+        before = np.array(row["end_deg"])
+    assert not before.any()
+    assert sum(row["period_s"] * row["periods"] for row in TABLE_1) == 374.0
+
+
+def test_every_row_has_a_figure_for_each_axis() -> None:
+    assert all(len(row) == len(AXES) == 3 for row in (*TABLE_3.values(), KP, KI, FIG_6_DEG))
+    # Both filters beat both of their inputs, and differ by less than they err.
+    for name in ("kalman", "complementary"):
+        assert (np.array(TABLE_3[name]) < TABLE_3["gyro"]).all()
+        assert (np.array(TABLE_3[name]) < TABLE_3["mag_acc"]).all()
+    assert min(FIG_6_DEG) > FIG_7_DEG == 0.07
+
+
+def test_times_are_cycles_at_100_mhz() -> None:
+    assert CYCLES == {"complementary": 31_600, "kalman": 114_000}
+    assert {name: cycles / 100.0 for name, cycles in CYCLES.items()} == TIME_US
+
+
+def test_what_is_open_has_an_answer() -> None:
+    assert all(question and answer for question, answer in OPEN)
+    assert len({question for question, _ in OPEN}) == len(OPEN) == 11
+
+
+# -- outputs as attitudes, angles and status words ------------------------------------------------
+
+OUTPUTS = {
+    "pitch": np.array([0.25, -0.5]),
+    "heading": np.array([1.0, -1.0]),
+    "roll": np.array([0.125, 0.0]),
+    "qz": np.array([4.0, 8.0]),
+    "qw": np.array([1.0, 5.0]),
+    "qy": np.array([3.0, 7.0]),
+    "qx": np.array([2.0, 6.0]),
+    "status": np.array([3.0000001, 1023.9999]),
+}
+
+
+def test_by_hand() -> None:
+    assert attitude_of(OUTPUTS).tolist() == [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]]
+    assert euler_deg_of(OUTPUTS).tolist() == [[180.0, 45.0, 22.5], [-180.0, -90.0, 0.0]]
+    assert status_of(OUTPUTS).tolist() == [3, 1024] and status_of(OUTPUTS).dtype == np.int64
+    first = {name: values[0] for name, values in OUTPUTS.items()}
+    assert attitude_of(first).shape == (4,)
+
+
+# -- roll, pitch and heading against scipy's sequence ZYX -----------------------------------------
+
+EULER = np.random.default_rng(1).uniform(-1.0, 1.0, (4, 50, 3)) * [3.1, 1.55, 3.1]
+
+
+def test_quaternions() -> None:
+    result = np.roll(quaternions_of(EULER), -1, axis=-1).reshape(-1, 4)
+    wanted = Rotation.from_euler("ZYX", EULER[..., ::-1].reshape(-1, 3))
+    assert (Rotation.from_quat(result).inv() * wanted).magnitude().max() < 1e-12
+
+
+def test_angles_and_back() -> None:
+    assert angles_of(quaternions_of(EULER)) == pytest.approx(EULER, abs=1e-9)
+    up = angles_of(np.array([np.sqrt(0.5), 0.0, np.sqrt(0.5) * (1.0 + 1e-9), 0.0]))
+    assert up[1] == pytest.approx(np.pi / 2.0)  # rounding beyond one is no fault
+
+
+def test_wrapped() -> None:
+    assert wrapped([190.0, -190.0, 180.0, 0.25], 360.0).tolist() == [-170.0, 170.0, -180.0, 0.25]
+    assert wrapped(np.array([1.3]), 2.0) == pytest.approx([-0.7])

@@ -1,0 +1,325 @@
+"""`sim.rotations.rotation` against scipy.spatial.transform, closed forms and its own inverses."""
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from boresight.model.errors import InputError
+from boresight.sim.rotations import rotation as attitude
+
+#: A few rounding errors of float64.
+TIGHT = 4e-15
+
+angle = st.floats(-10.0, 10.0)
+component = st.floats(-1.0, 1.0)
+
+
+def random_quaternions(count: int, seed: int) -> np.ndarray:
+    q = np.random.default_rng(seed).normal(size=(count, 4))
+    return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def random_euler(count: int, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    limits = np.array([np.pi / 2, np.pi, np.pi])
+    return rng.uniform(-limits, limits, size=(count, 3))
+
+
+def scipy_of(q: np.ndarray) -> Rotation:
+    return Rotation.from_quat(q, scalar_first=True)
+
+
+def scipy_of_euler(euler: np.ndarray) -> Rotation:
+    return Rotation.from_euler("ZXY", np.asarray(euler)[..., [2, 0, 1]])
+
+
+def same_up_to_sign(p: np.ndarray, q: np.ndarray, atol: float = TIGHT) -> None:
+    sign = np.where(np.sum(p * q, axis=-1, keepdims=True) < 0, -1.0, 1.0)
+    np.testing.assert_allclose(p, sign * q, rtol=0, atol=atol)
+
+
+def test_units_multiply_as_hamilton_wrote() -> None:
+    one, i, j, k = np.eye(4)
+    np.testing.assert_array_equal(attitude.quaternion_multiply(i, j), k)
+    np.testing.assert_array_equal(attitude.quaternion_multiply(j, k), i)
+    np.testing.assert_array_equal(attitude.quaternion_multiply(k, i), j)
+    for unit in (i, j, k):
+        np.testing.assert_array_equal(attitude.quaternion_multiply(unit, unit), -one)
+        np.testing.assert_array_equal(attitude.quaternion_multiply(one, unit), unit)
+
+
+def test_multiply_agrees_with_scipy() -> None:
+    p, q = random_quaternions(200, 1), random_quaternions(200, 2)
+    same_up_to_sign(
+        attitude.quaternion_multiply(p, q), (scipy_of(p) * scipy_of(q)).as_quat(scalar_first=True)
+    )
+
+
+def test_running_product_is_one_product_after_the_other() -> None:
+    rng = np.random.default_rng(5)
+    start, turns = rng.normal(size=4), rng.normal(size=(6, 4))
+    at, wanted = start, []
+    for turn in turns:
+        at = attitude.quaternion_multiply(at, turn)
+        wanted.append(at)
+    assert (attitude.quaternion_running_product(start, turns) == wanted).all()
+    assert attitude.quaternion_running_product(start, turns[:0]).shape == (0, 4)
+
+
+def test_multiply_does_not_normalise() -> None:
+    p = 3.0 * random_quaternions(5, 1)
+    np.testing.assert_allclose(
+        attitude.quaternion_multiply(p, attitude.quaternion_conjugate(p)),
+        np.tile([9.0, 0, 0, 0], (5, 1)),
+        atol=1e-14,
+    )
+
+
+def test_multiply_broadcasts() -> None:
+    p, q = random_quaternions(6, 1).reshape(2, 3, 4), random_quaternions(1, 2)[0]
+    product = attitude.quaternion_multiply(p, q)
+    assert product.shape == (2, 3, 4)
+    np.testing.assert_array_equal(product[1, 2], attitude.quaternion_multiply(p[1, 2], q))
+
+
+def test_normalise_keeps_sign_and_direction() -> None:
+    np.testing.assert_allclose(
+        attitude.quaternion_normalise([[-3.0, 0.0, 4.0, 0.0], [0.0, 0.0, 0.0, 2.0]]),
+        [[-0.6, 0.0, 0.8, 0.0], [0.0, 0.0, 0.0, 1.0]],
+        rtol=1e-16,
+    )
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        attitude.quaternion_normalise,
+        attitude.quaternion_to_matrix,
+        attitude.quaternion_to_euler,
+        attitude.quaternion_to_rotation_vector,
+        lambda q: attitude.rotate(q, np.ones(3)),
+    ],
+)
+def test_zero_norm_is_refused(function: Callable[..., np.ndarray]) -> None:
+    with pytest.raises(InputError, match=r"^q must have a norm above zero, not 0\.0: .*$"):
+        function([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+
+
+def test_quaternion_to_matrix_agrees_with_scipy_at_any_norm() -> None:
+    q = random_quaternions(200, 3)
+    expected = scipy_of(q).as_matrix()
+    np.testing.assert_allclose(attitude.quaternion_to_matrix(q), expected, rtol=0, atol=TIGHT)
+    np.testing.assert_allclose(attitude.quaternion_to_matrix(7 * q), expected, rtol=0, atol=TIGHT)
+
+
+def test_matrix_to_quaternion_inverts_with_positive_scalar() -> None:
+    q = random_quaternions(500, 4)
+    back = attitude.matrix_to_quaternion(scipy_of(q).as_matrix())
+    assert np.all(back[:, 0] >= 0)
+    same_up_to_sign(back, q)
+
+
+@pytest.mark.parametrize(
+    "axis", [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, -1, 0], [0, 2, 1], [1, 0, -3]]
+)
+def test_matrix_to_quaternion_is_exact_at_half_turns(axis: list[int]) -> None:
+    q = np.array([0.0, *axis]) / np.linalg.norm(axis)
+    same_up_to_sign(attitude.matrix_to_quaternion(scipy_of(q).as_matrix()), q)
+
+
+def test_rotate_agrees_with_scipy_at_any_norm() -> None:
+    q, v = random_quaternions(200, 5), np.random.default_rng(6).normal(size=(200, 3))
+    expected = scipy_of(q).apply(v)
+    np.testing.assert_allclose(attitude.rotate(q, v), expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(attitude.rotate(0.1 * q, v), expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        attitude.rotate(attitude.quaternion_conjugate(q), expected), v, rtol=0, atol=1e-14
+    )
+
+
+def test_rotate_broadcasts_one_vector_over_many_attitudes() -> None:
+    q = random_quaternions(4, 7)
+    np.testing.assert_allclose(
+        attitude.rotate(q, [0.0, 0.0, 1.0]), attitude.quaternion_to_matrix(q)[:, :, 2], atol=TIGHT
+    )
+
+
+@pytest.mark.parametrize(
+    ("euler", "body_axis", "expected"),
+    [
+        # heading 90 degrees: y, which pointed north, points west
+        ([0, 0, np.pi / 2], [0, 1, 0], [-1, 0, 0]),
+        # pitch 90 degrees about x: y points up
+        ([np.pi / 2, 0, 0], [0, 1, 0], [0, 0, 1]),
+        # roll 90 degrees about y: x points down
+        ([0, np.pi / 2, 0], [1, 0, 0], [0, 0, -1]),
+    ],
+)
+def test_each_euler_angle_turns_the_documented_way(
+    euler: list[float], body_axis: list[float], expected: list[float]
+) -> None:
+    np.testing.assert_allclose(
+        attitude.euler_to_matrix(euler) @ body_axis, expected, rtol=0, atol=TIGHT
+    )
+    q = attitude.euler_to_quaternion(euler)
+    np.testing.assert_allclose(attitude.rotate(q, body_axis), expected, rtol=0, atol=TIGHT)
+
+
+@given(angle, angle, angle)
+def test_euler_to_matrix_and_quaternion_agree_with_scipy(a: float, b: float, c: float) -> None:
+    expected = scipy_of_euler(np.array([a, b, c]))
+    np.testing.assert_allclose(
+        attitude.euler_to_matrix([a, b, c]), expected.as_matrix(), rtol=0, atol=1e-14
+    )
+    same_up_to_sign(
+        attitude.euler_to_quaternion([a, b, c]), expected.as_quat(scalar_first=True), 1e-14
+    )
+
+
+def test_euler_to_quaternion_is_smooth_in_heading() -> None:
+    start, end = attitude.euler_to_quaternion([[0.3, -0.2, 1.0], [0.3, -0.2, 1.0 + 2 * np.pi]])
+    np.testing.assert_allclose(end, -start, rtol=0, atol=TIGHT)
+
+
+def test_quaternion_to_euler_agrees_with_scipy() -> None:
+    euler = random_euler(500, 8)
+    # the error of an angle grows as 1/cos(pitch)
+    room = 1e-14 / np.cos(euler[:, :1])
+    from_q = attitude.quaternion_to_euler(scipy_of_euler(euler).as_quat(scalar_first=True))
+    from_c = attitude.matrix_to_euler(scipy_of_euler(euler).as_matrix())
+    assert np.all(np.abs(from_q - euler) < room)
+    assert np.all(np.abs(from_c - euler) < room)
+
+
+@pytest.mark.parametrize("theta", [np.pi / 2, -np.pi / 2])
+@pytest.mark.parametrize("off", [0.0, 1e-16, 1e-12, 1e-8, 1e-4])
+def test_angles_give_the_attitude_back_at_the_pole(theta: float, off: float) -> None:
+    gamma, psi = np.meshgrid(np.linspace(-3, 3, 7), np.linspace(-3, 3, 7))
+    euler = np.stack([np.full(gamma.shape, theta - np.sign(theta) * off), gamma, psi], axis=-1)
+    c_nb = attitude.euler_to_matrix(euler)
+    back = attitude.matrix_to_euler(c_nb)
+    assert np.all(np.abs(back[..., 0]) <= np.nextafter(np.pi / 2, 2.0))
+    np.testing.assert_allclose(attitude.euler_to_matrix(back), c_nb, rtol=0, atol=TIGHT)
+
+
+def test_rotation_vector_agrees_with_scipy() -> None:
+    rng = np.random.default_rng(9)
+    direction = rng.normal(size=(300, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    phi = direction * np.concatenate([np.logspace(-12, 0, 200), np.linspace(1, 3.14, 100)])[:, None]
+    q = attitude.rotation_vector_to_quaternion(phi)
+    expected = Rotation.from_rotvec(phi).as_quat(scalar_first=True)
+    np.testing.assert_allclose(q, expected, rtol=4e-16, atol=3e-16)
+    back = attitude.quaternion_to_rotation_vector(q)
+    assert np.all(np.linalg.norm(back - phi, axis=1) <= 2e-15 * np.linalg.norm(phi, axis=1) + 1e-30)
+    same_turn = attitude.quaternion_to_rotation_vector(-5 * q)
+    np.testing.assert_allclose(same_turn, phi, rtol=1e-12, atol=1e-28)
+
+
+def test_rotation_vector_of_nothing_and_of_a_half_turn() -> None:
+    np.testing.assert_array_equal(attitude.rotation_vector_to_quaternion([0, 0, 0]), [1, 0, 0, 0])
+    np.testing.assert_array_equal(attitude.quaternion_to_rotation_vector([1, 0, 0, 0]), [0, 0, 0])
+    np.testing.assert_allclose(
+        attitude.quaternion_to_rotation_vector([0, 0, 1, 0]), [0, np.pi, 0], rtol=1e-15
+    )
+
+
+@pytest.mark.parametrize(
+    ("function", "width"),
+    [
+        (attitude.quaternion_conjugate, 4),
+        (attitude.quaternion_normalise, 4),
+        (attitude.quaternion_to_matrix, 4),
+        (attitude.quaternion_to_euler, 4),
+        (attitude.quaternion_to_rotation_vector, 4),
+        (attitude.euler_to_matrix, 3),
+        (attitude.euler_to_quaternion, 3),
+        (attitude.rotation_vector_to_quaternion, 3),
+        (lambda e: attitude.matrix_to_quaternion(attitude.euler_to_matrix(e)), 3),
+        (lambda e: attitude.matrix_to_euler(attitude.euler_to_matrix(e)), 3),
+        (lambda q: attitude.quaternion_multiply(q, q[..., ::-1]), 4),
+        (lambda q: attitude.rotate(q, q[..., 1:]), 4),
+    ],
+)
+def test_leading_axes_are_free(function: Callable[..., np.ndarray], width: int) -> None:
+    grid = np.random.default_rng(10).normal(size=(2, 3, width))
+    result = function(grid)
+    for row, column in np.ndindex(2, 3):
+        np.testing.assert_allclose(
+            result[row, column], function(grid[row, column]), rtol=1e-14, atol=1e-15
+        )
+
+
+def test_nan_stays_in_its_row() -> None:
+    q = np.array([[np.nan] * 4, [1.0, 0.0, 0.0, 0.0]])
+    for result in (
+        attitude.quaternion_normalise(q),
+        attitude.quaternion_to_euler(q),
+        attitude.quaternion_to_rotation_vector(q),
+        attitude.rotate(q, [1.0, 2.0, 3.0]),
+    ):
+        assert np.all(np.isnan(result[0]))
+        assert np.all(np.isfinite(result[1]))
+
+
+@pytest.mark.parametrize(
+    ("function", "shapes", "what", "wanted", "reason"),
+    [
+        (attitude.quaternion_multiply, [(3,), (4,)], "p", "(..., 4)", "(3,)"),
+        (attitude.quaternion_multiply, [(4,), (3,)], "q", "(..., 4)", "(3,)"),
+        (attitude.rotate, [(4,), (4,)], "v_b", "(..., 3)", "(4,)"),
+        (attitude.euler_to_matrix, [(3, 2)], "euler", "(..., 3)", "(3, 2)"),
+        (attitude.matrix_to_euler, [(3, 2)], "c_nb", "(..., 3, 3)", "(3, 2)"),
+        (attitude.rotation_vector_to_quaternion, [()], "phi", "(..., 3)", "()"),
+    ],
+)
+def test_wrong_shapes_are_named(
+    function: Callable[..., np.ndarray],
+    shapes: list[tuple[int, ...]],
+    what: str,
+    wanted: str,
+    reason: str,
+) -> None:
+    message = re.escape(f"{what} must have the shape {wanted}, not {reason}")
+    with pytest.raises(InputError, match=f"^{message}$"):
+        function(*(np.ones(shape) for shape in shapes))
+
+
+@pytest.mark.parametrize(
+    ("given_angle", "expected"),
+    [
+        (0.0, 0.0),
+        (np.pi, np.pi),
+        (-np.pi, np.pi),
+        (3 * np.pi, np.pi),
+        (2 * np.pi, 0.0),
+        (np.pi + 0.25, 0.25 - np.pi),
+        (-np.pi - 0.25, np.pi - 0.25),
+    ],
+)
+def test_wrap_rad_at_the_corners(given_angle: float, expected: float) -> None:
+    np.testing.assert_allclose(attitude.wrap_rad(given_angle), expected, rtol=0, atol=1e-15)
+
+
+def test_wrap_rad_stays_in_range_next_to_odd_half_turns() -> None:
+    corner = np.pi * np.arange(-999, 1000, 2)
+    around = corner + np.arange(-6, 7)[:, None] * np.spacing(corner)
+    wrapped = attitude.wrap_rad(around)
+    assert np.all(wrapped > -np.pi)
+    assert np.all(wrapped <= np.pi)
+    np.testing.assert_allclose(np.cos(wrapped), -1.0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.sin(wrapped), np.sin(around), rtol=0, atol=2e-12)
+
+
+@given(st.floats(-1000.0, 1000.0))
+def test_wrap_rad_keeps_the_direction_and_the_range(value: float) -> None:
+    wrapped = float(attitude.wrap_rad(value))
+    assert -np.pi < wrapped <= np.pi
+    assert abs(np.exp(1j * wrapped) - np.exp(1j * value)) < 1e-12
+    if -np.pi < value <= np.pi:
+        assert wrapped == value

@@ -1,0 +1,81 @@
+"""The board's bench under cocotb with Verilator: the same run, heard by Python."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from boresight.sim.attitude.board.build import Board, board_parameters, board_sources
+from boresight.sim.attitude.board.run import (
+    BoardRun,
+    Stimulus,
+    cycles_limit,
+    files_and_arguments,
+    frames_of,
+)
+from boresight.sim.attitude.board.trace import read_trace
+from boresight.sim.rtl.cosim import quiet
+from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed
+from boresight.sim.rtl.verilator import build_program, cocotb_environment
+
+
+def run_under_cocotb(
+    board: Board,
+    what: Stimulus,
+    *,
+    updates: int,
+    settings: Mapping[str, int],
+    faults: Mapping[str, str] | None = None,
+) -> BoardRun:
+    """Run the bench under cocotb until so many updates are done.
+
+    The bytes of the host's line are heard by Python, as they come; they must be those that the
+    bench wrote down.
+
+    Raises
+    ------
+    ToolMissing
+        Verilator is not installed.
+    SimulationFailed
+        The run did not end, or Python heard other bytes than the bench.
+    """
+    from cocotb_tools.check_results import get_results
+    from cocotb_tools.runner import get_runner
+
+    files, arguments = files_and_arguments(board, what, updates, settings, faults or {})
+    with tempfile.TemporaryDirectory(prefix="boresight-board-") as temporary:
+        folder = Path(temporary)
+        texts = board_sources(board)
+        for name, text in files.items():
+            (folder / name).write_text(text)
+        values = [f"-G{name}={value}" for name, value in board_parameters(board.setup).items()]
+        build = [*BUILD_ARGS["verilator"], *TIMESCALE, *values]
+        build_program(folder / "build" / "bench", texts, build, top="bench", cocotb=True)
+        root = str(Path(__file__).parents[4])
+        with quiet(folder / "run.log", "verilator run"):
+            get_runner("verilator").test(
+                hdl_toplevel="bench",
+                hdl_toplevel_lang="verilog",
+                test_module="tests.support.attitude.board.cocotb_bench",
+                build_dir=folder / "build",
+                results_xml=str(folder / "results.xml"),
+                test_dir=str(folder),
+                seed=1,
+                plusargs=["+keep", *(f"+{k}={v}" for k, v in arguments.items())],
+                extra_env={
+                    **cocotb_environment(),
+                    "BOARD_MAX_CYCLES": str(cycles_limit(board, updates)),
+                    "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]),
+                },
+            )
+        tests, failed = get_results(folder / "results.xml")
+        if tests != 1 or failed:
+            raise SimulationFailed("verilator: the board's bench did not come to its end")
+        trace = read_trace((folder / "trace.txt").read_text())
+        if (folder / "heard.bin").read_bytes() != trace.data:
+            raise SimulationFailed("verilator: Python heard other bytes than the bench")
+        cycles, seconds = (folder / "speed.txt").read_text().split()
+    frames, dropped = frames_of(trace.data)
+    return BoardRun(trace, frames, dropped, int(cycles), float(seconds))

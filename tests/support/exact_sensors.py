@@ -1,0 +1,105 @@
+"""Attitude filters on exact sensors: records, float64 and fixed-point runs, errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from boresight.model.estimator import Estimator, input_words, param_words
+from boresight.model.words.interpreter import Interpreter
+from boresight.sim.rotations.outputs import attitude_of
+from boresight.sim.rotations.rotation import (
+    euler_to_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_to_rotation_vector,
+    rotate,
+)
+from tests.support.compiled_float import Columns, compiled_float
+
+GRAVITY = 9.80665  # m/s^2
+#: Columns of the nine-axis record.
+DT, GYR, MAG, ACC = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
+
+
+def degrees(*angles: Any) -> Any:
+    """Quaternions of pitch, roll and heading in degrees, numbers or arrays."""
+    return euler_to_quaternion(np.radians(np.stack(np.broadcast_arrays(*angles), axis=-1)))
+
+
+def sphere(pitch: Any, roll: Any, heading: Any) -> Any:
+    """Quaternions (runs, 4) of every combination of angles [deg]."""
+    return degrees(*(a.ravel() for a in np.meshgrid(pitch, roll, heading)))
+
+
+#: Attitudes all over the sphere.
+GRID = sphere(
+    (-90.0, -60.0, 0.0, 30.0, 89.9),
+    (-180.0, -90.0, -45.0, 0.0, 135.0),
+    (-180.0, -100.0, 0.0, 60.0, 179.9),
+)
+
+
+def records(q: Any, dt: float, field: Any) -> Any:
+    """Records (steps, 10, runs) of exact sensors on attitudes (steps, runs, 4).
+
+    ``field`` [uT] in east, north, up. The gyro of a sample is the constant rate from the attitude
+    before it; that of the first is 0.
+    """
+    turn = quaternion_to_rotation_vector(quaternion_multiply(quaternion_conjugate(q[:-1]), q[1:]))
+    turn = np.concatenate([np.zeros((1, *q.shape[1:-1], 3)), turn])
+    to_body = quaternion_conjugate(q)
+    step = np.full((*q.shape[:2], 1), dt)
+    x = [step, turn / dt, rotate(to_body, field), rotate(to_body, [0.0, 0.0, GRAVITY])]
+    return np.moveaxis(np.concatenate(x, axis=-1), 1, 2)
+
+
+def at_rest(q: Any, steps: int, dt: float, field: Any) -> Any:
+    """Records (steps, 10, runs) of attitudes (runs, 4) at rest."""
+    return np.repeat(records(q[None], dt, field), steps, axis=0)
+
+
+def run_float(estimator: Estimator, x: Any, params: Mapping[str, float] | None = None) -> Columns:
+    """Float64 outputs by name, each (steps, runs)."""
+    return compiled_float(estimator, x, params)[0]
+
+
+def machine(
+    estimator: Estimator, runs: int, params: Mapping[str, float] | None = None, word: int = 32
+) -> Interpreter:
+    """The integer interpreter with the words of the parameters."""
+    m = Interpreter(estimator.compile(word=word), runs)
+    m.params.update(param_words(m.program, estimator.param_values(params)))
+    return m
+
+
+def real(m: Interpreter, out: Any) -> Columns:
+    """Output words (steps, n_outputs, runs) as numbers by name."""
+    p = m.program
+    return {
+        name: p.format(n).real(out[:, k])
+        for k, (name, n) in enumerate(zip(p.output_names, p.outputs, strict=True))
+    }
+
+
+def run_fixed(
+    estimator: Estimator, x: Any, params: Mapping[str, float] | None = None, word: int = 32
+) -> Columns:
+    """Fixed-point outputs by name, each (steps, runs); fails where a value saturates."""
+    m = machine(estimator, x.shape[2], params, word)
+    out, saturated = m.run(input_words(m.program, x))
+    assert not saturated.any(), m.saturations.nonzero()
+    return real(m, out)
+
+
+def apart(out: Any, q: Any) -> Any:
+    """Angle [deg] between outputs (steps, runs) and attitudes (..., 4)."""
+    error = quaternion_multiply(quaternion_conjugate(q), attitude_of(out))
+    return np.degrees(np.linalg.norm(quaternion_to_rotation_vector(error), axis=-1))
+
+
+def bits(out: Any) -> Any:
+    """Status (steps, runs) as integers."""
+    return np.rint(out["status"]).astype(int)

@@ -1,0 +1,331 @@
+"""Inertial sensors on turntables."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from boresight.model.errors import InputError
+from boresight.sim.rotations.rotation import euler_to_matrix
+from boresight.systems.radar.flight import gravity as gravitation
+from boresight.systems.worlds.sensors import (
+    ACCELEROMETER,
+    FIBRE_OPTIC,
+    MICRO_G,
+    PER_HOUR,
+    Noise,
+    Triad,
+    signed,
+)
+from boresight.systems.worlds.turning import (
+    EARTH_RATE,
+    Turn,
+    Turning,
+    Vibration,
+    drawn,
+    earth_rate,
+    normal_gravity,
+)
+from boresight.systems.worlds.turntable import STEP, Mark, Pulses, pulses
+
+# -- errors of triads that report increments ------------------------------------------------------
+
+DT, EXACT = 0.01, Noise()
+
+
+def triad(noise: Noise = EXACT, seed: int = 1) -> Triad:
+    bias, matrix = signed(None, 3e-3, 1e-2, 2e-2)
+    return Triad(bias, matrix, noise, (seed, 2), DT)
+
+
+def test_constant_errors() -> None:
+    """All plus: scale on the diagonal, the others askew."""
+    true = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+    wanted = [[1.01, 0.02, 0.02], [0.04, 2.02, 0.04]]
+    np.testing.assert_allclose(triad().read(true), np.array(wanted) + 3e-5, rtol=1e-12)
+
+
+def test_signs() -> None:
+    """Sizes stay; over many draws each sign comes as often as the other, by itself."""
+    draws = [signed(np.random.default_rng(k), 3.0, 0.1, 0.2) for k in range(400)]
+    bias, matrix = (np.array(part) for part in zip(*draws, strict=True))
+    assert set(np.abs(bias).ravel()) == {3.0}
+    size = np.where(np.eye(3), 0.1, 0.2)
+    np.testing.assert_allclose(np.abs(matrix - np.eye(3)), np.broadcast_to(size, matrix.shape))
+    signs = np.sign(np.concatenate([bias[:, :, None], matrix - np.eye(3)], axis=2)).reshape(400, 12)
+    together = signs.T @ signs / 400.0
+    assert np.abs(signs.mean(axis=0)).max() < 0.2
+    assert np.abs(together - np.eye(12)).max() < 0.2
+
+
+def test_white_noise_walks_as_declared() -> None:
+    """Variance of the integral: density^2 times time; axes by themselves."""
+    result = triad(Noise(white=0.5)).read(np.zeros((40_000, 3))) - 3e-5
+    np.testing.assert_allclose(result.var(axis=0), 0.5**2 * DT, rtol=0.04)
+    assert np.abs(np.corrcoef(result.T) - np.eye(3)).max() < 0.02
+
+
+def test_bias_walks_as_declared() -> None:
+    """Variance of the bias after a second, over many seconds."""
+    result = (triad(Noise(walk=0.5)).read(np.zeros((200_000, 3))) - 3e-5) / DT
+    steps = result[100::100] - result[:-100:100]
+    np.testing.assert_allclose(steps.var(axis=0), 0.5**2, rtol=0.12)
+
+
+def test_counts_lose_nothing() -> None:
+    true = np.full((1000, 3), 0.26)
+    result = Triad(np.zeros(3), np.eye(3), Noise(lsb=1.0), (1,), DT).read(true)
+    assert set(result.ravel()) == {0.0, 1.0}
+    np.testing.assert_allclose(result.sum(axis=0), 260.0)
+
+
+@pytest.mark.parametrize("noise", [Noise(white=1.0), Noise(walk=1.0), Noise(0.1, 0.2, 0.03)])
+def test_pieces_make_no_difference(noise: Noise) -> None:
+    true = np.linspace(0.0, 1.0, 300).reshape(100, 3)
+    whole, pieces = triad(noise).read(true), triad(noise)
+    values = np.concatenate(
+        [pieces.read(true[:33]), pieces.read(true[33:34]), pieces.read(true[34:])]
+    )
+    np.testing.assert_allclose(values, whole, rtol=0.0, atol=1e-12)
+
+
+def test_one_error_leaves_the_others() -> None:
+    """The walk is the same with white noise and without; another seed is other noise."""
+    true = np.zeros((50, 3))
+    both, white, walk = (triad(Noise(*n)).read(true) for n in ((1.0, 2.0), (1.0, 0.0), (0.0, 2.0)))
+    np.testing.assert_allclose(both, white + walk - 3e-5, rtol=0.0, atol=1e-12)
+    assert np.abs(triad(Noise(1.0), seed=2).read(true) - white).min() > 0.0
+
+
+def test_the_sensors_that_are_named() -> None:
+    """0.0005 deg/h^(1/2): after an hour 0.0005 deg; 1e-3 deg/h in an hour; ug alike."""
+    assert FIBRE_OPTIC.white * 60.0 == pytest.approx(math.radians(5e-4))
+    assert FIBRE_OPTIC.walk * 60.0 == pytest.approx(1e-3 * math.radians(1.0 / 3600.0))
+    assert ACCELEROMETER.white == pytest.approx(5.0 * MICRO_G)
+    assert ACCELEROMETER.walk * 60.0 == pytest.approx(5.0 * MICRO_G)
+    assert pytest.approx(math.radians(1.0)) == PER_HOUR * 3600.0
+
+
+# --------------------------------------------------------------------------------------------------
+# increments in closed form against fine steps of scipy's rotations, gravity against its table
+
+pymap3d = pytest.importorskip("pymap3d")
+TURNING_DT, EARTH, G = 0.01, 1000.0 * earth_rate(32.0), 9.79
+START = euler_to_matrix(np.radians([1.0, 2.0, 90.0]))
+TURNS = (Turn(7), Turn(20, (0.1, 0.7, -0.2)), Turn(30, (0.0, 0.0, 2.0)))
+SHAKEN = Vibration(
+    np.array([2e-3, 1e-3]),
+    np.array([3.0, 7.0]),
+    np.array([0.3, 2.0]),
+    np.array([0.6, 0.0, 0.8]),
+    np.array([0.1, -0.4, 1.1]),
+)
+
+
+def turning(vibration=None, **more) -> Turning:
+    return Turning(START, TURNS, TURNING_DT, earth=EARTH, gravity=G, vibration=vibration, **more)
+
+
+def attitudes(t: np.ndarray, vibration) -> Rotation:
+    """Body to navigation, by composing rotations."""
+    now, at = Rotation.from_matrix(START), 0.0
+    values = np.empty((len(t), 4))
+    for turn in TURNS:
+        inside = t >= at - 1e-12
+        vectors = np.outer(t[inside] - at, turn.rate)
+        values[inside] = (Rotation.from_rotvec(vectors) * now).as_quat()
+        now = Rotation.from_rotvec(np.array(turn.rate) * turn.samples * TURNING_DT) * now
+        at += turn.samples * TURNING_DT
+    whole = Rotation.from_quat(values)
+    if vibration is None:
+        return whole
+    angle = vibration.amplitude * np.sin(
+        2.0 * np.pi * vibration.hertz * t[:, None] + vibration.phase
+    )
+    return whole * Rotation.from_rotvec(angle.sum(axis=1)[:, None] * vibration.axis)
+
+
+@pytest.mark.parametrize("vibration", [None, SHAKEN])
+def test_increments_and_attitudes(vibration) -> None:
+    """The sums of 200 small turns and pushes of each sample."""
+    fine, of = 200, turning(vibration)
+    n = of.samples
+    t = np.arange(n * fine + 1) * (TURNING_DT / fine)
+    c = attitudes(t, vibration)
+    inertial = Rotation.from_rotvec(np.outer(t, EARTH)) * c
+    turned = (inertial[:-1].inv() * inertial[1:]).as_rotvec()
+    v = np.zeros((len(t), 3))
+    if vibration is not None:
+        w = 2.0 * np.pi * vibration.hertz
+        rate = (vibration.amplitude * w * np.cos(w * t[:, None] + vibration.phase)).sum(axis=1)
+        v = c.apply(rate[:, None] * np.cross(vibration.axis, vibration.lever))
+    middle = attitudes(0.5 * (t[:-1] + t[1:]), vibration)
+    half = 0.5 * (v[:-1] + v[1:])
+    pushed = np.diff(v, axis=0) + (2.0 * np.cross(EARTH, half) + [0.0, 0.0, G]) * (
+        TURNING_DT / fine
+    )
+    # At a jump of the rate the velocity jumps with the axis it turns about; no push is that.
+    wanted = np.concatenate([turned, middle.inv().apply(pushed)], axis=1)
+    wanted = wanted.reshape(n, fine, 6).sum(axis=1)
+    values = np.concatenate([of.increments(0, 11), of.increments(11, n)])
+    np.testing.assert_allclose(values[:, :3], wanted[:, :3], rtol=0.0, atol=2e-10)
+    np.testing.assert_allclose(values[:, 3:], wanted[:, 3:], rtol=0.0, atol=2e-8)
+    ends = slice(fine, None, fine)
+    np.testing.assert_allclose(of.matrix(0, n), c[ends].as_matrix(), rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(of.velocity(0, n), v[ends], rtol=0.0, atol=1e-13)
+    np.testing.assert_array_equal(of.matrix(3, 53, 10), of.matrix(3, 53)[9::10])
+    np.testing.assert_array_equal(of.velocity(3, 53, 10), of.velocity(3, 53)[9::10])
+
+
+def test_nothing_drifts_in_eight_hours() -> None:
+    """At 36 deg/s, 80 turns per 800 s: the end is where it began."""
+    of = Turning(
+        START, (Turn(2_880_000, (0.0, 0.0, math.pi / 5)),), TURNING_DT, earth=0.0 * EARTH, gravity=G
+    )
+    np.testing.assert_allclose(of.matrix(2_879_000, 2_880_000)[-1], START, rtol=0.0, atol=1e-10)
+    late, early = of.increments(2_879_000, 2_880_000), of.increments(0, 1000)
+    np.testing.assert_allclose(late, early, rtol=0.0, atol=1e-11)
+
+
+def test_earth_rate_is_once_in_a_sidereal_day() -> None:
+    """Along the pole as an independent package has it."""
+    pole = np.array(pymap3d.uvw2enu(0.0, 0.0, 1.0, 31.9521, 118.6591))
+    np.testing.assert_allclose(earth_rate(31.9521), EARTH_RATE * pole, rtol=1e-12)
+    assert 2.0 * math.pi / EARTH_RATE == pytest.approx(86164.1, abs=0.05)
+
+
+@pytest.mark.parametrize("latitude", [0.0, 31.9521, 60.0, 90.0])
+@pytest.mark.parametrize("height", [0.0, 45.0, 3000.0])
+def test_normal_gravity(latitude: float, height: float) -> None:
+    """Of a field with J2 and J4, less the centrifugal force, along the vertical."""
+    place = np.array(pymap3d.geodetic2ecef(latitude, 118.6591, height))
+    whole = gravitation(place) + EARTH_RATE**2 * place * [1.0, 1.0, 0.0]
+    up = np.array(pymap3d.enu2uvw(0.0, 0.0, 1.0, latitude, 118.6591))
+    s = (place[2] / np.linalg.norm(place)) ** 2
+    fourth = 5.0 * 2.3709e-6 * 9.81 * (35.0 * s * s - 30.0 * s + 3.0) / 8.0
+    assert normal_gravity(latitude, height) == pytest.approx(fourth - float(up @ whole), abs=3e-6)
+
+
+def test_normal_gravity_as_published() -> None:
+    """The formula and constants of NIMA TR8350.2; its free-air gradient at 45 deg."""
+    for sine in (0.0, 0.3, 0.7, 1.0):
+        wanted = 9.7803253359 * (1.0 + 0.00193185265241 * sine**2)
+        wanted /= math.sqrt(1.0 - 0.00669437999014 * sine**2)
+        result = normal_gravity(math.degrees(math.asin(sine)), 0.0)
+        assert result == pytest.approx(wanted, rel=1e-10)
+    fallen = normal_gravity(45.0, 0.0) - normal_gravity(45.0, 1.0)
+    assert fallen == pytest.approx(3.0855e-6, abs=2e-10)
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(InputError, match="turning, turns: wanted one at least"):
+        Turning(START, (), TURNING_DT, earth=EARTH, gravity=G)
+    with pytest.raises(InputError, match="turning, dt: wanted more than 0 s, found 0"):
+        Turning(START, TURNS, 0.0, earth=EARTH, gravity=G)
+
+
+def test_a_vibration_is_as_large_as_asked_for() -> None:
+    """Within its band; another draw is another one; none is none."""
+    rng = np.random.default_rng(2)
+    first, other = (drawn(0.02, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) for _ in "ab")
+    assert first is not None and other is not None
+    t = np.arange(100_000) * TURNING_DT
+    assert first.at(t).std() == pytest.approx(0.02, rel=0.02)
+    assert first.hertz.min() >= 3.0 and first.hertz.max() <= 12.0 and np.ptp(first.hertz) > 2.0
+    assert (first.hertz != other.hertz).all() and (first.phase != other.phase).all()
+    assert first.side.tolist() == [0.0, -1.0, 0.0]
+    assert drawn(0.0, 3.0, 12.0, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), rng) is None
+
+
+# -- pulses of the mark: when they come, what they tell, and faults by their share ----------------
+
+TURNTABLE_DT, TURN = 0.01, 2.0 * math.pi
+ARCSEC = math.radians(1.0) / 3600.0
+
+
+def turntable_drawn(
+    mark: Mark, deg_s: float = 37.3, heading: float = 1.0, hours: float = 2.0
+) -> Pulses:
+    samples = round(hours * 3600.0 / TURNTABLE_DT)
+    return pulses(
+        mark, heading, math.radians(deg_s), samples, TURNTABLE_DT, np.random.default_rng(5)
+    )
+
+
+def off(result: Pulses, deg_s: float = 37.3, heading: float = 1.0) -> np.ndarray:
+    """Where the table is at each pulse less what the pulse tells [arcsec]."""
+    passed = heading + math.radians(deg_s) * TURNTABLE_DT * (result.sample + result.share)
+    return ((passed - result.azimuth + math.pi) % TURN - math.pi) / ARCSEC
+
+
+def test_a_pulse_comes_where_the_mark_is() -> None:
+    """Once a turn, as far off as a step of 18 bits, and timed."""
+    result = turntable_drawn(Mark(at_deg=200.0))
+    turns = 37.3 * 7200.0 / 360.0
+    assert abs(len(result.sample) - turns) <= 1.0
+    assert off(result).std() == pytest.approx(4.94 / math.sqrt(12.0), rel=0.06)
+    assert abs(off(result).mean()) < 0.2
+    assert (result.azimuth == math.radians(200.0)).all()
+    assert (result.share >= 0.0).all() and (result.share <= 1.0).all()
+    assert np.ptp(result.share) > 0.9 and (np.diff(result.sample) > 0).all()
+
+
+def test_an_encoder_is_read_with_the_samples() -> None:
+    """At their ends, in steps: the error is that of rounding, the angle less than a sample on."""
+    result = turntable_drawn(Mark(at_deg=200.0, index="encoder"))
+    assert result.share == pytest.approx(np.ones(len(result.share)))
+    assert np.abs(off(result)).max() <= 0.5 * STEP / ARCSEC + 1e-3
+    assert off(result).std() == pytest.approx(STEP / ARCSEC / math.sqrt(12.0), rel=0.06)
+    steps = (result.azimuth - math.radians(200.0)) / STEP
+    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-6)
+    assert steps.min() >= 0.0 and steps.max() <= math.radians(37.3) * TURNTABLE_DT / STEP + 1.0
+    assert pytest.approx(4.944, abs=1e-3) == STEP / ARCSEC
+
+
+def test_the_first_pulse_is_the_first_time_that_the_mark_passes() -> None:
+    """A mark just behind is a turn away; one just ahead comes at once; too short, none comes."""
+    mark, rate = Mark(at_deg=math.degrees(1.0) + 0.01, index="encoder"), math.radians(36.0)
+    rng = np.random.default_rng(1)
+    assert pulses(mark, 1.0, rate, 2000, TURNTABLE_DT, rng).sample.tolist() == [0, 1000]
+    assert pulses(mark, 1.0 + 4e-4, rate, 2000, TURNTABLE_DT, rng).sample.tolist() == [999, 1999]
+    assert len(pulses(mark, 1.0 + 4e-4, rate, 900, TURNTABLE_DT, rng).sample) == 0
+
+
+def test_none() -> None:
+    assert len(turntable_drawn(Mark(index="none", wrong=1.0, doubled=1.0)).sample) == 0
+
+
+def test_faults_by_their_shares() -> None:
+    whole = turntable_drawn(Mark(at_deg=200.0), hours=8.0)
+    n = len(whole.sample)
+    fewer = turntable_drawn(Mark(at_deg=200.0, missed=0.3), hours=8.0)
+    assert len(fewer.sample) / n == pytest.approx(0.7, abs=0.03)
+    assert set(fewer.sample) < set(whole.sample)
+    twice = turntable_drawn(Mark(at_deg=200.0, doubled=0.2), hours=8.0)
+    assert len(twice.sample) / n == pytest.approx(1.2, abs=0.03)
+    late = np.diff(twice.sample)
+    assert set(whole.sample) < set(twice.sample) and set(late[late < 100]) == {1, 2, 3, 4, 5}
+    both = turntable_drawn(Mark(at_deg=200.0, missed=0.3, doubled=0.2), hours=8.0)
+    assert len(both.sample) / n == pytest.approx(0.7 * 1.2, abs=0.04)
+    astray = turntable_drawn(Mark(at_deg=200.0, wrong=0.25), hours=8.0)
+    assert len(astray.sample) / n == pytest.approx(1.25, abs=0.03)
+    wrong = np.abs(off(astray)) > 60.0
+    assert wrong.sum() / n == pytest.approx(0.25, abs=0.03)
+    assert np.histogram(off(astray)[wrong], bins=4, range=(-648e3, 648e3))[0].min() > 0.15 * (
+        wrong.sum()
+    )
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"index": "laser"}, "index: wanted one of hall, encoder, none, found 'laser'"),
+        ({"missed": 1.1}, "missed: wanted a share, 0 to 1, found 1.1"),
+        ({"doubled": -0.1}, "doubled: wanted a share"),
+        ({"wrong": 2.0}, "wrong: wanted a share"),
+    ],
+)
+def test_turntable_what_is_refused(options, message: str) -> None:
+    with pytest.raises(InputError, match=f"^mark, {message}"):
+        Mark(**options)
