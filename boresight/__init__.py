@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from boresight.results.protocol import ProtocolResult as ProtocolResult
     from boresight.results.tune import TuneResult as TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
+    from boresight.sim.attitude.host.simulated import BoardResult as BoardResult
+    from boresight.sim.attitude.host.simulated import FaultsResult as FaultsResult
     from boresight.sim.baseline import Baseline as Baseline
     from boresight.sim.compare.results import CheckResult as CheckResult
     from boresight.sim.experiments.experiment import Experiment as Experiment
@@ -101,8 +103,6 @@ if TYPE_CHECKING:
     from boresight.verbs.simulate import simulate_faults as simulate_faults
     from boresight.verbs.topics import TopicsResult as TopicsResult
     from boresight.verbs.topics import topics as topics
-    from sim.attitude.host.simulated import BoardResult as BoardResult
-    from sim.attitude.host.simulated import FaultsResult as FaultsResult
 
 __version__ = "0.1.0"
 

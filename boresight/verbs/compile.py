@@ -75,11 +75,11 @@ from boresight.results.compile import (
 )
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
+from boresight.sim.attitude.soc.project import SOC_CLOCK_HZ, soc_verilog, write_soc
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
 from boresight.sim.report.data import report_data
-from sim.attitude.soc.project import SOC_CLOCK_HZ, soc_verilog, write_soc
 
 __all__ = ["compile"]
 

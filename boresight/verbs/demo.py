@@ -33,6 +33,8 @@ from boresight.model.tools.failure import ToolFailed
 from boresight.options import OutputFolder, PythonOnly, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.attitude.board.setup import REAL
+from boresight.sim.attitude.host.simulated import BoardFigures, runs_table
+from boresight.sim.attitude.host.simulation import BOARD_FILES, default_log, write_board
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
@@ -42,8 +44,6 @@ from boresight.sim.records.files import read_record
 from boresight.sim.report.data import report_data
 from boresight.sim.report.html import render_html
 from boresight.sim.rtl.simulators import require
-from sim.attitude.host.simulated import BoardFigures, runs_table
-from sim.attitude.host.simulation import BOARD_FILES, default_log, write_board
 
 __all__ = ["RECORDING", "STEPS", "DemoCore", "DemoFilter", "DemoResult", "demo"]
 

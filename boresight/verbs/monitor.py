@@ -21,9 +21,9 @@ from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError
 from boresight.options import Arguments, Option, Outcome, PythonOnly, Verb, outcome
 from boresight.sim.answer import Answer
+from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
+from boresight.sim.attitude.host.plot import plot_image
 from boresight.terminal import say
-from sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
-from sim.attitude.host.plot import plot_image
 
 __all__ = ["MonitorResult", "RegisterWord", "Track", "attitude_line", "monitor", "track_of"]
 

@@ -43,11 +43,17 @@ from boresight.sim.attitude.board.faults import (
     trial_log,
 )
 from boresight.sim.attitude.board.setup import REAL
+from boresight.sim.attitude.host.simulated import BoardResult, FaultsResult, fault_line
+from boresight.sim.attitude.host.simulation import (
+    BOARD_FILES,
+    SHORT,
+    SOURCES,
+    default_log,
+    write_board,
+)
 from boresight.sim.processes import processes
 from boresight.sim.records.files import FORMATS, record_of
 from boresight.sim.worlds.world import WORLD_GROUP, world_of
-from sim.attitude.host.simulated import BoardResult, FaultsResult, fault_line
-from sim.attitude.host.simulation import BOARD_FILES, SHORT, SOURCES, default_log, write_board
 
 __all__ = ["simulate", "simulate_faults"]
 

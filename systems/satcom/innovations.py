@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import cycle
 
 import numpy as np
+from numpy.typing import NDArray
 
-from boresight.model.arrays import BoolArray, FloatArray
 from boresight.sim.plotting import COLOUR, figure_and_axes, legend, settings, svg
 
 __all__ = ["Innovations", "innovations", "plot_innovations"]
@@ -37,11 +37,13 @@ class Innovations:
 
     nis: float
     nis_band: float
-    correlation: FloatArray
+    correlation: NDArray[np.float64]
     band: float
 
 
-def innovations(normalised: FloatArray, valid: BoolArray, lags: int = 25) -> Innovations:
+def innovations(
+    normalised: NDArray[np.float64], valid: NDArray[np.bool_], lags: int = 25
+) -> Innovations:
     """Of nu/sqrt(S) (n,) where ``valid`` (n,); pairs of which one is not count in no lag."""
     x = np.where(valid, normalised, 0.0)
     count = max(int(valid.sum()), 1)

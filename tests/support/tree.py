@@ -93,23 +93,3 @@ def _reached(start: str, edges: Mapping[str, set[str]]) -> set[str]:
             seen.add(other)
             todo.append(other)
     return seen
-
-
-def untested_rooms(root: Path = ROOT) -> list[str]:
-    """Folders with modules, but without a test: of ``a/b`` in tests/a/b, or as tests/a/test_b*.py.
-
-    A package's ``__init__.py`` alone needs no test.
-    """
-    rooms = {
-        path.parent.relative_to(root)
-        for folder in SOURCES
-        for path in python_files(folder, root)
-        if path.name != "__init__.py"
-    }
-    tests = root / "tests"
-    return sorted(
-        room.as_posix()
-        for room in rooms
-        if not any((tests / room).glob("test_*.py"))
-        and not any((tests / room.parent).glob(f"test_{room.name}*.py"))
-    )

@@ -15,9 +15,9 @@ from boresight.sim.attitude.board.page import render_page
 from boresight.sim.attitude.board.run import BoardRun, Judgement, judge, run_board, stimulus
 from boresight.sim.attitude.board.setup import REAL
 from boresight.sim.attitude.board.spans import timeline_of
+from boresight.sim.attitude.host.simulated import BoardFigures, BoardResult
 from boresight.sim.attitude.worlds.synthetic import synthetic_log
 from boresight.sim.records.record import Record
-from sim.attitude.host.simulated import BoardFigures, BoardResult
 
 __all__ = ["BOARD_FILES", "SHORT", "SOURCES", "default_log", "feed_words", "write_board"]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from boresight.model.arrays import BoolArray
-from boresight.sim.attitude import ma2014 as paper
+from boresight.sim.attitude.ma2014 import paper
 from boresight.sim.attitude.ma2014.bands import Band, around, below, each
 from boresight.sim.experiments.experiment import Target
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from boresight.sim.attitude import ma2014 as paper
+from boresight.sim.attitude.ma2014 import paper
 from boresight.sim.attitude.ma2014.errors import entries_in_band
 from boresight.sim.attitude.ma2014.methods import (
     METHODS,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from boresight.sim.attitude import ma2014 as paper
-from boresight.sim.attitude.ma2014 import world
+from boresight.sim.attitude.ma2014 import paper, world
 from boresight.sim.attitude.ma2014.plots import plots
 from boresight.sim.attitude.worlds.devices import FACTS
 from boresight.sim.experiments.experiment import Target, grouped

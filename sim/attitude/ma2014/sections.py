@@ -11,7 +11,7 @@ import numpy as np
 from boresight.gateware.core import build_core
 from boresight.model.arrays import FloatArray
 from boresight.model.attitude import ESTIMATORS
-from boresight.sim.attitude import ma2014 as paper
+from boresight.sim.attitude.ma2014 import paper
 from boresight.sim.attitude.ma2014.calibration import (
     nearest_rotation,
     orthogonality_error,

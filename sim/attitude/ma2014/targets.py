@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from boresight.sim.attitude import ma2014 as paper
+from boresight.sim.attitude.ma2014 import paper
 from boresight.sim.attitude.ma2014.bands import Band, around, below, each
 from boresight.sim.attitude.ma2014.errors import figure_6, figure_7, fixed, table_3
 from boresight.sim.experiments.experiment import Target

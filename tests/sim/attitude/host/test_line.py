@@ -14,7 +14,14 @@ from boresight.gateware.boards.frames import END, Kind, encode
 from boresight.gateware.description import Records, Word
 from boresight.gateware.registers.model import Access, BitField, Register
 from boresight.model.errors import InputError
-from sim.attitude.host.line import BoardLine, Listener, RegisterTable, Reply, value_of, word_of
+from boresight.sim.attitude.host.line import (
+    BoardLine,
+    Listener,
+    RegisterTable,
+    Reply,
+    value_of,
+    word_of,
+)
 from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 

@@ -7,8 +7,8 @@ import re
 import pytest
 
 from boresight.gateware.attitude.system.attitude_frame import Attitude
+from boresight.sim.attitude.host.plot import plot_image
 from boresight.sim.plotting import COLOUR
-from sim.attitude.host.plot import plot_image
 
 NAMES = ("heading", "pitch", "roll")
 

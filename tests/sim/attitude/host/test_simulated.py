@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from boresight.sim.attitude.board.faults import FaultTrial
-from sim.attitude.host.simulated import BoardFigures, FaultsResult, runs_table
+from boresight.sim.attitude.host.simulated import BoardFigures, FaultsResult, runs_table
 
 SEEN = FaultTrial(
     device="adis",
