@@ -1,4 +1,4 @@
-"""From programs to a core: schedule, allocate, check, assemble, Verilog."""
+"""From programs to a core: schedule, allocate, assemble, prove, Verilog."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from boresight.gateware.machine import Machine, machine_named
 from boresight.gateware.microcode.assemble import assemble
 from boresight.gateware.microcode.image import Image
 from boresight.gateware.microcode.listing import listing
+from boresight.gateware.microcode.validation import validate_microcode
 from boresight.gateware.schedule.allocate import Allocation, allocate_together
-from boresight.gateware.schedule.check_core import check_core
 from boresight.gateware.schedule.links import tied, window_of
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
@@ -48,7 +48,8 @@ class Core:
     """Compiled programs on a machine; one of them is selected.
 
     `program`, `schedule`, `allocation`, `listing` and `parameter_addresses` are those of the
-    selected program; `select` changes it. `gateware.schedule.check_core` has proven the schedules.
+    selected program; `select` changes it. The microcode is proven to compute the programs
+    (`gateware.microcode.validation`).
 
     Parameters
     ----------
@@ -189,6 +190,8 @@ def build_shared_core(
         Unknown configuration.
     ScheduleError
         The programs do not fit the machine.
+    Refuted
+        The microcode does not compute the programs: a bug of the compiler.
     """
     if len({p.name for p in programs}) < len(programs):
         raise ValueError(f"programs must have different names, not {[p.name for p in programs]}")
@@ -210,7 +213,6 @@ def build_shared_core(
         )
     allocations = allocate_together(plans)
     window = window_of(plans)
-    check_core(programs, plans, allocations, window)
     parts = tuple(map(Part, programs, plans, allocations))
     images = [
         assemble(plan, allocation) for plan, allocation in zip(plans, allocations, strict=True)
@@ -226,6 +228,7 @@ def build_shared_core(
     except ValueError as error:
         raise ScheduleError(f"{', '.join(p.name for p in programs)}: {error}") from None
     image.check(machine)
+    validate_microcode(machine, image, programs, [a.addresses() for a in allocations])
     return Core(parts, machine, image)
 
 

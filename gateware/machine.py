@@ -1,4 +1,4 @@
-"""Machine description, read by scheduler, checker, assembler, engine and reports."""
+"""Machine description, read by scheduler, assembler, engine and reports."""
 
 from __future__ import annotations
 

@@ -40,7 +40,6 @@ from boresight.core_files import (
     map_core,
     project_files,
     project_folder,
-    prove,
     route_core,
     together,
     write_core,
@@ -364,7 +363,6 @@ def _write_sensors(
     core = system_core(
         build.estimators, config=build.config, word=build.word, clock_hz=hz, params=values
     )
-    prove(core)
     if with_cpu:
         soc = write_soc(folder, board, core)
     else:

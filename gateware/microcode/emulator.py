@@ -126,6 +126,8 @@ class Emulator:
         self.saturated = False
         self.framing = False
         self.swallowing = False
+        #: Registers that are written at the end of this cycle.
+        self.writing: set[int] = set()
         self.lanes = [self._lane(k) for k in range(machine.lanes)]
 
     def _lane(self, number: int) -> Lane:
@@ -160,7 +162,11 @@ class Emulator:
         window, slots = self.image.window, self.machine.state_slots
         owner = None if window is None else window.owner(address % slots, slots)
         parity = self.parity if owner is None else self.parities[owner]
-        return self.registers[self.physical(address, parity)]
+        return self._word_of(self.physical(address, parity))
+
+    def _word_of(self, register: int) -> int:
+        """The word of a register in this cycle."""
+        return self.registers[register]
 
     def poke(self, address: int, word: int) -> None:
         """Host write of a parameter at its address of the bus; only between updates."""
@@ -204,13 +210,19 @@ class Emulator:
     def _step(self, input_word: tuple[int, bool] | None, record: Record) -> None:
         """One cycle in which the machine runs."""
         word = self.rom[self.pc]
+        lane_fields = self._lane_roms[self.number][self.pc]
+        self.writing = {
+            self.physical(k * self.machine.bank_depth + f["dest"], self.parity)
+            for k, f in enumerate(lane_fields)
+            if f["we"] or (input_word is not None and k == 0)
+        }
         writes: list[tuple[int, int]] = []
         for k, lane in enumerate(self.lanes):
             if word["emit"] and k == 0:
                 record.outputs.append(lane.operands[0][0])
                 record.emitted.append(self.cycle)
                 record.lasts.append(bool(word["emit_last"]))
-            fields = self._lane_roms[self.number][self.pc][k]
+            fields = lane_fields[k]
             written = self._stages(lane, fields, input_word[0] if input_word and k == 0 else None)
             if written is not None:
                 address = k * self.machine.bank_depth + fields["dest"]

@@ -146,6 +146,12 @@ class _Symbolic(Emulator):
         self.clamped: set[int] = set()
         self.registers = [terms.symbol(f"left in register {k}") for k in range(len(self.registers))]
 
+    def _word_of(self, register: int) -> int:
+        """A memory does not define the word that is read while it is written."""
+        if register in self.writing:
+            return self.terms.symbol(f"register {register} in the cycle of its write", self.cycle)
+        return super()._word_of(register)
+
     def _lane(self, number: int) -> Lane:
         def word(name: str) -> int:
             return self.terms.symbol(f"left in {name} of lane {number}")

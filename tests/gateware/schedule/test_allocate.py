@@ -6,7 +6,6 @@ import pytest
 
 from boresight.gateware.machine import ALL_CONFIGS, CONFIGS, Machine
 from boresight.gateware.schedule.allocate import allocate, allocate_together
-from boresight.gateware.schedule.check import check_schedule
 from boresight.gateware.schedule.search import Schedule, ScheduleError, schedule
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.program import Kind, Op, Program, Term, Value
@@ -63,7 +62,6 @@ def test_parameters_come_first(machine: Machine) -> None:
     assert [where[n] for n in range(1, 6)] == [0, 1, 2, 3, 4]
     many = wide(params=60)  # more than there are in one of two banks
     s = schedule(many, machine, restarts=0)
-    check_schedule(many, s, allocate(s))
 
 
 @MACHINES
@@ -111,7 +109,6 @@ def test_equal_constants_share(machine: Machine) -> None:
     )
     s = schedule(equal, machine)
     a = allocate(s)
-    check_schedule(equal, s, a)
     where = a.addresses()
     assert len({where[1], where[2], where[3]}) == 1
 
@@ -189,8 +186,7 @@ def test_results_live_where_next_states_are_yet_to_be_written(machine: Machine) 
     assert len([n for n in used.values() if n in taken]) == len(taken)
     # So too where only the bank of the inputs is too small.
     many = crowded_program(inputs=140, results=4, constants=3)
-    plan = schedule(many, machine, restarts=0)
-    check_schedule(many, plan, allocate(plan))
+    allocate(schedule(many, machine, restarts=0))
     # And next states are not enough for everything.
     wanted = r"^crowded: \d+ constants, \d+ registers of the \w+ machine left for them; config \S+"
     with pytest.raises(ScheduleError, match=wanted):
