@@ -80,8 +80,6 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.accuracy import accuracy as accuracy
     from boresight.verbs.figures.bench import BenchResult as BenchResult
     from boresight.verbs.figures.bench import bench as bench
-    from boresight.verbs.figures.calibrate import Calibration as Calibration
-    from boresight.verbs.figures.calibrate import calibrate as calibrate
     from boresight.verbs.figures.covariance import covariance as covariance
     from boresight.verbs.figures.montecarlo import MonteCarloResult as MonteCarloResult
     from boresight.verbs.figures.montecarlo import montecarlo as montecarlo
@@ -138,7 +136,6 @@ _EXPORTS = {
     "verbs.experiment": "ExperimentResult experiment",
     "verbs.figures.accuracy": "accuracy",
     "verbs.figures.bench": "BenchResult bench",
-    "verbs.figures.calibrate": "Calibration calibrate",
     "verbs.figures.covariance": "covariance",
     "verbs.figures.montecarlo": "MonteCarloResult montecarlo",
     "verbs.figures.protocol": "accuracy_protocol",

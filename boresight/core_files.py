@@ -20,11 +20,8 @@ from boresight.gateware.boards.project import Design
 from boresight.gateware.core import Core
 from boresight.gateware.description import describe
 from boresight.gateware.microcode.image import rom_pieces
-from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.estimate import Estimate, estimate
 from boresight.gateware.synthesis.family import Target
 from boresight.gateware.synthesis.routed import Mapped, Routed, implement, netlist_for
-from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.texts.bench import Recorded
@@ -44,7 +41,6 @@ __all__ = [
     "TARGET_NAMES",
     "core_files",
     "core_texts",
-    "estimate_core",
     "has_primitives",
     "map_core",
     "is_open",
@@ -200,7 +196,7 @@ def core_texts(
     build: Build,
     records: Sequence[Recorded],
     *,
-    area: Estimate | Mapped | Routed | None = None,
+    area: Mapped | Routed | None = None,
     target: str = TARGET_NAMES[0],
     axi: bool = False,
 ) -> dict[str, str]:
@@ -212,7 +208,7 @@ def core_texts(
         The core and its estimators.
     records : sequence of Recorded
         Records of every program for the bench (`sim.levels.vectors.recorded`).
-    area : Estimate, Mapped or Routed, optional
+    area : Mapped or Routed, optional
         Area and clock, for the README.
     target : str
         One of `TARGET_NAMES`.
@@ -265,14 +261,10 @@ def _program_texts(core: Core) -> dict[str, str]:
     }
 
 
-def estimate_core(core: Core, device: Device = XC6SLX9) -> Estimate:
-    """Area and clock estimate of a core (yosys and our timing analysis)."""
-    return estimate(core.verilog(instances=True), "core", cache_dir=Cache().root, device=device)
-
-
 def map_core(core: Core, target: Target) -> Mapped:
-    """Resources of a core on a target."""
-    text = core.verilog(instances=False, identified=True)
+    """Resources of a core on a target; on Spartan-6 also an estimate of its clock."""
+    primitives = has_primitives(target.name)
+    text = core.verilog(instances=primitives, identified=not primitives)
     return netlist_for(text, "core", target, cache_dir=Cache().root)
 
 

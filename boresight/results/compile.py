@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import ClassVar
 
 from boresight.depths import DepthChoice
-from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.sim.answer import Answer, Figure, JsonObject, plain
 from boresight.sim.report.against import JUDGED
 
-__all__ = ["CompileResult", "CompiledProgram", "CoreFigures", "Proven", "TargetFigures"]
+__all__ = ["CompileResult", "CompiledProgram", "Proven", "TargetFigures"]
 
 
 @dataclass(frozen=True)
@@ -45,41 +44,8 @@ _CLOCK_HZ = 100e6
 
 
 @dataclass(frozen=True)
-class CoreFigures:
-    """Area of a design, and its clock; the clock is an estimate, not ISE's.
-
-    Attributes
-    ----------
-    lut, ff, dsp : int
-    ramb16 : float
-        Halves are RAMB8.
-    clock_mhz_estimate : mapping of str to float or None
-        On speed grade -2, with ``median`` and ``p75`` (75th percentile) nets.
-    """
-
-    lut: int
-    ff: int
-    dsp: int
-    ramb16: float
-    clock_mhz_estimate: Mapping[str, float | None]
-
-    @classmethod
-    def of(cls, estimate: Estimate) -> CoreFigures:
-        """Those of an estimate."""
-        clocks = {n: estimate.corner(grade=2, nets=n).fmax_mhz for n in ("median", "p75")}
-        area = estimate.area
-        return cls(
-            area.lut,
-            area.ff,
-            area.dsp,
-            area.ramb16,
-            {nets: None if f is None else round(f, 1) for nets, f in clocks.items()},
-        )
-
-
-@dataclass(frozen=True)
 class TargetFigures:
-    """What a core takes on a target of an open flow, and its clock after routing.
+    """What a design takes on a target, and its clock after routing.
 
     Attributes
     ----------
@@ -88,6 +54,8 @@ class TargetFigures:
         Cells by resource: lut, ff, dsp, and the block RAM.
     clock_mhz : float or None
         Of the worst seed; None: not routed.
+    estimate_mhz : mapping of str to float, optional
+        Estimate of the clock with ``median`` and ``p75`` (upper quartile) delays of nets.
     seeds : mapping of int to float
         Clock of each seed, MHz.
     text : str
@@ -99,6 +67,7 @@ class TargetFigures:
     clock_mhz: float | None
     seeds: Mapping[int, float | None]
     text: str
+    estimate_mhz: Mapping[str, float] | None = None
 
     @classmethod
     def of(cls, made: Mapped | Routed) -> TargetFigures:
@@ -108,7 +77,8 @@ class TargetFigures:
         clock = made.clock_mhz if isinstance(made, Routed) else None
         timed = isinstance(made, Routed) and not made.untimed
         seeds = {run.seed: run.clock_mhz if timed else None for run in runs}
-        return cls(mapped.target.name, mapped.used, clock, seeds, str(made))
+        estimate = None if made is not mapped or mapped.clock is None else mapped.clock.by_nets
+        return cls(mapped.target.name, mapped.used, clock, seeds, str(made), estimate)
 
 
 @dataclass(frozen=True)
@@ -147,9 +117,9 @@ class CompileResult(Answer):
         The estimators, by their numbers in the core.
     proven : Proven
         What was proven of the core before its files were written.
-    core : CoreFigures, TargetFigures or None
+    core : TargetFigures or None
         Area and clock of the core, with ``synth`` or ``route``.
-    system : CoreFigures, TargetFigures or None
+    system : TargetFigures or None
         Those of the complete system, or of the design that was routed on a board.
     rate_hz : float or None
         Records a second that are planned.
@@ -170,8 +140,8 @@ class CompileResult(Answer):
     digest: str
     programs: tuple[CompiledProgram, ...]
     proven: Proven
-    core: CoreFigures | TargetFigures | None
-    system: CoreFigures | TargetFigures | None
+    core: TargetFigures | None
+    system: TargetFigures | None
     report: JsonObject = field(repr=False)
     rate_hz: float | None = None
     clock_mhz: float | None = None
@@ -184,7 +154,7 @@ class CompileResult(Answer):
 
     @property
     def _routed_mhz(self) -> float | None:
-        return self.core.clock_mhz if isinstance(self.core, TargetFigures) else None
+        return None if self.core is None else self.core.clock_mhz
 
     @property
     def _slow(self) -> bool:
@@ -257,17 +227,10 @@ class CompileResult(Answer):
             lines.append(str(self.depth))
         lines.append(f"proven: {self.proven}")
         for name, design in (("core", self.core), ("on the board", self.system)):
-            if isinstance(design, TargetFigures):
+            if design is not None:
                 slow = design is self.core and self._slow
                 missed = f"; BELOW {self.clock_mhz:g} MHz" if slow else ""
                 lines.append(f"{name}: {design.text}{missed}")
-            elif design is not None:
-                clock = design.clock_mhz_estimate
-                lines.append(
-                    f"{name}: {design.lut} LUT, {design.ff} FF, {design.dsp} DSP48A1, "
-                    f"{design.ramb16:g} RAMB16; clock {clock['median']} MHz (estimate, xc6slx9-2, "
-                    f"median nets; {clock['p75']} with 75th percentile nets)"
-                )
         return "\n".join(lines if self.good else [*lines, self._failed()])
 
 

@@ -25,7 +25,6 @@ VERBS = {
     "experiment": "verbs.experiment",
     "demo": "verbs.demo",
     "bench": "verbs.figures.bench",
-    "calibrate": "verbs.figures.calibrate",
     "covariance": "verbs.figures.covariance",
     "montecarlo": "verbs.figures.montecarlo",
     "monitor": "verbs.monitor",

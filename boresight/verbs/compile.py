@@ -34,8 +34,6 @@ from boresight.core_files import (
     TARGET_NAMES,
     core_files,
     core_texts,
-    estimate_core,
-    has_primitives,
     is_open,
     map_core,
     project_files,
@@ -57,21 +55,14 @@ from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import ALL_CONFIGS, at_depth
 from boresight.gateware.synthesis.blocks import check_memory
-from boresight.gateware.synthesis.estimate import Estimate, estimate
-from boresight.gateware.synthesis.routed import Mapped, Routed
+from boresight.gateware.synthesis.routed import Mapped, Routed, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.options import Config, EstimatorNames, OutputFolder, Params, Urgent, Word
 from boresight.regression import JudgedVerb
-from boresight.results.compile import (
-    CompiledProgram,
-    CompileResult,
-    CoreFigures,
-    Proven,
-    TargetFigures,
-)
+from boresight.results.compile import CompiledProgram, CompileResult, Proven, TargetFigures
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
 from boresight.sim.attitude.soc.project import SOC_CLOCK_HZ, soc_verilog, write_soc
@@ -197,21 +188,18 @@ def compile(
         core = build.core
         if target in TARGETS:
             check_memory(core.machine, core.image, TARGETS[target])
-        area: Estimate | Mapped | Routed | None = None
+        area: Mapped | Routed | None = None
         part = TARGETS.get(target, TARGETS[TARGET_NAMES[0]])
         if route:
             say(f"synthesis (yosys), then {part.title}")
             area = route_core(core, part, seeds=seeds, clock_mhz=clock, progress=say)
-        elif synth and has_primitives(part.name):
-            say("synthesis (yosys) and clock estimate")
-            area = estimate_core(core, part.device)
         elif synth:
             say(f"synthesis (yosys) for {part.title}")
             area = map_core(core, part)
         say(f"{', '.join(own)} for {build.config}: Verilog")
         texts = core_texts(build, recorded(build), area=area, target=target, axi=axi)
         proven = write_core(folder, core, texts)
-        whole: CoreFigures | TargetFigures | None = None
+        whole: TargetFigures | None = None
         if board is not None:
             say(f"{board}: {top}")
             place = folder / project_folder(board)
@@ -246,8 +234,8 @@ def _result(
     output: Path,
     build: Build,
     proven: Proven,
-    area: Estimate | Mapped | Routed | None,
-    whole: CoreFigures | TargetFigures | None,
+    area: Mapped | Routed | None,
+    whole: TargetFigures | None,
     data: JsonObject,
     rate: float | None,
 ) -> CompileResult:
@@ -267,18 +255,11 @@ def _result(
             for part in core.parts
         ),
         proven=proven,
-        core=_figures(area),
+        core=None if area is None else TargetFigures.of(area),
         system=whole,
         report=data,
         rate_hz=rate,
     )
-
-
-def _figures(area: Estimate | Mapped | Routed | None) -> CoreFigures | TargetFigures | None:
-    """Area and clock, as the result has them."""
-    if isinstance(area, Mapped | Routed):
-        return TargetFigures.of(area)
-    return None if area is None else CoreFigures.of(area)
 
 
 def _target(target: str | None, board: str | None) -> str:
@@ -356,7 +337,7 @@ def _write_sensors(
     with_cpu: bool,
     synth: bool,
     settings: Mapping[str, Any],
-) -> CoreFigures | TargetFigures | None:
+) -> TargetFigures | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
     values = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
     hz = clock_hz or (SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ)
@@ -373,7 +354,8 @@ def _write_sensors(
         return None
     settings["progress"]("synthesis of the complete system")
     text = soc_verilog(soc) if with_cpu else to_verilog(system, "system", instances=True)
-    return CoreFigures.of(estimate(text, "system", cache_dir=Cache().root))
+    target = TARGETS[BOARDS[board].target]
+    return TargetFigures.of(netlist_for(text, "system", target, cache_dir=Cache().root))
 
 
 VERB = JudgedVerb(compile, judged=CompileResult.judged)

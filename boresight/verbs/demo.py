@@ -15,7 +15,7 @@ from boresight.arguments import check_number
 from boresight.core_files import (
     core_files,
     core_texts,
-    estimate_core,
+    map_core,
     project_files,
     together,
     write_core,
@@ -25,8 +25,8 @@ from boresight.core_files import (
 from boresight.disk.output import output_folder
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
-from boresight.gateware.synthesis.estimate import Estimate
-from boresight.gateware.synthesis.spartan6.device import XC6SLX9
+from boresight.gateware.synthesis.routed import Mapped
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.attitude import FILTERS
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.failure import ToolFailed
@@ -82,8 +82,6 @@ class DemoFilter:
         Every level is exact, and near to float64.
     cycles_attitude, cycles_interval : int
         To the attitude, and to the next record.
-    paper_cycles, speedup
-        Of the 2014 paper's processor, where it has the filter.
     lane_use : tuple of float
         Share of the cycles in which each lane is busy.
     updates_proven : mapping of str to int
@@ -100,8 +98,6 @@ class DemoFilter:
     good: bool
     cycles_attitude: int
     cycles_interval: int
-    paper_cycles: int | None
-    speedup: float | None
     lane_use: tuple[float, ...]
     updates_proven: Mapping[str, int]
     mismatches: int
@@ -197,7 +193,7 @@ def demo(
             results = Check(build, simulator=SIMULATOR, progress=say).run(record)
             _require_runs(results)
             say("synthesis (yosys) and clock estimate")
-            area = estimate_core(build.core)
+            area = map_core(build.core, TARGETS["xc6slx9"])
             write_core(place, build.core, core_texts(build, recorded(build), area=area))
             system = system_core(names, config=config, restarts=restarts)
             write_system(place / "ise-mimas", "mimas", system)
@@ -249,7 +245,7 @@ def _report(
     shown: Path,
     build: Build,
     results: Sequence[CheckResult],
-    area: Estimate,
+    area: Mapped,
     say: Callable[[str], None],
 ) -> list[DemoFilter]:
     """All filters of a core on the recording, in turns: their pages, report.json, a row for each.
@@ -270,17 +266,16 @@ def _report(
     return rows
 
 
-def _figures(core: Core, area: Estimate) -> DemoCore:
+def _figures(core: Core, area: Mapped) -> DemoCore:
     """The figures of a core as a whole."""
-    fmax = area.corner(grade=2, nets="median").fmax_mhz
     return DemoCore(
         config=core.machine.name,
         words=len(core.image.rom),
-        lut=area.area.lut,
-        ff=area.area.ff,
-        dsp=area.area.dsp,
-        ramb16=area.area.ramb16,
-        clock_mhz_estimate=None if fmax is None else round(fmax, 1),
+        lut=round(area.used["lut"]),
+        ff=round(area.used["ff"]),
+        dsp=round(area.used["dsp"]),
+        ramb16=area.used["ramb16"],
+        clock_mhz_estimate=None if area.clock is None else area.clock.median_mhz,
     )
 
 
@@ -293,8 +288,6 @@ def _row(report: dict[str, Any], *, good: bool, page: str) -> DemoFilter:
         good=good,
         cycles_attitude=timing["latency_cycles"]["predicted"],
         cycles_interval=timing["interval_cycles"],
-        paper_cycles=timing["paper_cycles"],
-        speedup=timing["speedup"],
         lane_use=tuple(lane["utilisation"] for lane in report["schedule"]["lanes"]),
         updates_proven={x["simulator"]: x["n_total"] for x in levels},
         mismatches=sum(x["n_mismatch"] for x in levels),
@@ -305,19 +298,8 @@ def _row(report: dict[str, Any], *, good: bool, page: str) -> DemoFilter:
 
 def _filter_table(filters: Sequence[DemoFilter]) -> str:
     """The filters for people."""
-    head = (
-        "filter",
-        "core",
-        "attitude",
-        "next",
-        "paper",
-        "faster",
-        "lanes busy",
-        "in RTL",
-        "wrong",
-        "vs float",
-    )
-    lines = [head, ("", "", "cycles", "cycles", "cycles", "", "%", "updates", "", "max deg")]
+    head = ("filter", "core", "attitude", "next", "lanes busy", "in RTL", "wrong", "vs float")
+    lines = [head, ("", "", "cycles", "cycles", "%", "updates", "", "max deg")]
     for r in filters:
         lines.append(
             (
@@ -325,8 +307,6 @@ def _filter_table(filters: Sequence[DemoFilter]) -> str:
                 r.config,
                 str(r.cycles_attitude),
                 str(r.cycles_interval),
-                str(r.paper_cycles),
-                f"{r.speedup}x",
                 " ".join(f"{100 * use:.0f}" for use in r.lane_use),
                 str(r.updates_proven[SIMULATOR]),
                 str(r.mismatches),
@@ -338,10 +318,11 @@ def _filter_table(filters: Sequence[DemoFilter]) -> str:
 
 def _core_table(cores: Sequence[DemoCore]) -> str:
     """The cores for people."""
+    part = TARGETS["xc6slx9"].device
     lines = [f"{'core with all of them':40s}" + "".join(f"{c.config:>12s}" for c in cores)]
     for name, key in (
         ("microcode, words", "words"),
-        *((f"{name} (of {XC6SLX9.capacity(key):,})", key) for name, key in CELLS.items()),
+        *((f"{name} (of {part.capacity(key):,})", key) for name, key in CELLS.items()),
         ("clock, MHz (estimate, xc6slx9-2, median nets)", "clock_mhz_estimate"),
     ):
         lines.append(f"{name:40s}" + "".join(f"{getattr(c, key)!s:>12s}" for c in cores))

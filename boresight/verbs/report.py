@@ -19,9 +19,8 @@ from typing import Annotated, Any
 from urllib.parse import quote
 
 from boresight.arguments import check_machine, check_optional, check_target, check_urgent
-from boresight.core_files import estimate_core, has_primitives, map_core, write_text
+from boresight.core_files import map_core, write_text
 from boresight.disk.output import output_folder
-from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
@@ -162,13 +161,10 @@ def report(
             for log in records
             for result in checking.run(log, keep_all=False, rtl_rows=rtl_rows)
         ]
-        area: Estimate | Mapped | None = None
+        area: Mapped | None = None
         if synth:
             say(f"synthesis (yosys) for {part.title}")
-            if has_primitives(target):
-                area = estimate_core(build.core, part.device)
-            else:
-                area = map_core(build.core, part)
+            area = map_core(build.core, part)
         swept = width_section(results[0], progress=say) if widths else None
         data = report_data(
             build.core,

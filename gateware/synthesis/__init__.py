@@ -1,4 +1,4 @@
-"""Area of a core on a part, and its clock: routed with open tools, or estimated.
+"""Area of a core on a part, and its clock: routed with open tools, or estimated on Spartan-6.
 
 ============ ==================================================================
 module       contents
@@ -15,12 +15,6 @@ registers    flip-flops move into multipliers and memories
 harness      flip-flops in place of pins
 nextpnr      placed, routed, timed
 routed       all of these in one call
-netlist      a netlist for the estimate, as cells and nets
-arcs         timing arcs of a cell
-graph        the timing graph
-timing       longest paths and highest clock
-estimate     area and timing on Spartan-6 in one call
+blocks       block RAM of a core, before any synthesis
 ============ ==================================================================
-
-Timing figures of `estimate` are an estimate, not ISE; sign-off needs ``trce``.
 """

@@ -8,12 +8,65 @@ from typing import Any, Final
 
 from boresight.gateware.synthesis.device import Device
 
-__all__ = ["NO_RW_CHECK", "Family", "Router", "Target"]
+__all__ = ["NO_RW_CHECK", "ClockEstimate", "Family", "Router", "Step", "Target"]
 
 
 #: Command of yosys. The scheduler never reads a register in the cycle in which it is written, and
 #: the bank of results that is written is not read: these memories need no logic for the old word.
 NO_RW_CHECK: Final = "setattr -set no_rw_check 1 *operands*/m:* *results*/m:*; "
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """A step of a timing path: through a cell or along a net.
+
+    Attributes
+    ----------
+    kind : str
+        ``clk-to-q``, ``logic``, ``routing`` or ``setup``, as nextpnr names them.
+    ns : float
+    start, end : str
+        Cell and port.
+    net : str
+        Name of a net.
+    """
+
+    kind: str
+    ns: float
+    start: str
+    end: str
+    net: str = ""
+
+
+@dataclass(frozen=True)
+class ClockEstimate:
+    """Highest clock of a netlist that is not placed.
+
+    Attributes
+    ----------
+    median_mhz, p75_mhz : float
+        The delay of each net is the median, or the upper quartile, of routed nets with the same
+        fan-out. The two clocks are the band of the estimate.
+    path : tuple of Step
+        The longest path with the latter.
+    """
+
+    median_mhz: float
+    p75_mhz: float
+    path: tuple[Step, ...]
+
+    @property
+    def by_nets(self) -> dict[str, float]:
+        """Clock by the statistic of nets."""
+        return {"median": self.median_mhz, "p75": self.p75_mhz}
+
+    @property
+    def band(self) -> str:
+        """Both clocks, for texts."""
+        return (
+            f"{self.p75_mhz:g} to {self.median_mhz:g} MHz (estimate: upper quartile to median "
+            "delays of nets, not ISE)"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,9 +132,11 @@ class Family:
     clocks_source : str
         What these clocks are.
     router : Router, optional
-        None: area alone, or on Spartan-6 a clock that is estimated.
+        None: area, and on Spartan-6 an estimate of the clock.
     absorb : callable
         Moves flip-flops into registers of multipliers and memories: ``absorb(netlist, top)``.
+    estimate : callable
+        Estimates the clock where there is no router: ``estimate(netlist, top, grade)``.
     """
 
     name: str
@@ -96,6 +151,9 @@ class Family:
     clocks_source: str = ""
     router: Router | None = None
     absorb: Callable[[dict[str, Any], str], int] = field(default=lambda netlist, top: 0)
+    estimate: Callable[[Mapping[str, Any], str, int], ClockEstimate | None] = field(
+        default=lambda netlist, top, grade: None
+    )
 
 
 @dataclass(frozen=True)

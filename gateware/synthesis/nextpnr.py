@@ -20,13 +20,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from boresight.disk.cache import Cache
-from boresight.gateware.synthesis.family import Router, Target
+from boresight.gateware.synthesis.family import Router, Step, Target
 from boresight.gateware.synthesis.yosys import Tool
 from boresight.model.errors import InputError, ToolMissing
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.folders import yosys_environment
 
-__all__ = ["RouteError", "Step", "Run", "find_program", "pack", "place_and_route"]
+__all__ = ["RouteError", "Run", "find_program", "pack", "place_and_route"]
 
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 2
@@ -34,28 +34,6 @@ _CACHE_FORMAT: Final = 2
 
 class RouteError(InputError):
     """A design that a part has no room or no ways for; the tool's own words, and its log."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Step:
-    """A step of a path: a cell or a net, as the tool names both.
-
-    Attributes
-    ----------
-    kind : str
-        ``clk-to-q``, ``logic``, ``routing`` or ``setup``.
-    ns : float
-    start, end : str
-        Cell and port.
-    net : str
-        Name of a net.
-    """
-
-    kind: str
-    ns: float
-    start: str
-    end: str
-    net: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""A design on a family with an open router: its area, and the clock after routing."""
+"""A design on a target: its area, and its clock, estimated or after routing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
 from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.family import Family, Target
+from boresight.gateware.synthesis.family import ClockEstimate, Family, Target
 from boresight.gateware.synthesis.harness import enclosed
 from boresight.gateware.synthesis.nextpnr import Run, command, find_router, place_and_route
 from boresight.gateware.synthesis.targets import TARGETS
@@ -37,6 +37,8 @@ class Mapped:
         Flip-flops that are registers of multipliers and memories.
     version, command : str
         Of yosys.
+    clock : ClockEstimate, optional
+        Estimate of the clock, of families that have one.
     """
 
     target: Target
@@ -45,6 +47,7 @@ class Mapped:
     inside: int
     version: str
     command: str
+    clock: ClockEstimate | None = None
 
     @property
     def device(self) -> Device:
@@ -57,8 +60,16 @@ class Mapped:
         resources = self.device.resources
         return ", ".join(f"{n:,g} {resources[key].unit}" for key, n in self.used.items())
 
+    @property
+    def source(self) -> str:
+        """Source of the clock."""
+        if self.clock is None:
+            return "not known: the target has no router and no estimate"
+        return "estimated from the netlist and delays of other routed designs, not by ISE"
+
     def __str__(self) -> str:
-        return f"{self.amounts} (cells of the netlist for {self.target.name}, not placed)"
+        text = f"{self.amounts} (cells of the netlist for {self.target.title}, not placed)"
+        return f"{text}; clock {self.clock.band}" if self.clock is not None else text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,7 +176,7 @@ def netlist_for(
     *,
     cache_dir: str | os.PathLike[str] | None = None,
 ) -> Mapped:
-    """The netlist for a target (`netlist_of`), and the resources that it uses.
+    """The netlist for a target (`netlist_of`), the resources that it uses, a clock estimate.
 
     Raises
     ------
@@ -185,7 +196,7 @@ def netlist_for(
         if kind not in family.cells:
             raise SynthesisError(f"cell type must be one of {family.title}, not {kind!r}")
         for key, each in family.cells[kind].items():
-            used[key] += each * number
+            used[key] = used.get(key, 0.0) + each * number
     _check_room(used, target)
     return Mapped(
         target=target,
@@ -194,6 +205,7 @@ def netlist_for(
         inside=inside,
         version=synthesis.version,
         command=synthesis.command,
+        clock=family.estimate(netlist, top, target.grade),
     )
 
 

@@ -20,11 +20,11 @@ FAMILIES: Final[tuple[Family, ...]] = (SPARTAN6, ECP5, ICE40, NEXUS, GW2A, GW5A,
 
 
 def _targets() -> dict[str, Target]:
-    """The part's name is its slowest grade; where one is routed, others have it behind the name."""
+    """Name the parts; the slowest grade has no number in its name."""
     out = {}
     for family in FAMILIES:
         for device in family.devices:
-            for k, grade in enumerate(device.grades if family.router else device.grades[:1]):
+            for k, grade in enumerate(device.grades):
                 name = f"{device.name}-{grade}" if k else device.name
                 out[name] = Target(name, family, device, grade)
     return out

@@ -26,8 +26,6 @@ from boresight.model.tools.folders import yosys_environment
 
 #: Oldest supported yosys, for its ``synth_xilinx -family xc6s``.
 OLDEST: Final = (0, 35)
-#: Command for Spartan-6.
-SPARTAN6: Final = "synth_xilinx -family xc6s -flatten -noiopad"
 #: Part of the cache key; raise it when the stored form changes.
 _CACHE_FORMAT: Final = 1
 _NETLIST: Final = "netlist.json"
@@ -166,7 +164,7 @@ def synthesise(
     *,
     top: str,
     options: tuple[str, ...] = (),
-    command: str = SPARTAN6,
+    command: str,
     cache_dir: str | os.PathLike[str] | None = None,
     tool: Tool | None = None,
     timeout_s: float = 3600.0,
@@ -183,8 +181,7 @@ def synthesise(
     options : tuple of str
         Further options of the command, e.g. ``("-nodsp",)``.
     command : str
-        Commands of yosys, the last one without ``-top``; by default for Spartan-6 without I/O
-        buffers.
+        Commands of yosys, the last one without ``-top``.
     cache_dir : path, optional
         Build cache that keeps results (`boresight.disk.cache`); None keeps nothing.
     tool : Tool, optional
@@ -232,9 +229,7 @@ def _checked_files(verilog: str | Mapping[str, str]) -> dict[str, str]:
     return dict(sorted(files.items()))
 
 
-def _script(
-    files: Mapping[str, str], *, top: str, options: tuple[str, ...], command: str = SPARTAN6
-) -> str:
+def _script(files: Mapping[str, str], *, top: str, options: tuple[str, ...], command: str) -> str:
     verilog = [name for name in files if name.endswith(".v")]
     system = [name for name in files if name.endswith(".sv")]
     steps = []

@@ -9,7 +9,6 @@ from typing import Any
 from boresight.gateware.bus.axi_core import AxiCore, axi_ports
 from boresight.gateware.description import Description, Pin
 from boresight.gateware.registers.core import BUILD_HIGH, BUILD_LOW, PROGRAM
-from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
 from boresight.gateware.texts.bench import Recorded, bench_context, expected_hex, input_hex
 from boresight.gateware.texts.render import render
@@ -82,7 +81,7 @@ def integration_files(
     *,
     generic: bool,
     axi: bool,
-    area: Estimate | Mapped | Routed | None = None,
+    area: Mapped | Routed | None = None,
 ) -> dict[str, str]:
     """Files that integrate a core into a design, by name: README, instances, bench, FuseSoC, AXI.
 
@@ -96,7 +95,7 @@ def integration_files(
         Whether ``core.v`` is without vendor primitives, so that there is no ``core_sim.v``.
     axi : bool
         Whether to add ``core_axi.v`` and its bench.
-    area : Estimate, Mapped or Routed, optional
+    area : Mapped or Routed, optional
         Area and clock.
     """
     names = integration_names(axi=axi)
@@ -117,7 +116,7 @@ def integration_files(
             exact_units=EXACT_UNITS,
             drawings=[record_drawing(p, core.word).markdown() for p in core.programs],
             bus_drawing=bus_drawing(core).markdown(),
-            **_resources(area),
+            area="" if area is None else str(area),
         ),
         "core.core": render("core.core", **context),
         "integration/core_amaranth.py": render("amaranth.py", **context),
@@ -142,11 +141,3 @@ def integration_files(
         verilog = to_verilog(AxiCore(word=core.word), "core_axi", instances=False)
         out["core_axi.v"] = f"// AXI around the module core: see README.md.\n\n{verilog}"
     return out
-
-
-def _resources(area: Estimate | Mapped | Routed | None) -> dict[str, Any]:
-    """Area and clock for the README: of an estimate its figures, else words."""
-    if area is None or isinstance(area, Mapped | Routed):
-        return {"area": None, "clock_mhz": None, "routed": "" if area is None else str(area)}
-    clock = area.corner(grade=2, nets="median").fmax_mhz
-    return {"area": area, "clock_mhz": clock, "routed": ""}

@@ -20,7 +20,6 @@ from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.estimate import estimate
 from boresight.gateware.synthesis.routed import implement, netlist_for
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
@@ -254,18 +253,13 @@ def _area(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Area of the core; of a Spartan-6 also its clock, estimated for grade -2 and median nets."""
     core, target = case.build(exploration).core, TARGETS[case.target]
     device = target.device
-    if target.family is not SPARTAN6:
-        used = netlist_for(_generic(core), "core", target, cache_dir=Cache().root).used
-        return {**_used(used, device), "fits": True}
-    text = core.verilog(instances=True)
-    design = estimate(text, "core", cache_dir=Cache().root, device=device)
-    clock = design.corner().fmax_mhz
-    return {
-        **_used(design.area.used(), device),
-        "clock": None if clock is None else round(clock, 1),
-        "clock_is": "estimate",
-        "fits": not design.area.overfull(device),
-    }
+    primitives = target.family is SPARTAN6
+    text = core.verilog(instances=primitives, identified=not primitives)
+    mapped = netlist_for(text, "core", target, cache_dir=Cache().root)
+    clock = {}
+    if mapped.clock is not None:
+        clock = {"clock": mapped.clock.median_mhz, "clock_is": "estimate"}
+    return {**_used(mapped.used, device), **clock, "fits": True}
 
 
 def _generic(core: Core) -> str:

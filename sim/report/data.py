@@ -16,9 +16,8 @@ from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.synthesis.spartan6.device import XC6SLX9
+from boresight.gateware.synthesis.spartan6.family import XC6SLX9
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
 from boresight.sim.compare.results import CheckResult
@@ -40,7 +39,7 @@ Warn = Callable[[str], None]
 def report_data(
     core: Core,
     *checks: CheckResult,
-    area: Estimate | Mapped | Routed | None = None,
+    area: Mapped | Routed | None = None,
     comparison: bool = False,
     clock_mhz: float = 100.0,
     grade: int = 2,
@@ -56,7 +55,7 @@ def report_data(
     checks : CheckResult
         Of that program, one for each log: verdicts, errors. On their records ranges are observed;
         on the first one the rate of the C is measured.
-    area : Estimate, optional
+    area : Mapped or Routed, optional
         Area and clock.
     comparison : bool
         The record's attitude is another device's estimate, not truth.
@@ -84,8 +83,6 @@ def report_data(
     warn = warnings.append
     if area is None:
         warn("resources and clock: not known, no synthesis was run")
-    elif isinstance(area, Estimate):
-        warnings += area.warnings
     observed = Observed.of(program, checks) if checks else None
     if observed is None:
         warn("numerics: no log was run, ranges are not observed")
@@ -190,11 +187,9 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
     ]
 
 
-def _resources(area: Estimate | Mapped | Routed | None, device: Device) -> dict[str, Any]:
-    estimate = area.mapped if isinstance(area, Routed) else area
-    usage: Mapping[str, float] = {}
-    if estimate is not None:
-        usage = estimate.used if isinstance(estimate, Mapped) else estimate.area.used()
+def _resources(area: Mapped | Routed | None, device: Device) -> dict[str, Any]:
+    mapped = area.mapped if isinstance(area, Routed) else area
+    usage: Mapping[str, float] = {} if mapped is None else mapped.used
     names = {**_AREA, "blkmem": device.memory}
     counts = {key: usage.get(name) for key, name in names.items()}
     return {
@@ -206,10 +201,10 @@ def _resources(area: Estimate | Mapped | Routed | None, device: Device) -> dict[
         "available": {key: device.capacity(name) for key, name in names.items()},
         "units": {key: device.resources[name].unit for key, name in names.items()},
         "more": {key: n for key, n in usage.items() if key not in names.values()},
-        "source": f"estimate: cells of the netlist by {tool_of(estimate)}, before packing"
-        if estimate is not None
+        "source": f"estimate: cells of the netlist by {tool_of(mapped)}, before packing"
+        if mapped is not None
         else None,
-        "command": estimate.command if estimate is not None else None,
+        "command": mapped.command if mapped is not None else None,
     }
 
 

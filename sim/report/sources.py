@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.gateware.synthesis.device import Device
-from boresight.gateware.synthesis.estimate import Estimate
 from boresight.gateware.synthesis.routed import Mapped, Routed
-from boresight.gateware.synthesis.timing import NOTE
-from boresight.sim.report.timing import PAPER
 
 __all__ = ["source_of", "sources", "tool_of"]
 
@@ -24,17 +21,14 @@ def source_of(data: Mapping[str, Any], path: str) -> str | None:
     return None
 
 
-def tool_of(estimate: Estimate | Mapped) -> str:
+def tool_of(mapped: Mapped) -> str:
     """Name and version of the synthesis tool, without how it was built."""
-    name, _, build = estimate.version.partition(" (")
+    name, _, build = mapped.version.partition(" (")
     return f"{name} ({build.split(',')[0].rstrip(')')})" if build else name
 
 
 def sources(
-    data: Mapping[str, Any],
-    estimate: Estimate | Mapped | Routed | None,
-    observed: str,
-    device: Device,
+    data: Mapping[str, Any], area: Mapped | Routed | None, observed: str, device: Device
 ) -> dict[str, str]:
     """Source of each part of the report; `source_of` looks a number up.
 
@@ -51,9 +45,6 @@ def sources(
         "timing.latency_cycles.max": counted,
         "timing.update_us": f"{schedule}; at the target's clock",
         "timing.updates_per_s": f"{schedule}; at the target's clock",
-        "timing.paper_us": PAPER,
-        "timing.paper_cycles": PAPER,
-        "timing.speedup": "paper_us / update_us, the latter at the target's clock",
         "resources.available": device.resources["lut"].source,
         "resources.units": device.resources["lut"].source,
         "resources.percent": "part of what the device has",
@@ -70,21 +61,12 @@ def sources(
         "verification": f"{counted}; each level against the integer interpreter",
         "firmware": "counted in the emitted C; memory as its structures declare it",
     }
-    if isinstance(estimate, Mapped | Routed):
-        mapped = estimate.mapped if isinstance(estimate, Routed) else estimate
+    if area is not None:
+        mapped = area.mapped if isinstance(area, Routed) else area
         texts["resources"] = f"cells of the netlist by {tool_of(mapped)}: {mapped.command}"
-    if isinstance(estimate, Routed):
-        source = f"{estimate.source}: {estimate.command}"
+        source = f"{area.source}: {area.command}"
         texts |= dict.fromkeys(("timing.fmax_mhz", "timing.critical_path"), source)
-        texts["timing.update_us_at_fmax"] = f"latency over fmax_mhz: {estimate.source}"
-    if isinstance(estimate, Estimate):
-        source = f"estimate, {tool_of(estimate)}: {estimate.command}"
-        texts |= {
-            "resources": source,
-            "timing.fmax_mhz": f"static timing of that netlist, {NOTE}; {source}",
-            "timing.update_us_at_fmax": f"latency over fmax_mhz: {NOTE}",
-            "timing.critical_path": f"static timing of that netlist, {NOTE}; {source}",
-        }
+        texts["timing.update_us_at_fmax"] = f"latency over fmax_mhz: {area.source}"
     if data["firmware"]["source"] is not None:
         texts["firmware.updates_per_s"] = str(data["firmware"]["source"])
     return texts

@@ -6,11 +6,9 @@ from typing import Any
 import pytest
 
 from boresight.gateware.core import Core, build_core
-from boresight.gateware.synthesis.estimate import Estimate
-from boresight.gateware.synthesis.spartan6.area import Area
-from boresight.gateware.synthesis.spartan6.delays import Delay
-from boresight.gateware.synthesis.spartan6.device import XC6SLX9
-from boresight.gateware.synthesis.timing import PathPoint, Timing, TimingPath
+from boresight.gateware.synthesis.family import ClockEstimate, Step
+from boresight.gateware.synthesis.routed import Mapped
+from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.attitude.complementary import Complementary
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, LevelResult
@@ -33,82 +31,20 @@ def small_core() -> Core:
 
 
 @pytest.fixture(scope="session")
-def estimate() -> Estimate:
-    """Four corners, and an area that was not measured."""
-    area = Area(
-        lut_logic=801,
-        lut_inv=2,
-        lut_srl=0,
-        lut_ram=0,
-        route_through=0,
-        ff=507,
-        carry4=40,
-        muxf7=0,
-        muxf8=0,
-        dsp=8,
-        ramb16_cells=10,
-        ramb8_cells=3,
-        special={"BUFG": 1},
-        cells={"LUT6": 801, "INV": 2},
+def estimate() -> Mapped:
+    """An area and a clock that were not measured."""
+    path = (
+        Step(kind="clk-to-q", ns=2.1, start="sequencer.rom.clock", end="sequencer.rom.DO"),
+        Step(kind="routing", ns=10.4, start="sequencer.rom.DO", end="lane0.D", net="lane0.<i>"),
     )
-    points = (
-        PathPoint(
-            cell="sequencer.rom",
-            type="RAMB16BWER",
-            entry="CLK",
-            exit="DO",
-            cell_ns=2.1,
-            total_ns=2.1,
-            keys=("ramb_clk_do",),
-        ),
-        PathPoint(
-            cell="$abc$1",
-            type="LUT6",
-            entry="I0",
-            exit="O",
-            net="lane0.<i>",
-            fanout=14,
-            net_ns=1.1,
-            cell_ns=0.259,
-            total_ns=3.459,
-            keys=("net", "lut"),
-        ),
-    )
-    guess = {"ramb_clk_do": Delay(ns=2.1, source="guess & nothing else", guessed=True)}
-
-    def corner(grade: int, nets: str, delay: float) -> Timing:
-        path = TimingPath(
-            start="a.memory",
-            end="b.memory",
-            group="FDRE.D",
-            delay_ns=delay,
-            slack_ns=10.0 - delay,
-            points=points,
-        )
-        return Timing(
-            grade=grade,
-            nets=nets,
-            period_ns=10.0,
-            worst=path,
-            ends=(path,),
-            groups=(),
-            guessed=guess,
-            clocks=("clk",),
-        )
-
-    return Estimate(
-        top="core",
-        device=XC6SLX9,
-        area=area,
+    return Mapped(
+        target=TARGETS["xc6slx9"],
+        netlist={},
+        used={"lut": 803, "ff": 507, "dsp": 8, "ramb16": 11.5},
+        inside=0,
         command="yosys -p synth",
         version="Yosys 0.70 (git sha1 0123abc, Release, g++ 12)",
-        warnings=("timing is a guess",),
-        timing=(
-            corner(2, "median", 8.0),
-            corner(2, "p75", 12.5),
-            corner(3, "median", 7.0),
-            corner(3, "p75", 11.0),
-        ),
+        clock=ClockEstimate(125.0, 80.0, path),
     )
 
 
@@ -132,6 +68,6 @@ def check(checked: CheckResult, core: Core) -> CheckResult:
 
 
 @pytest.fixture(scope="session")
-def report(core: Core, estimate: Estimate, check: CheckResult) -> dict[str, Any]:
+def report(core: Core, estimate: Mapped, check: CheckResult) -> dict[str, Any]:
     """A report with every part; tests must not change it."""
     return report_data(core, check, area=estimate, command="boresight report complementary <log>")

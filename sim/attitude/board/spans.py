@@ -7,7 +7,7 @@ import numpy as np
 from boresight.sim.attitude.board.build import Board
 from boresight.sim.attitude.board.run import BoardRun, frame_ends
 from boresight.sim.attitude.board.timeline import Span, Timeline
-from boresight.sim.report.timing import PAPER_US
+from boresight.sim.attitude.ma2014.paper import BESIDE, TIME_US
 
 __all__ = ["timeline_of"]
 
@@ -53,5 +53,5 @@ def timeline_of(board: Board, run: BoardRun, *, filter: int, update: int) -> Tim
         ),
         line=span("frame", updated, float(ends[frames[0]])),
         period_us=1e6 / setup.rate_hz,
-        paper_us=PAPER_US.get(board.system.plan.names[filter]),
+        paper_us=TIME_US.get(BESIDE.get(board.system.plan.names[filter], "")),
     )

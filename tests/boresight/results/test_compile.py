@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from boresight.results.compile import CompiledProgram, CompileResult, CoreFigures, Proven
+from boresight.results.compile import CompiledProgram, CompileResult, Proven, TargetFigures
 
-CORE = CoreFigures(515, 361, 4, 14.0, {"median": 129.9, "p75": 95.2})
-SYSTEM = CoreFigures(1791, 1500, 4, 17.5, {"median": 110.0, "p75": None})
+CORE = TargetFigures("xc6slx9", {"lut": 515}, None, {}, "515 LUT6", {"median": 129.9, "p75": 95.2})
+SYSTEM = TargetFigures("xc6slx9", {"lut": 1791}, None, {}, "1,791 LUT6")
 RESULT = CompileResult(
     output=Path("build"),
     config="small",
@@ -30,10 +30,8 @@ def test_text() -> None:
         "build: a: pos 24, vel 26 cycles; interval 31, at 100 MHz up to 3,225,806 updates/s",
         "build: b: x 9 cycles; interval 12, at 100 MHz up to 8,333,333 updates/s",
         "proven: 318 operations, microcode and C, all inputs  0.3 s",
-        "core: 515 LUT, 361 FF, 4 DSP48A1, 14 RAMB16; clock 129.9 MHz "
-        "(estimate, xc6slx9-2, median nets; 95.2 with 75th percentile nets)",
-        "on the board: 1791 LUT, 1500 FF, 4 DSP48A1, 17.5 RAMB16; clock 110.0 MHz "
-        "(estimate, xc6slx9-2, median nets; None with 75th percentile nets)",
+        "core: 515 LUT6",
+        "on the board: 1,791 LUT6",
     ]
 
 

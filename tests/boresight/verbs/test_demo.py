@@ -11,17 +11,17 @@ import pytest
 
 import boresight
 from boresight.cli import main
-from boresight.gateware.synthesis.estimate import Estimate
+from boresight.gateware.synthesis.routed import Mapped
 from boresight.sim.compare.results import LevelResult
 
 
 def test_demo_proves_every_filter_on_one_core(tmp_path, monkeypatch):
     module = import_module("boresight.verbs.demo")
     # The smaller core is synthesised, once; `make` does both.
-    areas: list[Estimate] = []
-    synthesis = module.estimate_core
+    areas: list[Mapped] = []
+    synthesis = module.map_core
     monkeypatch.setattr(
-        module, "estimate_core", lambda core: (areas or areas.append(synthesis(core)) or areas)[0]
+        module, "map_core", lambda *core: (areas or areas.append(synthesis(*core)) or areas)[0]
     )
     monkeypatch.setattr(module, "BOARD_S", 0.02)
     data = boresight.demo(
@@ -61,7 +61,7 @@ def test_what_cannot_run_is_told_before_anything_else(tmp_path, monkeypatch, cap
     assert capsys.readouterr().err == "error: no verilator\n"
     check = SimpleNamespace(run=lambda record: [SimpleNamespace(levels=[failed])] * 4)
     monkeypatch.setattr(module, "Check", lambda build, **options: check)
-    monkeypatch.setattr(module, "estimate_core", lambda core: pytest.fail("has gone on"))
+    monkeypatch.setattr(module, "map_core", lambda *core: pytest.fail("has gone on"))
     assert main(line) == 1
     assert capsys.readouterr().err == "error: rtl in verilator: no libpython\n"
     assert not (tmp_path / "out").exists()

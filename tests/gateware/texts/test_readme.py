@@ -5,7 +5,6 @@ import re
 import subprocess
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from amaranth.lib.wiring import Component
 from boresight.gateware.core import Core, build_core
 from boresight.gateware.description import Records, describe
 from boresight.gateware.engine.engine import Engine
-from boresight.gateware.synthesis.spartan6.device import XC6SLX9
 from boresight.gateware.texts.bench import Recorded, expected_hex, input_hex
 from boresight.gateware.texts.core import integration_files, verilog_head
 from boresight.gateware.texts.records import records_header
@@ -109,26 +107,6 @@ def test_flags_are_those_of_the_register_map(one: Design) -> None:
         for bit in register.fields:
             assert f"| {register.address} | `{register.name}` | {bit.bit}" in text
             assert f"`{bit.name}`: {bit.meaning}" in text
-
-
-def test_area_and_clock_are_called_an_estimate(one: Design) -> None:
-    build = one[1]
-    used = SimpleNamespace(lut=1042, ff=900, dsp=8, ramb16=17.5)
-
-    def resources(fmax: float | None) -> str:
-        corner = SimpleNamespace(fmax_mhz=fmax)
-        area: Any = SimpleNamespace(area=used, device=XC6SLX9, corner=lambda **_: corner)
-        texts = integration_files(
-            describe(build.core), recorded(build), generic=False, axi=False, area=area
-        )
-        return texts["README.md"].partition("## Resources\n\n")[2]
-
-    text = resources(124.6)
-    assert text.startswith(
-        f"1 lane(s), {len(build.core.image.rom)} microwords. **Estimate** for XC"
-    )
-    assert "not from ISE: 1042 LUT, 900 flip-flops, 8 DSP48A1, 17.5 RAMB16; clock 125 MHz" in text
-    assert "clock not known" in resources(None)
 
 
 # -- ``records.h``: what the firmware is told of the estimators' records, number by number --------

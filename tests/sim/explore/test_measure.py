@@ -22,7 +22,7 @@ def test_a_tool_that_fails_is_worth_another_try(monkeypatch) -> None:
     def fail(*_, **__):
         raise SynthesisError("no memory\nmore")
 
-    monkeypatch.setattr("boresight.sim.explore.measure.estimate", fail)
+    monkeypatch.setattr("boresight.sim.explore.measure.netlist_for", fail)
     case = Case(Smooth, (), 18, "small", "xc6slx9")
     (row,) = measured(Exploration((LOG,)), [Task("k", "area", case)])
     assert row == {"key": "k", "refused": "no memory", "again": True}

@@ -108,8 +108,6 @@ def test_headline_numbers_are_those_of_the_json(page: Page, report: dict[str, An
         "timing.latency_cycles.predicted",
         "timing.latency_cycles.max",
         "timing.update_us",
-        "timing.speedup",
-        "timing.paper_cycles",
         "timing.fmax_mhz.-2.p75",
         "resources.lut",
         "resources.dsp",
@@ -119,7 +117,6 @@ def test_headline_numbers_are_those_of_the_json(page: Page, report: dict[str, An
     } <= set(shown)
     for path, value in shown.items():
         assert value is not None and float(value) == at(report, path), path
-    assert "31\N{NARROW NO-BREAK SPACE}600" in page.text
 
 
 def test_every_level_has_its_line(page: Page, report: dict[str, Any]) -> None:
@@ -132,7 +129,6 @@ def test_every_level_has_its_line(page: Page, report: dict[str, Any]) -> None:
 def test_names_and_guesses_are_shown_and_escaped(html: str, page: Page) -> None:
     text = page.text
     assert "lane0.<i>" in text and "lane0.&lt;i&gt;" in html
-    assert "guess & nothing else" in text and "(made by synthesis)" in text
     assert "boresight report complementary <log>" in text
     assert "estimate, not ISE" in " ".join(text.split())
 

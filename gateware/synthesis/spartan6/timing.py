@@ -1,0 +1,289 @@
+"""Estimate the clock of a Spartan-6 netlist by its longest path from register to register.
+
+No open tool routes a Spartan-6. The estimate adds the delays of the cells on a path (in
+``delays.csv``: constants of published ISE timing reports, or guesses) and a delay for each net: the
+median or the upper quartile of routed nets with the same fan-out. The two clocks are the band of
+the estimate; ISE's ``trce`` gives the true one. Paths through the ports of the module are not
+counted, all registers are on one clock, and no path is false or multi-cycle.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from boresight.gateware.synthesis.family import ClockEstimate, Step
+
+__all__ = ["estimate_clock"]
+
+#: Statistics of routed nets: an optimistic and a pessimistic one.
+_NETS: Final = ("median", "p75")
+_CLOCK: Final = "clock"
+
+
+class _Arc(NamedTuple):
+    """A row of ``delays.csv``: from a pin, or the clock, to a pin, or the clock."""
+
+    source: str
+    target: str
+    when: str
+    ns: float
+
+
+class _Pin(NamedTuple):
+    """A bit of a port of a cell."""
+
+    cell: str
+    port: str
+    bit: int
+
+    @property
+    def pattern(self) -> str:
+        return f"{self.port}.{self.bit}"
+
+
+class _Edge(NamedTuple):
+    """Through a cell: from input ``load``, or its clock (None), to an output, or to its clock."""
+
+    load: _Pin | None
+    ns: float
+
+
+@dataclass(frozen=True)
+class _Delays:
+    """Delays of one speed grade [ns]: of cells by type, of nets by largest fan-out, and others."""
+
+    cells: Mapping[str, tuple[_Arc, ...]]
+    nets: Mapping[str, Mapping[str, float]]
+
+
+@cache
+def _delays(grade: int) -> _Delays:
+    cells: dict[str, list[_Arc]] = defaultdict(list)
+    nets: dict[str, dict[str, float]] = defaultdict(dict)
+    with Path(__file__).with_name("delays.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            ns = float(row[f"ns_{grade}"])
+            if row["cells"] == "net":
+                for model in [row["when"]] if row["when"] else _NETS:
+                    nets[model][row["to"]] = ns
+                continue
+            for kind in row["cells"].split():
+                cells[kind].append(_Arc(row["from"], row["to"], row["when"], ns))
+    return _Delays({kind: tuple(arcs) for kind, arcs in cells.items()}, nets)
+
+
+class _Netlist:
+    """Cells, and the drivers and loads of nets, of a flat netlist of yosys."""
+
+    def __init__(self, module: Mapping[str, Any]) -> None:
+        self.cells: Mapping[str, Mapping[str, Any]] = module["cells"]
+        self.inputs: dict[str, list[tuple[_Pin, int]]] = defaultdict(list)
+        self.outputs: dict[str, list[tuple[_Pin, int]]] = defaultdict(list)
+        self.driver: dict[int, _Pin] = {}
+        self.loads: dict[int, list[_Pin]] = defaultdict(list)
+        for name, cell in self.cells.items():
+            for port, bits in cell["connections"].items():
+                for index, bit in enumerate(bits):
+                    pin = _Pin(name, port, index)
+                    if not isinstance(bit, int):
+                        continue
+                    if cell["port_directions"][port] == "output":
+                        self.outputs[name].append((pin, bit))
+                        self.driver[bit] = pin
+                    else:
+                        self.inputs[name].append((pin, bit))
+                        self.loads[bit].append(pin)
+        self.leaving = {
+            bit
+            for port in module["ports"].values()
+            if port["direction"] != "input"
+            for bit in port["bits"]
+        }
+        self.names = _names(module.get("netnames", {}))
+
+    def kind(self, pin: _Pin) -> str:
+        return str(self.cells[pin.cell]["type"])
+
+    def fanout(self, bit: int) -> int:
+        return len(self.loads[bit]) + (bit in self.leaving)
+
+    def label(self, cell: str) -> str:
+        """Name of a cell; of one that yosys named, its type and the net that it drives."""
+        if not cell.startswith("$"):
+            return cell
+        nets = [self.names[bit] for _, bit in self.outputs[cell] if bit in self.names]
+        return " ".join((self.cells[cell]["type"], *nets[:1]))
+
+    def holds(self, cell: str, condition: str) -> bool:
+        """Whether all words of a condition hold: ``A0REG|A1REG``, one of these; ``!MREG``, not."""
+        parameters = self.cells[cell].get("parameters", {})
+        return all(
+            any(_is_set(parameters.get(name)) for name in word.removeprefix("!").split("|"))
+            != word.startswith("!")
+            for word in condition.split()
+        )
+
+
+def _is_set(value: object) -> bool:
+    """Whether a parameter is not 0, as yosys writes it."""
+    return bool(value) and str(value).strip("0") != ""
+
+
+def _names(netnames: Mapping[str, Any]) -> dict[int, str]:
+    """For each bit the shortest of its names that the source has."""
+    out: dict[int, str] = {}
+    for name, net in netnames.items():
+        if net.get("hide_name") or name.startswith("$"):
+            continue
+        for index, bit in enumerate(net["bits"]):
+            full = name if len(net["bits"]) == 1 else f"{name}[{index}]"
+            if isinstance(bit, int) and (len(full), full) < (len(out.get(bit, full * 2)), full * 2):
+                out[bit] = full
+    return out
+
+
+class _Graph:
+    """What feeds each net, and where paths end, at one speed grade."""
+
+    def __init__(self, netlist: _Netlist, grade: int) -> None:
+        self.netlist = netlist
+        self.delays = _delays(grade)
+        self.into: dict[int, list[_Edge]] = defaultdict(list)
+        self.ends: list[tuple[str, _Edge]] = []
+        for cell in netlist.cells:
+            self._add(cell)
+        loads = {
+            net: [self._net(edge.load) for edge in edges if edge.load is not None]
+            for net, edges in self.into.items()
+        }
+        try:
+            self.order = [*TopologicalSorter(loads).static_order()]
+        except CycleError as error:
+            cells = " -> ".join(netlist.label(netlist.driver[net].cell) for net in error.args[1])
+            raise ValueError(f"netlist has a combinational loop: {cells}") from None
+
+    def _add(self, cell: str) -> None:
+        netlist = self.netlist
+        for arc in self.delays.cells.get(netlist.cells[cell]["type"], ()):
+            if not netlist.holds(cell, arc.when):
+                continue
+            loads: list[_Pin | None] = [None]
+            if arc.source != _CLOCK:
+                loads = [p for p, _ in netlist.inputs[cell] if fnmatchcase(p.pattern, arc.source)]
+            if arc.target == _CLOCK:
+                self.ends += [(cell, _Edge(load, arc.ns)) for load in loads]
+                continue
+            for pin, net in netlist.outputs[cell]:
+                if fnmatchcase(pin.pattern, arc.target):
+                    self.into[net] += [_Edge(load, arc.ns) for load in loads]
+
+    def _net(self, load: _Pin) -> int:
+        net: int = self.netlist.cells[load.cell]["connections"][load.port][load.bit]
+        return net
+
+    def hop(self, load: _Pin, model: str) -> float:
+        """Delay of the net that ends at a pin [ns]; wires inside a slice take no time."""
+        net, nets = self._net(load), self.delays.nets[model]
+        if net not in self.netlist.driver:
+            return 0.0
+        driver, fanout = self.netlist.driver[net], self.netlist.fanout(net)
+        source, target = self.netlist.kind(driver), self.netlist.kind(load)
+        routed = next(ns for most, ns in nets.items() if not most or fanout <= int(most))
+        is_table = source.startswith("LUT") or source == "INV"
+        if source == "CARRY4" and driver.pattern == "CO.3":
+            is_chain = target == "CARRY4" and load.port == "CI"
+            return nets["carry"] if is_chain else routed + nets["carry_exit"]
+        if (target == "CARRY4" and load.port == "S") or (target == "MUXF7" and load.port != "S"):
+            rivals = [p for p in self.netlist.loads[net] if self.netlist.kind(p) == target]
+            alone = sum((p.port == "S") == (load.port == "S") for p in rivals) == 1
+            return 0.0 if is_table and alone else routed + nets["table"]
+        if source == "MUXF7" and target == "MUXF8" and load.port != "S":
+            return 0.0
+        if source == target == "DSP48A1" and (driver.port, load.port) == ("PCOUT", "PCIN"):
+            return nets["cascade"]
+        in_slice = is_table or source.startswith("MUXF") or (source, driver.port) == ("CARRY4", "O")
+        if in_slice and target.startswith("FD") and load.port == "D" and fanout == 1:
+            return 0.0
+        return routed
+
+    def longest(self, model: str) -> tuple[float, tuple[Step, ...]]:
+        """Longest path with one statistic of nets [ns], and its steps; 0 without any."""
+        arrival: dict[int, float] = {}
+        reason: dict[int, _Edge] = {}
+
+        def time(edge: _Edge) -> float | None:
+            if edge.load is None:
+                return edge.ns
+            before = arrival.get(self._net(edge.load))
+            return None if before is None else before + self.hop(edge.load, model) + edge.ns
+
+        for net in self.order:
+            times = [(t, edge) for edge in self.into[net] if (t := time(edge)) is not None]
+            if times:
+                arrival[net], reason[net] = max(times, key=lambda item: item[0])
+        skew = self.delays.nets[model]["uncertainty"]
+        ends = [
+            (t + (skew if edge.load is not None else 0.0), cell, edge)
+            for cell, edge in self.ends
+            if (t := time(edge)) is not None
+        ]
+        if not ends:
+            return 0.0, ()
+        total, cell, end = max(ends, key=lambda item: item[0])
+        steps = tuple(self._steps(cell, end, reason, model))[::-1]
+        if end.load is not None:
+            steps = (
+                *steps,
+                Step(kind="clock skew and jitter", ns=skew, start="", end=steps[-1].end),
+            )
+        return total, steps
+
+    def _steps(
+        self, cell: str, end: _Edge, reason: Mapping[int, _Edge], model: str
+    ) -> Iterator[Step]:
+        """Steps of a path, from its end to its start."""
+        edge, kind, leaving = end, "setup", _CLOCK
+        while edge.load is not None:
+            net = self._net(edge.load)
+            driver, label = self.netlist.driver[net], self.netlist.label(cell)
+            entry = f"{label}.{edge.load.port}"
+            yield Step(kind=kind, ns=round(edge.ns, 3), start=entry, end=f"{label}.{leaving}")
+            yield Step(
+                kind="routing",
+                ns=round(self.hop(edge.load, model), 3),
+                start=f"{self.netlist.label(driver.cell)}.{driver.port}",
+                end=entry,
+                net=self.netlist.names.get(net, f"net {net}"),
+            )
+            edge, cell, kind, leaving = reason[net], driver.cell, "logic", driver.port
+        label = self.netlist.label(cell)
+        kind = "clk-to-q" if edge is not end else "period"
+        yield Step(kind=kind, ns=edge.ns, start=f"{label}.{_CLOCK}", end=f"{label}.{leaving}")
+
+
+def estimate_clock(netlist: Mapping[str, Any], top: str, grade: int) -> ClockEstimate | None:
+    """Estimate the clock of a flat netlist of yosys; None if no register feeds a register.
+
+    Parameters
+    ----------
+    netlist : mapping
+        As ``write_json`` makes it, of primitives of Spartan-6.
+    top : str
+        Its module.
+    grade : int
+        Speed grade, 2 or 3.
+    """
+    graph = _Graph(_Netlist(netlist["modules"][top]), grade)
+    paths = {model: graph.longest(model) for model in _NETS}
+    if not all(ns for ns, _ in paths.values()):
+        return None
+    mhz = {model: int(10_000.0 / ns) / 10 for model, (ns, _) in paths.items()}
+    return ClockEstimate(mhz["median"], mhz["p75"], paths["p75"][1])
