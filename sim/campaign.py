@@ -1,34 +1,292 @@
-"""Campaigns: many runs in batches over processes or a cluster, with a journal to continue from.
+"""Campaigns: independent tasks on processes of this machine or on a Dask cluster, and their journal.
 
-The result of a run does not depend on where it is computed: each has its own seed or case.
+`dispatch` runs tasks and yields their results. `complete` does the same for tasks whose results are
+plain data, and writes these to a journal (JSON lines), so that a later campaign continues an
+interrupted one. The key of a row is a digest of everything that determines its result (`digest`).
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
-import sqlite3
+import math
+import multiprocessing
+import os
+import signal
+import sys
+import sysconfig
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
-from contextlib import closing, contextmanager
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, TypeVar
 
-from boresight.model.errors import InputError
-from boresight.sim.processes import dispatch, duration, processes
+from boresight.model.errors import InputError, ToolMissing
+from boresight.model.resolve import profiles, profiles_now
+from boresight.model.tolerances import tolerances, tolerances_now
+from boresight.model.tools.failure import ToolFailed
+from boresight.sim.records.selection import Selection, selected, selection
 
-__all__ = ["BATCH", "Journal", "complete"]
+__all__ = [
+    "BATCH",
+    "Journal",
+    "cluster",
+    "complete",
+    "digest",
+    "dispatch",
+    "duration",
+    "processes",
+    "sources",
+]
 
-BATCH = 5  #: runs that are dispatched together.
-#: Seconds that a process waits for another one that writes into the same journal.
-_PATIENCE_S = 60.0
-_C = TypeVar("_C")
+BATCH = 5  #: Tasks that one process runs before it returns their results.
+
+Label = TypeVar("Label")
+Result = TypeVar("Result")
+Row = dict[str, Any]
+
+
+def processes(jobs: int | None) -> int:
+    """Number of processes: ``jobs``, or one for each processor."""
+    return jobs or os.cpu_count() or 1
+
+
+def duration(seconds: float) -> str:
+    """Text of an approximate time."""
+    return f"{math.ceil(seconds)} s" if seconds < 100.0 else f"{math.ceil(seconds / 60.0)} min"
+
+
+def digest(*parts: Any) -> str:
+    """SHA-256 of plain data; other objects count by their `repr`."""
+    return hashlib.sha256(json.dumps(parts, default=repr).encode()).hexdigest()
+
+
+def sources(*objects: object) -> str:
+    """Digest of the loaded Python files beside those of some objects, and Boresight's version.
+
+    It covers a user's file and the modules that it imports from the same folder or below it.
+    """
+    files = {
+        Path(path).resolve()
+        for module in list(sys.modules.values())
+        if (path := getattr(module, "__file__", None)) and path.endswith(".py")
+    }
+    names = {getattr(o, "__module__", None) or type(o).__module__ for o in objects}
+    modules = [sys.modules[name] for name in names if name in sys.modules]
+    own = {Path(m.__file__).resolve() for m in modules if m.__file__}
+    installed = [Path(sysconfig.get_path(name)) for name in ("purelib", "platlib", "stdlib")]
+    texts = {
+        hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in files
+        if any(file.is_relative_to(o.parent) for o in own)
+        and not any(file.is_relative_to(folder) for folder in installed)
+    }
+    return digest(metadata.version("boresight"), sorted(texts))
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """Profiles, tolerances and log selection of the process that dispatches tasks."""
+
+    profiles: Sequence[str] | None
+    tolerances: Sequence[str]
+    rows: Selection
+
+    def run(self, work: Callable[..., Result], *arguments: object) -> Result:
+        """Run a task with these settings."""
+        with profiles(self.profiles), tolerances(self.tolerances), selected(self.rows):
+            return work(*arguments)
+
+
+def dispatch(
+    jobs: int | None,
+    tasks: Iterable[tuple[Label, Callable[..., Result], tuple[object, ...]]],
+    executor: Executor | None = None,
+) -> Iterator[tuple[Label, Result]]:
+    """Run tasks (label, function, arguments) and yield results in the order of completion.
+
+    One job or one task runs in this process, in order. Other processes are spawned: a script that
+    uses more than one job needs ``if __name__ == "__main__"``; functions, arguments and results
+    must be picklable. An error cancels the tasks that remain.
+
+    Parameters
+    ----------
+    jobs : int, optional
+        Number of processes; by default one for each processor.
+    tasks : iterable of (label, function, arguments)
+    executor : concurrent.futures.Executor, optional
+        Runs the tasks instead, for example a Dask cluster (`cluster`).
+
+    Raises
+    ------
+    ToolFailed
+        A process ended before its task, for example because it was killed.
+    """
+    run = _Settings(profiles_now(), tolerances_now(), selection()).run
+    queue = list(tasks)
+    count = min(processes(jobs), len(queue))
+    if executor is None and count <= 1:
+        for label, work, arguments in queue:
+            yield label, work(*arguments)
+        return
+    with _pool(count) if executor is None else _unowned(executor) as pool:
+        futures = {pool.submit(run, work, *arguments): label for label, work, arguments in queue}
+        try:
+            for future in as_completed(futures):
+                yield futures.pop(future), future.result()
+        except BrokenProcessPool:
+            raise ToolFailed(
+                "a worker process ended before its task: if memory ran out, use fewer jobs; a "
+                'script that uses more than one job needs `if __name__ == "__main__"`'
+            ) from None
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+@contextmanager
+def _pool(count: int) -> Iterator[Executor]:
+    """Spawned processes; an error or Ctrl-C ends them."""
+    context = multiprocessing.get_context("spawn")
+    others = multiprocessing.active_children()
+    pool = ProcessPoolExecutor(count, context, initializer=_end_on_interrupt)
+    try:
+        yield pool
+    except BaseException:
+        for process in multiprocessing.active_children():
+            if process not in others:
+                process.kill()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _unowned(executor: Executor) -> Iterator[Executor]:
+    yield executor
+
+
+def _end_on_interrupt() -> None:
+    """Let Ctrl-C end a worker process without a traceback."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@contextmanager
+def cluster(address: str | None, executor: Executor | None = None) -> Iterator[Executor | None]:
+    """The executor that runs a campaign: a given one, or the Dask cluster of a scheduler.
+
+    Yields None, which stands for the processes of this machine, if neither is given.
+
+    Parameters
+    ----------
+    address : str or None
+        Address of the scheduler, for example ``tcp://host:8786``.
+    executor : concurrent.futures.Executor, optional
+
+    Raises
+    ------
+    ToolMissing
+        dask.distributed is not installed.
+    InputError
+        No scheduler answers.
+    """
+    if executor is not None or address is None:
+        yield executor
+        return
+    try:
+        distributed = import_module("distributed")
+    except ImportError:
+        raise ToolMissing(
+            "dask.distributed was not found: pip install 'boresight[cluster]', here and on the "
+            "workers."
+        ) from None
+    try:
+        client = distributed.Client(address, timeout=10)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError.at(
+            "scheduler",
+            wanted="the address of a Dask scheduler",
+            found=f"{address}: {type(error).__name__}",
+            fix="start one with `dask scheduler` and give its address",
+        ) from None
+    with client:
+        yield client.get_executor()
+
+
+class Journal:
+    """Rows of completed tasks, in memory and as lines of a JSON file.
+
+    Several processes may add rows to one file. A line that was cut off, because its process was
+    killed, is ignored.
+
+    Parameters
+    ----------
+    path : path
+    again : bool
+        Ignore the rows of the file: every task runs again.
+
+    Attributes
+    ----------
+    rows : dict of str to dict
+        Rows by key.
+
+    Raises
+    ------
+    InputError
+        The file is not a journal, or cannot be read.
+    """
+
+    def __init__(self, path: Path, *, again: bool = False) -> None:
+        self.path, self.rows = path, dict[str, Row]()
+        if not path.exists():
+            return
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+            rows = [json.loads(line) for line in lines if line.endswith("}\n")]
+            found = {row.pop("key"): row for row in rows}
+        except (OSError, ValueError, KeyError, AttributeError) as error:
+            raise self._unusable(error) from None
+        if lines and not rows:
+            raise self._unusable("no rows")
+        self.rows = {} if again else found
+
+    def add(self, rows: Mapping[str, Row]) -> None:
+        """Append rows by key; they are in the file when this returns.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written, for example because the disk is full.
+        """
+        text = "".join(json.dumps({"key": key, **row}) + "\n" for key, row in rows.items())
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("ab+") as file:
+                size = file.tell()
+                file.seek(max(size - 1, 0))
+                cut_off = size > 0 and file.read(1) != b"\n"
+                file.write(b"\n" * cut_off + text.encode())
+        except OSError as error:
+            raise self._unusable(error) from None
+        self.rows |= rows
+
+    def _unusable(self, found: object) -> InputError:
+        return InputError.at(
+            str(self.path),
+            wanted="a journal that can be read and written",
+            found=str(found),
+            fix="choose another folder with -o, or remove it",
+        )
 
 
 def complete(
-    campaign: _C,
-    work: Callable[[_C, Sequence[Any]], list[dict[str, Any]]],
-    cases: Mapping[Any, Any],
+    work: Callable[[Any, Sequence[Any]], Sequence[Row]],
+    context: Any,
+    tasks: Mapping[str, Any],
     journal: Journal,
     *,
     say: Callable[[str], None],
@@ -36,136 +294,46 @@ def complete(
     executor: Executor | None = None,
     batch: int = BATCH,
     after_batch: Callable[[], None] | None = None,
-) -> list[dict[str, Any]]:
-    """Run every case that the journal does not hold; the rows of all, in their order.
+) -> list[Row]:
+    """Run the tasks whose rows the journal does not hold; return the rows of all, in order.
 
     Parameters
     ----------
-    campaign : object
-        First argument of ``work``.
     work : callable
-        Maps some of the cases to their rows, plain data with the case's key under `Journal.key`.
-    cases : mapping
-        By key, in the order in which they are dispatched.
+        Maps ``context`` and some tasks to a row for each: plain data, with ``refused`` in it if the
+        task could not be done.
+    context : object
+        Common to all tasks.
+    tasks : mapping
+        By key.
+    journal : Journal
     say : callable
-        Called with a line after each batch: done, refused (rows with ``refused``), time left.
+        Called with a line after each batch.
     jobs, executor
         See `dispatch`.
     batch : int
-        Runs that are dispatched together.
+        Tasks that one process runs before it returns their rows.
     after_batch : callable, optional
-        Called after each batch, when its rows are in the journal.
+        Called when the rows of a batch are in the journal.
     """
-    remaining = [case for number, case in cases.items() if number not in journal.rows]
-    if len(remaining) < len(cases):
-        say(f"{len(cases) - len(remaining)} of {len(cases)} runs are done already")
+    remaining = [key for key in tasks if key not in journal.rows]
+    known = len(tasks) - len(remaining)
+    if known:
+        say(f"{known} of {len(tasks)} runs are in {journal.path} already")
     size = batch if executor is not None or processes(jobs) > 1 else 1
     batches = [remaining[k : k + size] for k in range(0, len(remaining), size)]
-    tasks = [(k, work, (campaign, part)) for k, part in enumerate(batches)]
-    start, resumed = time.monotonic(), len(cases) - len(remaining)
-    for _, rows in dispatch(jobs, tasks, executor):
-        journal.add(rows)
-        done = [journal.rows[number] for number in cases if number in journal.rows]
-        refused = sum(bool(row.get("refused")) for row in done)
-        seconds = (time.monotonic() - start) * (len(cases) - len(done)) / (len(done) - resumed)
+    calls = [(keys, work, (context, [tasks[key] for key in keys])) for keys in batches]
+    start, done = time.monotonic(), known
+    for keys, rows in dispatch(jobs, calls, executor):
+        journal.add(dict(zip(keys, rows, strict=True)))
+        done += len(keys)
+        refused = sum(bool(journal.rows.get(key, {}).get("refused")) for key in tasks)
+        seconds = (time.monotonic() - start) * (len(tasks) - done) / (done - known)
         say(
-            f"{len(done)} of {len(cases)} runs"
+            f"{done} of {len(tasks)} runs"
             + (f", {refused} refused" if refused else "")
-            + (f", about {duration(seconds)} left" if len(done) < len(cases) else "")
+            + (f", about {duration(seconds)} left" if done < len(tasks) else "")
         )
         if after_batch is not None:
             after_batch()
-    return [journal.rows[number] for number in cases]
-
-
-class Journal:
-    """Rows of the completed runs, in memory and in an SQLite file of its own.
-
-    Each row is written completely or not at all, whenever a process is killed, and several
-    processes may add rows at once. A file of another campaign is not changed.
-
-    Parameters
-    ----------
-    path : path
-    identity : mapping
-        Data that all rows depend on.
-    key : str
-        Name of a row's key in the row.
-
-    Attributes
-    ----------
-    rows : dict
-        Rows by key.
-
-    Raises
-    ------
-    InputError
-        The file belongs to another campaign, is no journal, or cannot be read.
-    """
-
-    def __init__(self, path: Path, identity: dict[str, Any], *, key: str = "seed") -> None:
-        self.path, self.key, self.rows = path, key, dict[Any, dict[str, Any]]()
-        self._identity = json.dumps(identity, sort_keys=True)
-        if path.exists():
-            with self._connection() as connection:
-                names = {name for (name,) in connection.execute("SELECT name FROM sqlite_master")}
-                if not names:  # its process was killed before its first row
-                    return
-                if not {"campaign", "runs"} <= names or [
-                    *connection.execute("SELECT identity FROM campaign")
-                ] != [(self._identity,)]:
-                    raise self._foreign()
-                for number, row in connection.execute("SELECT key, row FROM runs"):
-                    self.rows[number] = json.loads(row)
-
-    def add(self, rows: Iterable[dict[str, Any]]) -> None:
-        """Add rows; they are on disk when this returns.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written, as on a full disk, or another campaign has made it since.
-        """
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        new_rows = list(rows)
-        with self._connection() as connection:
-            connection.execute("BEGIN IMMEDIATE")
-            connection.execute("CREATE TABLE IF NOT EXISTS campaign (identity TEXT UNIQUE)")
-            connection.execute("CREATE TABLE IF NOT EXISTS runs (key PRIMARY KEY, row TEXT)")
-            connection.execute("INSERT OR IGNORE INTO campaign VALUES (?)", (self._identity,))
-            if connection.execute("SELECT count(*) FROM campaign").fetchone() != (1,):
-                raise self._foreign()
-            connection.executemany(
-                "INSERT OR REPLACE INTO runs VALUES (?, ?)",
-                [(row[self.key], json.dumps(row, sort_keys=True)) for row in new_rows],
-            )
-            connection.execute("COMMIT")
-        self.rows |= {row[self.key]: row for row in new_rows}
-
-    @contextmanager
-    def _connection(self) -> Iterator[sqlite3.Connection]:
-        """The file, open for the block; uncommitted changes are rolled back."""
-        try:
-            with closing(
-                sqlite3.connect(self.path, timeout=_PATIENCE_S, isolation_level=None)
-            ) as connection:
-                yield connection
-        except (sqlite3.Error, OSError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
-            if getattr(error, "sqlite_errorname", "") == "SQLITE_NOTADB":
-                raise self._foreign() from None
-            raise InputError.at(
-                str(self.path),
-                wanted="a journal that can be read and written",
-                found=str(error).splitlines()[0],
-                fix="choose another folder with -o, or remove it",
-            ) from None
-
-    def _foreign(self) -> InputError:
-        return InputError.at(
-            str(self.path),
-            wanted="the journal of this campaign",
-            found="that of another one, or of sources that have changed, or another file",
-            fix="choose another folder with -o, or remove it",
-        )
+    return [journal.rows[key] for key in tasks]
