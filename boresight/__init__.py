@@ -81,7 +81,6 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.bench import BenchResult as BenchResult
     from boresight.verbs.figures.bench import bench as bench
     from boresight.verbs.figures.covariance import covariance as covariance
-    from boresight.verbs.figures.montecarlo import MonteCarloResult as MonteCarloResult
     from boresight.verbs.figures.montecarlo import montecarlo as montecarlo
     from boresight.verbs.figures.protocol import accuracy_protocol as accuracy_protocol
     from boresight.verbs.figures.tune import tune as tune
@@ -137,7 +136,7 @@ _EXPORTS = {
     "verbs.figures.accuracy": "accuracy",
     "verbs.figures.bench": "BenchResult bench",
     "verbs.figures.covariance": "covariance",
-    "verbs.figures.montecarlo": "MonteCarloResult montecarlo",
+    "verbs.figures.montecarlo": "montecarlo",
     "verbs.figures.protocol": "accuracy_protocol",
     "verbs.figures.tune": "tune",
     "verbs.explore": "explore",

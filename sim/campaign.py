@@ -1,4 +1,4 @@
-"""Campaigns: independent tasks on processes of this machine or on a Dask cluster, and their journal.
+"""Campaigns: independent tasks on processes or on a Dask cluster, and the journal of their results.
 
 `dispatch` runs tasks and yields their results. `complete` does the same for tasks whose results are
 plain data, and writes these to a journal (JSON lines), so that a later campaign continues an
@@ -17,11 +17,12 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib import import_module, metadata
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -109,9 +110,10 @@ def dispatch(
 ) -> Iterator[tuple[Label, Result]]:
     """Run tasks (label, function, arguments) and yield results in the order of completion.
 
-    One job or one task runs in this process, in order. Other processes are spawned: a script that
-    uses more than one job needs ``if __name__ == "__main__"``; functions, arguments and results
-    must be picklable. An error cancels the tasks that remain.
+    Tasks are taken from the iterable as processes become free. One job or one task runs in this
+    process, in order. Other processes are spawned: a script that uses more than one job needs
+    ``if __name__ == "__main__"``; functions, arguments and results must be picklable. An error
+    cancels the tasks that remain.
 
     Parameters
     ----------
@@ -127,17 +129,26 @@ def dispatch(
         A process ended before its task, for example because it was killed.
     """
     run = _Settings(profiles_now(), tolerances_now(), selection()).run
-    queue = list(tasks)
-    count = min(processes(jobs), len(queue))
-    if executor is None and count <= 1:
-        for label, work, arguments in queue:
+    remaining = iter(tasks)
+    first = list(islice(remaining, processes(jobs)))
+    if executor is None and len(first) <= 1:
+        for label, work, arguments in chain(first, remaining):
             yield label, work(*arguments)
         return
-    with _pool(count) if executor is None else _unowned(executor) as pool:
-        futures = {pool.submit(run, work, *arguments): label for label, work, arguments in queue}
+    # Tasks of a pool are submitted as its processes become free; an executor takes all at once.
+    ahead = None if executor is not None else len(first)
+    remaining = chain(first, remaining)
+    with _pool(len(first)) if executor is None else nullcontext(executor) as pool:
+        futures: dict[Future[Result], Label] = {}
         try:
-            for future in as_completed(futures):
-                yield futures.pop(future), future.result()
+            while True:
+                room = None if ahead is None else 2 * ahead - len(futures)
+                for label, work, arguments in islice(remaining, room):
+                    futures[pool.submit(run, work, *arguments)] = label
+                if not futures:
+                    return
+                for future in wait(futures, return_when=FIRST_COMPLETED).done:
+                    yield futures.pop(future), future.result()
         except BrokenProcessPool:
             raise ToolFailed(
                 "a worker process ended before its task: if memory ran out, use fewer jobs; a "
@@ -163,11 +174,6 @@ def _pool(count: int) -> Iterator[Executor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _unowned(executor: Executor) -> Iterator[Executor]:
-    yield executor
 
 
 def _end_on_interrupt() -> None:
@@ -284,8 +290,8 @@ class Journal:
 
 
 def complete(
-    work: Callable[[Any, Sequence[Any]], Sequence[Row]],
     context: Any,
+    work: Callable[[Any, Sequence[Any]], Sequence[Row]],
     tasks: Mapping[str, Any],
     journal: Journal,
     *,
@@ -299,11 +305,11 @@ def complete(
 
     Parameters
     ----------
+    context : object
+        Common to all tasks.
     work : callable
         Maps ``context`` and some tasks to a row for each: plain data, with ``refused`` in it if the
         task could not be done.
-    context : object
-        Common to all tasks.
     tasks : mapping
         By key.
     journal : Journal

@@ -45,12 +45,11 @@ from boresight.options import (
     Verb,
 )
 from boresight.results.explore import ExploreResult
-from boresight.sim.campaign import Journal, complete
-from boresight.sim.cluster import executor_for
-from boresight.sim.explore.cases import FORMAT, Planned, arguments_of, cases_of, planned
+from boresight.sim.campaign import Journal, cluster, complete
+from boresight.sim.explore.cases import Planned, arguments_of, cases_of, planned
 from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
 from boresight.sim.explore.figures import OF_AREA, Quantity, explored, quantities
-from boresight.sim.explore.measure import Case, Exploration, Task, measured
+from boresight.sim.explore.measure import Case, Exploration, Task, digest_of, measured
 from boresight.sim.explore.page import page_data, render_page
 from boresight.sim.records.columnar import parquet_of
 from boresight.sim.records.feed import feed
@@ -81,6 +80,7 @@ def explore(
     csv: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     parquet: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     jobs: Jobs = None,
+    again: bool = False,
     scheduler: Annotated[str | None, Option(metavar="ADDRESS")] = None,
     executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
@@ -88,8 +88,8 @@ def explore(
 ) -> ExploreResult:
     """Measure combinations of word, machine and target, and choose one.
 
-    Everything measured stands in ``explore-NAME.runs``, a table that later runs read and extend:
-    nothing is measured twice, and a run that was killed goes on. The page ``explore-NAME.html`` is
+    Everything measured is stored in ``explore-NAME.jsonl``: later runs read and extend it, and an
+    interrupted run continues. The page ``explore-NAME.html`` is
     written as soon as there are figures, and again as more come. A combination that cannot be built
     says so in its row.
 
@@ -131,10 +131,12 @@ def explore(
     jobs : int, optional
         Processes; by default one for each processor. An estimator that is no text runs in this
         process.
+    again : bool
+        Measure everything again, also what is stored.
     scheduler : str, optional
-        Of a Dask cluster whose workers measure instead; they see the same files.
+        Address of a Dask cluster whose workers measure instead; they see the same files.
     executor : concurrent.futures.Executor, optional
-        Who measures, instead of both.
+        Measures instead of both.
     output : path
         Folder of page and table.
 
@@ -146,8 +148,7 @@ def explore(
     Raises
     ------
     InputError
-        Unknown names, bad logs, a demand on a figure that does not exist, a table that belongs to
-        another version.
+        Unknown names, bad logs, a demand on a figure that does not exist.
     ToolMissing
         There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no Verilator, and
         ``toggles`` are; no C compiler; no pyarrow, and ``parquet`` is wanted.
@@ -208,23 +209,31 @@ def explore(
     ]
     if parquet is not None:
         parquet_of({})
-    journal = Journal(folder / f"{of}.runs", {"boresight explore": FORMAT}, key="key")
+    journal = Journal(folder / f"{of}.jsonl", again=again)
     journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
     say(f"{estimator.name}: {len(cases)} combinations")
+    records = [record for record, _ in read]
     exploration = Exploration(
         tuple(record if path is None else str(path.absolute()) for record, path in read),
         tuple(sorted((params or {}).items())),
         steps,
         seeds,
         urgent,
+        digest_of(records),
     )
-    records = [record for record, _ in read]
     plans, tasks = planned(exploration, cases, records, area=area, route=route, toggles=toggles)
     table = _Table(
         estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
     )
     texts = isinstance(name, str)
-    with executor_for(scheduler, executor, texts=texts, wanted="an estimator") as dealer:
+    if scheduler is not None and not texts:
+        raise InputError.at(
+            "scheduler",
+            wanted="an estimator by name or file, which its workers can read",
+            found="an object",
+            fix="give a text, or leave the scheduler out",
+        )
+    with cluster(scheduler, executor) as workers:
         try:
             complete(
                 exploration,
@@ -233,7 +242,7 @@ def explore(
                 journal,
                 say=say,
                 jobs=jobs if texts else 1,
-                executor=dealer,
+                executor=workers,
                 batch=1,
                 after_batch=table.write_at_times,
             )

@@ -51,7 +51,7 @@ from boresight.sim.attitude.host.simulation import (
     default_log,
     write_board,
 )
-from boresight.sim.processes import processes
+from boresight.sim.campaign import processes
 from boresight.sim.records.files import FORMATS, record_of
 from boresight.sim.worlds.world import WORLD_GROUP, world_of
 

@@ -20,11 +20,11 @@ from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, attitude_e
 from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
 from boresight.sim.accuracy.scoring import Scorer
 from boresight.sim.accuracy.trials import Trial
+from boresight.sim.campaign import dispatch
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.level import Level
-from boresight.sim.processes import dispatch
 from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.worlds.loop import Loop, drive

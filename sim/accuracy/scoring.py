@@ -16,9 +16,9 @@ from typing import TypeVar
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.sim.accuracy.figures import Errors
+from boresight.sim.campaign import processes
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import Emitted
-from boresight.sim.processes import processes
 from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.worlds.loop import drive
 

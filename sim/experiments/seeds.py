@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from boresight.model.arrays import FloatArray
-from boresight.sim.processes import dispatch, duration
+from boresight.sim.campaign import dispatch, duration
 
 __all__ = ["Runs", "figures_of", "run_cases", "spreads_of"]
 

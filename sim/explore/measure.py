@@ -8,6 +8,7 @@ core (`boresight check`); cycles are those of the schedule; area and clock those
 from __future__ import annotations
 
 import ast
+import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -124,7 +125,8 @@ class Case:
 class Exploration:
     """Settings of all combinations.
 
-    Logs, parameter values, most samples of each log, router seeds, urgent outputs.
+    Logs, parameter values, most samples of each log, router seeds, urgent outputs, and the digest
+    of the logs.
     """
 
     logs: tuple[str | Record, ...]
@@ -132,6 +134,7 @@ class Exploration:
     steps: int | None = None
     seeds: int = 1
     urgent: int | None = None
+    digest: str = ""
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,7 @@ def measured(exploration: Exploration, tasks: Sequence[Task]) -> list[dict[str, 
 
     A row with ``again`` failed in a tool, and may be tried once more.
     """
-    return [{"key": task.key, **_row(exploration, task)} for task in tasks]
+    return [_row(exploration, task) for task in tasks]
 
 
 def _row(exploration: Exploration, task: Task) -> dict[str, Any]:
@@ -160,8 +163,37 @@ def _row(exploration: Exploration, task: Task) -> dict[str, Any]:
         return {"refused": str(error).splitlines()[0], "again": True}
 
 
+def digest_of(records: Sequence[Record]) -> str:
+    """Digest of names, units and values."""
+    digest = hashlib.sha256()
+    for record in records:
+        for name, column in record.columns.items():
+            digest.update(repr((name, column.unit, len(column.values))).encode())
+            digest.update(column.values.tobytes())
+    return digest.hexdigest()
+
+
+def _records(exploration: Exploration) -> list[Record]:
+    """The logs, read once in each process.
+
+    Raises
+    ------
+    InputError
+        A file has changed since the exploration began.
+    """
+    records = _read(exploration.logs, selection(), exploration.digest)
+    if exploration.digest and digest_of(records) != exploration.digest:
+        raise InputError.at(
+            "logs",
+            wanted="the logs as they were when the exploration began",
+            found="other values",
+            fix="explore again",
+        )
+    return records
+
+
 @lru_cache(maxsize=2)
-def _records(logs: tuple[str | Record, ...], rows: Selection) -> list[Record]:
+def _read(logs: tuple[str | Record, ...], rows: Selection, _: str) -> list[Record]:
     with selected(rows):
         return [record_of(log) for log in logs]
 
@@ -169,7 +201,7 @@ def _records(logs: tuple[str | Record, ...], rows: Selection) -> list[Record]:
 def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Largest and root mean square errors from float64 and from truth, saturated updates."""
     build = case.build(exploration)
-    estimator, records = build.estimators[0], _records(exploration.logs, selection())
+    estimator, records = build.estimators[0], _records(exploration)
     feeds = [feed(estimator, r.head(exploration.steps)) for r in records]
     for rows in feeds:
         check_sound(build, [rows.inputs])
@@ -283,7 +315,7 @@ def _routed(exploration: Exploration, case: Case) -> dict[str, Any]:
 def _toggles(exploration: Exploration, case: Case) -> dict[str, Any]:
     """Nets that change in an update of the netlist, on the first log."""
     build = case.build(exploration)
-    record = _records(exploration.logs, selection())[0]
+    record = _records(exploration)[0]
     rows = feed(build.estimators[0], record.head(_TOGGLED.stop)).inputs
     words = words_of(build.programs[0], rows)
     stop = len(words)

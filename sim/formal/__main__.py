@@ -10,10 +10,10 @@ import sys
 import time
 
 from boresight.model.errors import InputError, ToolMissing
+from boresight.sim.campaign import dispatch
 from boresight.sim.formal.prove import TIMEOUT_S
 from boresight.sim.formal.registry import find_proofs, prove_named
 from boresight.sim.formal.tools import SOLVERS, find_tools
-from boresight.sim.processes import dispatch
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -1,14 +1,11 @@
-"""A campaign: one estimator, one world, and the results of every draw of it."""
+"""A campaign: the draws of one world, run through one estimator."""
 
 from __future__ import annotations
 
-import hashlib
-import inspect
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
-from pathlib import Path
+from itertools import count, takewhile
 from typing import Any
 
 import numpy as np
@@ -19,20 +16,20 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.methods import called
 from boresight.model.resolve import Named, estimator_of
-from boresight.sim.identity import identity
+from boresight.sim.campaign import digest, sources
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.level import Level
 from boresight.sim.levels.registry import make_level
 from boresight.sim.rotations.zyx import wrapped
-from boresight.sim.worlds.loop import close_loop
+from boresight.sim.worlds.loop import Loop, close_loop
 from boresight.sim.worlds.world import NamedWorld, World, drawn, world_of
 
-__all__ = ["Campaign", "draws"]
+__all__ = ["Campaign", "draws", "record_count"]
 
-MOST_MARKS = 50  #: most records of a run at which its errors are stored.
+MARKS = 50  #: Records of the first draw at which errors are stored, at most.
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Campaign:
     """World, estimator and level of all draws, made on first use, once in each process.
 
@@ -48,6 +45,8 @@ class Campaign:
         Word width, bits.
     steps : int, optional
         Most records of a draw.
+    length : int
+        Number of records of the first draw, which the marks are chosen from.
 
     Raises
     ------
@@ -60,6 +59,7 @@ class Campaign:
     on: str = "c"
     word: int = 32
     steps: int | None = None
+    length: int = MARKS
 
     @property
     def texts(self) -> bool:
@@ -88,17 +88,12 @@ class Campaign:
 
     @cached_property
     def identity(self) -> dict[str, Any]:
-        """All that its draws depend on, as plain data, with the program and sources."""
-        try:
-            source = Path(inspect.getfile(type(self.world))).read_bytes()
-        except (OSError, TypeError):  # defined interactively: its journal is not continued
-            source = b""
+        """Everything that determines a draw of a given seed, as plain data."""
         world, estimator = self.named
         return {
             "world": world if isinstance(world, str) else self.world.name,
-            "world_file": hashlib.sha256(source).hexdigest(),
-            "sources": identity(self.world, self.estimator, sys.modules[__name__]),
             "estimator": estimator if isinstance(estimator, str) else self.estimator.name,
+            "sources": sources(self.world, self.estimator),
             "program": self.level.program.digest,
             "params": dict(self.params),
             "level": self.on,
@@ -106,16 +101,32 @@ class Campaign:
             "steps": self.steps,
         }
 
+    def marks(self, records: int) -> IntArray:
+        """Records of a draw of so many at which its errors are stored.
+
+        They are spread over the length of the first draw, its last record included, and continue
+        at the same distance in a longer one: mark k is the same record in every draw.
+        """
+        marks = np.linspace(0, self.length - 1, min(self.length, MARKS)).round().astype(int)
+        step = max(1, -(-self.length // MARKS))
+        more: Iterator[int] = takewhile(lambda k: k < records, count(self.length - 1 + step, step))
+        return np.array([*marks[marks < records], *more], dtype=int)
+
     def __reduce__(self) -> tuple[Any, ...]:
-        """Its fields, with digests of sources and program, in case these have changed since."""
-        key = (self.identity["sources"], self.identity["program"])
-        return _received, (key, *(getattr(self, field.name) for field in fields(self)))
+        """Its fields, and the digest of its identity, so that a change is noticed."""
+        values = (getattr(self, field.name) for field in fields(self))
+        return _received, (digest(self.identity), *values)
 
 
 @lru_cache(maxsize=2)
-def _received(key: tuple[str, str], *values: Any) -> Campaign:
+def _received(_: str, *values: Any) -> Campaign:
     """A campaign of another process: all batches of it share one."""
     return Campaign(*values)
+
+
+def record_count(campaign: Campaign, seed: int) -> int:
+    """Number of records of a draw."""
+    return len(_loop(campaign, seed).inputs)
 
 
 def draws(campaign: Campaign, seeds: Sequence[int]) -> list[dict[str, Any]]:
@@ -132,26 +143,30 @@ def draws(campaign: Campaign, seeds: Sequence[int]) -> list[dict[str, Any]]:
     return out
 
 
-def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
-    """Results of one draw.
-
-    ``seed``; ``records``; ``marks``, the records at which errors are stored; ``errors``, outputs
-    less truth, by name; ``nees`` and ``freedom``, squared error over the estimator's covariance;
-    ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
-    """
-    world, estimator, level = campaign.world, campaign.estimator, campaign.level
-    drawn(world, seed)
-    loop = close_loop(world, level, steps=campaign.steps)
+def _loop(campaign: Campaign, seed: int) -> Loop:
+    """The closed loop of a draw."""
+    drawn(campaign.world, seed)
+    loop = close_loop(campaign.world, campaign.level, steps=campaign.steps)
     if not loop.truth:
         raise InputError.at(
-            f"world {world.name}",
-            wanted=f"the truth of an output of {estimator.name}",
+            f"world {campaign.world.name}",
+            wanted=f"the truth of an output of {campaign.estimator.name}",
             found="none",
             fix="give NAME_true with the records",
         )
-    run = loop.run
-    n = len(loop.inputs)
-    marks = np.unique(np.linspace(0, n - 1, min(n, MOST_MARKS)).round().astype(int))
+    return loop
+
+
+def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
+    """Results of one draw.
+
+    ``seed``; ``records``; ``errors``, outputs less truth at the marks, by name; ``last``, the same
+    at the last record; ``nees`` and ``freedom``, squared error over the estimator's covariance;
+    ``nis``, sum and number of squared normalised innovations; ``saturated`` updates.
+    """
+    loop = _loop(campaign, seed)
+    estimator, level, run = campaign.estimator, campaign.level, loop.run
+    marks = campaign.marks(len(loop.inputs))
     units = {o.name: o.unit for o in estimator.outputs}
     states = None
     if run.states is not None:
@@ -169,15 +184,15 @@ def _draw(campaign: Campaign, seed: int) -> dict[str, Any]:
         return errors
 
     errors = errors_of(loop.outputs)
-    # P is that of the states: an output of the same name may be a prediction.
+    # P is the covariance of the states: an output of the same name may be a prediction.
     nees, freedom = _nees(campaign, states, errors | errors_of(states or {}), marks)
     nis = loop.outputs["nis"] if estimator.nis_freedom else np.zeros(0)
     positive = nis[nis > 0.0]
     return {
         "seed": seed,
-        "records": n,
-        "marks": marks.tolist(),
+        "records": len(loop.inputs),
         "errors": {name: errors[name][marks].tolist() for name in loop.truth},
+        "last": {name: float(errors[name][-1]) for name in loop.truth},
         "nees": nees,
         "freedom": freedom,
         "nis": [float(positive.sum()), len(positive)],

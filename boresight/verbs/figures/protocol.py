@@ -19,9 +19,9 @@ from boresight.sim.attitude.robustness.plan import cases_of
 from boresight.sim.attitude.robustness.runs import (
     Campaign,
     name_of,
-    numbered,
     params_key,
     run_cases,
+    tasks_of,
 )
 from boresight.sim.attitude.robustness.summary import summary
 from boresight.sim.attitude.robustness.worse import explained
@@ -75,7 +75,7 @@ def accuracy_protocol(
     jobs : int, optional
         Processes; one for each processor by default.
     output : path
-        Folder for accuracy-PROTOCOL.html, .json and .runs.
+        Folder for accuracy-PROTOCOL.html, .json and .jsonl.
 
     Returns
     -------
@@ -113,11 +113,11 @@ def accuracy_protocol(
         OutputFile(folder / f"accuracy-{protocol}.{end}", "accuracy", of=protocol, inputs=files)
         for end in ("html", "json")
     )
-    journal = Journal(folder / f"accuracy-{protocol}.runs", campaign.identity())
+    journal = Journal(folder / f"accuracy-{protocol}.jsonl")
     runs = complete(
         campaign,
         run_cases,
-        numbered(campaign),
+        tasks_of(campaign),
         journal,
         say=progress or (lambda text: None),
         jobs=jobs,

@@ -36,7 +36,7 @@ from boresight.sim.attitude.ma2014.world import (
     noise_free_log,
 )
 from boresight.sim.attitude.worlds.triad import misalignment
-from boresight.sim.processes import dispatch
+from boresight.sim.campaign import dispatch
 from boresight.sim.records.record import Record
 from boresight.sim.rotations.rotation import matrix_to_quaternion, quaternion_to_rotation_vector
 

@@ -7,7 +7,6 @@ its world, so that each process reads it itself.
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -26,8 +25,8 @@ from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
 from boresight.sim.attitude.robustness import logs as carriers
 from boresight.sim.attitude.robustness.plan import Case, cases_of
+from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.difference import differences
-from boresight.sim.identity import identity
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
@@ -46,10 +45,10 @@ __all__ = [
     "figures_of",
     "log_of",
     "name_of",
-    "numbered",
     "prepared",
     "run_ours",
     "settled_s",
+    "tasks_of",
 ]
 
 Params = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
@@ -86,7 +85,7 @@ class Campaign:
         classes = map(estimator_of, self.estimators)
         return {
             "protocol": self.protocol,
-            "sources": identity(sys.modules[__name__], *classes),
+            "sources": sources(*classes),
             "trials": {name_of(t): _digest(t) for t in self.trials},
             "estimators": {name: _levels(self, name)[0].program.digest for name in self.estimators},
             "peers": {name: version(peer(name).package) for name in self.peers},
@@ -108,7 +107,6 @@ def _digest(trial: str) -> str:
     return hashlib.sha256(Path(trial).read_bytes()).hexdigest()
 
 
-@lru_cache(maxsize=2)
 def log_of(trial: str) -> NineAxis:
     """The log of a trial.
 
@@ -117,11 +115,17 @@ def log_of(trial: str) -> NineAxis:
     InputError
         It cannot be read, or has no attitude as truth.
     """
+    return log_with_digest(trial, _digest(trial))
+
+
+@lru_cache(maxsize=2)
+def log_with_digest(trial: str, _: str) -> NineAxis:
+    """The log of a trial, read again when its digest changes."""
     if trial.startswith("carrier:"):
         _, name, seed = trial.split(":")
         return carriers.carrier(name, int(seed))
     log = NineAxis.of(read_record(Path(trial)))
-    assert log.attitude is not None  # or an InputError that says so
+    log.attitude  # noqa: B018 (raises InputError if the log has none)
     return log
 
 
@@ -209,14 +213,14 @@ def _ours(campaign: Campaign, name: str, case: Case, log: NineAxis) -> list[dict
     ]
 
 
-def run_cases(campaign: Campaign, cases: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
-    """Metrics of every filter in cases (number, trial, name of the perturbation).
+def run_cases(campaign: Campaign, cases: Sequence[tuple[str, str]]) -> list[dict[str, Any]]:
+    """Metrics of every filter in cases (trial, name of the perturbation).
 
     A filter that can make nothing of a case has no metrics.
     """
     by_name = {case.name: case for case in cases_of(campaign.protocol)}
     out = []
-    for number, trial, case in cases:
+    for trial, case in cases:
         log = prepared(by_name[case], log_of(trial))
         rows = []
         for name in campaign.estimators:
@@ -232,7 +236,7 @@ def run_cases(campaign: Campaign, cases: Sequence[tuple[int, str, str]]) -> list
             except InputError as error:
                 row["refused"] = str(error)
             rows.append(row)
-        out.append({"seed": number, "trial": name_of(trial), "case": case, "rows": rows})
+        out.append({"trial": name_of(trial), "case": case, "rows": rows})
     return out
 
 
@@ -255,10 +259,11 @@ def prepared(case: Case, log: NineAxis) -> NineAxis:
     return log
 
 
-def numbered(campaign: Campaign) -> dict[int, tuple[int, str, str]]:
-    """Cases of a campaign as `run_cases` takes them, by number."""
+def tasks_of(campaign: Campaign) -> dict[str, tuple[str, str]]:
+    """Cases of a campaign as `run_cases` takes them, by digest."""
     pairs = [(t, case.name) for t in campaign.trials for case in cases_of(campaign.protocol)]
-    return {k: (k, *pair) for k, pair in enumerate(pairs)}
+    identity = campaign.identity()
+    return {digest(identity, pair): pair for pair in pairs}
 
 
 def params_key(params: Mapping[str, Mapping[str, float]] | None) -> Params:

@@ -114,20 +114,6 @@ def test_a_table_for_notebooks(here) -> None:
     assert "<table>" in result._repr_html_() and "fast" in result._repr_html_()
 
 
-@pytest.mark.filterwarnings("ignore")
-def test_two_workers_give_what_one_process_gives(here) -> None:
-    distributed = pytest.importorskip("distributed")
-    options = {"words": (18, 20, 32), "area": False}
-    alone = boresight.explore("smooth.py", "log.csv", **options, jobs=1, output="one")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None
-    ) as cluster:
-        many = boresight.explore(
-            "smooth.py", "log.csv", **options, scheduler=cluster.scheduler_address, output="two"
-        )
-    assert many.rows == alone.rows and many.csv() == alone.csv()
-
-
 @pytest.mark.parametrize(
     ("more", "message"),
     [
@@ -160,6 +146,6 @@ def test_bad_logs_and_a_foreign_table(here, capsys) -> None:
     assert main(["explore", "smooth.py", "b.csv", "--no-area"]) == 2
     assert "wanted a column a" in capsys.readouterr().err
     (here / "build").mkdir()
-    (here / "build" / "explore-smooth.runs").write_text("mine")
+    (here / "build" / "explore-smooth.jsonl").write_text("mine")
     assert main(["explore", "smooth.py", "log.csv", *WORDS]) == 2
-    assert "wanted the journal of this campaign" in capsys.readouterr().err
+    assert "wanted a journal that can be read and written" in capsys.readouterr().err

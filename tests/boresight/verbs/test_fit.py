@@ -145,7 +145,7 @@ def test_no_source_is_refused() -> None:
 def test_processes_take_the_profile(folder: Path) -> None:
     """Those that a campaign starts, too."""
     from boresight.model.resolve import profiles, profiles_now
-    from boresight.sim.processes import dispatch
+    from boresight.sim.campaign import dispatch
 
     with profiles(["a.json"]):
         results = dict(dispatch(2, [("one", profiles_now, ()), ("two", profiles_now, ())]))

@@ -12,7 +12,7 @@ def test_area_of_18_bits() -> None:
     (row,) = measured(
         Exploration((LOG,)), [Task("k", "area", Case(Smooth, (), 18, "small", "xc6slx9"))]
     )
-    assert row["key"] == "k" and row["dsp"] == 1 and row["fits"] is True
+    assert row["dsp"] == 1 and row["fits"] is True
     assert 200 < row["lut"] < 400 and row["clock"] > 50.0
 
 
@@ -25,7 +25,7 @@ def test_a_tool_that_fails_is_worth_another_try(monkeypatch) -> None:
     monkeypatch.setattr("boresight.sim.explore.measure.netlist_for", fail)
     case = Case(Smooth, (), 18, "small", "xc6slx9")
     (row,) = measured(Exploration((LOG,)), [Task("k", "area", case)])
-    assert row == {"key": "k", "refused": "no memory", "again": True}
+    assert row == {"refused": "no memory", "again": True}
 
 
 def test_area_and_routed_clock_of_an_ecp5(monkeypatch) -> None:
@@ -80,7 +80,8 @@ def test_toggles_of_the_last_updates_in_families_whose_netlist_is_simulated(monk
     plans, tasks = planned(Exploration((LOG,)), cases, [LOG], area=False, toggles=True)
     assert "toggles" in plans[0].keys and "toggles" not in plans[1].keys
     counted = [task for task in tasks.values() if task.kind == "toggles"]
-    rows = {row["key"]: row for row in measured(Exploration((LOG,)), counted)}
+    found = measured(Exploration((LOG,)), counted)
+    rows = {task.key: row for task, row in zip(counted, found, strict=True)}
     assert explored(plans[0], rows, Exploration((LOG,)), clock_mhz=1.0).figures["toggles"] == 12.5
     ((words, first, stop),) = seen
     assert len(words) == stop == len(LOG) and first == stop - 1

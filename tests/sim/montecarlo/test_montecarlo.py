@@ -1,7 +1,9 @@
-"""Draws, their figures, and draws on several machines."""
+"""Draws of a world: their figures, an interrupted campaign, processes, a cluster."""
 
-import pickle
-import sys
+from __future__ import annotations
+
+import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,26 +14,28 @@ from scipy.stats import chi2 as exact
 import boresight
 from boresight import Estimator, Input, Output, World
 from boresight.cli import main
-from boresight.model.errors import ToolMissing
-from boresight.sim.cluster import cluster
-from boresight.sim.montecarlo.campaign import MOST_MARKS, Campaign, draws
-from boresight.sim.montecarlo.figures import chi2, figures, text
+from boresight.model.errors import InputError
+from boresight.sim.montecarlo.campaign import Campaign, draws
+from boresight.sim.montecarlo.figures import chi2, figures, result_of
 from tests.support.drift import Constant, Mean
 
-# -- figures of draws whose answer is known; quantiles against scipy ------------------------------
+DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
+TEXTS = (f"{DRIFT}:Constant", f"{DRIFT}:Mean")
+MARKS = np.array([0, 9])
 
 
-def made(n: int, seed: int, *, sd: float = 2.0, mean: float = 0.0, believed: float = 2.0):
+def gaussian(n: int, *, sd: float = 2.0, mean: float = 0.0, believed: float = 2.0):
     """Draws of a Gaussian error of one output at two marks, and what the filter believes."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(1)
     out = []
     for k in range(n):
         e = mean + sd * rng.normal(size=2)
         out.append(
             {
                 "seed": k,
-                "marks": [0, 9],
+                "records": 10,
                 "errors": {"a": e.tolist()},
+                "last": {"a": e[1]},
                 "nees": ((e / believed) ** 2).tolist(),
                 "freedom": 1,
                 "nis": [float((rng.normal(size=(20, 3)) ** 2).sum()), 20],
@@ -43,63 +47,39 @@ def made(n: int, seed: int, *, sd: float = 2.0, mean: float = 0.0, believed: flo
 
 @pytest.mark.parametrize("freedom", [10, 99, 1500])
 def test_quantiles(freedom: int) -> None:
-    for p in (0.025, 0.5, 0.975):
-        z = {0.025: -1.959964, 0.5: 0.0, 0.975: 1.959964}[p]
+    for p, z in ((0.025, -1.959964), (0.5, 0.0), (0.975, 1.959964)):
         assert chi2(freedom, z) == pytest.approx(exact.ppf(p, freedom), rel=1e-2)
 
 
 def test_a_consistent_filter_lies_in_its_bands() -> None:
-    result = figures(made(400, 1), {"a": np.full(10, 2.0)}, 3)
+    result = figures(gaussian(400), MARKS, {"a": np.full(10, 2.0)}, 3)
     spread = result["outputs"]["a"]
-    assert (
-        abs(spread["mean"][1]) < spread["mean_band"][1] == pytest.approx(1.96 * 2.0 / 20.0, rel=0.1)
-    )
+    assert abs(spread["mean"][1]) < spread["mean_band"][1] < 0.25
     assert spread["sd_band"][0][1] < 2.0 < spread["sd_band"][1][1]
-    assert spread["ratio"][1] == pytest.approx(1.0, abs=0.08) and spread["bound"] == [2.0, 2.0]
-    for key, mean in (("nees", result["nees"]["mean"][1]), ("nis", result["nis"]["mean"])):
-        low, high = result[key]["band"]
-        assert low < mean < high
-    assert result["saturated"] == 400 == result["runs"]
-
-
-def test_one_that_believes_too_much_or_is_biased_does_not() -> None:
-    sure = figures(made(400, 1, believed=1.8), {}, 3)
-    assert sure["nees"]["mean"][1] > sure["nees"]["band"][1]
-    off = figures(made(400, 1, mean=0.5), {}, 0)["outputs"]["a"]
-    assert off["mean"][1] > off["mean_band"][1] and "bound" not in off
-    assert off["rms"][1] == pytest.approx(np.hypot(off["sd"][1], off["mean"][1]), rel=1e-2)
+    assert spread["ratio"][1] == pytest.approx(1.0, abs=0.08)
+    low, high = result["nees"]["band"][:, 1]
+    assert low < result["nees"]["mean"][1] < high
+    low, high = result["nis"]["band"]
+    assert low < result["nis"]["mean"] < high
 
 
 @pytest.mark.parametrize(
     ("believed", "verdict"), [(1.8, "too sure"), (2.0, "consistent"), (2.2, "too cautious")]
 )
 def test_the_verdict(believed: float, verdict: str) -> None:
-    lines = text(figures(made(400, 1, believed=believed), {}, 0), {}).splitlines()
-    (line,) = (line for line in lines if line.startswith("NEES"))
-    assert verdict in line
+    data = figures(gaussian(400, believed=believed), MARKS, {}, 0)
+    assert verdict in str(result_of({"runs": 400, **data}, {}))
 
 
-def test_bounds_that_are_none() -> None:
-    least = np.array([np.inf, *9 * [0.0]])
-    spread = figures(made(20, 1), {"a": least}, 0)["outputs"]["a"]
-    assert spread["bound"] == [None, None] == spread["ratio"]
-
-
-def test_table() -> None:
-    data = figures(made(50, 1), {"a": np.full(10, 2.0)}, 3)
-    lines = text(data, {"a": "m"}).splitlines()
-    assert lines[1].startswith("a ") and lines[1].endswith(" m") and lines[1].split()[4] == "2"
-    assert lines[2].startswith("NEES per degree of freedom, in record 9 of each draw: ")
-    assert lines[3].startswith("NIS per degree of freedom, over all updates that measure: ")
-    assert lines[-1] == "50 draws, saturated updates: 50"
-
-
-# -- one draw: errors at marks, NEES and NIS of hand, angles that wrap ----------------------------
+def test_a_bias_lies_outside_its_band() -> None:
+    off = figures(gaussian(400, mean=0.5), MARKS, {}, 0)["outputs"]["a"]
+    assert off["mean"][1] > off["mean_band"][1] and "bound" not in off
 
 
 def test_a_draw_by_hand() -> None:
     world = Constant(70)
-    (result,) = draws(Campaign((world, Mean)), [7])
+    campaign = Campaign((world, Mean), length=70)
+    (result,) = draws(campaign, [7])
     world.draw(7)
     p, m, nis, errors, nees = 4.0, 0.0, 0.0, [], []
     for z in world.value + world.noise:
@@ -107,13 +87,37 @@ def test_a_draw_by_hand() -> None:
         m, p = m + p / (p + 1.0) * (z - m), p / (p + 1.0)
         errors.append(m - world.value)
         nees.append(errors[-1] ** 2 / p)
-    marks = result["marks"]
-    assert (result["seed"], result["records"], len(marks)) == (7, 70, MOST_MARKS)
-    assert marks[0] == 0 and marks[-1] == 69
+    marks = campaign.marks(70)
+    assert (result["seed"], result["records"], marks[0], marks[-1]) == (7, 70, 0, 69)
     assert result["errors"]["mean"] == pytest.approx(np.array(errors)[marks], abs=1e-6)
+    assert result["last"]["mean"] == pytest.approx(errors[-1], abs=1e-6)
     assert result["nees"] == pytest.approx(np.array(nees)[marks], rel=1e-4)
-    assert (result["freedom"], result["nis"][1]) == (1, 70)
-    assert result["nis"][0] == pytest.approx(nis, rel=1e-4)
+    assert result["nis"] == [pytest.approx(nis, rel=1e-4), 70]
+
+
+class Straddle(Constant):
+    """Draws that end at different records."""
+
+    def draw(self, seed: int) -> None:
+        self.records = 47 + 3 * (seed % 5)
+        super().draw(seed)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 5])
+def test_draws_of_different_lengths(seed: int, tmp_path) -> None:
+    """A figure compares the same record of the draws that reach it."""
+    data = boresight.montecarlo(Straddle, Mean, runs=10, seed=seed, jobs=1, output=tmp_path)
+    marks = list(data["marks"])
+    common = marks[data["common"]]
+    assert common <= 46 < marks[-1] <= 58 and data["draws"][-1] < 10
+    world, errors = Straddle(), []
+    for k in range(seed, seed + 10):
+        world.draw(k)
+        z = world.value + world.noise[: common + 1]
+        errors.append(z.sum() / (len(z) + 0.25) - world.value)
+    spread = data["outputs"]["mean"]
+    assert spread["sd"][data["common"]] == pytest.approx(np.std(errors, ddof=1), rel=1e-3)
+    assert spread["bound"][data["common"]] == pytest.approx((0.25 + common + 1.0) ** -0.5)
 
 
 class Turned(World):
@@ -137,53 +141,133 @@ class Through(Estimator):
 
 
 def test_angles_wrap() -> None:
-    (result,) = draws(Campaign((Turned(), Through)), [1])
+    (result,) = draws(Campaign((Turned(), Through), length=3), [1])
     assert result["errors"]["b"] == pytest.approx(3 * [-0.02], abs=1e-6)
     assert result["nees"] == [] and result["nis"] == [0.0, 0]
 
 
-# -- dask: the line that says what to install, and the same figures from two workers --------------
-
-DRIFT = Path(__file__).parents[2] / "support" / "drift.py"
-TEXTS = (f"{DRIFT}:Constant", f"{DRIFT}:Mean")
-
-
-def test_another_process_has_one_campaign_until_its_files_change(tmp_path) -> None:
-    file, received = tmp_path / "drift.py", list[Campaign]()
-    for start in (4.0, 3.0):
-        file.write_text(DRIFT.read_text().replace('"", 4.0', f'"", {start}'))
-        sent = Campaign((f"{file}:Constant", f"{file}:Mean"), (("p0", 2.0),), "float", 24, 30)
-        first, second = (pickle.loads(pickle.dumps(sent)) for _ in range(2))
-        assert first is second and first == sent and "world" not in vars(first)
-        received.append(first)
-    assert received[0] == received[1] and received[0] is not received[1]
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Folder and result of forty draws in this process."""
+    folder = tmp_path_factory.mktemp("whole")
+    return folder, boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=folder)
 
 
-def test_without_dask_one_line_says_what_to_install(monkeypatch, tmp_path, capsys) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ToolMissing, match="pip install 'boresight"), cluster("tcp://here:8786"):
-        pass
-    arguments = ["montecarlo", *TEXTS, "--scheduler", "tcp://here:8786", "-o", str(tmp_path)]
-    assert main(arguments) == 1
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
+def text_of(folder: Path) -> str:
+    return (folder / "montecarlo-constant-mean.json").read_text()
+
+
+def test_the_worst_draw_is_named_and_runs_alone(whole, tmp_path) -> None:
+    worst, world, errors = whole[1]["worst"], Constant(), {}
+    for seed in range(1, 41):
+        world.draw(seed)
+        errors[seed] = abs(sum(world.value + world.noise) / 60.25 - world.value)
+    assert worst["seed"] == max(errors, key=lambda seed: errors[seed])
+    assert worst["error"] == pytest.approx(errors[worst["seed"]], abs=1e-5)
+    log = tmp_path / "loop.csv"
+    assert main([*shlex.split(worst["command"])[1:], "-o", str(log)]) == 0
+    world.draw(worst["seed"])
+    assert boresight.record_of(log).values("mean_true", "")[-1] == world.value
+
+
+def test_an_interrupted_campaign_continues(whole, tmp_path, monkeypatch) -> None:
+    done = []
+
+    def cut(campaign, seeds, inner=draws):
+        done.extend(seeds)
+        if len(done) == 18:
+            raise KeyboardInterrupt
+        return inner(campaign, seeds)
+
+    monkeypatch.setattr("boresight.verbs.figures.montecarlo.draws", cut)
+    with pytest.raises(KeyboardInterrupt):
+        boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path)
+    boresight.montecarlo(*TEXTS, runs=40, jobs=1, output=tmp_path)
+    assert done == [*range(1, 19), *range(18, 41)] and text_of(tmp_path) == text_of(whole[0])
+    boresight.montecarlo(*TEXTS, runs=2, jobs=1, again=True, output=tmp_path)
+    assert done[-2:] == [1, 2]
+
+
+@pytest.mark.parametrize(("what", "old", "new"), [("filter", "0.01", "0.02"), ("helper", "1", "2")])
+def test_a_changed_file_runs_again(what, old, new, tmp_path, monkeypatch) -> None:
+    texts = {"filter": DRIFT.read_text() + "\n\nimport helper", "helper": "SIZE = 1\n"}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    words = ["montecarlo", TEXTS[0], f"{tmp_path}/filter.py:Mean", "--runs", "2", "--jobs", "1"]
+    journal = tmp_path / "montecarlo-constant-mean.jsonl"
+    for count in (2, 2):
+        assert main([*words, "-o", str(tmp_path)]) == 0
+        assert len(journal.read_text().splitlines()) == count
+    (tmp_path / f"{what}.py").write_text(texts[what].replace(old, new))
+    assert main([*words, "-o", str(tmp_path)]) == 0
+    assert len(journal.read_text().splitlines()) == 4
+
+
+def test_two_processes(whole, tmp_path) -> None:
+    boresight.montecarlo(*TEXTS, runs=40, jobs=2, output=tmp_path)
+    assert text_of(tmp_path) == text_of(whole[0])
+    assert json.loads(text_of(tmp_path)) == whole[1].to_json()
 
 
 def test_objects_cannot_go_to_a_cluster(tmp_path) -> None:
-    from tests.support.drift import Constant, Mean
-
-    with pytest.raises(boresight.InputError, match="^scheduler: wanted world and estimator by"):
+    with pytest.raises(InputError, match="^scheduler: wanted world and estimator by"):
         boresight.montecarlo(Constant, Mean, scheduler="tcp://here:8786", output=tmp_path)
 
 
-@pytest.mark.filterwarnings("ignore")
-def test_two_workers_give_what_one_process_gives(tmp_path) -> None:
-    distributed = pytest.importorskip("distributed")
-    names = [tmp_path / "one", tmp_path / "two"]
-    boresight.montecarlo(*TEXTS, runs=12, jobs=1, output=names[0])
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None
-    ) as here:
-        boresight.montecarlo(*TEXTS, runs=12, scheduler=here.scheduler_address, output=names[1])
-    first, two = ((n / "montecarlo-constant-mean.json").read_text() for n in names)
-    assert first == two
+@pytest.mark.parametrize(
+    ("members", "message"),
+    [
+        ({"nis_freedom": "two"}, "nis_freedom: wanted"),
+        ({"outputs": Mean.outputs[:1]}, "nis_freedom: wanted"),
+        ({"error_covariance": lambda *_: (("mean",), np.ones((50, 2, 2)))}, "seed 1: .* the shape"),
+        ({"error_covariance": lambda *_: (("meen",), 1.0)}, "seed 1: .* the name 'meen'"),
+        (
+            {"error_covariance": lambda *_: (("mean", "mean"), np.ones((50, 2, 2)))},
+            "seed 1: .* a singular one",
+        ),
+    ],
+)
+def test_a_filter_without_consistency(members, message, tmp_path) -> None:
+    of = type("Mean", (Mean,), members)
+    with pytest.raises(InputError, match=message):
+        boresight.montecarlo(Constant, of, runs=2, output=tmp_path)
+
+
+class Silent(Constant):
+    def record(self, outputs):
+        made = super().record(outputs)
+        return made and {"z": made["z"]}
+
+
+class Same(Constant):
+    def draw(self, seed: int) -> None:
+        super().draw(0)
+
+
+class Short(Constant):
+    def bound(self):
+        return {"mean": []}
+
+
+class Second(Constant):
+    def record(self, outputs):
+        return super().record(outputs) if self.seed < 2 else 1 / 0
+
+    def draw(self, seed: int) -> None:
+        super().draw(seed)
+        self.seed = seed
+
+
+@pytest.mark.parametrize(
+    ("world", "message"),
+    [
+        (Silent, "wanted the truth"),
+        (Same, "draw: wanted another run for each seed, found 2 equal runs"),
+        (Short, r"found the shape \(0,\) of mean"),
+        (Second, "seed 2: wanted a record"),
+    ],
+)
+def test_a_world_that_cannot_be_drawn(world, message, tmp_path) -> None:
+    with pytest.raises(InputError, match=message):
+        boresight.montecarlo(world, Mean, runs=2, output=tmp_path)
+    assert not [*tmp_path.glob("*.json")]

@@ -18,9 +18,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from boresight.sim.campaign import Journal
+from boresight.sim.campaign import Journal, dispatch
 from boresight.sim.pages import Section, Verdict, page_of
-from boresight.sim.processes import dispatch
 from tests.support.soak import compiler
 
 #: Cases of the compiler in a row of the journal; one in so many tasks runs the RTL, too.
@@ -52,8 +51,7 @@ def run(kind: str, seed: int, folder: Path) -> dict[str, Any]:
         count, text = _tests(kind, seed)
         wrong += [text] if text else []
     seconds = round(time.monotonic() - start, 1)
-    row = {"kind": kind, "seed": seed, "cases": count, "seconds": seconds, "wrong": wrong}
-    return {"key": f"{kind} {seed}", **row}
+    return {"kind": kind, "seed": seed, "cases": count, "seconds": seconds, "wrong": wrong}
 
 
 def _tests(file: str, seed: int) -> tuple[int, str]:
@@ -134,7 +132,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(wrong or "good")
         return int(bool(wrong))
     folder, end = options.output, time.monotonic() + 3600.0 * options.hours
-    journal = Journal(folder / "journal.sqlite", {"soak": 1}, key="key")
+    journal = Journal(folder / "journal.jsonl")
     chosen = [k for k in kinds() if options.only is None or options.only in k]
     parser.error(f"--only {options.only}: nothing has this in its name") if not chosen else None
     seeds = dict.fromkeys(chosen, 0)
@@ -142,7 +140,7 @@ def main(arguments: list[str] | None = None) -> int:
         if row["kind"] in seeds:
             seeds[row["kind"]] = max(seeds[row["kind"]], row["seed"] + 1)
     for _, row in dispatch(options.jobs, _turns(seeds, folder, end)):
-        journal.add([row])
+        journal.add({f"{row['kind']} {row['seed']}": row})
         text = "".join(f"\n  {wrong}" for wrong in row["wrong"])
         print(f"{row['key']}: {row['cases']} in {row['seconds']} s{text}", flush=True)
         (folder / "soak.html").write_text(page(journal.rows), encoding="utf-8")

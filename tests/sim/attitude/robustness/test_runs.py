@@ -11,7 +11,7 @@ from boresight.model.errors import InputError
 from boresight.sim.attitude.robustness import runs
 from boresight.sim.attitude.robustness.logs import carrier
 from boresight.sim.attitude.robustness.plan import cases_of
-from boresight.sim.attitude.robustness.runs import Campaign, figures_of, numbered, settled_s
+from boresight.sim.attitude.robustness.runs import Campaign, figures_of, settled_s, tasks_of
 from boresight.sim.campaign import Journal, complete
 from boresight.sim.rotations.rotation import euler_to_quaternion, quaternion_multiply
 
@@ -64,13 +64,13 @@ def test_what_is_in_the_journal_is_not_run_again(
     wanted = [c for c in cases_of("short") if c.name in ("as recorded", "never a field")]
     monkeypatch.setattr(runs, "cases_of", lambda protocol: wanted)
     monkeypatch.setattr(runs.carriers, "carrier", lambda name, seed: carrier(name, seed, seconds=9))
-    runs.log_of.cache_clear()
+    runs.log_with_digest.cache_clear()
     path, messages = tmp_path / "a.runs", list[str]()
-    cases, identity = numbered(CAMPAIGN), CAMPAIGN.identity()
-    first = complete(CAMPAIGN, runs.run_cases, cases, Journal(path, identity), say=messages.append)
-    again = complete(CAMPAIGN, None, cases, Journal(path, identity), say=messages.append)
-    runs.log_of.cache_clear()
-    assert again == first and messages[-1] == "2 of 2 runs are done already"
+    cases = tasks_of(CAMPAIGN)
+    first = complete(CAMPAIGN, runs.run_cases, cases, Journal(path), say=messages.append)
+    again = complete(CAMPAIGN, None, cases, Journal(path), say=messages.append)
+    runs.log_with_digest.cache_clear()
+    assert again == first and messages[-1].startswith("2 of 2 runs are in ")
     assert [run["case"] for run in first] == ["as recorded", "never a field"]
     fixed, floating, rival = first[0]["rows"]
     assert (fixed["level"], floating["level"], rival["level"]) == ("fixed", "float", "package")

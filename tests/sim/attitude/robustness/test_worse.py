@@ -81,7 +81,7 @@ def test_curves_are_the_errors_of_the_run(monkeypatch: pytest.MonkeyPatch) -> No
     q[:100] = np.nan
     still = replace(log, q=q, mov=log.t > log.t[0] + 5.0)
     monkeypatch.setattr(runs.carriers, "carrier", lambda name, seed: still)
-    runs.log_of.cache_clear()
+    runs.log_with_digest.cache_clear()
     (one,) = run_cases(CAMPAIGN, [(0, "carrier:ship:1", "as recorded")])
     fixed, _, rival = one["rows"]
     entry = {"trial": "ship-1", "case": "as recorded", "figure": "total"}
@@ -98,4 +98,4 @@ def test_curves_are_the_errors_of_the_run(monkeypatch: pytest.MonkeyPatch) -> No
     assert [r["ours"] for r in whole["runs"]][:2] == [90.0, 80.0] and whole["of"] == 3
     assert [r["ours"] for r in whole["shown"]] == [90.0]  # one of each trial
     assert whole["shown"][0]["curves"] == result
-    runs.log_of.cache_clear()
+    runs.log_with_digest.cache_clear()
