@@ -82,7 +82,7 @@ def test_curves_are_the_errors_of_the_run(monkeypatch: pytest.MonkeyPatch) -> No
     still = replace(log, q=q, mov=log.t > log.t[0] + 5.0)
     monkeypatch.setattr(runs.carriers, "carrier", lambda name, seed: still)
     runs.log_with_digest.cache_clear()
-    (one,) = run_cases(CAMPAIGN, [(0, "carrier:ship:1", "as recorded")])
+    (one,) = run_cases(CAMPAIGN, [("carrier:ship:1", "as recorded")])
     fixed, _, rival = one["rows"]
     entry = {"trial": "ship-1", "case": "as recorded", "figure": "total"}
     result = curves(CAMPAIGN, "complementary", entry)
