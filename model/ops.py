@@ -134,6 +134,8 @@ def where(condition: Any, yes: Any, no: Any) -> Any:
     if _is_traced(condition):
         lift = condition.tracer.lift
         return condition.tracer.new("select", condition, lift(yes), lift(no))
+    if type(condition) is bool and _plain(yes, no):
+        return yes if condition else no
     return np.where(condition, yes, no)
 
 
@@ -149,6 +151,8 @@ def saturated(x: Any, limit: float) -> Any:
     require(power, author_line, "a power of two as limit", limit, "use ops.clip for any other")
     if isinstance(x, Scalar):
         return x.tracer.new("saturated", x, data=(limit,))
+    if _plain(x):
+        return min(max(x, -limit), limit)
     return np.minimum(np.maximum(x, -limit), limit)  # as np.clip, in half of its time
 
 
@@ -156,24 +160,26 @@ def flip(condition: Any, x: Any) -> Any:
     """-x where the condition holds, else ``x``."""
     if _is_traced(condition):
         return condition.tracer.new("flip", condition, condition.tracer.lift(x))
+    if type(condition) is bool and _plain(x):
+        return -x if condition else x
     return np.where(condition, -x, x)
 
 
 def absolute(x: Any) -> Any:
     """|x|."""
-    return _record("absolute", x) if isinstance(x, Scalar) else np.abs(x)
+    return _record("absolute", x) if isinstance(x, Scalar) else abs(x)
 
 
 def minimum(a: Any, b: Any) -> Any:
     """The smaller of two."""
     traced = _record("smaller", a, b)
-    return np.where(a < b, a, b) if traced is None else traced
+    return where(a < b, a, b) if traced is None else traced
 
 
 def maximum(a: Any, b: Any) -> Any:
     """The larger of two. ``maximum(x, c)`` of a constant c > 0 makes a divisor of any ``x``."""
     traced = _record("larger", a, b)
-    return np.where(a < b, b, a) if traced is None else traced
+    return where(a < b, b, a) if traced is None else traced
 
 
 def clip(x: Any, low: Any, high: Any) -> Any:
@@ -194,7 +200,9 @@ def clip(x: Any, low: Any, high: Any) -> Any:
         fix = "write ops.maximum or ops.minimum for one limit"
         finite = -math.inf < low and high < math.inf
         require(finite, author_line, "finite limits of ops.clip", (low, high), fix)
-        return x.tracer.new("clip", x, data=(low, high)) if traced else np.clip(x, low, high)
+        if traced:
+            return x.tracer.new("clip", x, data=(low, high))
+        return min(max(x, low), high) if _plain(x) else np.clip(x, low, high)
     return maximum(minimum(x, high), low)
 
 

@@ -5,14 +5,16 @@ Angles in half turns. `docs/operations.md` lists the errors of 32-bit words.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from boresight.model import ops
-from boresight.model.algebra.quaternion import NO_ROTATION, NOT_UNIT, Matrix
+from boresight.model.algebra.quaternion import NO_ROTATION, NOT_UNIT, Matrix, Vector
 
 __all__ = [
     "acos_ht",
     "asin_ht",
+    "euler_ht",
     "pitch_roll_heading_ht",
     "roll_pitch_heading_ht",
     "steep_angle_ht",
@@ -98,4 +100,41 @@ def pitch_roll_heading_ht(c: Matrix) -> tuple[Any, Any, Any]:
         unit_angle_ht(c[2][1], cosine),
         ops.wrap_ht(-unit_angle_ht(c[2][0], c[2][2], secant)),
         ops.wrap_ht(-unit_angle_ht(c[0][1], c[1][1], secant)),
+    )
+
+
+def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
+    """Pitch, roll, heading [half turns] of a quaternion, C = Rz(psi) Rx(theta) Ry(gamma).
+
+    Half the sum and half the difference of heading and roll are arc tangents of quaternion
+    components; the pitch then needs neither a case for the pole nor a third root::
+
+        w + x = r cos((psi + gamma)/2)    y + z = r sin((psi + gamma)/2)    r = sqrt(1 + sin theta)
+        w - x = s cos((psi - gamma)/2)    z - y = s sin((psi - gamma)/2)    s = sqrt(1 - sin theta)
+        theta = +-(pi/2 - 2 asin(min(r, s) / sqrt(2)))      plus where s < r
+
+    Parameters
+    ----------
+    q
+        Quaternion of norm 1/``norm_rsqrt``, between 1/16 and 2.
+    """
+    w, x, y, z = q
+    pairs = [(y + z, w + x), (z - y, w - x)]
+    squares = [c * c + s * s for s, c in pairs]
+    inverses = [ops.rsqrt(n) for n in squares]
+    half_sum, half_difference = (
+        unit_angle_ht(s, c, inverse) for (s, c), inverse in zip(pairs, inverses, strict=True)
+    )
+    scale = ops.saturated(norm_rsqrt * math.sqrt(0.5), 16.0)
+    roots = [
+        ops.saturated(ops.saturated(n * scale, 4.0) * inverse, 2.0)
+        for n, inverse in zip(squares, inverses, strict=True)
+    ]
+    low = squares[0] < squares[1]
+    sine = ops.saturated(ops.where(low, roots[0], roots[1]), 2.0)  # at most sqrt(1/2)
+    pitch = ops.flip(low, 0.5 - 2.0 * ops.asin_ht(sine))
+    return (
+        ops.wrap_ht(pitch),
+        ops.wrap_ht(half_sum - half_difference),
+        ops.wrap_ht(half_sum + half_difference),
     )

@@ -7,7 +7,6 @@ products of an estimator's ``step``, one operation of the engine each. Docstring
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -21,7 +20,6 @@ __all__ = [
     "conjugate_turn",
     "cross",
     "dot",
-    "euler_ht",
     "increment",
     "left_matrix",
     "matrix",
@@ -224,34 +222,3 @@ def of_angles(pitch: float, roll: float, heading: float) -> list[Any]:
     """Quaternion of angles [deg], C = Rz(heading) Rx(pitch) Ry(roll)."""
     (sp, cp), (sr, cr), (sh, ch) = (ops.sincos_ht(a / 360.0) for a in (pitch, roll, heading))
     return multiply(multiply([ch, 0.0, 0.0, sh], [cp, sp, 0.0, 0.0]), [cr, 0.0, sr, 0.0])
-
-
-def euler_ht(q: Vector, norm_rsqrt: Any = 1.0) -> tuple[Any, Any, Any]:
-    """Pitch, roll, heading [half turns] of a quaternion, C = Rz(psi) Rx(theta) Ry(gamma).
-
-    Half the sum and half the difference of heading and roll are arc tangents of quaternion
-    components; the pitch then needs neither a case for the pole nor a third root::
-
-        w + x = r cos((psi + gamma)/2)    y + z = r sin((psi + gamma)/2)    r = sqrt(1 + sin theta)
-        w - x = s cos((psi - gamma)/2)    z - y = s sin((psi - gamma)/2)    s = sqrt(1 - sin theta)
-        theta = +-(pi/2 - 2 asin(min(r, s) / sqrt(2)))      plus where s < r
-
-    Parameters
-    ----------
-    q
-        Quaternion of norm 1/``norm_rsqrt``, between 1/16 and 2.
-    """
-    w, x, y, z = q
-    pairs = [(y + z, w + x), (z - y, w - x)]
-    half_sum, half_difference = (ops.atan2_ht(s, c) for s, c in pairs)
-    squares = [c * c + s * s for s, c in pairs]
-    scale = ops.saturated(norm_rsqrt * math.sqrt(0.5), 16.0)
-    roots = [ops.saturated(ops.saturated(n * scale, 4.0) * ops.rsqrt(n), 2.0) for n in squares]
-    low = squares[0] < squares[1]
-    sine = ops.saturated(ops.where(low, roots[0], roots[1]), 2.0)  # at most sqrt(1/2)
-    pitch = ops.flip(low, 0.5 - 2.0 * ops.asin_ht(sine))
-    return (
-        ops.wrap_ht(pitch),
-        ops.wrap_ht(half_sum - half_difference),
-        ops.wrap_ht(half_sum + half_difference),
-    )

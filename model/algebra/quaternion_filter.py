@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.angles import euler_ht
 from boresight.model.algebra.covariance import (
     BELOW_ONE,
     NO_COVARIANCE,
@@ -19,14 +20,7 @@ from boresight.model.algebra.covariance import (
     congruence,
     symmetric,
 )
-from boresight.model.algebra.quaternion import (
-    dot,
-    euler_ht,
-    increment,
-    left_matrix,
-    matrix,
-    multiply,
-)
+from boresight.model.algebra.quaternion import dot, increment, left_matrix, matrix, multiply
 from boresight.model.estimator import Param, State
 
 __all__ = [

@@ -21,6 +21,7 @@ import math
 from typing import Any
 
 from boresight.model import ops
+from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
 from boresight.model.attitude.nine_axis import INPUTS, OUTPUTS
 from boresight.model.declarations import GRAVITY
@@ -195,8 +196,10 @@ class Complementary(Estimator):
         reference = ops.named(
             "reference", ops.wrap_ht(ops.where(leveling, 0.0, x.heading_ht + p.declination_ht))
         )
+        inverse = ops.rsqrt(opposite * opposite + adjacent * adjacent)
+        angle = unit_angle_ht(opposite, adjacent, inverse)
         # Residual of the heading before the step, psi - psi_m, eq. (7); while levelling: -angle.
-        residual = ops.named("residual", ops.wrap_ht(reference - ops.atan2_ht(opposite, adjacent)))
+        residual = ops.named("residual", ops.wrap_ht(reference - angle))
 
         # Which measurements count. field_sq is negative as long as the heading is not known.
         force_sq = force[0] * force[0] + force[1] * force[1] + force[2] * force[2]

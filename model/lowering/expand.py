@@ -26,6 +26,8 @@ EXP_LIMIT = 44.0
 _BINADES = 31
 #: By how much rounding may take a result beyond its interval, as a share of its size.
 _SLACK = 2e-8
+#: Largest over least squared length up to which the inverse root of a sum of squares is exact.
+_LENGTHS = 32.0
 
 
 def expand(
@@ -104,18 +106,29 @@ class Expansion(Graph):
     def atan2(self, y: Node, x: Node) -> Node:
         """Angle of the vector (x, y) in half turns, [-1, 1).
 
+        A vector that may be short is first multiplied by the power of two that brings its larger
+        component into [1/2, 1), so that its squares keep their bits; twice where the components
+        have ranges of unequal sizes, since one word of both is then too coarse for the smaller.
+
         The smaller component becomes a sine, s = min(|x|, |y|) / sqrt(x^2 + y^2), whose arc sine
         the table holds; then the octants are unfolded::
 
-            swap = x^2 < y^2                             the angle is measured from the y axis
+            swap = |x| < |y|                             the angle is measured from the y axis
             angle = base +- asin(s),  minus if swap xor (x < 0) xor (y < 0)
             base  = swap ? (y < 0 ? -1/2 : 1/2) : (x < 0 ? 1 : 0)
         """
         zero = self.const(0.0)
         xx, yy = self.mul(x, x), self.mul(y, y)
-        swap = self.less(xx, yy)
+        swap, squares = self.less(xx, yy), self.add(xx, yy)
+        if squares.kind != "const" and not squares.high <= _LENGTHS * squares.low:
+            sizes = {rounded.binary_exponent(max(-a.low, a.high)) for a in (x, y)}
+            for _ in sizes:
+                swap = self.less(self.absolute(x), self.absolute(y))
+                larger = self.larger(self.absolute(x), self.absolute(y))
+                x, y = self._normalised(x, larger), self._normalised(y, larger)
+            squares = self.add(self.mul(x, x), self.mul(y, y))
         smaller = self.absolute(self.select(swap, x, y))
-        sine = self.mul(smaller, self.rsqrt(self.add(xx, yy)))
+        sine = self.mul(smaller, self.rsqrt(squares))
         sine = self.bounded(sine, 0.0, ASIN_LIMIT, "smaller component of a unit vector")
         sign = self.flip(swap, self.flip(self.less(x, zero), y))
         up = self.flip(self.less(y, zero), self.const(0.5))
@@ -123,6 +136,13 @@ class Expansion(Graph):
         base = self.bounded(base, -1.0, 0.5, "quadrant")  # known early: a group of its own
         turned = self.flip(self.less(sign, zero), self.asin(sine))
         return self.wrap(self.add(base, turned))
+
+    def _normalised(self, a: Node, size: Node) -> Node:
+        """``a`` times the power of two that brings ``size``, at least |a|, into [1/2, 1)."""
+        if a.kind == "const" and a.value == 0.0:
+            return a
+        limits = {"low": -1.0 if a.low < 0.0 else 0.0, "high": 1.0 if a.high > 0.0 else 0.0}
+        return self._new("normalised", a, size, **limits)
 
     # -- exponential and logarithm --------------------------------------------------------------
 

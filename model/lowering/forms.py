@@ -27,8 +27,8 @@ class Product:
     """A term before its shift is known: sign * a * b * 2^exponent.
 
     ``b`` None without ``coefficient`` means "times one". ``limit`` is the product's largest
-    magnitude where that is less than its factors' ranges say. The rest is as in
-    `model.words.program.Term`.
+    magnitude where that is less than its factors' ranges say. ``within``: ``a`` is no larger than
+    the word whose count scales it. The rest is as in `model.words.program.Term`.
     """
 
     a: int
@@ -41,6 +41,7 @@ class Product:
     fraction_b: bool = False
     scale: Scale = Scale.NONE
     limit: float = math.inf
+    within: bool = False
 
     @property
     def times_one(self) -> bool:

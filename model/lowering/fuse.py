@@ -25,6 +25,8 @@ __all__ = ["Fusion"]
 
 #: Bits that the arguments of a reciprocal may span: those of the widest word.
 _WIDEST = Arithmetic(word=32).norm_max
+#: Kinds of nodes that are always words.
+_ALONE = ("rsqrt", "reciprocal", "complement", "normalised")
 
 
 class Fusion:
@@ -166,6 +168,9 @@ class Fusion:
             low, high = (min(max(edge, said.low), said.high) for edge in (low, high))
             target = replace(target, low=low, high=high)
             return self.groups.group(form, target, frac=said.frac if frac is None else frac)
+        if node.kind == "normalised":
+            clipped = replace(target, overflow=Overflow.CLIP)
+            return self.groups.group(form, clipped, frac=word - 1, exact=True)
         if node.kind == "complement":
             same = self.groups.frac(self.word(node.args[1]))
             return self.groups.group(form, target, frac=same)
@@ -199,7 +204,7 @@ class Fusion:
             return wrapped > 0.0 and node.value % wrapped == 0.0 and node.uses == 1
         if node.kind == "mul" or (node.kind == "sum" and len(node.args) == 1):
             return node.uses <= 2
-        return node.uses == 1 and node.kind not in ("rsqrt", "reciprocal", "complement")
+        return node.uses == 1 and node.kind not in _ALONE
 
     def _form_sum(self, node: Node, wrapped: float) -> Form:
         total = Form()
@@ -315,6 +320,13 @@ class Fusion:
         last = self.groups.constant(-math.ldexp(1.0, -frac), frac)
         products = [Product(number, negate=Negate.IF), Product(last, when=When.IF)]
         return Form(products, flag=(condition, False))
+
+    def _form_normalised(self, node: Node, wrapped: float) -> Form:
+        """a 2^n of the count n of leading sign bits that the second word has."""
+        number, size = (self.word(arg) for arg in node.args)
+        exponent = self.groups.frac(size) - (self.groups.arith.word - 1)
+        product = Product(number, exponent=exponent, scale=Scale.FULL, limit=1.0, within=True)
+        return Form([product], norm=size)
 
     def _form_abs(self, node: Node, wrapped: float) -> Form:
         number = self.word(node.args[0])

@@ -210,8 +210,8 @@ class Groups:
                 return number
             if shift < slack:
                 return None
-            if slack and form.norm == p.a and unit is not None:
-                total += 1 << (arith.word - 1 + arith.guard)  # normalised itself: inside the word
+            if slack and (form.norm == p.a or p.within) and unit is not None:
+                total += 1 << (arith.word - 1 + arith.guard)  # normalised: inside the word
             else:
                 total += _ceil_shift(self._bound(p.a, p.fraction_a) * bound_b, shift - slack)
             placed.append(_Placed(p, shift, unit))

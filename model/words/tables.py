@@ -13,7 +13,7 @@ rounded once to float64; their words have one binary point per coefficient.
 |---|---|---|---|---|
 | SIN | 0 | 0..127 | x in [0, 1) half turns, word 2^(W-1) | sin(pi x) |
 | RSQRT | 1 | 32..127 | m in [1/4, 1), word 2^(W-1) | m^(-1/2) |
-| ASIN | 2 | 0..45 | v in [0, 0.72), word 2^(W-2) | asin(v)/pi, half turns |
+| ASIN | 2 | 0..46 | v in [0, 0.73), word 2^(W-2) | asin(v)/pi, half turns |
 | RECIPROCAL | 2 | 64..127 | m in [1/2, 1), word 2^(W-1) | 1/m |
 """
 
@@ -84,7 +84,7 @@ class Table:
 
 SIN = Table("sin", 0, 0, 127, 128, PRECISE.sinpi, 2, 0.0, 1.0)
 RSQRT = Table("rsqrt", 1, 32, 127, 128, lambda m: 1 / PRECISE.sqrt(m), 2, 1.0, 2.0)
-ASIN = Table("asin", 2, 0, 45, 64, lambda v: PRECISE.asin(v) / PRECISE.pi, 1, 0.0, 0.26)
+ASIN = Table("asin", 2, 0, 46, 64, lambda v: PRECISE.asin(v) / PRECISE.pi, 1, 0.0, 0.26)
 RECIPROCAL = Table("reciprocal", 2, 64, 127, 128, lambda m: 1 / m, 2, 1.0, 2.0)
 TABLES = (SIN, RSQRT, ASIN, RECIPROCAL)
 

@@ -140,7 +140,7 @@ class Satcom(Estimator):
             off = u.az * roll_sine + u.ay * roll_cosine, u.ay * roll_sine - u.az * roll_cosine
         else:
             off = u.az * roll_sine - u.ay * roll_cosine, -(u.ay * roll_sine) - u.az * roll_cosine
-        roll_off = ops.atan2_ht(*off)
+        roll_off = unit_angle_ht(*off, ops.rsqrt(off[0] * off[0] + off[1] * off[1]))
         sine = ops.saturated(u.ax * (1.0 / GRAVITY), 1.0)
         cosine = ops.bounded(ops.sqrt(1.0 - sine * sine), 0.0, 1.0, "cosine")
         pitch_off = unit_angle_ht(

@@ -115,7 +115,7 @@ class SatcomPointing(Estimator):
         return {}, {
             "azimuth": unit_angle_ht(los[1], los[0], secant),
             "elevation": unit_angle_ht(-los[2], level),
-            "polarisation": ops.atan2_ht(right, up),
+            "polarisation": unit_angle_ht(right, up, ops.rsqrt(right * right + up * up)),
             "azimuth_rate": azimuth_rate,
             "elevation_rate": ops.saturated(-moved[2] * secant, RATE_LIMIT),
             "polarisation_rate": ops.saturated(-(dot(w, los) + azimuth_rate * los[2]), RATE_LIMIT),

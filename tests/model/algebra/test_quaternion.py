@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from boresight.model.algebra.angles import euler_ht
 from boresight.model.algebra.covariance import BELOW_ONE, symmetric
 from boresight.model.algebra.quaternion import (
     conjugate_turn,
     cross,
-    euler_ht,
     increment,
     left_matrix,
     matrix,
