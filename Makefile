@@ -129,10 +129,8 @@ tools: preflight-setup
 cross: preflight-setup
 	@"$(PYTHON)" -I model/tools/needs.py cross $(VENV)
 
-clean:                 ## Remove what make made; results that were changed since stay
-	rm -rf "$(OUT)/site" "$(OUT)/dist" "$(OUT)/texts"
-	$(PYTHON) -m boresight.disk.clear "$(OUT)"
-	rm -rf $(VENV) $(VENV)-* .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
+clean:                 ## Remove what make made
+	rm -rf "$(OUT)" $(VENV) $(VENV)-* .pytest_cache .mypy_cache .ruff_cache *.egg-info .src/*.egg-info
 
 help:                  ## This list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12

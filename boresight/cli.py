@@ -26,6 +26,7 @@ from boresight.failures import code_of, interruptible
 from boresight.model.errors import InputError, closest, shortened
 from boresight.model.resolve import profiles
 from boresight.model.tolerances import tolerances
+from boresight.model.tools.files import overwriting
 from boresight.options import (
     JUDGES,
     LOG_ARGUMENTS,
@@ -46,7 +47,7 @@ __all__ = ["arguments_of", "help_of", "main", "parse", "verb_of"]
 #: Longest complaint about the command line, in characters.
 _LONGEST = 300
 #: Options of all verbs, also in front of them, and those without a verb.
-_OF_ALL = ("--json", "--quiet", "-q")
+_OF_ALL = ("--json", "--quiet", "-q", "--force")
 _OF_NONE = ("--help", "-h", "--version", "--print-completion")
 #: Messages of argparse, and their replacements.
 _WORDS = {
@@ -152,6 +153,9 @@ def _parser(*verbs: str) -> _Parser:
         )
         verb.add_argument("--json", action="store_true", help="print one JSON object as the result")
         verb.add_argument("-q", "--quiet", action="store_true", help="no progress")
+        verb.add_argument(
+            "--force", action="store_true", help="overwrite files that boresight did not write"
+        )
         if name in verbs:
             for argument in arguments_of(name):
                 argument.add_to(verb)
@@ -199,6 +203,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         with interruptible():
             parsed = parse(argv)
             with (
+                overwriting(parsed["force"]),
                 profiles(chosen_profiles(parsed)),
                 tolerances(parsed.get("tolerance", ())),
                 chosen_rows(parsed),

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from boresight.disk.cache import Cache
 from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
@@ -34,6 +33,7 @@ from boresight.gateware.texts.core import (
     verilog_head,
 )
 from boresight.gateware.texts.memories import check_memories
+from boresight.model.tools.cache import Cache
 from boresight.results.compile import Proven
 from boresight.sim.levels.build import Build
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.arguments import SEED_MOST, check_machine, check_optional
-from boresight.disk.output import OutputFile
 from boresight.model.errors import require_choice
 from boresight.model.resolve import estimator_of
+from boresight.model.tools.files import OutputFile
 from boresight.options import Config, EstimatorName, Params, Word
 from boresight.sim.answer import Answer
 from boresight.sim.compare.difference import Difference, differences
@@ -162,7 +162,7 @@ def simulate_world(
     if seed is not None:
         drawn(plant, seed)
     build = Build(filter, config=config, word=word, params=[params])
-    target = None if output is None else OutputFile(output, "simulate", of=filter.name)
+    target = None if output is None else OutputFile(output)
     say = progress or (lambda text: None)
 
     def close(name: str) -> Loop:

@@ -22,9 +22,9 @@ from typing import Annotated, Any, TypeAlias, Union, get_args, get_origin
 
 import shtab
 
-from boresight.disk.paths import refuse_inputs
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
+from boresight.model.tools.files import refuse_inputs
 from boresight.parameters import parse_settings, values_for
 from boresight.sharing import estimator_names, params_for_each
 from boresight.terminal import tell

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated, Any
 from xml.etree import ElementTree
 
-from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile
 from boresight.options import Argument, Option, Outcome, Verb, arguments_of
 from boresight.sim.answer import Answer, Figure
 from boresight.sim.baseline import NAMES, Baseline, compared, read_baseline
@@ -114,7 +114,7 @@ class JudgedVerb(Verb):
             words = [parsed[n] for n in self.arguments if n in parsed and n != "junit"]
             flat = [w for word in words for w in (word if isinstance(word, list) else [word])]
             inputs = [w for w in flat if isinstance(w, str) and Path(w).is_file()]
-            target = OutputFile(typed["junit"], name, inputs=inputs, option="--junit")
+            target = OutputFile(typed["junit"], inputs=inputs, option="--junit")
         code, data, text = super().run({n: v for n, v in parsed.items() if n not in options})
         comparison = None
         if earlier is not None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
+from boresight.model.tools.files import output_folder
 from boresight.sim.compare.check import KEPT
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.integer import words_of
@@ -76,7 +76,7 @@ def write_waves(
     vcd = files[0]
     inputs = feed(estimator, record).inputs[: window.stop]
     words = words_of(program, inputs)
-    with output_folder(folder, "check", of=name, files=files, option="--wave-folder") as out:
+    with output_folder(folder, "check", files=files, option="--wave-folder") as out:
         with (out / vcd).open("w", encoding="ascii", errors="backslashreplace") as file:
             wave = write_wave(build.core, lines, words, window.start, window.stop, file)
         for suffix, write in (("gtkw", wave.gtkwave), ("sucl", wave.surfer)):

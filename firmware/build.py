@@ -6,20 +6,19 @@ import ctypes
 import functools
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.disk.cache import Cache
 from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.observe import observe_source
 from boresight.model.arrays import BoolArray
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
@@ -49,7 +48,6 @@ def _version(compiler: str) -> str:
     ).stdout
 
 
-@contextmanager
 def compiled_library(
     files: Mapping[str, str],
     *,
@@ -57,11 +55,11 @@ def compiled_library(
     cflags: Sequence[str] | None = None,
     libraries: Sequence[str] = (),
     cache: Path | None = None,
-) -> Iterator[Path]:
-    """Shared library of C99 files for the block, from the cache or compiled.
+) -> Path:
+    """Return the shared library of C99 files, from the build cache or compiled.
 
-    It stands beside its sources, in an entry of the build cache (`boresight.disk.cache`) whose name
-    is the hash of the sources, the compiler and the flags.
+    The entry of the cache holds its sources too; its name is the hash of the sources, the compiler
+    and the flags.
 
     Parameters
     ----------
@@ -95,9 +93,7 @@ def compiled_library(
         if completed.returncode != 0:
             raise ToolFailed(failure(f"{' '.join(command)} failed", completed.stderr))
 
-    entry = Cache(cache).get(name, identity, make)
-    yield entry.path / f"{name}.so"
-    del entry  # which marked it as in use
+    return Cache(cache).get(name, identity, make) / f"{name}.so"
 
 
 def instance(
@@ -182,12 +178,12 @@ class CModel:
         count, word = ctypes.c_size_t, ctypes.c_int32
         words = array_of(np.int32)
         self._files, self._cache = emit_c(program), cache
-        with compiled_library(self._files, cflags=self.cflags, cache=cache) as self.library:
-            self._memory, self._call = instance(
-                self.library,
-                set_param=(count, word),
-                run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
-            )
+        self.library = compiled_library(self._files, cflags=self.cflags, cache=cache)
+        self._memory, self._call = instance(
+            self.library,
+            set_param=(count, word),
+            run=(count, words, words, array_of(np.uint8), ctypes.c_void_p),
+        )
 
     @property
     def states(self) -> npt.NDArray[np.int32]:
@@ -202,10 +198,8 @@ class CModel:
         source = f"{self.library.stem}_observe.c"
         files = {header: self._files[header], source: observe_source(Body(self.program))}
         words, numbers = array_of(np.int32), array_of(np.int64)
-        with compiled_library(
-            files, source=source, cflags=self.cflags, cache=self._cache
-        ) as library:
-            function = getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
+        library = compiled_library(files, source=source, cflags=self.cflags, cache=self._cache)
+        function = getattr(ctypes.CDLL(str(library)), f"{library.stem}_observe")
         function.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *3 * (words,), *3 * (numbers,)]
         function.restype = None
         return functools.partial(function, self._memory)

@@ -33,8 +33,8 @@ class ManyCModels:
 
     def __init__(self, program: Program, runs: int, *, cache: Path | None = None) -> None:
         self.program, self.runs = program, runs
-        with compiled_library(emit_c(program), cache=cache) as path:
-            library, stem = ctypes.CDLL(str(path)), path.stem
+        path = compiled_library(emit_c(program), cache=cache)
+        library, stem = ctypes.CDLL(str(path)), path.stem
         size = getattr(library, f"{stem}_size")
         size.argtypes, size.restype = [], ctypes.c_size_t
         memory = ctypes.create_string_buffer(size())

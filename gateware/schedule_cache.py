@@ -12,11 +12,11 @@ from pathlib import Path
 
 import boresight.gateware
 import boresight.model
-from boresight.disk.cache import Cache
 from boresight.gateware.machine import Machine
 from boresight.gateware.schedule.copies import with_copies
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, Slot
+from boresight.model.tools.cache import Cache
 from boresight.model.words.program import Program
 
 _FILE = "schedule.json"
@@ -72,7 +72,7 @@ def cached_schedule(
         )
     if schedules:
         return schedules[0]
-    slots, gets, length = json.loads((entry.path / _FILE).read_text(encoding="utf-8"))
+    slots, gets, length = json.loads((entry / _FILE).read_text(encoding="utf-8"))
     return Schedule(
         program=with_copies(program),
         source=program.digest,

@@ -18,8 +18,8 @@ from pathlib import Path
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
-from boresight.disk.cache import Cache
 from boresight.gateware.synthesis.yosys import SynthesisError, find_tool, version_line
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.model.tools.folders import yosys_environment
 
@@ -123,7 +123,7 @@ def from_rtlil(text: str, name: str, *, instances: bool) -> str:
     try:
         if identity:
             entry = Cache().get(f"verilog-{name}", repr((identity, script, text)), make)
-            return results[0] if results else (entry.path / file).read_text(encoding="utf-8")
+            return results[0] if results else (entry / file).read_text(encoding="utf-8")
     except OSError:  # the cache cannot be written
         pass
     return results[0] if results else _converted(text, name, argv, script)

@@ -1,7 +1,7 @@
 """Imports run one way below one name: model <- gateware, firmware <- sim <- boresight's front.
 
-`boresight.disk` stands beside `model`: every room may import it. `systems` takes what the
-documentation offers to users (`tests/systems/test_public_names.py`), and nothing imports it.
+`systems` takes what the documentation offers to users
+(`tests/systems/test_public_names.py`), and nothing imports it.
 """
 
 from __future__ import annotations
@@ -19,11 +19,10 @@ from tests.support.tree import ROOT, imports, python_files
 ROOMS = ("model", "gateware", "firmware", "sim", "systems")
 MAY = {
     "model": {"model"},
-    "boresight/disk": {"disk", "model"},
-    "gateware": {"gateware", "model", "disk"},
-    "firmware": {"firmware", "model", "disk"},
-    "sim": {"sim", "gateware", "firmware", "model", "disk"},
-    "boresight": {"front", "sim", "gateware", "firmware", "model", "disk"},
+    "gateware": {"gateware", "model"},
+    "firmware": {"firmware", "model"},
+    "sim": {"sim", "gateware", "firmware", "model"},
+    "boresight": {"front", "sim", "gateware", "firmware", "model"},
     "systems": {"systems", "front", "sim", "model"},
 }
 
@@ -32,7 +31,7 @@ def rooms(path: Path) -> set[str]:
     """Our rooms that a file imports from; ``front`` is what lies in none of them."""
     parts = [name.split(".") for name in imports(path)]
     inside = {p[1] if len(p) > 1 else "front" for p in parts if p[0] == "boresight"}
-    return {room if room in (*ROOMS, "disk") else "front" for room in inside}
+    return {room if room in ROOMS else "front" for room in inside}
 
 
 @pytest.mark.parametrize("folder", MAY)
@@ -47,13 +46,6 @@ def test_verbs_import_no_verbs():
     for place in VERBS.values():
         path = ROOT / "boresight" / f"{place.replace('.', '/')}.py"
         assert not [name for name in imports(path) if name.startswith(modules)], path
-
-
-def test_disk_needs_little():
-    may = ("boresight.disk", "boresight.model.errors", "boresight.model.tools.folders")
-    for path in python_files("boresight/disk"):
-        ours = {name for name in imports(path) if name.startswith("boresight.")}
-        assert all(n.startswith(may) for n in ours), path
 
 
 @pytest.mark.parametrize("folder", [*MAY, "tests"])
@@ -94,8 +86,11 @@ def test_model_needs_few_libraries():
     standard = set(sys.stdlib_module_names)
     for path in python_files("model"):
         top = {name.split(".")[0] for name in imports(path)}
-        # mpmath: constants and tables to the last bit, which numpy does not promise; pint: units.
-        more = {"rounded.py": {"mpmath"}, "units.py": {"pint"}}.get(path.name, set())
+        # mpmath: constants and tables to the last bit, which numpy does not promise; pint: units;
+        # filelock: output files and the build cache.
+        libraries = {"rounded.py": "mpmath", "units.py": "pint"}
+        libraries |= {"files.py": "filelock", "cache.py": "filelock"}
+        more = {libraries[path.name]} if path.name in libraries else set()
         assert top <= standard | {"boresight", "numpy"} | more, path
 
 

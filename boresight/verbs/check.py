@@ -14,14 +14,15 @@ boresight check replay reproducer.json  # a difference that was found, again
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, overload
 
 from boresight.arguments import check_machine, check_optional, check_target, check_urgent
-from boresight.disk.output import OutputFile, free_name
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.files import OutputFile
 from boresight.options import (
     Arguments,
     Config,
@@ -173,7 +174,7 @@ def check(
         Values other than the defaults; of several estimators such a mapping of each by its name.
     reproducer : path, optional
         Written when a level differs; `boresight check replay FILE` runs it. The command line
-        writes reproducer.json by default, or one with a number where a file of yours has that name.
+        writes reproducer.json by default, unless a file of yours has that name.
     rtl_rows : int, optional
         Rows of each log that run in RTL, as 16 slices spread over it, each from the states of the
         integer model; by default all of them, from a reset on.
@@ -228,9 +229,8 @@ def check(
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     kept = None
     if reproducer is not None:
-        of = ",".join(e.name for e in estimators)
         files = [log.path for records in rounds for log in records if log.path]
-        kept = OutputFile(reproducer, "check", of=of, inputs=files, option="--reproducer")
+        kept = OutputFile(reproducer, inputs=files, option="--reproducer")
     if wave is not None:
         tell(write_waves(build, rounds, wave, wave_folder))
     results: list[CheckResult] = []
@@ -300,7 +300,9 @@ def call(arguments: Arguments) -> Outcome:
         lines = arguments.call(replay, *files)
         return int(bool(lines)), {"differences": lines}, "\n".join(lines) or "no difference"
     if "reproducer" not in typed:
-        typed["reproducer"] = free_name(REPRODUCER, "check", option="--reproducer")
+        with suppress(InputError):  # a file of the user, or a folder that cannot be written
+            OutputFile(REPRODUCER)
+            typed["reproducer"] = REPRODUCER
     each = None if arguments.json else lambda result: say("\n".join(result.lines()))
     results = arguments.call(check, each=each)
     return int(not results.good), results.to_json(), verdict(results)

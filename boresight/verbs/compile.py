@@ -46,8 +46,6 @@ from boresight.core_files import (
     write_text,
 )
 from boresight.depths import depth_by_time
-from boresight.disk.cache import Cache
-from boresight.disk.output import foreign_entries, output_folder
 from boresight.firmware.attitude.image import find_cross_compiler
 from boresight.gateware.attitude.system.plan import SYSTEM_WORDS
 from boresight.gateware.attitude.system.programs import system_core
@@ -60,6 +58,8 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.verilog import to_verilog
 from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.cache import Cache
+from boresight.model.tools.files import output_folder
 from boresight.options import Config, EstimatorNames, OutputFolder, Params, Urgent, Word
 from boresight.regression import JudgedVerb
 from boresight.results.compile import CompiledProgram, CompileResult, Proven, TargetFigures
@@ -176,9 +176,7 @@ def compile(
     if board is not None:
         expected += project_files(board, system=top == "sensors")
     check_sound(build)
-    if foreign := foreign_entries(output):
-        say(f"{output} has {foreign} other files and folders: -o NAME keeps these apart")
-    with output_folder(output, "compile", of=",".join(own), files=expected) as folder:
+    with output_folder(output, "compile", files=expected) as folder:
         choice = None
         if chosen_by_us and target in TARGETS:
             choice = depth_by_time(build, TARGETS[target])

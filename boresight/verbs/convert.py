@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from boresight.disk.output import OutputFile, output_folder
 from boresight.model.errors import InputError, require_choice
+from boresight.model.tools.files import OutputFile, output_folder
 from boresight.options import Option, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.data.convert_broad import broad_record, broad_trials
@@ -93,7 +93,7 @@ def convert(
     paths = find(Path(folder))
     names = [f"{path.stem}.npz" for path in paths]
     rows = []
-    with output_folder(output, "convert", of=data_set, files=names, inputs=paths) as out:
+    with output_folder(output, "convert", files=names, inputs=paths) as out:
         for path, name in zip(paths, names, strict=True):
             record = read(path)
             (out / name).write_bytes(content_of(out / name, record))
@@ -120,7 +120,7 @@ def _log(path: Path, output: str | Path | None, say: Callable[[str], None]) -> C
             notes.update(dict.fromkeys(block.notes))
             yield block
 
-    with OutputFile(output, "convert", of=path.name, inputs=[path]).opened() as file:
+    with OutputFile(output, inputs=[path]).opened() as file:
         write_pieces(output, file, counted())
     for text in notes:
         say(f"warning: {text}")

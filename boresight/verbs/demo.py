@@ -22,7 +22,6 @@ from boresight.core_files import (
     write_system,
     write_text,
 )
-from boresight.disk.output import output_folder
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.routed import Mapped
@@ -30,6 +29,7 @@ from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.attitude import FILTERS
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.files import output_folder
 from boresight.options import OutputFolder, PythonOnly, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.attitude.board.setup import REAL
@@ -184,7 +184,7 @@ def demo(
     rows: list[DemoFilter] = []
     verdicts: list[str] = []
     require(SIMULATOR)
-    with output_folder(output, "demo", of=",".join(names), files=_files(names)) as folder:
+    with output_folder(output, "demo", files=_files(names)) as folder:
         for config in CONFIGS:
             place = folder / f"core-{config}"
             place.mkdir()

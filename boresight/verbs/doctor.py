@@ -16,10 +16,10 @@ from importlib import metadata
 
 from packaging.requirements import Requirement
 
-from boresight.disk.cache import LIMIT_VARIABLE, Cache
 from boresight.firmware.attitude.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.needs import COMMON, NEEDS, embeddable, install_line
 from boresight.options import Arguments, Outcome, Verb, outcome
 from boresight.sim.answer import Answer
@@ -60,12 +60,11 @@ class Tool:
 
 @dataclass(frozen=True)
 class BuildCache:
-    """The build cache: its folder, entries, and bytes of so many at most."""
+    """The build cache: its folder, entries and bytes."""
 
     path: str
     entries: int
     bytes: int
-    limit_bytes: int
 
 
 @dataclass(frozen=True)
@@ -90,25 +89,22 @@ class DoctorResult(Answer):
             [
                 *map(str, self.tools),
                 f"{'build cache':24s} {cache.path}: {cache.entries} entries, "
-                f"{cache.bytes / 1e6:.1f} of {cache.limit_bytes / 1e6:g} MB "
-                f"(limit: {LIMIT_VARIABLE}; to empty it: boresight doctor --clear-cache)",
+                f"{cache.bytes / 1e6:.1f} MB (to empty it: boresight doctor --clear-cache)",
             ]
         )
 
 
 @dataclass(frozen=True)
 class ClearedCache(Answer):
-    """What `empty_cache` took from a folder, and how many entries stayed, being in use."""
+    """Number and bytes of the entries that `empty_cache` removed from a folder."""
 
     path: str
     entries: int
     bytes: int
-    in_use: int
 
     def __str__(self) -> str:
-        stayed = f"; {self.in_use} in use stayed" if self.in_use else ""
-        text = f"{self.entries} entries, {self.bytes / 1e6:.1f} MB removed from the cache"
-        return f"{text} in {self.path}{stayed}"
+        size = f"{self.entries} entries, {self.bytes / 1e6:.1f} MB"
+        return f"{size} removed from the cache in {self.path}"
 
 
 #: Programs that must be there, from a package of their own name.
@@ -211,22 +207,22 @@ def doctor() -> DoctorResult:
         Tool(name, _found(look), needed=not use, advice=advice, use=use)
         for name, look, advice, use in every
     )
-    usage = Cache().usage()
-    cache = BuildCache(str(usage.path), usage.entries, usage.size, usage.limit)
+    cache = BuildCache(str(Cache().root), *Cache().usage())
     return DoctorResult(tools, cache, good=all(t.version or not t.needed for t in tools))
 
 
 def empty_cache() -> ClearedCache:
-    """Empty the build cache; what a running process uses stays.
+    """Empty the build cache.
 
     Returns
     -------
     ClearedCache
-        How much went, and what stayed.
+        How much was removed.
     """
     cache = Cache()
-    cleared = cache.clear()
-    return ClearedCache(str(cache.root), cleared.entries, cleared.size, cleared.in_use)
+    usage = cache.usage()
+    cache.clear()
+    return ClearedCache(str(cache.root), *usage)
 
 
 def call(arguments: Arguments, *, clear_cache: bool = False) -> Outcome:

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import SEED_MOST, check_number
-from boresight.disk.output import output_folder
 from boresight.model.errors import InputError
+from boresight.model.tools.files import output_folder
 from boresight.options import Option, OutputFolder, Verb
 from boresight.sim.answer import Answer
 from boresight.sim.experiments.experiment import Experiment, Target, grouped, result_of

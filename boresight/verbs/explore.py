@@ -28,11 +28,11 @@ from boresight.arguments import (
     check_word,
 )
 from boresight.core_files import has_primitives
-from boresight.disk.output import OutputFile, require_distinct
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
+from boresight.model.tools.files import OutputFile, require_distinct
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -198,9 +198,9 @@ def explore(
     files = [path for _, path in read if path is not None]
     folder, of = Path(output), f"explore-{estimator.name}"
     require_distinct(csv=csv, parquet=parquet, output=folder / f"{of}.html")
-    page = OutputFile(folder / f"{of}.html", "explore", of=of, inputs=files)
+    page = OutputFile(folder / f"{of}.html", inputs=files)
     tables = [
-        (OutputFile(path, "explore", of=of, inputs=files, option=option), content)
+        (OutputFile(path, inputs=files, option=option), content)
         for path, option, content in (
             (csv, "--csv", ExploreResult.csv),
             (parquet, "--parquet", ExploreResult.parquet),

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import check_optional, check_word
-from boresight.disk.output import OutputFile
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
@@ -27,6 +26,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile
 from boresight.model.resolve import Named, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.files import OutputFile
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
 from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult, succeeded
 from boresight.sim.accuracy.covariance import initial_covariances
@@ -104,8 +104,6 @@ def fit(
     place = profile_place(name, estimator.name)
     target = OutputFile(
         output or place or f"{estimator.name}.fit.json",
-        "fit",
-        of=estimator.name,
         inputs=log_files(s for s in sources if isinstance(s, str | Path) and not _is_world(s)),
     )
     copied = None if apply is None else _copy(name, estimator, apply)
@@ -189,7 +187,7 @@ def _copy(name: Named, estimator: Estimator, path: str | Path) -> tuple[Path, Ou
             fix="leave it out: --propose tells the ranges",
         )
     source = Path(f"{name.partition('.py')[0]}.py")
-    return source, OutputFile(path, "fit", of=estimator.name, inputs=[source], option="--apply")
+    return source, OutputFile(path, inputs=[source], option="--apply")
 
 
 def _is_world(source: object) -> bool:

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import check_number
-from boresight.disk.output import OutputFile, require_distinct
 from boresight.gateware.attitude.system.attitude_frame import Attitude, Update, Values
 from boresight.gateware.boards.frames import Kind
 from boresight.gateware.registers.model import Access, Register
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile, require_distinct
 from boresight.options import Arguments, Option, Outcome, PythonOnly, Verb, outcome
 from boresight.sim.answer import Answer
 from boresight.sim.attitude.host.line import BoardLine, Listener, RegisterTable, value_of, word_of
@@ -324,7 +324,7 @@ def monitor(
     require_distinct(csv=csv, plot=plot)
     inputs = [source] if register_map is None else [source, register_map]
     table_file, picture_file = (
-        None if path is None else OutputFile(path, "monitor", inputs=inputs, option=option)
+        None if path is None else OutputFile(path, inputs=inputs, option=option)
         for path, option in ((csv, "--csv"), (plot, "--plot"))
     )
     table = RegisterTable(register_map)

@@ -15,10 +15,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
-from boresight.disk.output import OutputFile
 from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
 from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
+from boresight.model.tools.files import OutputFile
 from boresight.options import Option, Verb
 from boresight.sim.answer import Answer
 
@@ -98,7 +98,7 @@ def new(name: Annotated[str | Path, Option(metavar="NAME")], *, ci: bool = False
     words["STARTER"] = _class(stem).lower()  # the estimator's name
     patterns = _FILES | (_CI if ci else {})
     files = {path.parent / pattern.format(stem): made for pattern, made in patterns.items()}
-    places = {path: OutputFile(path, "new", of=stem, option="NAME") for path in files}
+    places = {path: OutputFile(path, option="NAME") for path in files}
     for path, place in places.items():
         text = resources.files("boresight.starter").joinpath(files[path]).read_text("utf-8")
         for old, word in words.items():

@@ -14,8 +14,8 @@ from typing import Annotated
 import numpy as np
 
 from boresight.arguments import check_number
-from boresight.disk.output import OutputFile
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.files import OutputFile
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Verb, Word
 from boresight.sim.ranges.ranges import RangesResult, examine
 from boresight.sim.records.files import content_of
@@ -62,7 +62,7 @@ def ranges(
     estimator = find_estimator(name)
     target = None
     if witness is not None:
-        target = OutputFile(witness, "ranges", of=estimator.name, option="--witness")
+        target = OutputFile(witness, option="--witness")
     tell = progress or (lambda text: None)
     result = examine(estimator, word=word, updates=updates, seed=seed, progress=tell)
     refuted = [c for c in (*result.claims, *result.states) if c.status == "refuted"]

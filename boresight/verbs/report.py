@@ -20,12 +20,12 @@ from urllib.parse import quote
 
 from boresight.arguments import check_machine, check_optional, check_target, check_urgent
 from boresight.core_files import map_core, write_text
-from boresight.disk.output import output_folder
 from boresight.gateware.synthesis.routed import Mapped
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.files import output_folder
 from boresight.options import (
     Config,
     EstimatorName,
@@ -154,7 +154,7 @@ def report(
     if not records:
         raise InputError.at("logs", wanted="at least one log", found="none", fix="name a log file")
     files = ("report.html", "report.json")
-    with output_folder(output, "report", of=estimator.name, files=files, inputs=paths) as folder:
+    with output_folder(output, "report", files=files, inputs=paths) as folder:
         checking = Check(build, progress=progress)
         results = [
             result

@@ -17,12 +17,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from boresight.arguments import check_machine, check_optional
-from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray, IntArray
 from boresight.model.declarations import QUATERNION
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.files import OutputFile
 from boresight.options import (
     Arguments,
     Config,
@@ -261,7 +261,7 @@ def run(
         )
     if output is not None:
         check_written(output)
-    target = None if output is None else OutputFile(output, "run", of=of, inputs=inputs)
+    target = None if output is None else OutputFile(output, inputs=inputs)
     parts, units = list[RunResult](), {o.name: o.unit for o in estimator.outputs}
 
     def runs(level: Level) -> Iterator[tuple[Feed, Loop]]:

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import JOBS_MOST, check_optional
-from boresight.disk.output import output_folder
 from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
 from boresight.gateware.machine import machine_named
@@ -24,6 +23,7 @@ from boresight.model.attitude import ESTIMATORS, FILTERS
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
+from boresight.model.tools.files import output_folder
 from boresight.options import (
     Arguments,
     Config,
@@ -124,9 +124,7 @@ def simulate(
     if log is None and isinstance(name, str) and ".py" in name:
         say(f"no world named: the complete board; for a closed loop, simulate WORLD {name}")
     inputs = (log,) if isinstance(log, str | Path) else ()
-    with output_folder(
-        output, "simulate", of=chosen.name, files=BOARD_FILES, inputs=inputs
-    ) as folder:
+    with output_folder(output, "simulate", files=BOARD_FILES, inputs=inputs) as folder:
         if core is None:
             names = ", ".join(estimator_of(f).name for f in filters)
             say(f"core with {names} and the calibration, {config}")

@@ -71,12 +71,10 @@ class FloatCModel:
             **emit_float_c(estimator, precision),
             f"{name}_host.c": _host_source(estimator, precision),
         }
-        with compiled_library(
-            files, cflags=cflags, libraries=("-lm",), cache=cache
-        ) as self.library:
-            self._memory, self._call = instance(
-                self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)
-            )
+        self.library = compiled_library(files, cflags=cflags, libraries=("-lm",), cache=cache)
+        self._memory, self._call = instance(
+            self.library, set_params=(numbers,), run=(ctypes.c_size_t, numbers, numbers)
+        )
         self.set_params(params)
 
     def set_params(self, params: Mapping[str, float] | None) -> None:

@@ -19,10 +19,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from boresight.disk.cache import Cache
 from boresight.gateware.synthesis.family import Router, Step, Target
 from boresight.gateware.synthesis.yosys import Tool
 from boresight.model.errors import InputError, ToolMissing
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.folders import yosys_environment
 
@@ -158,7 +158,7 @@ def place_and_route(
             (folder / "run.json").write_text(json.dumps(routed()), encoding="utf-8")
 
         entry = Cache(Path(cache_dir)).get(f"route-{target.name}", identity, store)
-        result = json.loads((entry.path / "run.json").read_text(encoding="utf-8"))
+        result = json.loads((entry / "run.json").read_text(encoding="utf-8"))
     path = tuple(Step(**step) for step in result["path"])
     return Run(seed=seed, clock_mhz=result["clock_mhz"], path=path, files=result["files"])
 

@@ -19,8 +19,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from boresight.disk.cache import Cache
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.model.tools.folders import yosys_environment
 
@@ -183,7 +183,7 @@ def synthesise(
     command : str
         Commands of yosys, the last one without ``-top``.
     cache_dir : path, optional
-        Build cache that keeps results (`boresight.disk.cache`); None keeps nothing.
+        Build cache that keeps results (`boresight.model.tools.cache`); None keeps nothing.
     tool : Tool, optional
         Yosys to use; None looks for one.
     timeout_s : float
@@ -301,4 +301,4 @@ def _cached(
     entry = cache.get(f"netlist-{top}", identity, make)
     if netlists:
         return _Synthesis(netlists[0], False)
-    return _Synthesis(json.loads((entry.path / _NETLIST).read_text(encoding="utf-8")), True)
+    return _Synthesis(json.loads((entry / _NETLIST).read_text(encoding="utf-8")), True)

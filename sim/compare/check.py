@@ -11,10 +11,10 @@ from itertools import zip_longest
 
 import numpy as np
 
-from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import IntArray
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer

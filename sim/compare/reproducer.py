@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from boresight.disk.output import OutputFile
 from boresight.gateware.machine import MACHINES
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile
 from boresight.model.words.check import check_program
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from boresight.disk.output import OutputFile
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile
 from boresight.sim.records.files import content_of
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record
@@ -139,7 +139,7 @@ def main(arguments: list[str]) -> int:
     folder, out = Path(arguments[0]), arguments[1]
     try:
         inputs = folder.glob("*.csv") if folder.is_dir() else ()
-        file = OutputFile(out, "convert_ximu", inputs=inputs, option="OUT.csv")
+        file = OutputFile(out, inputs=inputs, option="OUT.csv")
         file.write(_NOTE.encode() + content_of(out, convert(folder)))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)

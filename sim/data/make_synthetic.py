@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Record
@@ -34,7 +34,7 @@ def main(arguments: list[str]) -> int:
         print("error: usage: python -m boresight.sim.data.make_synthetic OUT.csv", file=sys.stderr)
         return 2
     try:
-        file = OutputFile(arguments[0], "make_synthetic", option="OUT.csv")
+        file = OutputFile(arguments[0], option="OUT.csv")
         file.write(content_of(arguments[0], synthetic_60s()))
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)

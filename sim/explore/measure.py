@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
 from boresight.gateware.schedule.slots import ScheduleError
 from boresight.gateware.synthesis.device import Device
@@ -29,6 +28,7 @@ from boresight.model.declarations import ATTITUDE
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named, estimator_of
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import ToolFailed
 from boresight.sim.accuracy.figures import ANGLES, errors, units_of
 from boresight.sim.compare.difference import Difference, differences

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from boresight.disk.cache import Cache, Entry
+from boresight.model.tools.cache import Cache
 from boresight.sim.rtl.simulators import BUILD_ARGS, SimulationFailed, require, version
 from boresight.sim.rtl.verilator import build_program
 
@@ -88,12 +88,12 @@ class CompletedRun:
 class Compiled:
     """A built bench, for any number of runs."""
 
-    entry: Entry
+    folder: Path
 
     @property
     def program(self) -> Path:
         """Path of the simulator's program."""
-        return self.entry.path / "bench"
+        return self.folder / "bench"
 
     def run(
         self,

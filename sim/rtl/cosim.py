@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.sim.rtl.replay import Batch, RtlRun, RtlSimulation
 from boresight.sim.rtl.simulators import BUILD_ARGS, TIMESCALE, SimulationFailed, require, version
@@ -109,7 +109,7 @@ class CocotbSimulation(RtlSimulation):
                 hdl_toplevel="harness",
                 hdl_toplevel_lang="verilog",
                 test_module="boresight.sim.rtl.replay_bench",
-                build_dir=self._entry.path,
+                build_dir=self._entry,
                 results_xml=str(folder / "results.xml"),
                 test_dir=str(folder),
                 seed=1,

@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from boresight.disk.cache import Cache
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.routed import netlist_of
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.gateware.synthesis.yosys import cell_library
+from boresight.model.tools.cache import Cache
 from boresight.model.words.fixed import IntArray
 from boresight.sim.rtl.harness import CompiledSimulation
 from boresight.sim.rtl.wave import CORE, changes_of, wires_of

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from boresight.disk.cache import Cache, Entry
+from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.sim.rtl.plain_folder import plain_folder
 from boresight.sim.rtl.runtime_objects import launcher
@@ -61,16 +61,11 @@ def build_program(
     require("verilator")
     objects = _runtime(arguments)
     _build(
-        program,
-        sources,
-        arguments,
-        top=top,
-        cocotb=cocotb,
-        objects=launcher(objects.path, keep=False),
+        program, sources, arguments, top=top, cocotb=cocotb, objects=launcher(objects, keep=False)
     )
 
 
-def _runtime(arguments: Sequence[str]) -> Entry:
+def _runtime(arguments: Sequence[str]) -> Path:
     """Objects of Verilator's own library for these arguments, built with an empty bench.
 
     With VPI, which cocotb needs, unless Verilator writes the main program: one library serves
@@ -89,7 +84,7 @@ def _runtime(arguments: Sequence[str]) -> Entry:
     identity = repr(("runtime for any traces", versions, flags, sources))
 
     def make(folder: Path) -> None:
-        for path in plain.path.glob("*.o") if plain else ():
+        for path in plain.glob("*.o") if plain else ():
             shutil.copyfile(path, folder / path.name)
         with tempfile.TemporaryDirectory(prefix="boresight-runtime-") as work:
             collect = launcher(folder, keep=True)

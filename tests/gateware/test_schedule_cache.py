@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from boresight.disk import cache
 from boresight.gateware import schedule_cache
 from boresight.gateware.core import build_core
 from boresight.gateware.machine import CONFIGS, Machine
 from boresight.gateware.schedule.search import schedule
 from boresight.gateware.schedule.slots import Schedule, ScheduleError
 from boresight.gateware.schedule_cache import cached_schedule, digest_of_sources
+from boresight.model.tools import cache
 from boresight.model.words.program import Kind, Program
 from tests.support.random_program import random_program
 
@@ -126,12 +126,11 @@ def test_a_broken_entry_is_not_used(
     damage: str | None, folder: Path, searches: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = kept(random_program(1))
-    (file,) = folder.glob("schedule-*/schedule.json")
+    (file,) = folder.glob("builds/schedule-*/schedule.json")
     if damage is None:
         file.write_text(file.read_text().replace("0", "1", 1))  # as long as it was
     else:
         file.write_text(damage)
-    monkeypatch.setattr(cache, "_known_sound", set())  # as a new process looks at it
     assert kept(random_program(1)) == first and len(searches) == 2
     assert kept(random_program(1)) == first and len(searches) == 2
 
@@ -139,7 +138,7 @@ def test_a_broken_entry_is_not_used(
 def test_what_does_not_fit_leaves_nothing(folder: Path) -> None:
     with pytest.raises(ScheduleError):
         kept(random_program(1), dataclasses.replace(SMALL, rom_words=16))
-    assert not list(folder.glob("schedule-*")) and not list(folder.glob("work-*"))
+    assert not list(folder.glob("builds/schedule-*")) and not list(folder.glob("work-*"))
 
 
 @pytest.mark.full_search
@@ -147,7 +146,7 @@ def test_an_effort_of_ones_own_is_not_kept(folder: Path, searches: list[str]) ->
     build_core(random_program(2), "small", restarts=1)
     assert not folder.exists() and not searches
     build_core(random_program(2), "small")
-    assert searches == ["small"] and len(list(folder.glob("schedule-*"))) == 1
+    assert searches == ["small"] and len(list(folder.glob("builds/schedule-*"))) == 1
 
 
 @pytest.mark.parametrize("before", [True, False])

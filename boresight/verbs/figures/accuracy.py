@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import JOBS_MOST, check_optional, check_word
-from boresight.disk.output import output_folder
 from boresight.filters import chosen, params_by_estimator
 from boresight.model.errors import InputError, require_choice
 from boresight.model.resolve import Named, estimator_of
+from boresight.model.tools.files import output_folder
 from boresight.options import Arguments, Jobs, Option, Outcome, Params, Word, outcome
 from boresight.regression import JudgedVerb
 from boresight.results.accuracy import AccuracyResult

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from boresight.arguments import JOBS_MOST, SEED_MOST, check_number, check_optional, check_word
-from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError, require_choice
 from boresight.model.estimator import Estimator
+from boresight.model.tools.files import OutputFile
 from boresight.options import (
     EstimatorName,
     Jobs,
@@ -112,7 +112,7 @@ def montecarlo(
     drawn(plant, seed)
     name = f"montecarlo-{plant.name}-{filter.name}"
     folder = Path(output)
-    file = OutputFile(folder / f"{name}.json", "montecarlo", of=name)
+    file = OutputFile(folder / f"{name}.json")
     journal = Journal(folder / f"{name}.jsonl", again=again)
     campaign.length = record_count(campaign, seed)
     seeds = {digest(campaign.identity, campaign.length, k): k for k in range(seed, seed + runs)}

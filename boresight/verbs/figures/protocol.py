@@ -6,10 +6,10 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from boresight.disk.output import OutputFile
 from boresight.filters import chosen
 from boresight.model.errors import InputError
 from boresight.model.resolve import Named
+from boresight.model.tools.files import OutputFile
 from boresight.options import Jobs, OutputFolder, Params, Word
 from boresight.results.protocol import ProtocolResult
 from boresight.sim.accuracy.peers import PEERS, require_peers
@@ -110,8 +110,7 @@ def accuracy_protocol(
     )
     folder = Path(output)
     page, table = (
-        OutputFile(folder / f"accuracy-{protocol}.{end}", "accuracy", of=protocol, inputs=files)
-        for end in ("html", "json")
+        OutputFile(folder / f"accuracy-{protocol}.{end}", inputs=files) for end in ("html", "json")
     )
     journal = Journal(folder / f"accuracy-{protocol}.jsonl")
     runs = complete(

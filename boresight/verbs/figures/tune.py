@@ -17,9 +17,9 @@ from typing import Annotated
 import numpy as np
 
 from boresight.arguments import JOBS_MOST, check_number, check_optional, check_word
-from boresight.disk.output import OutputFile
 from boresight.model.errors import InputError
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.tools.files import OutputFile
 from boresight.options import (
     Arguments,
     EstimatorName,
@@ -124,7 +124,7 @@ def tune(
     _check_numbers(word=word, folds=folds, rounds=rounds, jobs=jobs, seed=seed)
     _check_factors(detune=detune, vary=vary)
     files = log_files(log for log in logs if isinstance(log, str | Path))
-    target = None if output is None else OutputFile(output, "tune", of=estimator.name, inputs=files)
+    target = None if output is None else OutputFile(output, inputs=files)
     trials = trials_of(estimator, logs, protocol)
     chosen = weights_of(trials.units, weights)
     held_back = trials.held_back(hold)

@@ -8,10 +8,10 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from boresight.disk.output import output_folder
 from boresight.firmware.attitude.image import ImageError
 from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError, ToolMissing
+from boresight.model.tools.files import output_folder
 from boresight.sim.attitude.soc.board import soc_board
 from boresight.sim.attitude.soc.comparison import compare
 from boresight.sim.attitude.soc.offload import offload

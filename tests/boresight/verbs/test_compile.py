@@ -172,14 +172,3 @@ def test_target_and_axi(tmp_path, capsys):
     core = (tmp_path / "out" / "core.v").read_text()
     assert "it has no vendor primitives" in core and "DSP48A1" not in core
     assert "`core_axi` has input records" in (tmp_path / "out" / "README.md").read_text()
-
-
-def test_a_folder_of_other_files_is_named(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name in ("notes.txt", "plan.txt"):
-        (tmp_path / name).write_text("")
-    for said in (". has 2 other files and folders: -o NAME keeps these apart\n", ""):
-        assert main(["compile", "complementary", "-o", "."]) == 0
-        assert [said] == [
-            "".join(x for x in capsys.readouterr().err.splitlines(True) if "other" in x)
-        ]

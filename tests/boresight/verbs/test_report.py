@@ -13,11 +13,11 @@ import pytest
 
 from boresight import ReportResult
 from boresight.cli import main
-from boresight.disk.manifest import NAME
 from boresight.gateware.synthesis.routed import Mapped
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
+from boresight.model.tools.files import MANIFEST
 from boresight.sim.compare.check import Check
 from boresight.sim.levels.build import Build
 from boresight.sim.records.bundled import bundled
@@ -38,7 +38,7 @@ def test_page_and_json_of_the_same_figures(tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     words = ["report", "complementary", LOG, "--steps", "20", "--no-synth", "--json"]
     assert main([*words, "-o", str(out)]) == 0
-    assert sorted(p.name for p in out.iterdir()) == [NAME, "report.html", "report.json"]
+    assert sorted(p.name for p in out.iterdir()) == [MANIFEST, "report.html", "report.json"]
     data = json.loads((out / "report.json").read_text())
     assert [v["n_total"] for v in data["verification"]] == [20, 20]
     assert data["design"] == "complementary" and data["config"] == "small"

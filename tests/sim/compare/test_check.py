@@ -9,13 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from boresight.disk.output import OutputFile
 from boresight.gateware.core import Core
 from boresight.gateware.microcode.assemble import decode, encode
 from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.tools.failure import ToolFailed
+from boresight.model.tools.files import OutputFile
 from boresight.sim.compare.check import EXACT, USUAL, Check, _Attempt, _Case
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import verdict
@@ -82,9 +82,7 @@ def test_a_wrong_table_word_is_found_by_name_step_and_cycle(log, tmp_path):
         lambda m: f"{m[1]}{int(m[2]) ^ 64};",
         config="fast",
     )
-    (result,) = checked(
-        log, 30, build=build, simulator="verilator", reproducer=OutputFile(file, "check")
-    )
+    (result,) = checked(log, 30, build=build, simulator="verilator", reproducer=OutputFile(file))
     assert not result.good
     rtl = result.levels[-1]
     assert rtl.n_mismatch > 0
@@ -125,7 +123,7 @@ def test_a_wrong_c_model_is_found(log, monkeypatch, tmp_path):
 
     wrong_c(monkeypatch, change)
     file = tmp_path / "reproducer.json"
-    (result,) = checked(log, 20, levels=("c",), reproducer=OutputFile(file, "check"))
+    (result,) = checked(log, 20, levels=("c",), reproducer=OutputFile(file))
     assert not result.good
     assert (result.levels[0].n_mismatch, result.levels[0].first_wrong) == (1, 7)
     assert result.levels[0].divergence == "c: outputs differ, step 7, all values equal"

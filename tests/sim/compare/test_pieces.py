@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.disk.output import OutputFile
 from boresight.gateware.core import Core
 from boresight.model.arrays import FloatArray
 from boresight.model.attitude import ESTIMATORS, estimator
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile
 from boresight.sim.compare import check as module
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.reproducer import load_reproducer
@@ -166,7 +166,7 @@ def test_slices(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
     with monkeypatch.context() as patch:
         patch.setattr(Simulated, "run", run)
-        (bad,) = check.run(WALK.head(400), rtl_rows=50, reproducer=OutputFile(file, "check"))
+        (bad,) = check.run(WALK.head(400), rtl_rows=50, reproducer=OutputFile(file))
     assert (bad.levels[1].first_wrong, bad.levels[1].n_mismatch) == (27, 1)
     assert bad.levels[1].divergence == "rtl: outputs differ, step 27, all values equal"
     data = load_reproducer(file)

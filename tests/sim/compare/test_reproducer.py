@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from boresight.disk.output import OutputFile
 from boresight.firmware.build import CModel
 from boresight.model.errors import InputError
+from boresight.model.tools.files import OutputFile
 from boresight.sim.compare.divergence import program_at
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer, write_reproducer
 from boresight.sim.levels.build import Build
@@ -25,7 +25,7 @@ def file(tmp_path: Path) -> Path:
     words, states = words_and_states(build, inputs)
     path = tmp_path / "reproducer.json"
     at_step = program_at(build.programs[0], states[1])
-    write_reproducer(OutputFile(path, "check"), at_step, words[2], 2, config="fast", level="rtl")
+    write_reproducer(OutputFile(path), at_step, words[2], 2, config="fast", level="rtl")
     return path
 
 

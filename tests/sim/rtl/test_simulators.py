@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from boresight.disk.cache import Cache
 from boresight.gateware.core import build_core
 from boresight.model.errors import ToolMissing
+from boresight.model.tools.cache import Cache
 from boresight.sim.rtl import cosim, simulators, verilator
 from boresight.sim.rtl import plain_folder as module
 from boresight.sim.rtl.compiled import RESET_CYCLES, Compiled, build

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from boresight.disk.cache import Cache
 from boresight.firmware.build import CModel
 from boresight.gateware.boards.bitstream import open_project
 from boresight.gateware.boards.frames import Decoder, Kind, encode
@@ -14,6 +13,7 @@ from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import build_core
 from boresight.gateware.registers.core import UPDATES
 from boresight.gateware.synthesis.routed import netlist_for
+from boresight.model.tools.cache import Cache
 from boresight.sim.rtl.netlist import CELLS, verilog_of
 from boresight.sim.rtl.simulators import available
 from tests.support.estimators import Leaky

@@ -1,0 +1,323 @@
+"""Output files: written completely or not at all, and never over files of the user.
+
+New files are written in a temporary folder beside their destination and then renamed. The file
+``.boresight.json`` in an output folder lists the files that Boresight wrote there, with their
+hashes. Any other file, and a listed file that was edited since, is overwritten only with
+``--force`` (`overwriting`).
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
+from pathlib import Path
+from typing import BinaryIO
+
+from filelock import FileLock
+
+from boresight.model.errors import InputError
+from boresight.model.tools.folders import cache_folder
+
+__all__ = [
+    "MANIFEST",
+    "OutputFile",
+    "digest",
+    "output_folder",
+    "overwriting",
+    "refuse_inputs",
+    "require_distinct",
+]
+
+#: List of the files that Boresight wrote into a folder.
+MANIFEST = ".boresight.json"
+
+StrPath = str | os.PathLike[str]
+#: By name, relative to the folder: the verb that wrote the file, and the SHA-256 of its contents.
+Files = dict[str, dict[str, str]]
+
+_overwriting = ContextVar("overwriting", default=False)
+
+
+@contextmanager
+def overwriting(allowed: bool = True) -> Iterator[None]:
+    """Allow output files to replace files that Boresight did not write, or that were edited."""
+    token = _overwriting.set(allowed)
+    try:
+        yield
+    finally:
+        _overwriting.reset(token)
+
+
+class OutputFile:
+    """A single output file: checked now, written later, once or repeatedly.
+
+    A symbolic link is followed. A device or a pipe, such as ``/dev/stdout``, is written directly.
+
+    Parameters
+    ----------
+    path : path
+        The file; missing folders are made when it is written.
+    inputs : iterable of paths
+        Files that are read and must not be overwritten.
+    option : str
+        Command-line option that names the path, for messages.
+
+    Attributes
+    ----------
+    written : bool
+        Whether a write has succeeded.
+
+    Raises
+    ------
+    InputError
+        The path cannot be written, is an input, or holds a file that Boresight did not write.
+    """
+
+    def __init__(
+        self, path: StrPath, *, inputs: Iterable[StrPath] = (), option: str = "-o"
+    ) -> None:
+        self.written = False
+        self._option = option
+        self._path = Path(path)
+        with _refusing(path, option):
+            _require_name(path, option)
+            refuse_inputs(path, inputs, option)
+            if not self._direct:
+                self._path = Path(os.path.realpath(path))
+                known = _listed(self._path.parent)
+                _require_ours(self._path, known.get(self._path.name), option)
+                _existing_parent(self._path.parent)
+
+    @property
+    def _direct(self) -> bool:
+        """Whether the path is that of a device or a pipe."""
+        other = self._path.exists() and not self._path.is_file() and not self._path.is_dir()
+        return other or os.path.abspath(self._path).startswith("/dev/")
+
+    def write(self, content: str | bytes) -> None:
+        """Write the whole file; raises as `opened`."""
+        with self.opened() as file:
+            file.write(content.encode("utf-8") if isinstance(content, str) else content)
+
+    @contextmanager
+    def opened(self) -> Iterator[BinaryIO]:
+        """Open the file for the block; if the block succeeds, it replaces the earlier file.
+
+        Raises
+        ------
+        InputError
+            The path cannot be written any more, or now holds a file that Boresight did not write.
+        """
+        path, option = self._path, self._option
+        with ExitStack() as stack:
+            with _refusing(path, option):
+                staging = None if self._direct else stack.enter_context(_staged(path.parent))
+                target: Path | int = path if staging is None else staging / path.name
+                if os.fspath(path) == "/dev/stdout":  # Opened anew, it would begin at its start.
+                    target = os.dup(1)
+                file = stack.enter_context(open(target, "wb"))
+            yield file
+            file.close()
+            if staging is not None:
+                with _refusing(path, option):
+                    _commit(staging, path.parent, option)
+        self.written = True
+
+
+@contextmanager
+def output_folder(
+    path: StrPath,
+    by: str,
+    *,
+    files: Iterable[str] = (),
+    inputs: Iterable[StrPath] = (),
+    option: str = "-o",
+) -> Iterator[Path]:
+    """Give an empty folder to write into; if the block succeeds, its files move to ``path``.
+
+    Files that an earlier run of the same verb wrote there, and this one did not, are removed.
+
+    Parameters
+    ----------
+    path : path
+        The output folder; made if it is missing.
+    by : str
+        The verb, for the list of files.
+    files : iterable of str
+        Relative paths that will be written, as far as known: checked before the work.
+    inputs, option
+        See `OutputFile`.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or holds a file that would be overwritten and that Boresight
+        did not write.
+    """
+    with ExitStack() as stack:
+        with _refusing(path, option):
+            _require_name(path, option)
+            folder = Path(os.path.realpath(path))
+            known = _listed(folder)
+            for name in files:
+                refuse_inputs(folder / name, inputs, option)
+                _require_ours(folder / name, known.get(name), option)
+                _existing_parent((folder / name).parent)
+            staging = stack.enter_context(_staged(folder))
+        yield staging
+        with _refusing(path, option):
+            _commit(staging, folder, option, by=by)
+
+
+def refuse_inputs(path: StrPath, inputs: Iterable[StrPath], option: str) -> None:
+    """Refuse an output that is one of the input files.
+
+    Raises
+    ------
+    InputError
+        The output is one of the inputs.
+    """
+    for source in inputs:
+        if os.path.isfile(path) and os.path.exists(source) and os.path.samefile(path, source):
+            raise InputError.at(
+                _shown(path),
+                wanted="an output that is not an input",
+                found=f"the same file as the input {os.fspath(source)}",
+                fix=f"choose another with {option}",
+            )
+
+
+def require_distinct(**outputs: StrPath | None) -> None:
+    """Refuse two outputs that are one file; the keywords are their options.
+
+    Raises
+    ------
+    InputError
+        Two paths lead to the same file.
+    """
+    options: dict[str, str] = {}
+    for option, path in outputs.items():
+        if path is None:
+            continue
+        target = os.path.realpath(path)
+        if target in options and target != os.devnull:
+            raise InputError.at(
+                _shown(path),
+                wanted="a file of its own for each output",
+                found=f"the same file as --{options[target]}",
+                fix=f"choose another with --{option}",
+            )
+        options[target] = option
+
+
+@contextmanager
+def _refusing(path: StrPath, option: str) -> Iterator[None]:
+    """Turn errors of the operating system in the block into an InputError for this path."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        text = getattr(error, "strerror", None) or str(error)
+        raise InputError.at(
+            _shown(path),
+            wanted="a path that can be written",
+            found=text[:1].lower() + text[1:],
+            fix=f"choose another with {option}, or change its permissions",
+        ) from error
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file's contents, in hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _listed(folder: Path) -> Files:
+    """The list in a folder; empty if it is missing or damaged."""
+    try:
+        files = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["files"]
+        return {name: {"by": f["by"], "sha256": f["sha256"]} for name, f in files.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def _require_name(path: StrPath, option: str) -> None:
+    if os.fspath(path).strip() in ("", "-"):
+        raise InputError.at(
+            option,
+            wanted="the name of a file or folder",
+            found=repr(os.fspath(path)),
+            fix=f"write a name after {option}; standard output is /dev/stdout",
+        )
+
+
+def _require_ours(path: Path, known: dict[str, str] | None, option: str) -> None:
+    """Refuse to overwrite a folder, or a file that is not as Boresight wrote it."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "a folder")
+    if _overwriting.get() or not os.path.lexists(path):
+        return
+    if known is None or not path.exists() or digest(path) != known["sha256"]:
+        raise InputError.at(
+            _shown(path),
+            wanted="a new file, or one that boresight wrote and nobody edited",
+            found="a file not written by boresight" if known is None else "an edited file",
+            fix=f"move it away, choose another path with {option}, or overwrite it with --force",
+        )
+
+
+def _existing_parent(folder: Path) -> Path:
+    """The folder, or its nearest parent that exists; OSError unless files can be made there."""
+    while not os.path.lexists(folder):
+        folder = folder.parent
+    if not folder.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, f"a file {folder.name!r} where a folder must be")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    return folder
+
+
+@contextmanager
+def _staged(folder: Path) -> Iterator[Path]:
+    """A temporary folder on the same file system as the output folder."""
+    parent = _existing_parent(folder)
+    with tempfile.TemporaryDirectory(prefix=".boresight-", dir=parent) as name:
+        yield Path(name)
+
+
+def _commit(staging: Path, folder: Path, option: str, *, by: str = "") -> None:
+    """Move all files of the temporary folder to the output folder, and list them there."""
+    names = [p.relative_to(staging).as_posix() for p in staging.rglob("*") if p.is_file()]
+    locks = cache_folder("boresight") / "locks"
+    locks.mkdir(parents=True, exist_ok=True)
+    with FileLock(locks / f"output-{hashlib.sha256(os.fsencode(folder)).hexdigest()[:2]}.lock"):
+        known = _listed(folder)
+        for name in names:
+            _require_ours(folder / name, known.get(name), option)
+        stale = [name for name in known if by and known[name]["by"] == by and name not in names]
+        for name in stale:
+            old = folder / name
+            if old.is_file() and digest(old) == known.pop(name)["sha256"]:
+                old.unlink()
+                with suppress(OSError):  # not empty
+                    old.parent.rmdir()
+        for name in names:
+            known[name] = {"by": by, "sha256": digest(staging / name)}
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(staging / name, folder / name)
+        text = json.dumps({"files": dict(sorted(known.items()))}, indent=1) + "\n"
+        (staging / MANIFEST).write_text(text, encoding="utf-8")
+        os.replace(staging / MANIFEST, folder / MANIFEST)
+
+
+def _shown(path: StrPath) -> str:
+    """The path for messages: relative if it is below the working folder."""
+    path = Path(os.path.abspath(path))
+    return os.fspath(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

@@ -1,0 +1,113 @@
+"""Output files and the build cache, used by several processes or threads."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from boresight.model.errors import InputError
+from boresight.model.tools import cache as module
+from boresight.model.tools.cache import Cache
+from boresight.model.tools.files import OutputFile, output_folder, require_distinct
+
+
+def test_an_error_in_the_work_leaves_the_earlier_files(tmp_path: Path) -> None:
+    OutputFile(tmp_path / "a").write("first")
+    with pytest.raises(ZeroDivisionError), OutputFile(tmp_path / "a").opened() as file:
+        file.write(b"half")
+        raise ZeroDivisionError
+    with pytest.raises(ZeroDivisionError), output_folder(tmp_path, "verb") as folder:
+        (folder / "a").write_text("half")
+        raise ZeroDivisionError
+    assert (tmp_path / "a").read_text() == "first"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_file_that_appears_during_the_work_is_not_overwritten(tmp_path: Path) -> None:
+    file = OutputFile(tmp_path / "a")
+    (tmp_path / "a").write_text("user")
+    with pytest.raises(InputError, match="not written by boresight"):
+        file.write("ours")
+    assert (tmp_path / "a").read_text() == "user"
+
+
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    OutputFile(tmp_path / "link").write("text")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_text() == "text"
+
+
+def test_outputs_of_several_writers_in_one_folder_are_all_listed(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda k: OutputFile(tmp_path / f"{k}").write("first"), range(32)))
+        list(pool.map(lambda k: OutputFile(tmp_path / f"{k}").write("second"), range(32)))
+
+
+def test_two_outputs_in_one_file(tmp_path: Path) -> None:
+    require_distinct(csv=tmp_path / "a", plot=tmp_path / "b", output=None, other=None)
+    with pytest.raises(InputError, match="found the same file as --csv"):
+        require_distinct(csv=tmp_path / "a", plot=tmp_path / "x" / ".." / "a")
+
+
+def build(cache: Cache, identity: str, size: int = 1000) -> Path:
+    def make(folder: Path) -> None:
+        (folder / "data").write_bytes(bytes(size))
+
+    return cache.get("a name/of mine", identity, make)
+
+
+def test_the_cache_makes_an_entry_once(tmp_path: Path) -> None:
+    made = []
+
+    def make(folder: Path) -> None:
+        made.append(folder)
+        (folder / "sub").mkdir()
+        (folder / "sub" / "data").write_text("text")
+
+    with ThreadPoolExecutor(8) as pool:
+        (path,) = set(pool.map(lambda _: Cache(tmp_path).get("n", "i", make), range(16)))
+    assert len(made) == 1 and (path / "sub" / "data").read_text() == "text"
+    assert build(Cache(tmp_path), "j") != path
+
+
+def test_the_cache_keeps_no_failed_entry(tmp_path: Path) -> None:
+    def make(folder: Path) -> None:
+        (folder / "half").write_text("half")
+        raise ValueError("no")
+
+    with pytest.raises(ValueError):
+        Cache(tmp_path).get("n", "i", make)
+    assert [p.name for p in tmp_path.iterdir()] == ["locks"]
+
+
+@pytest.mark.parametrize("damage", ["changed", "missing", "no list", "wrong list"])
+def test_the_cache_makes_damaged_entries_again(tmp_path: Path, damage: str) -> None:
+    folder = build(Cache(tmp_path), "i")
+    if damage == "changed":
+        (folder / "data").write_bytes(b"1" + bytes(999))
+    elif damage == "missing":
+        (folder / "data").unlink()
+    elif damage == "no list":
+        (folder / "entry.json").unlink()
+    else:
+        (folder / "entry.json").write_text("{")
+    assert (build(Cache(tmp_path), "i") / "data").read_bytes() == bytes(1000)
+
+
+def test_the_cache_removes_least_recently_used_entries(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = Cache(tmp_path)
+    folders = [build(cache, name) for name in "abc"]
+    build(cache, "a")
+    assert cache.usage() == (3, sum(p.stat().st_size for f in folders for p in f.iterdir()))
+    monkeypatch.setattr(module, "_LIMIT", 2500)
+    cache.trim()
+    assert all(f.exists() for f in folders)  # used within the hour
+    monkeypatch.setattr(module, "_RECENT_S", 0)
+    cache.trim()
+    assert [f.exists() for f in folders] == [True, False, True]
+    cache.clear()
+    assert cache.usage() == (0, 0)
