@@ -35,7 +35,7 @@ from boresight.systems.radar.world import TwoRadars
 from boresight.systems.satcom.drive import drive, specification_drive
 from boresight.systems.satcom.estimator import Satcom
 from boresight.systems.satcom.world import Vehicles
-from tests.support import attitude
+from tests.support import exact_sensors
 from tests.support.estimators import ALL
 from tests.support.exact_sensors import apart, at_rest, bits, sphere
 
@@ -302,7 +302,11 @@ EULER_GRID = sphere((-84.9, -60.0, 0.0, 30.0, 84.9), *ANGLES)
 
 def run(e: Estimator, x: Any, word: int | str) -> Any:
     """Outputs by name, (steps, runs)."""
-    return attitude.run_float(e, x) if word == "float" else attitude.run_fixed(e, x, word=int(word))
+    return (
+        exact_sensors.run_float(e, x)
+        if word == "float"
+        else exact_sensors.run_fixed(e, x, word=int(word))
+    )
 
 
 @pytest.mark.parametrize("name, word, bound", ALIGNED)
@@ -346,8 +350,8 @@ def test_fixed_point_is_float64_on_a_recording(name: str) -> None:
         n: program.format(v).real(words[:, k, None])
         for k, (n, v) in enumerate(zip(program.output_names, program.outputs, strict=True))
     }
-    floating = attitude.run_float(e, x)
-    error = apart(fixed, attitude.attitude_of(floating))
+    floating = exact_sensors.run_float(e, x)
+    error = apart(fixed, exact_sensors.attitude_of(floating))
     assert 1e-3 * bound < error.max() < bound
     assert np.array_equal(fixed["status"], floating["status"])
     for angle in ("pitch", "roll", "heading"):

@@ -24,7 +24,7 @@ from boresight.sim.rotations.rotation import (
     quaternion_to_euler,
     rotation_vector_to_quaternion,
 )
-from tests.support import attitude
+from tests.support import exact_sensors
 from tests.support.exact_sensors import (
     ACC,
     DT,
@@ -52,7 +52,7 @@ GYRO_ONLY = {
     )
 }
 CLOSED = {"acc_min_sq": (0.5 * GRAVITY) ** 2, "acc_max_sq": (2.0 * GRAVITY) ** 2}
-records = partial(attitude.records, field=FIELD)
+records = partial(exact_sensors.records, field=FIELD)
 
 
 def static(q: Any, steps: int, dt: float = 0.05, field: Any = FIELD) -> Any:
@@ -60,15 +60,15 @@ def static(q: Any, steps: int, dt: float = 0.05, field: Any = FIELD) -> Any:
 
 
 def run_float(x: Any, params: Any = None, cls: Any = Complementary) -> Any:
-    return attitude.run_float(cls(), x, params)
+    return exact_sensors.run_float(cls(), x, params)
 
 
 def machine(runs: int, params: Any = None, word: int = 32) -> Any:
-    return attitude.machine(Complementary(), runs, params, word)
+    return exact_sensors.machine(Complementary(), runs, params, word)
 
 
 def run_fixed(x: Any, params: Any = None, cls: Any = Complementary, word: int = 32) -> Any:
-    return attitude.run_fixed(cls(), x, params, word)
+    return exact_sensors.run_fixed(cls(), x, params, word)
 
 
 RUNS = {"float": run_float, "fixed": run_fixed}

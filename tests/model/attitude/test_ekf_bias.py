@@ -20,7 +20,7 @@ from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.accuracy import attitude_error
 from boresight.sim.rotations.outputs import attitude_of
 from boresight.sim.rotations.rotation import quaternion_multiply, rotation_vector_to_quaternion
-from tests.support import attitude
+from tests.support import exact_sensors
 from tests.support.exact_sensors import GRAVITY, GRID, GYR, MAG, apart, at_rest, bits
 
 FIELD = np.array([0.0, 18.0, -45.0])
@@ -31,7 +31,7 @@ static = partial(at_rest, dt=0.01, field=FIELD)
 
 
 def run_float(x: Any, params: Any = None) -> Any:
-    return attitude.run_float(EkfBias(), x, params)
+    return exact_sensors.run_float(EkfBias(), x, params)
 
 
 def run_fixed(x: Any, params: Any = None) -> Any:
