@@ -11,7 +11,6 @@ Every command of the command line is a function here::
     boresight.ranges("complementary")
     boresight.report("complementary", "log.csv", output="build")
     boresight.accuracy("mekf", "folder", output="build")
-    boresight.accuracy_protocol("short", "mekf,vqf_online", "folder", output="build")
     boresight.tune("complementary", "folder", output="params.json")
     boresight.explore("mekf", "log.csv", words=(18, 24, 32), output="build")
     boresight.experiment("ma2014", output="build")
@@ -51,11 +50,8 @@ if TYPE_CHECKING:
     from boresight.results.compile import CompileResult as CompileResult
     from boresight.results.explore import ExploreResult as ExploreResult
     from boresight.results.fit import FitResult as FitResult
-    from boresight.results.protocol import ProtocolResult as ProtocolResult
     from boresight.results.tune import TuneResult as TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
-    from boresight.sim.attitude.host.simulated import BoardResult as BoardResult
-    from boresight.sim.attitude.host.simulated import FaultsResult as FaultsResult
     from boresight.sim.baseline import Baseline as Baseline
     from boresight.sim.compare.results import CheckResult as CheckResult
     from boresight.sim.experiments.experiment import Experiment as Experiment
@@ -82,12 +78,10 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.bench import bench as bench
     from boresight.verbs.figures.covariance import covariance as covariance
     from boresight.verbs.figures.montecarlo import montecarlo as montecarlo
-    from boresight.verbs.figures.protocol import accuracy_protocol as accuracy_protocol
     from boresight.verbs.figures.tune import tune as tune
     from boresight.verbs.fit import fit as fit
     from boresight.verbs.list import Catalogue as Catalogue
     from boresight.verbs.list import list_estimators as list_estimators
-    from boresight.verbs.monitor import MonitorResult as MonitorResult
     from boresight.verbs.monitor import monitor as monitor
     from boresight.verbs.new import NewResult as NewResult
     from boresight.verbs.new import new as new
@@ -105,7 +99,6 @@ __version__ = "0.1.0"
 
 #: The same names for Python, by the module that has them.
 _EXPORTS = {
-    "board.simulated": "BoardResult FaultsResult",
     "loop": "LoopResult simulate_world",
     "model": "blocks ops",
     "model.declarations": "Input Output Param State",
@@ -116,7 +109,6 @@ _EXPORTS = {
     "results.compile": "CompileResult",
     "results.explore": "ExploreResult",
     "results.fit": "FitResult",
-    "results.protocol": "ProtocolResult",
     "results.tune": "TuneResult",
     "sim.accuracy.covariance": "CovarianceTrial",
     "sim.baseline": "Baseline",
@@ -137,12 +129,11 @@ _EXPORTS = {
     "verbs.figures.bench": "BenchResult bench",
     "verbs.figures.covariance": "covariance",
     "verbs.figures.montecarlo": "montecarlo",
-    "verbs.figures.protocol": "accuracy_protocol",
     "verbs.figures.tune": "tune",
     "verbs.explore": "explore",
     "verbs.fit": "fit",
     "verbs.list": "Catalogue list_estimators",
-    "verbs.monitor": "MonitorResult monitor",
+    "verbs.monitor": "monitor",
     "verbs.new": "NewResult new",
     "verbs.ranges": "ranges",
     "verbs.report": "ReportResult report",

@@ -11,7 +11,6 @@ from boresight.firmware.body import Body
 from boresight.firmware.emit import emit_c
 from boresight.firmware.names import identifier
 from boresight.firmware.validation import validate_c
-from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
 from boresight.gateware.boards.bitstream import build_bitstream, open_project, write_open_project
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.ise import write_ise_project
@@ -35,6 +34,7 @@ from boresight.gateware.texts.core import (
 from boresight.gateware.texts.memories import check_memories
 from boresight.model.tools.cache import Cache
 from boresight.results.compile import Proven
+from boresight.sim.boards import board_system
 from boresight.sim.levels.build import Build
 
 __all__ = [
@@ -181,13 +181,13 @@ def write_system(
     clock_hz: int = SYSTEM_CLOCK_HZ,
     seeds: int = 1,
     progress: Callable[[str], None] = lambda text: None,
-) -> tuple[AttitudeSystem, Routed | None]:
+) -> tuple[Any, Routed | None]:
     """Write the project of a complete system, with its register map beside it."""
-    system = system_design(core)(clock_hz)
+    system, description = board_system().design(core, clock_hz)
     routed = write_project(
         lambda _: system, board, folder, clock_hz=clock_hz, seeds=seeds, progress=progress
     )
-    for file, text in register_files(system.map()).items():
+    for file, text in register_files(description).items():
         write_text(folder / file, text)
     return system, routed
 

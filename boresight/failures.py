@@ -70,12 +70,11 @@ def _is_schedule_error(error: BaseException) -> bool:
 
 
 def _is_tool_failure(error: BaseException) -> bool:
-    from boresight.firmware.attitude.image import ImageError
     from boresight.gateware.synthesis.yosys import SynthesisError
     from boresight.model.tools.failure import ToolFailed
     from boresight.sim.rtl.simulators import SimulationFailed
 
-    return isinstance(error, ImageError | SimulationFailed | SynthesisError | ToolFailed)
+    return isinstance(error, SimulationFailed | SynthesisError | ToolFailed)
 
 
 def _bug(error: BaseException) -> int:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from boresight.model.attitude import ESTIMATORS
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.model.resolve import Named, estimator_of, split_names
+from boresight.model.nine_axis import INPUTS
+from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, offered, split_names
 from boresight.parameters import values_for
 from boresight.sharing import params_for_each
 from boresight.sim.accuracy.peers import PEERS
@@ -19,7 +18,8 @@ __all__ = ["chosen", "groups", "params_by_estimator"]
 
 def groups() -> dict[str, list[str]]:
     """Words for several names; "ours" are estimators with the inputs of the published filters."""
-    ours = [name for name, kind in ESTIMATORS.items() if kind.inputs == INPUTS]
+    installed, _ = offered(Estimator, "estimator", ESTIMATOR_GROUP)
+    ours = [name for name, kind in installed.items() if kind.inputs == INPUTS]
     return {"ours": ours, "published": list(PEERS), "all": [*ours, *PEERS]}
 
 

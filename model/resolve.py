@@ -1,6 +1,6 @@
 """Names as users write them: ``mekf``, ``vqf(rate_hz=256)``, ``file.py:Class(sites=2)``.
 
-A name stands for a shipped class or an entry point of an installed package. The class name may be
+A name stands for an entry point of an installed package. The class name may be
 left out if the file holds one class. Classes and objects stand for themselves.
 """
 
@@ -13,7 +13,7 @@ import inspect
 import re
 import sys
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib import metadata
@@ -21,7 +21,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias, TypeVar
 
-from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError, listed
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile, read_profile
@@ -115,7 +114,7 @@ def estimator_of(source: Named) -> Estimator:
         several; arguments that the constructor does not take; declarations that contradict each
         other; a file of `profiles` that holds no profile, or none of this estimator.
     """
-    estimator = load(source, Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
+    estimator = load(source, Estimator, "estimator", ESTIMATOR_GROUP)
     estimator.check_declarations()
     if not isinstance(source, Estimator):
         estimator.profile = _profile(source, estimator)
@@ -142,10 +141,8 @@ def names_of_entry_points(group: str) -> list[str]:
     return sorted({point.name for point in metadata.entry_points(group=group)})
 
 
-def offered(
-    base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str
-) -> tuple[dict[str, type[T]], tuple[str, ...]]:
-    """Return classes by name, shipped ones first; see `load` for the parameters.
+def offered(base: type[T], kind: str, group: str) -> tuple[dict[str, type[T]], tuple[str, ...]]:
+    """Return the classes of a group of entry points, by name; see `load` for the parameters.
 
     Returns
     -------
@@ -153,7 +150,8 @@ def offered(
     unusable : tuple of str
         One line for each entry point that cannot be loaded.
     """
-    classes, unusable = dict(shipped), []
+    classes: dict[str, type[T]] = {}
+    unusable = []
     for point in sorted(metadata.entry_points(group=group), key=lambda point: point.name):
         try:
             classes.setdefault(point.name, _loaded(point, base, f"{kind} {point.name}"))
@@ -162,15 +160,13 @@ def offered(
     return classes, tuple(unusable)
 
 
-def load(source: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str) -> T:
+def load(source: Any, base: type[T], kind: str, group: str) -> T:
     """Return an object of class ``base``, as `estimator_of` does.
 
     Parameters
     ----------
     kind : str
         For messages: "estimator", "world".
-    shipped : mapping
-        Classes of this package, by name.
     group : str
         Group of entry points.
     """
@@ -189,21 +185,17 @@ def load(source: Any, base: type[T], kind: str, shipped: Mapping[str, type[T]], 
     path = f"{stem}.py" if colon else source
     if not colon and not source.endswith(".py"):
         name, args, options = _call(source, source) if source.endswith(")") else (source, (), {})
-        return _constructed(_lookup(name, base, kind, shipped, group), source, args, options)
+        return _constructed(_lookup(name, base, kind, group), source, args, options)
     module = _module(Path(path), kind)
     name, args, options = _call(call, source) if colon else ("", (), {})
     return _constructed(_class(module, name, base, kind, path), source, args, options)
 
 
-def _lookup(
-    name: str, base: type[T], kind: str, shipped: Mapping[str, type[T]], group: str
-) -> type[T]:
-    if name in shipped:
-        return shipped[name]
+def _lookup(name: str, base: type[T], kind: str, group: str) -> type[T]:
     for point in metadata.entry_points(group=group):
         if point.name == name:
             return _loaded(point, base, f"{kind} {name}")
-    names = {*shipped, *names_of_entry_points(group)}
+    names = {*names_of_entry_points(group)}
     fix = "boresight list shows them all"
     if Path(f"{name}.py").is_file():
         fix = f"write {name}.py, the file that is here"

@@ -64,6 +64,16 @@ def test_instruments_are_for_tests(folder):
         assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
 
 
+@pytest.mark.parametrize("folder", [folder for folder in MAY if folder != "systems"])
+def test_the_toolkit_imports_neither_the_attitude_system_nor_systems(folder):
+    for path in python_files(folder):
+        if "attitude" in path.parent.relative_to(ROOT).parts:
+            continue
+        parts = [name.split(".") for name in imports(path)]
+        wrong = {".".join(p) for p in parts if p[0] == "boresight" and p[2:3] == ["attitude"]}
+        assert not wrong, f"{path.relative_to(ROOT)} imports {sorted(wrong)}"
+
+
 @pytest.mark.parametrize("folder", MAY)
 def test_imports_are_absolute(folder):
     for path in python_files(folder):

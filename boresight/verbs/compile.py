@@ -46,9 +46,6 @@ from boresight.core_files import (
     write_text,
 )
 from boresight.depths import depth_by_time
-from boresight.firmware.attitude.image import find_cross_compiler
-from boresight.gateware.attitude.system.plan import SYSTEM_WORDS
-from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.boards.board import BOARDS
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.machine import ALL_CONFIGS, at_depth
@@ -65,7 +62,7 @@ from boresight.regression import JudgedVerb
 from boresight.results.compile import CompiledProgram, CompileResult, Proven, TargetFigures
 from boresight.sharing import estimator_names, params_of_each
 from boresight.sim.answer import JsonObject, plain
-from boresight.sim.attitude.soc.project import SOC_CLOCK_HZ, soc_verilog, write_soc
+from boresight.sim.boards import board_system
 from boresight.sim.compare.soundness import check_sound
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.vectors import recorded
@@ -88,7 +85,6 @@ def compile(
     params: Params = None,
     urgent: Urgent = None,
     top: str = "sensors",
-    with_cpu: bool = False,
     target: str | None = None,
     depth: int | None = None,
     axi: bool = False,
@@ -114,13 +110,10 @@ def compile(
         bitstream for ulx3s or icebreaker.
     top : str
         What that is: sensors, the complete system of readers, calibration, filters and
-        output (`gateware.attitude.system`), or records, the core alone, fed by the host.
+        output, or records, the core alone, fed by the host.
     synth : bool
         Also synthesise (yosys): area and clock estimate of the core, and of the complete system if
         there is one (``system`` in the report). Area alone where the target is no Spartan-6.
-    with_cpu : bool
-        With a soft core beside it, its firmware in block RAM; needs a board, sensors and the
-        RISC-V compiler.
     target : str, optional
         What ``core.v`` is for: xc6slx9 (or another Spartan-6), with its primitives, or without any
         generic, ecp5-25k, ice40-up5k, ... (docs/targets.md); by default the board's part, or
@@ -170,7 +163,7 @@ def compile(
     with_config = partial(Build, *estimators, word=word, params=chosen, urgent=urgent)
     build = with_config(config=config)
     target = _target(target, board)
-    _check_project(board, top, word, with_cpu=with_cpu)
+    _check_project(board, top)
     _check_route(target, route=route or is_open(board), seeds=seeds, clock=clock)
     expected = core_files(own, target=target, axi=axi)
     if board is not None:
@@ -209,9 +202,7 @@ def compile(
                 )
                 whole = None if on_board is None else TargetFigures.of(on_board)
             else:
-                whole = _write_sensors(
-                    place, board, build, hz, with_cpu=with_cpu, synth=synth, settings=settings
-                )
+                whole = _write_sensors(place, board, build, hz, synth=synth, settings=settings)
         data = together(
             core,
             [
@@ -303,27 +294,16 @@ def _check_route(target: str, *, route: bool, seeds: int, clock: float | None) -
         )
 
 
-def _check_project(board: str | None, top: str, word: int, *, with_cpu: bool) -> None:
-    """Raise InputError, or ToolMissing, unless such a project can be made."""
+def _check_project(board: str | None, top: str) -> None:
+    """Raise InputError unless such a project can be made."""
     require_choice("top", top, TOPS)
-    if board is not None and top == "sensors":
-        if not BOARDS[board].holds_system:
-            raise InputError.at(
-                "board",
-                wanted="a part that holds the complete system with its sensors",
-                found=f"{BOARDS[board].target} of {board}",
-                fix="add --top records: a computer sends the records",
-            )
-        check_number("word of a complete system", word, SYSTEM_WORDS[0], SYSTEM_WORDS[-1])
-    if with_cpu and (board is None or is_open(board) or top != "sensors"):
+    if board is not None and top == "sensors" and not BOARDS[board].holds_system:
         raise InputError.at(
-            "with-cpu",
-            wanted="a board with a Spartan-6 and the top sensors",
-            found=f"board {board}, top {top}",
-            fix="say --board mimas, for example",
+            "board",
+            wanted="a part that holds the complete system with its sensors",
+            found=f"{BOARDS[board].target} of {board}",
+            fix="add --top records: a computer sends the records",
         )
-    if with_cpu:
-        find_cross_compiler()
 
 
 def _write_sensors(
@@ -332,26 +312,22 @@ def _write_sensors(
     build: Build,
     clock_hz: int | None,
     *,
-    with_cpu: bool,
     synth: bool,
     settings: Mapping[str, Any],
 ) -> TargetFigures | None:
     """Write the project of the complete system; its figures, if it is routed or synthesised."""
     values = {e.name: v for e, v in zip(build.estimators, build.params, strict=True) if v}
-    hz = clock_hz or (SOC_CLOCK_HZ if with_cpu else SYSTEM_CLOCK_HZ)
-    core = system_core(
+    hz = clock_hz or SYSTEM_CLOCK_HZ
+    core = board_system().core(
         build.estimators, config=build.config, word=build.word, clock_hz=hz, params=values
     )
-    if with_cpu:
-        soc = write_soc(folder, board, core)
-    else:
-        system, routed = write_system(folder, board, core, clock_hz=hz, **settings)
-        if routed is not None:
-            return TargetFigures.of(routed)
+    system, routed = write_system(folder, board, core, clock_hz=hz, **settings)
+    if routed is not None:
+        return TargetFigures.of(routed)
     if not synth:
         return None
     settings["progress"]("synthesis of the complete system")
-    text = soc_verilog(soc) if with_cpu else to_verilog(system, "system", instances=True)
+    text = to_verilog(system, "system", instances=True)
     target = TARGETS[BOARDS[board].target]
     return TargetFigures.of(netlist_for(text, "system", target, cache_dir=Cache().root))
 

@@ -22,19 +22,15 @@ from boresight.core_files import (
     write_system,
     write_text,
 )
-from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
 from boresight.gateware.synthesis.routed import Mapped
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.model.attitude import FILTERS
 from boresight.model.resolve import estimator_of as find_estimator
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import output_folder
 from boresight.options import OutputFolder, PythonOnly, Verb
 from boresight.sim.answer import Answer
-from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.host.simulated import BoardFigures, runs_table
-from boresight.sim.attitude.host.simulation import BOARD_FILES, default_log, write_board
+from boresight.sim.boards import board_system
 from boresight.sim.compare.check import Check
 from boresight.sim.compare.results import CheckResult, verdict
 from boresight.sim.levels.build import Build
@@ -48,6 +44,7 @@ from boresight.sim.rtl.simulators import require
 __all__ = ["RECORDING", "STEPS", "DemoCore", "DemoFilter", "DemoResult", "demo"]
 
 RECORDING = "ximu_walk"
+FILTERS = ("complementary", "ekf_quaternion", "ekf_bias", "mekf")
 CONFIGS = ("small", "fast")
 #: Cells of the FPGA, as yosys counts them.
 CELLS = {"LUT, yosys": "lut", "FF": "ff", "DSP48A1": "dsp", "RAMB16": "ramb16"}
@@ -118,7 +115,7 @@ class DemoResult(Answer):
     cores : tuple of DemoCore
     filters : tuple of DemoFilter
         Each in each core.
-    board : tuple of BoardFigures
+    board : tuple
         Runs of the complete board.
     verdict : str
         ``good``, or what failed first of the filters.
@@ -128,12 +125,13 @@ class DemoResult(Answer):
     good: bool
     cores: tuple[DemoCore, ...]
     filters: tuple[DemoFilter, ...]
-    board: tuple[BoardFigures, ...]
+    board: tuple[Any, ...]
     verdict: str
 
     def __str__(self) -> str:
         table = f"{_filter_table(self.filters)}\n\n{_core_table(self.cores)}"
-        board = f"complete board in simulation, small\n{runs_table(self.board)}"
+        runs = "\n".join(map(str, self.board))
+        board = f"complete board in simulation, small\n{runs}"
         pages = "\n".join(f"report: {r.report}" for r in self.filters)
         failed = "" if self.verdict == "good" else f"\n{self.verdict}"
         return f"{table}\n\n{board}\n\n{pages}{failed}"
@@ -195,7 +193,9 @@ def demo(
             say("synthesis (yosys) and clock estimate")
             area = map_core(build.core, TARGETS["xc6slx9"])
             write_core(place, build.core, core_texts(build, recorded(build), area=area))
-            system = system_core(names, config=config, restarts=restarts)
+            system = board_system().core(
+                names, config=config, word=32, clock_hz=100_000_000, params={}
+            )
             write_system(place / "ise-mimas", "mimas", system)
             if config == CONFIGS[0]:
                 of_board = system
@@ -205,9 +205,16 @@ def demo(
             verdicts.append(verdict(results))
         say("the complete board, both sensors at its pins")
         (folder / "board").mkdir()
-        updates = round(BOARD_S * REAL.rate_hz)
-        board = write_board(
-            folder / "board", names[-1], of_board, default_log(updates), updates=updates, say=say
+        board = board_system().simulate(
+            folder / "board",
+            names[-1],
+            None,
+            config=CONFIGS[0],
+            seconds=BOARD_S,
+            source="heading",
+            feed=None,
+            core=of_board,
+            say=say,
         )
         board_verdict = "good" if board.good else "FAILED: the complete board"
         result = DemoResult(
@@ -228,7 +235,7 @@ def _files(names: Sequence[str]) -> list[str]:
     core += [f"report-{name}.html" for name in names]
     return [
         *(f"core-{config}/{name}" for config in CONFIGS for name in core),
-        *(f"board/{name}" for name in BOARD_FILES),
+        *(f"board/{name}" for name in board_system().files),
         "summary.json",
     ]
 

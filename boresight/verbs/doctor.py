@@ -16,7 +16,6 @@ from importlib import metadata
 
 from packaging.requirements import Requirement
 
-from boresight.firmware.attitude.image import find_cross_compiler
 from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
@@ -161,7 +160,7 @@ _OPTIONAL: tuple[tuple[str, Callable[[], str], str, str], ...] = (
         "iverilog", lambda: _first_line(["iverilog", "-V"]) if shutil.which("iverilog") else ""
     ),
     _system("libpython", lambda: "present" if embeddable() else ""),
-    _system("riscv64 gcc", lambda: _first_line([find_cross_compiler(), "--version"])),
+    _system("riscv64 gcc", lambda: _first_line(["riscv64-unknown-elf-gcc", "--version"])),
     *(
         (name, partial(_package, name), f"pip install {name}", "published filters of `accuracy`")
         for name in ("vqf", "ahrs")

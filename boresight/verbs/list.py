@@ -9,14 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from boresight.gateware.machine import ALL_CONFIGS
-from boresight.model.attitude import ESTIMATORS
 from boresight.model.declarations import Input, Output, Param
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import ESTIMATOR_GROUP, offered
 from boresight.options import Verb
 from boresight.sim.answer import Answer, Json, JsonObject
 from boresight.sim.experiments.experiment import Experiment
-from boresight.sim.experiments.registry import EXPERIMENT_GROUP, EXPERIMENTS
+from boresight.sim.experiments.registry import EXPERIMENT_GROUP
 
 __all__ = ["Catalogue", "ListedConfig", "ListedEstimator", "ListedExperiment", "list_estimators"]
 
@@ -72,7 +71,7 @@ class Catalogue(Answer):
     Attributes
     ----------
     estimators : tuple of ListedEstimator
-        Ours, then those of installed packages by name.
+        By name.
     experiments : tuple of ListedExperiment
         By name.
     configs : tuple of ListedConfig
@@ -110,8 +109,8 @@ def list_estimators() -> Catalogue:
     Those of installed packages are among them: entry points of the groups `boresight.estimators`
     and `boresight.experiments`.
     """
-    estimators, first = offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
-    experiments, second = offered(Experiment, "experiment", EXPERIMENTS, EXPERIMENT_GROUP)
+    estimators, first = offered(Estimator, "estimator", ESTIMATOR_GROUP)
+    experiments, second = offered(Experiment, "experiment", EXPERIMENT_GROUP)
     return Catalogue(
         estimators=tuple(
             ListedEstimator(name, e.summary, tuple(e.inputs), tuple(e.params), tuple(e.outputs))

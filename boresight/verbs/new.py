@@ -15,7 +15,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
-from boresight.model.attitude import ESTIMATORS
 from boresight.model.errors import InputError
 from boresight.model.resolve import ESTIMATOR_GROUP, names_of_entry_points
 from boresight.model.tools.files import OutputFile
@@ -121,7 +120,7 @@ def _check_name(stem: str, typed: str) -> None:
         objection = repr(stem)
     elif keyword.iskeyword(stem) or keyword.iskeyword(_class(stem)):
         objection = "a word of Python"
-    elif stem in (*ESTIMATORS, *names_of_entry_points(ESTIMATOR_GROUP)):
+    elif stem in names_of_entry_points(ESTIMATOR_GROUP):
         objection = "the name of an estimator that is there"
     elif _taken(stem, Path(typed).parent):
         objection = "the name of an installed module, which it would hide"

@@ -10,19 +10,13 @@ boresight simulate --faults  # every fault of both sensors
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Any
 
-from boresight.arguments import JOBS_MOST, check_optional
-from boresight.gateware.attitude.system.programs import system_core
 from boresight.gateware.core import Core
-from boresight.gateware.machine import machine_named
 from boresight.loop import simulate_world
-from boresight.model.attitude import ESTIMATORS, FILTERS
-from boresight.model.errors import InputError, require_choice
-from boresight.model.estimator import Estimator
-from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
+from boresight.model.errors import InputError
+from boresight.model.resolve import Named, names_of_entry_points
 from boresight.model.tools.files import output_folder
 from boresight.options import (
     Arguments,
@@ -35,30 +29,11 @@ from boresight.options import (
     Verb,
     outcome,
 )
-from boresight.sim.attitude.board.faults import (
-    FaultTrial,
-    fault_board,
-    fault_names,
-    fault_trial,
-    trial_log,
-)
-from boresight.sim.attitude.board.setup import REAL
-from boresight.sim.attitude.host.simulated import BoardResult, FaultsResult, fault_line
-from boresight.sim.attitude.host.simulation import (
-    BOARD_FILES,
-    SHORT,
-    SOURCES,
-    default_log,
-    write_board,
-)
-from boresight.sim.campaign import processes
-from boresight.sim.records.files import FORMATS, record_of
+from boresight.sim.boards import board_system
+from boresight.sim.records.files import FORMATS
 from boresight.sim.worlds.world import WORLD_GROUP, world_of
 
 __all__ = ["simulate", "simulate_faults"]
-
-#: Longest simulated time, s: cycles are counted in 32 bits.
-_LONGEST_S = 20.0
 
 
 def simulate(
@@ -72,7 +47,7 @@ def simulate(
     output: OutputFolder = "build",
     core: Core | None = None,
     progress: Callable[[str], None] | None = None,
-) -> BoardResult:
+) -> Any:
     """Run the complete system with both sensors at its pins, at the real speeds.
 
     Writes ``board.html`` and ``board.json``. Every attitude frame that comes out of the host's line
@@ -95,7 +70,7 @@ def simulate(
     output : path
         Folder for the files; of a world a log of what its loop saw, by default none.
     core : Core, optional
-        Of `gateware.attitude.system.programs.system_core`; by default one with all filters.
+        A core of the system; by default one with all filters is compiled.
 
     Returns
     -------
@@ -109,57 +84,22 @@ def simulate(
         register cannot hold, a length out of range, a log without attitude or too short.
     """
     say = progress or (lambda text: None)
-    chosen = estimator_of("mekf" if name is None else name)
-    filters = _beside(chosen)
-    check_options(config=config, seconds=seconds, source=source)
-    updates = round(seconds * REAL.rate_hz)
-    record = default_log(updates) if log is None else record_of(log)
-    if len(record) < max(updates, SHORT):
-        raise InputError.at(
-            f"log {record.name!r}",
-            wanted=f"{max(updates, SHORT)} rows or more",
-            found=str(len(record)),
-            fix="give a longer log, or fewer --seconds",
-        )
     if log is None and isinstance(name, str) and ".py" in name:
         say(f"no world named: the complete board; for a closed loop, simulate WORLD {name}")
+    system = board_system()
     inputs = (log,) if isinstance(log, str | Path) else ()
-    with output_folder(output, "simulate", files=BOARD_FILES, inputs=inputs) as folder:
-        if core is None:
-            names = ", ".join(estimator_of(f).name for f in filters)
-            say(f"core with {names} and the calibration, {config}")
-            core = system_core(filters, config=config)
-        return write_board(
-            folder, chosen.name, core, record, updates=updates, source=source, feed=feed, say=say
+    with output_folder(output, "simulate", files=system.files, inputs=inputs) as folder:
+        return system.simulate(
+            folder,
+            name,
+            log,
+            config=config,
+            seconds=seconds,
+            source=source,
+            feed=feed,
+            core=core,
+            say=say,
         )
-
-
-def _beside(chosen: Estimator) -> Sequence[Named]:
-    """The estimators of the board: all filters, or those that ``chosen`` reads, and it."""
-    if chosen.name in FILTERS:
-        return FILTERS
-    sources = [i.source.partition(".")[0] for i in chosen.inputs if i.source]
-    known = {*ESTIMATORS, *names_of_entry_points(ESTIMATOR_GROUP)}
-    return [*(name for name in dict.fromkeys(sources) if name in known), chosen]
-
-
-def check_options(*, config: str = "small", seconds: float = 1.0, source: str = "heading") -> None:
-    """Raise InputError for options that no simulation takes."""
-    machine_named(config)
-    require_choice("source", source, SOURCES)
-    if not 0.05 <= seconds <= _LONGEST_S:
-        raise InputError.at(
-            "seconds",
-            wanted=f"0.05 to {_LONGEST_S:g}",
-            found=f"{seconds:g}",
-            fix="choose a length inside the range",
-        )
-
-
-def _filter(name: str | None) -> str:
-    name = name or "mekf"
-    require_choice("filter", name, FILTERS)
-    return name
 
 
 def simulate_faults(
@@ -168,7 +108,7 @@ def simulate_faults(
     faults: Annotated[Sequence[str] | None, PythonOnly] = None,
     jobs: Jobs = None,
     progress: Callable[[str], None] | None = None,
-) -> FaultsResult:
+) -> Any:
     """Run every fault of both devices on the complete board, each on a board of its own.
 
     Parameters
@@ -190,22 +130,7 @@ def simulate_faults(
     InputError
         Unknown filter or fault.
     """
-    name = _filter(name)
-    check_optional("jobs", jobs, 1, JOBS_MOST)
-    every = fault_names()
-    for fault in faults or ():
-        require_choice("fault", fault, every)
-    board, log = fault_board([name]), trial_log()
-    assert board.verilog  # made once, before the threads that wait for the simulators
-
-    def trial(fault: str) -> FaultTrial:
-        result = fault_trial(board, *fault.split("."), log=log)
-        if progress:
-            progress(fault_line(result))
-        return result
-
-    with ThreadPoolExecutor(processes(jobs)) as threads:
-        return FaultsResult(name, tuple(threads.map(trial, faults or every)))
+    return board_system().simulate_faults(name, faults=faults, jobs=jobs, progress=progress)
 
 
 def call(
@@ -228,7 +153,6 @@ def call(
         Every fault of both sensors instead: when seen, what it does.
     """
     typed = arguments.typed
-    check_options(**{n: typed[n] for n in ("config", "seconds", "source") if n in typed})
     if name is not None and _is_world(name, log):
         arguments.only(simulate_world, wanted=_BOARD, found="a world")
         _refuse_of_world(log, faults=faults)
@@ -284,7 +208,7 @@ def _is_world(text: str, other: str | None) -> bool:
     """
     if ".py" not in text:
         name = text.partition("(")[0]
-        return name not in FILTERS and name in names_of_entry_points(WORLD_GROUP)
+        return name in names_of_entry_points(WORLD_GROUP)
     if other is not None and not other.endswith(tuple(FORMATS)):
         return True
     try:

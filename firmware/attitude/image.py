@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.model.errors import ToolMissing
-from boresight.model.tools.failure import failure
+from boresight.model.tools.failure import ToolFailed, failure
 from boresight.model.tools.needs import NEEDS
 
 #: Compiler and C library, as named by Debian and Ubuntu.
@@ -46,7 +46,7 @@ _LINK = (
 _FIXED = ("start.S", "link.ld", "soc.h", "soc.c")
 
 
-class ImageError(RuntimeError):
+class ImageError(ToolFailed):
     """The compiler or the linker failed."""
 
 

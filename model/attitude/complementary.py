@@ -23,9 +23,9 @@ from typing import Any
 from boresight.model import ops
 from boresight.model.algebra.angles import unit_angle_ht
 from boresight.model.algebra.quaternion_filter import named_outputs, status_word
-from boresight.model.attitude.nine_axis import INPUTS, OUTPUTS
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "Complementary", "ComplementaryAsPrinted", "per_sample_gains"]
 

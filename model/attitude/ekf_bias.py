@@ -68,9 +68,9 @@ from boresight.model.algebra.quaternion_filter import (
     update,
     update_along,
 )
-from boresight.model.attitude.nine_axis import INPUTS, OUTPUTS
 from boresight.model.declarations import GRAVITY
 from boresight.model.estimator import Estimator, Param, State
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "EkfBias"]
 

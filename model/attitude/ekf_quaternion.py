@@ -52,8 +52,8 @@ from boresight.model.algebra.quaternion_filter import (
     sum_of,
     update,
 )
-from boresight.model.attitude.nine_axis import INPUTS, OUTPUTS
 from boresight.model.estimator import Estimator, Param, State
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 __all__ = ["STATUS_BITS", "EkfQuaternion"]
 

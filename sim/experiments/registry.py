@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from boresight.model.resolve import load
-from boresight.sim.attitude.ma2014.experiment import Ma2014
 from boresight.sim.experiments.experiment import Experiment
 
-__all__ = ["EXPERIMENTS", "EXPERIMENT_GROUP", "experiment_of"]
+__all__ = ["EXPERIMENT_GROUP", "experiment_of"]
 
 #: Entry points of installed packages that are experiments.
 EXPERIMENT_GROUP = "boresight.experiments"
-
-EXPERIMENTS: dict[str, type[Experiment]] = {Ma2014.name: Ma2014}
 
 
 def experiment_of(source: str | type[Experiment] | Experiment) -> Experiment:
@@ -22,4 +19,4 @@ def experiment_of(source: str | type[Experiment] | Experiment) -> Experiment:
     InputError
         Nothing of that name; a file that does not exist, does not import, or holds none.
     """
-    return load(source, Experiment, "experiment", EXPERIMENTS, EXPERIMENT_GROUP)
+    return load(source, Experiment, "experiment", EXPERIMENT_GROUP)

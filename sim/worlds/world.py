@@ -147,4 +147,4 @@ NamedWorld: TypeAlias = str | type[World] | World
 
 def world_of(source: NamedWorld) -> World:
     """The world of a name, class or object; see `model.resolve.load`."""
-    return load(source, World, "world", {}, WORLD_GROUP)
+    return load(source, World, "world", WORLD_GROUP)

@@ -15,7 +15,7 @@ from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require
 from boresight.sim.rotations.rotation import quaternion_conjugate, rotate, turns_between
 from boresight.sim.rotations.zyx import quaternions_of
-from boresight.sim.worlds.ship import SEA_STATES, at_sea
+from boresight.systems.worlds.ship import SEA_STATES, at_sea
 
 __all__ = ["MOTIONS", "RATE_HZ", "Deck", "SensorErrors", "deck", "records"]
 

@@ -47,9 +47,9 @@ from boresight.model.algebra.quaternion import (
     scaled_matrix,
     turn,
 )
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import require
+from boresight.model.nine_axis import INPUTS
 
 __all__ = ["ALIGN_STEPS", "STATUS_BITS", "MlsAttitude"]
 

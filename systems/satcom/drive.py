@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from boresight.model.errors import require
-from boresight.sim.worlds.road import Ride, profile, ride
+from boresight.systems.worlds.road import Ride, profile, ride
 
 __all__ = ["DRIVES", "Drive", "city_drive", "drive", "specification_drive"]
 

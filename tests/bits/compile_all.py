@@ -22,11 +22,10 @@ ROOM = 200
 
 def estimators() -> dict[str, type[Any]]:
     """Every estimator by name: the toolkit's and those of `systems/`."""
-    from boresight.model.attitude import ESTIMATORS
     from boresight.model.estimator import Estimator
     from boresight.model.resolve import ESTIMATOR_GROUP, offered
 
-    return offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)[0]
+    return offered(Estimator, "estimator", ESTIMATOR_GROUP)[0]
 
 
 def programs(folder: Path, words: Sequence[int]) -> None:

@@ -28,7 +28,6 @@ FLOAT = (
 #: What `compile` uses besides the rooms of the compiler.
 MORE = (
     "boresight/core_files.py",
-    "sim/attitude/soc/project.py",
     "boresight/verbs/compile.py",
     "sim/levels/build.py",
     "sim/levels/vectors.py",

@@ -94,7 +94,6 @@ VERBS: Mapping[str, tuple[list[Any], dict[str, Any]]] = {
             **_MODEL,
             "--board": _mostly("mimas", "sk-xc6slx9"),
             "--top": _mostly("sensors", "records"),
-            "--with-cpu": None,
             "--synth": None,
             "--urgent": _number("1", "3"),
             "-o": _OUTPUTS,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from boresight.model.attitude import ESTIMATORS
 from boresight.model.estimator import Estimator, Input, Output, Param, State
 from boresight.model.resolve import ESTIMATOR_GROUP, offered
 
-ALL, _UNUSABLE = offered(Estimator, "estimator", ESTIMATORS, ESTIMATOR_GROUP)
+ALL, _UNUSABLE = offered(Estimator, "estimator", ESTIMATOR_GROUP)
 assert not _UNUSABLE
 
 

@@ -1,10 +1,9 @@
 """Error of our estimators and of published ones on logs with truth.
 
-boresight accuracy  # at a glance: our filters, VQF, carriers that never rest
+boresight accuracy  # the attitude filters and VQF on the bundled logs
 boresight accuracy my_filter.py log.csv  # each output in its unit
 boresight accuracy all folder -o build  # ours beside VQF, Madgwick, Mahony, an EKF
 boresight accuracy mekf flight.ulg --align heading  # a constant offset of the heading taken out
-boresight accuracy mekf,vqf_online folder --protocol full  # cut, biased, blinded, ...
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ from boresight.sim.accuracy.figures import gives_attitude
 from boresight.sim.accuracy.peers import PEERS, require_peers
 from boresight.sim.accuracy.trials import STAND_IN, read_trials
 from boresight.sim.rotations.accuracy import ALIGNMENTS
-from boresight.verbs.figures.protocol import accuracy_protocol
 
 __all__ = ["accuracy"]
 
@@ -173,36 +171,25 @@ def call(
     arguments: Arguments,
     names: Annotated[str | None, Option(metavar="ESTIMATOR[,ESTIMATOR...]")] = None,
     *logs: Annotated[Any, Option(metavar="LOG")],
-    protocol: Annotated[str | None, Option(metavar="NAME")] = None,
 ) -> Outcome:
-    """On logs as they are, or made harder by a protocol.
+    """On logs, by default the bundled ones.
 
     Parameters
     ----------
     names : str, optional
-        Estimators and published filters, or: ours, published, all; without anything a short
-        protocol of ours and VQF, glance.
+        Estimators and published filters, or: ours, published, all; by default the attitude
+        filters and VQF.
     logs : paths
         Logs, or folders of logs; by default the bundled logs.
-    protocol : str, optional
-        full, short or glance: each log cut, biased, resampled, blinded, ...; without logs the
-        bundled ones and synthetic carriers.
     """
     typed = arguments.typed
-    if names is None:
-        names, protocol = FIRST, protocol or "glance"
-    if protocol is not None:
-        mode = "a protocol, which runs float64 and needs truth"
-        arguments.only(accuracy_protocol, wanted="logs alone", found=mode)
+    names = names or FIRST
     if "comparisons" in typed:
         typed["comparisons"] = ",".join(filter(None, typed["comparisons"].split(",")))
     params = params_by_estimator(chosen(names)[0], *arguments.params)
-    if protocol is not None:
-        result = arguments.call(accuracy_protocol, protocol, names, *logs, params=params)
-        return outcome(result, f"\n\n{result.page}")
     result = arguments.call(accuracy, names, *logs, params=params)
     folder = typed.get("output")
     return outcome(result, "" if folder is None else f"\n\n{folder}/accuracy.html")
 
 
-VERB = JudgedVerb(accuracy, accuracy_protocol, call=call, judged=AccuracyResult.judged)
+VERB = JudgedVerb(accuracy, call=call, judged=AccuracyResult.judged)

@@ -17,7 +17,6 @@ import numpy.typing as npt
 from boresight.arguments import check_number
 from boresight.firmware.build import CModel
 from boresight.model.arrays import BoolArray
-from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.resolve import Named
@@ -217,7 +216,7 @@ def call(arguments: Arguments, *names: EstimatorName) -> Outcome:
     names : estimators
         By default those of the main job, one after the other.
     """
-    every = estimator_names(*(names or FILTERS))
+    every = estimator_names(*(names or ("complementary", "ekf_quaternion", "ekf_bias", "mekf")))
     results = [arguments.call(bench, name) for name in every]
     good = all(result.mismatches == 0 for result in results)
     text = "\n\n".join(map(str, results))

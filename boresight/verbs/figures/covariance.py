@@ -13,7 +13,6 @@ from typing import Annotated, Any
 import numpy as np
 
 from boresight.arguments import check_number
-from boresight.model.attitude import FILTERS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.linking import families
@@ -132,7 +131,7 @@ def call(
     log : sequence of str
         Recording that is run besides, repeatable; by default the bundled one, if it fits.
     """
-    every = estimator_names(*(names or FILTERS[1:]))
+    every = estimator_names(*(names or ("ekf_quaternion", "ekf_bias", "mekf")))
     known = [find_estimator(name) for name in every]
     for estimator in known:
         covariance_of(estimator)

@@ -2,8 +2,6 @@
 
 boresight tune my_filter.py folder -o tuned.json  # then: run ... --params tuned.json
 boresight tune mekf folder --folds 3 --detune 3  # what is left from a detuned start
-boresight tune mekf folder --protocol short --hold cases  # is one case paid for by another?
-boresight tune mekf folder --protocol short --rounds 0 --vary 1.25  # sensitivities alone
 boresight tune my_filter.py log.csv --only alpha --weight vel=0.5  # one, with weights
 """
 
@@ -59,9 +57,7 @@ SOURCE = (
 def tune(
     name: EstimatorName,
     *logs: Logs,
-    protocol: Annotated[str | None, Option(metavar="NAME")] = None,
     folds: int | None = None,
-    hold: Annotated[str, Option(metavar="WHAT")] = "logs",
     seed: int | None = None,
     names: Annotated[Sequence[str] | None, Option(("--only",), "A,B,...")] = None,
     weights: Annotated[Mapping[str, float] | None, Option(("--weight",), "OUTPUT=NUMBER")] = None,
@@ -81,13 +77,8 @@ def tune(
     name : str, class or Estimator
     logs : paths, or data in memory (`Record.of`)
         Logs, or folders of logs. Those without truth are named and left out.
-    protocol : str, optional
-        Tune on every log in every case of it, as accuracy has them: full, short or glance; each
-        case is a figure.
     folds : int, optional
         Of the cross-validation; 1: none. By default 3, or as many as there are logs.
-    hold : str
-        What a fold holds back: logs, each in all of its cases, or cases, each of all logs.
     seed : int, optional
         Shuffle the trials before they are dealt to the folds; by default in order of their names.
     names : sequence of str, optional
@@ -125,13 +116,12 @@ def tune(
     _check_factors(detune=detune, vary=vary)
     files = log_files(log for log in logs if isinstance(log, str | Path))
     target = None if output is None else OutputFile(output, inputs=files)
-    trials = trials_of(estimator, logs, protocol)
+    trials = trials_of(estimator, logs)
     chosen = weights_of(trials.units, weights)
-    held_back = trials.held_back(hold)
-    tests = deal_named(held_back, folds if rounds else 1, seed)
+    tests = deal_named(trials.names, folds if rounds else 1, seed)
     count, many = len(trials.feeds), sum(map(len, trials.feeds))
     say(f"{estimator.name}: {count} trial{'s' * (count != 1)}, {many:,} samples; C")
-    scorer = Scorer(estimator, trials.feeds, word=word, jobs=jobs, scored=trials.scored)
+    scorer = Scorer(estimator, trials.feeds, word=word, jobs=jobs)
     objective = Objective.of(chosen, means(scorer.scores(values)))
     tuning = Tuning(scorer, moving, detuned(values, moving, detune), objective, rounds, say)
     tuned = tuning.search(range(len(trials.feeds)), "all trials")
@@ -152,7 +142,7 @@ def tune(
         without_truth=trials.left_out,
         vary=vary,
         sensitivity=tuple(tuning.around(tuned.values, vary)),
-        cross_validation=_cross(held, held_back, objective, seed),
+        cross_validation=_cross(held, trials.names, objective, seed),
     )
     if target is not None:
         target.write(json.dumps(result.to_json(), indent=1) + "\n")

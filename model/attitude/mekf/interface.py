@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from boresight.model.attitude.nine_axis import INPUTS, OUTPUTS
 from boresight.model.estimator import Param, State
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 __all__ = [
     "AXES",

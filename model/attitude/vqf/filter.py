@@ -23,7 +23,6 @@ from boresight.model.algebra.angles import pitch_roll_heading_ht
 from boresight.model.algebra.low_pass import filtered
 from boresight.model.algebra.quaternion import dot, increment, matrix, product
 from boresight.model.algebra.quaternion_filter import status_word
-from boresight.model.attitude.nine_axis import OUTPUTS
 from boresight.model.attitude.vqf.bias import bias_of
 from boresight.model.attitude.vqf.field import heading_of
 from boresight.model.attitude.vqf.interface import START, STATUS_BITS, interface_of
@@ -32,6 +31,7 @@ from boresight.model.attitude.vqf.rest import rest_of
 from boresight.model.attitude.vqf.settings import CLIP_RAD_S, DEGREE, FORCE_MOST, Settings, counted
 from boresight.model.errors import require_choice
 from boresight.model.estimator import Estimator
+from boresight.model.nine_axis import OUTPUTS
 
 __all__ = ["Vqf"]
 

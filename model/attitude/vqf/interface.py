@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from boresight.model.algebra.low_pass import LowPass
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.attitude.vqf.settings import (
     ACC_MOST,
     DEGREE,
@@ -15,6 +14,7 @@ from boresight.model.attitude.vqf.settings import (
     counter_limit,
 )
 from boresight.model.declarations import Input, Param, State
+from boresight.model.nine_axis import INPUTS
 
 __all__ = ["START", "STATUS_BITS", "interface_of"]
 

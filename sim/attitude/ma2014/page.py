@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from boresight.sim.attitude.ma2014 import paper, world
+from boresight.sim.attitude.ma2014.devices import FACTS
 from boresight.sim.attitude.ma2014.plots import plots
-from boresight.sim.attitude.worlds.devices import FACTS
 from boresight.sim.experiments.experiment import Target, grouped
 from boresight.sim.pages import page
 

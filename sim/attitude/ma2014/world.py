@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from boresight.sim.attitude.ma2014.devices import accelerometer, gyro, magnetometer
+from boresight.sim.attitude.ma2014.motion import StackedMotion, Swing
 from boresight.sim.attitude.ma2014.paper import TABLE_1, TABLE_2
-from boresight.sim.attitude.worlds.devices import accelerometer, gyro, magnetometer
-from boresight.sim.attitude.worlds.motion import StackedMotion, Swing
-from boresight.sim.attitude.worlds.recording import Sensors, record
+from boresight.sim.attitude.ma2014.recording import Sensors, record
 from boresight.sim.attitude.worlds.triad import Triad, misalignment, soft_iron
 from boresight.sim.records.record import Record
 

@@ -1,4 +1,4 @@
-"""Protocols: lists of cases, each one change of every trial."""
+"""Lists of cases, each one change of every log."""
 
 from __future__ import annotations
 
@@ -29,26 +29,31 @@ from boresight.sim.attitude.robustness.variants import (
     without_field,
 )
 
-__all__ = ["PROTOCOLS", "Case", "cases_of"]
+__all__ = ["LISTS", "Case", "cases_of"]
 
-#: Places at which a log is cut, at random, of the full protocol.
+#: Places at which a log is cut, at random, of the full list.
 PLACES = 10
 #: Directions of a hard-iron offset: one alone, for each trial, is chance.
 WAYS = 3
 #: Full scales, as shares of the largest value of the log.
 CLIPPED = (0.8, 0.6)
-#: Rates [Hz] of the full protocol, besides those of the logs.
+#: Rates [Hz] of the full list, besides those of the logs.
 RATES_HZ = (50.0, 100.0, 142.0, 286.0, 500.0, 1000.0)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One case of a protocol.
+    """One change of a log.
 
-    ``group``: cases that are reported together, by their mean. ``judged``: the figure that counts,
-    "total", or "inclination" where nothing tells the heading. ``full_scale``: sensors, "gyr" or
-    "acc", whose largest component in the case's log is their full scale, of which the estimators
-    are reported as by a board (`full_scale_params`).
+    Attributes
+    ----------
+    group : str
+        Cases of a group are reported together, by their mean.
+    judged : str
+        The figure that counts: "total", or "inclination" where no sensor shows the heading.
+    full_scale : tuple of str
+        Sensors, "gyr" or "acc", whose largest component in the log is their full scale. The
+        estimators learn it as from a board (`full_scale_params`).
     """
 
     name: str
@@ -118,22 +123,17 @@ def _glance() -> list[Case]:
     return [case for case in _full() if case.name in names]
 
 
-#: By name.
-PROTOCOLS: dict[str, Callable[[], list[Case]]] = {"full": _full, "short": _short, "glance": _glance}
+#: Lists of cases by name.
+LISTS: dict[str, Callable[[], list[Case]]] = {"full": _full, "short": _short, "glance": _glance}
 
 
-def cases_of(protocol: str) -> list[Case]:
-    """Cases of a protocol.
+def cases_of(name: str) -> list[Case]:
+    """Return a list of cases: full has every case, short some of each kind, glance three.
 
     Raises
     ------
     InputError
-        No such protocol.
+        No such list.
     """
-    require_choice(
-        "--protocol",
-        protocol,
-        PROTOCOLS,
-        "full has every case, short some of each kind, glance three",
-    )
-    return PROTOCOLS[protocol]()
+    require_choice("--cases", name, LISTS)
+    return LISTS[name]()

@@ -1,16 +1,9 @@
-"""One trial in some cases through every filter: the figures, as plain data.
-
-Runs are distributed over processes, which build every filter once; a trial is named by its file or
-its world, so that each process reads it itself.
-"""
+"""One log in every case through every filter: errors against the truth, as flat rows."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
-from importlib.metadata import version
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +16,7 @@ from boresight.model.estimator import Estimator
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.figures import attitude_errors, gives_attitude
 from boresight.sim.accuracy.peers import dip_rad, peer, run_peer
-from boresight.sim.attitude.robustness import logs as carriers
 from boresight.sim.attitude.robustness.plan import Case, cases_of
-from boresight.sim.campaign import digest, sources
 from boresight.sim.compare.difference import differences
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
@@ -37,124 +28,130 @@ from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.accuracy import attitude_error, largest_turn_deg
 from boresight.sim.rotations.outputs import attitude_of
 
-__all__ = [
-    "LEFT_OUT_S",
-    "SETTLED_DEG",
-    "Campaign",
-    "counted",
-    "figures_of",
-    "log_of",
-    "name_of",
-    "prepared",
-    "run_ours",
-    "settled_s",
-    "tasks_of",
-]
+__all__ = ["LEFT_OUT_S", "SETTLED_DEG", "Suite", "counted", "figures_of", "run_log", "settled_s"]
 
-Params = tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
-
-#: Seconds after the start that no error counts, for all filters alike.
+#: Seconds after the start in which no error counts, for all filters alike.
 LEFT_OUT_S = 1.0
-#: A filter has settled when its error stays below these [deg], for so long [s].
-SETTLED_DEG = (2.0, 5.0)
-SETTLED_FOR_S = 10.0
+#: A filter has settled when its error stays below this angle [deg] for this time [s].
+SETTLED_DEG, SETTLED_FOR_S = 5.0, 10.0
+
+Levels = dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Emitted, CompiledFloat]]
 
 
 @dataclass(frozen=True)
-class Campaign:
-    """Trials, filters and parameters of a campaign.
+class Suite:
+    """The cases and filters of a run of the suite.
 
     Attributes
     ----------
-    trials : tuple of str
-        Files, or ``carrier:NAME:SEED`` for a draw of `sim.attitude.robustness.logs`.
-    estimators, peers : tuple of str
-        Ours (or of a user's file), and published ones.
-    params : parameter values by estimator, both sorted
+    cases : str
+        Name of a list of cases, as `plan.cases_of` takes it.
+    estimators, peers : sequence of str
+        Estimators, and published filters.
+    params : mapping
+        Parameter values by estimator.
     """
 
-    protocol: str
-    trials: tuple[str, ...]
-    estimators: tuple[str, ...]
-    peers: tuple[str, ...]
-    params: Params = ()
+    cases: str
+    estimators: Sequence[str]
+    peers: Sequence[str] = ()
+    params: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     word: int = 32
 
-    def identity(self) -> dict[str, Any]:
-        """All inputs of the figures, as plain data."""
-        classes = map(estimator_of, self.estimators)
-        return {
-            "protocol": self.protocol,
-            "sources": sources(*classes),
-            "trials": {name_of(t): _digest(t) for t in self.trials},
-            "estimators": {name: _levels(self, name)[0].program.digest for name in self.estimators},
-            "peers": {name: version(peer(name).package) for name in self.peers},
-            "params": {name: dict(values) for name, values in self.params},
-            "word": self.word,
-        }
+
+def run_log(suite: Suite, log: str | Path | NineAxis) -> list[dict[str, Any]]:
+    """Run every filter on a log in every case.
+
+    Returns
+    -------
+    list of dict
+        One row per case, filter and level ("fixed", "float", "package"). A filter that cannot run
+        a case has the reason under ``refused`` in place of figures.
+    """
+    recorded = log if isinstance(log, NineAxis) else NineAxis.of(read_record(Path(log)))
+    dip = dip_rad(recorded)
+    levels: Levels = {}
+    rows: list[dict[str, Any]] = []
+    for case in cases_of(suite.cases):
+        changed = prepared(case, recorded)
+        head = {"log": recorded.name, "case": case.name, "group": case.group}
+        for name in suite.estimators:
+            rows += [head | row for row in _own(suite, name, case, changed, levels)]
+        for name in suite.peers:
+            row: dict[str, Any] = {"filter": name, "level": "package"}
+            try:
+                row |= figures_of(changed, run_peer(peer(name), changed.record(), dip))
+            except InputError as error:
+                row["refused"] = str(error)
+            rows.append(head | row)
+    return rows
 
 
-def name_of(trial: str) -> str:
-    """Name of a trial."""
-    if trial.startswith("carrier:"):
-        return trial.removeprefix("carrier:").replace(":", "-")
-    return Path(trial).stem
+def _own(
+    suite: Suite, name: str, case: Case, log: NineAxis, levels: Levels
+) -> Iterator[dict[str, Any]]:
+    """Yield the rows of one estimator in fixed point and in float64."""
+    try:
+        estimator, (fixed, floating) = run_estimator(suite, name, log, case.full_scale, levels)
+    except InputError as error:  # made for another rate, for example
+        yield {"filter": name, "level": "fixed", "refused": str(error)}
+        return
+    attitudes = [attitude_of(run.outputs) for run in (fixed, floating)]
+    errors = differences(estimator.outputs, fixed.outputs, floating.outputs)
+    yield {
+        "filter": name,
+        "level": "fixed",
+        **figures_of(log, attitudes[0]),
+        "good": all(e.good for e in errors) and not fixed.n_saturated,
+        "apart_deg": largest_turn_deg(*attitudes),
+        "saturated": fixed.n_saturated,
+    }
+    yield {"filter": name, "level": "float", **figures_of(log, attitudes[1])}
 
 
-def _digest(trial: str) -> str:
-    if trial.startswith("carrier:"):
-        return trial
-    return hashlib.sha256(Path(trial).read_bytes()).hexdigest()
+def run_estimator(
+    suite: Suite, name: str, log: NineAxis, full_scale: Sequence[str], levels: Levels
+) -> tuple[Estimator, list[Run]]:
+    """Run an estimator, made for the log's rates, in fixed point and in float64.
 
-
-def log_of(trial: str) -> NineAxis:
-    """The log of a trial.
+    ``full_scale`` is that of `Case`. ``levels`` keeps what was built.
 
     Raises
     ------
     InputError
-        It cannot be read, or has no attitude as truth.
+        The outputs are not an attitude, or the estimator cannot run at the log's rates.
     """
-    return log_with_digest(trial, _digest(trial))
+    record = log.record()
+    rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
+    if (name, rates) not in levels:
+        estimator = estimator_of(name)
+        estimator = estimator.for_rates(dict(rates)) if rates else estimator
+        if not gives_attitude(estimator):
+            raise InputError.at(
+                name,
+                wanted="an estimator whose outputs are an attitude, qw qx qy qz",
+                found="another one",
+                fix="name another",
+            )
+        build = Build(estimator, word=suite.word, params=[dict(suite.params.get(name, {}))])
+        levels[name, rates] = Emitted(build), CompiledFloat(build)
+    both = levels[name, rates]
+    estimator = both[0].build.estimators[0]
+    largest = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
+    scales = full_scale_params(estimator.params, rate=largest.get("gyr"), force=largest.get("acc"))
+    inputs = feed(estimator, record).inputs
+    for level in both:
+        level.set_params({**scales, **(level.build.params[0] or {})})
+    return estimator, [level.run_anew(inputs) for level in both]
 
 
-@lru_cache(maxsize=2)
-def log_with_digest(trial: str, _: str) -> NineAxis:
-    """The log of a trial, read again when its digest changes."""
-    if trial.startswith("carrier:"):
-        _, name, seed = trial.split(":")
-        return carriers.carrier(name, int(seed))
-    log = NineAxis.of(read_record(Path(trial)))
-    log.attitude  # noqa: B018 (raises InputError if the log has none)
-    return log
+def settled_s(t: FloatArray, error: FloatArray) -> float | None:
+    """Return when an error first stays below `SETTLED_DEG`, seconds after t[0]; None: never.
 
-
-@lru_cache(maxsize=16)
-def _levels(
-    campaign: Campaign, name: str, rates: tuple[tuple[str, float], ...] = ()
-) -> tuple[Emitted, CompiledFloat]:
-    """Fixed point and float64 of one of ours, made for rates where it needs to know them."""
-    params = dict(dict(campaign.params).get(name, ()))
-    estimator = estimator_of(name)
-    estimator = estimator.for_rates(dict(rates)) if rates else estimator
-    build = Build(estimator, word=campaign.word, params=[params])
-    if not gives_attitude(build.estimators[0]):
-        raise InputError.at(
-            name,
-            wanted="an estimator whose outputs are an attitude, qw qx qy qz",
-            found="another one",
-            fix="leave --protocol out, or name another",
-        )
-    return Emitted(build), CompiledFloat(build)
-
-
-def settled_s(t: FloatArray, error: FloatArray, limit: float) -> float | None:
-    """When an error first stays below a limit for `SETTLED_FOR_S`, from t[0] on; None: never.
-
-    Samples whose error is NaN say nothing.
+    Samples whose error is NaN do not count.
     """
     is_finite = np.isfinite(error)
-    t, above = t[is_finite], error[is_finite] >= limit
+    t, above = t[is_finite], error[is_finite] >= SETTLED_DEG
     if not len(t):
         return None
     # Spans that begin at the start or with a sample above the limit, and their durations.
@@ -165,83 +162,19 @@ def settled_s(t: FloatArray, error: FloatArray, limit: float) -> float | None:
 
 
 def counted(log: NineAxis) -> BoolArray:
-    """Samples (n,) that count: those of the log, but for the first `LEFT_OUT_S`."""
+    """Samples (n,) that count: those of the log, without the first `LEFT_OUT_S`."""
     return np.asarray(log.counts & (log.t >= log.t[0] + LEFT_OUT_S))
 
 
 def figures_of(log: NineAxis, q: FloatArray) -> dict[str, float | None]:
-    """Figures of attitudes (n, 4) against a log's truth: `ANGLES`, ``settled_2``, ``settled_5``."""
-    metrics: dict[str, float | None] = dict(attitude_errors(q, log.attitude, counted(log)))
+    """Errors of attitudes (n, 4) against a log's truth [deg], and the time to settle [s]."""
+    figures: dict[str, float | None] = dict(attitude_errors(q, log.attitude, counted(log)))
     error = attitude_error(q, log.attitude).total
-    for limit in SETTLED_DEG:
-        metrics[f"settled_{limit:g}"] = settled_s(log.t, error, limit)
-    return metrics
-
-
-def run_ours(
-    campaign: Campaign, name: str, log: NineAxis, full_scale: Sequence[str] = ()
-) -> tuple[Estimator, list[Run]]:
-    """One of ours, made for the log's rates, and its runs in fixed point and in float64.
-
-    ``full_scale``: see `Case`.
-    """
-    record = log.record()
-    rates = tuple(sorted(fitted(estimator_of(name), record).rates_hz.items()))
-    levels = _levels(campaign, name, rates)
-    estimator = levels[0].build.estimators[0]
-    largest = {key: float(np.abs(getattr(log, key)).max()) for key in full_scale}
-    scales = full_scale_params(estimator.params, rate=largest.get("gyr"), force=largest.get("acc"))
-    for level in levels:
-        level.set_params({**scales, **(level.build.params[0] or {})})
-    inputs = feed(estimator, record).inputs
-    return estimator, [level.run_anew(inputs) for level in levels]
-
-
-def _ours(campaign: Campaign, name: str, case: Case, log: NineAxis) -> list[dict[str, Any]]:
-    estimator, runs = run_ours(campaign, name, log, case.full_scale)
-    q = [attitude_of(run.outputs) for run in runs]
-    deviations = differences(estimator.outputs, runs[0].outputs, runs[1].outputs)
-    figures = {
-        "good": all(d.good for d in deviations),
-        "apart_deg": largest_turn_deg(*q),
-        "changed": sum(int(np.count_nonzero(d.apart)) for d in deviations if d.unit == "words"),
-        "saturated": runs[0].n_saturated,
-    }
-    return [
-        {"estimator": name, "level": "fixed", **figures_of(log, q[0]), **figures},
-        {"estimator": name, "level": "float", **figures_of(log, q[1])},
-    ]
-
-
-def run_cases(campaign: Campaign, cases: Sequence[tuple[str, str]]) -> list[dict[str, Any]]:
-    """Metrics of every filter in cases (trial, name of the perturbation).
-
-    A filter that can make nothing of a case has no metrics.
-    """
-    by_name = {case.name: case for case in cases_of(campaign.protocol)}
-    out = []
-    for trial, case in cases:
-        log = prepared(by_name[case], log_of(trial))
-        rows = []
-        for name in campaign.estimators:
-            try:
-                rows += _ours(campaign, name, by_name[case], log)
-            except InputError as error:  # one that is made for another rate, for example
-                rows.append({"estimator": name, "level": "fixed", "refused": str(error)})
-        dip = dip_rad(log_of(trial))
-        for name in campaign.peers:
-            row: dict[str, Any] = {"estimator": name, "level": "package"}
-            try:
-                row |= figures_of(log, run_peer(peer(name), log.record(), dip))
-            except InputError as error:
-                row["refused"] = str(error)
-            rows.append(row)
-        out.append({"trial": name_of(trial), "case": case, "rows": rows})
-    return out
+    return figures | {"settled_s": settled_s(log.t, error)}
 
 
 def prepared(case: Case, log: NineAxis) -> NineAxis:
-    """The log of a case.
+    """Return the log of a case.
 
     Raises
     ------
@@ -257,17 +190,3 @@ def prepared(case: Case, log: NineAxis) -> NineAxis:
             fix="leave this log out",
         )
     return log
-
-
-def tasks_of(campaign: Campaign) -> dict[str, tuple[str, str]]:
-    """Cases of a campaign as `run_cases` takes them, by digest."""
-    pairs = [(t, case.name) for t in campaign.trials for case in cases_of(campaign.protocol)]
-    identity = campaign.identity()
-    return {digest(identity, pair): pair for pair in pairs}
-
-
-def params_key(params: Mapping[str, Mapping[str, float]] | None) -> Params:
-    """Parameter values as `Campaign` holds them."""
-    return tuple(
-        (name, tuple(sorted(values.items()))) for name, values in sorted((params or {}).items())
-    )

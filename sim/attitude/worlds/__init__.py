@@ -1,1 +1,1 @@
-"""Motions, sensors and recordings of a body that turns."""
+"""Synthetic logs of a body that turns, and errors of its sensors."""

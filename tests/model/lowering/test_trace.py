@@ -12,9 +12,9 @@ import pytest
 
 from boresight.model import ops
 from boresight.model.attitude import ESTIMATORS
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.errors import InputError
 from boresight.model.lowering.trace import Scalar, Trace, Tracer
+from boresight.model.nine_axis import INPUTS
 from boresight.model.recorded import evaluate
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.feed import feed, fitted

@@ -7,9 +7,9 @@ import pytest
 from scipy.io import savemat
 
 from boresight.model.errors import InputError
+from boresight.sim.attitude.worlds.make_synthetic import synthetic_60s
 from boresight.sim.data.convert_broad import broad_record, broad_trials
 from boresight.sim.data.convert_ximu import convert, main
-from boresight.sim.data.make_synthetic import main as make_synthetic_main
 from boresight.sim.records.bundled import bundled
 from boresight.sim.records.files import read_record
 from boresight.sim.records.nine_axis import NineAxis
@@ -182,16 +182,12 @@ def test_no_trial_at_all(tmp_path: Path) -> None:
         broad_trials(tmp_path)
 
 
-# -- `sim.data.make_synthetic`: the bundled file is what the code makes today ---------------------
-
 ARRAYS = ("t", "gyr", "acc", "mag", "mag_new", "q")
 
 
-def test_bundled_file_is_up_to_date(tmp_path: Path) -> None:
-    assert make_synthetic_main([str(tmp_path / "new.csv")]) == 0
-    new, old = (
-        NineAxis.of(read_record(path)) for path in (tmp_path / "new.csv", bundled("synthetic_60s"))
-    )
+def test_bundled_file_is_up_to_date() -> None:
+    new = NineAxis.of(synthetic_60s())
+    old = NineAxis.of(read_record(bundled("synthetic_60s")))
     for key in ARRAYS:
         # sines differ in the last place between mathematics libraries
         np.testing.assert_allclose(
@@ -199,7 +195,7 @@ def test_bundled_file_is_up_to_date(tmp_path: Path) -> None:
             getattr(new, key),
             rtol=0,
             atol=1e-11,
-            err_msg="regenerate with: python -m boresight.sim.data.make_synthetic "
+            err_msg="regenerate with: python -m boresight.sim.attitude.worlds.make_synthetic "
             "sim/data/synthetic_60s.csv",
         )
 
@@ -208,13 +204,3 @@ def test_documented_content() -> None:
     log = NineAxis.of(read_record(bundled("synthetic_60s")))
     assert len(log) == 6000
     np.testing.assert_array_equal(np.flatnonzero(log.mag_new), np.arange(0, 6000, 10))
-
-
-def test_faults_exit_with_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert make_synthetic_main([]) == 2
-    assert (
-        capsys.readouterr().err
-        == "error: usage: python -m boresight.sim.data.make_synthetic OUT.csv\n"
-    )
-    assert make_synthetic_main([""]) == 2
-    assert capsys.readouterr().err.startswith("error: ")

@@ -8,9 +8,9 @@ import pytest
 from boresight.firmware.floating.build import FloatCModel
 from boresight.firmware.floating.precision import DOUBLE
 from boresight.model.attitude import ESTIMATORS, estimator
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.nine_axis import INPUTS
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat, NumpyFloat
 from boresight.sim.levels.level import Level

@@ -364,7 +364,7 @@ def test_extremes_are_those_of_the_interpreter(core: Core, check: CheckResult) -
         form.real(words[:, value].min()),
         form.real(words[:, value].max()),
     )
-    assert result.lines[core.program.find("gx")].startswith("nine_axis.py, line ")
+    assert result.lines[core.program.find("gx")].startswith("complementary.py, line ")
     assert result.lines[value].startswith("complementary.py, line ")
 
 

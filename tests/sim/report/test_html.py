@@ -186,14 +186,17 @@ def test_where_fixed_and_float_part(report: dict[str, Any], html: str) -> None:
 
 
 def test_lines_are_links_where_the_file_is_known(report: dict[str, Any], html: str) -> None:
-    assert "nine_axis.py, line " in html and "<a " not in html
-    assert "<a " not in render_html(report, links={"axis.py": "no"})
-    links = {"nine_axis.py": 'x"y/nine_axis.py', "a&b.py": "a&b.py"}
+    assert "complementary.py, line " in html and "<a " not in html
+    assert "<a " not in render_html(report, links={"mentary.py": "no"})
+    links = {"complementary.py": 'x"y/complementary.py', "a&b.py": "a&b.py"}
     page = Page(render_html(parted(report), links=links))
     results = [a["href"] for tag, a in page.tags if tag == "a"]
-    assert {(href or "").partition("#")[0] for href in results} == {'x"y/nine_axis.py', "a&b.py"}
+    assert {(href or "").partition("#")[0] for href in results} == {
+        'x"y/complementary.py',
+        "a&b.py",
+    }
     row = next(r for r in report["numerics"] if r["signal"] == "gx")
-    assert f'x"y/nine_axis.py#L{row["line"].rpartition(" ")[2]}' in results
+    assert f'x"y/complementary.py#L{row["line"].rpartition(" ")[2]}' in results
 
 
 def test_bits_to_gain(report: dict[str, Any]) -> None:

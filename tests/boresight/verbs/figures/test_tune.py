@@ -116,27 +116,6 @@ def test_sensitivity(folder, result):
     assert other.error.given["total"] == pytest.approx(s.at_high)
 
 
-def test_every_case_of_a_protocol_is_a_figure_and_folds_hold_logs_or_cases_back(folder, capsys):
-    arguments = ["tune", "complementary", str(folder), "--protocol", "glance", "--only", NAMES[0]]
-    assert main([*arguments, "--rounds", "1", "--hold", "cases", "--folds", "3", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    groups = ["as recorded", "bias 0.7 deg/s", "starts anywhere"]
-    assert list(data["units"]) == groups == list(data["error"]["given"])
-    assert [t["trial"] for t in data["trials"][:2]] == ["log1, as recorded", "log1, bias 0.7 deg/s"]
-    folds = data["cross_validation"]["folds"]
-    assert [f["test"] for f in folds] == [[name] for name in groups]
-    assert folds[0]["train"] == groups[1:] and list(folds[0]["test_error"]) == groups[:1]
-    table = [*arguments, "--rounds", "0", "--vary", "1.25", "--json"]
-    assert main(table) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["cross_validation"] is None and data["error"]["given"] == data["error"]["tuned"]
-    (moved,) = data["sensitivity"]
-    assert moved["high"] == 1.25 * moved["value"] and list(moved["errors_at_high"]) == groups
-    result = tune("complementary", folder, protocol="glance", names=NAMES[:1], rounds=1)
-    assert [f.test for f in result.cross_validation.folds] == [("log1",), ("log2",), ("log3",)]
-    assert "fold 3: trained on 2" in str(result) and "starts anywhere deg" in str(result)
-
-
 def test_repeats_itself(folder, result):
     again = tune("complementary", folder, folds=3, names=NAMES, params=FAR, rounds=4, jobs=1)
     assert again == result
@@ -246,8 +225,6 @@ def test_any_estimator(lag, capsys):
         ({"folds": 0}, r"^folds: wanted 1 or more, found 0"),
         ({"rounds": -1}, r"^rounds: wanted 0 or more, found -1"),
         ({"vary": 0.8}, r"^vary: wanted 1 to 1000, found 0.8"),
-        ({"hold": "cases"}, r"^hold: wanted logs, or with a protocol cases, found 'cases'; "),
-        ({"protocol": "all"}, r"^--protocol: wanted one of full, short, glance, found 'all'"),
         ({"jobs": 0}, r"^jobs: wanted 1 to 1,024, found 0"),
         ({"detune": 0.5}, r"^detune: wanted 1 to 1000, found 0.5"),
         ({"detune": float("nan")}, r"^detune: wanted 1 to 1000"),

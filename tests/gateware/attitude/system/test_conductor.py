@@ -15,7 +15,7 @@ from boresight.gateware.attitude.system.conductor_words import Step
 from boresight.gateware.attitude.system.feed import FIELD, HELD, PLACES, REGISTERS, ZERO, Fed, Feed
 from boresight.gateware.attitude.system.interface import HEADER, Place
 from boresight.gateware.attitude.system.plan import FRONT_NAMES, RAW, Plan
-from boresight.model.attitude.nine_axis import INPUTS
+from boresight.model.nine_axis import INPUTS
 from boresight.model.words.program import Kind, Value
 from tests.support.bench import Pins, Simulation
 from tests.support.clock import pause

@@ -26,8 +26,8 @@ from boresight.model.attitude.front.inertial import (
 )
 from boresight.model.attitude.front.sensed import ACC_COUNTS, GYRO_COUNTS, SENSED, full_scale_params
 from boresight.model.attitude.mekf import Mekf
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.estimator import param_words
+from boresight.model.nine_axis import INPUTS
 from tests.support.compiled_float import compiled_float
 
 # -- calibration of gyro and accelerometer: against plain matrices, time steps, limits ------------

@@ -10,7 +10,7 @@ import ahrs
 import numpy as np
 import pytest
 
-from boresight.model.attitude.nine_axis import INPUTS
+from boresight.model.nine_axis import INPUTS
 from boresight.sim.accuracy.figures import attitude_errors
 from boresight.sim.accuracy.peers import peer, run_peer
 from boresight.sim.attitude.robustness.runs import Campaign, counted, run_ours

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import boresight
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.attitude.vqf import Vqf
 from boresight.model.attitude.vqf.interface import interface_of
 from boresight.model.attitude.vqf.settings import Settings
+from boresight.model.nine_axis import INPUTS
 from boresight.model.resolve import estimator_of
 from boresight.sim.accuracy.manoeuvres import MANOEUVRES, manoeuvre
 from boresight.sim.levels.build import Build

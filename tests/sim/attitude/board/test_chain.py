@@ -12,8 +12,8 @@ import pytest
 from boresight.gateware.attitude.system.programs import system_estimators
 from boresight.gateware.boards.frames import Kind, encode
 from boresight.model.attitude import FILTERS
-from boresight.model.attitude.nine_axis import INPUTS
 from boresight.model.errors import InputError
+from boresight.model.nine_axis import INPUTS
 from boresight.sim.attitude.board.chain import COUNTS, HEADING, NO_LINE, Samples, run_chain
 from boresight.sim.attitude.board.front import quantise, words_as_record
 from boresight.sim.attitude.board.setup import FASTER, FAULTY, REAL, SCALED, Setup

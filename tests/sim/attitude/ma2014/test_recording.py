@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from boresight.model.errors import InputError
+from boresight.sim.attitude.ma2014.devices import accelerometer, gyro, magnetometer
+from boresight.sim.attitude.ma2014.motion import StackedMotion, Swing
 from boresight.sim.attitude.ma2014.paper import TABLE_2
-from boresight.sim.attitude.worlds.devices import accelerometer, gyro, magnetometer
-from boresight.sim.attitude.worlds.motion import StackedMotion, Swing
-from boresight.sim.attitude.worlds.recording import Sensors, record
+from boresight.sim.attitude.ma2014.recording import Sensors, record
 from boresight.sim.attitude.worlds.triad import Triad
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.rotations.rotation import (

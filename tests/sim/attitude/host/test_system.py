@@ -1,6 +1,5 @@
-"""`boresight simulate`: figures, page, and what it refuses."""
+"""The complete board in simulation: figures, page, faults, and what it refuses."""
 
-import importlib
 import json
 from threading import Event
 from types import SimpleNamespace
@@ -10,11 +9,8 @@ import pytest
 
 import boresight
 from boresight.gateware.attitude.system.programs import system_core
+from boresight.sim.attitude import system as module
 from boresight.sim.attitude.board.faults import FaultTrial
-from tests.support.strangers import program
-
-#: The function has the module's name.
-module = importlib.import_module("boresight.verbs.simulate")
 
 
 @pytest.fixture
@@ -79,17 +75,3 @@ def test_faults_run_side_by_side(monkeypatch) -> None:
     assert said[1] in str(result)
     with pytest.raises(boresight.InputError, match="jobs: wanted"):
         boresight.simulate_faults(jobs=0)
-
-
-@pytest.mark.parametrize(("name", "wanted"), [(program("kalman.py"), True), ("mekf", False)])
-def test_a_forgotten_world_is_told(name: str, wanted: bool, tmp_path) -> None:
-    texts: list[str] = []
-
-    def stop(text: str) -> None:
-        texts.append(text)
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        boresight.simulate(name, output=tmp_path, progress=stop)
-    assert texts[0].startswith("no world named: the complete board") is wanted
-    assert (f"simulate WORLD {name}" in texts[0]) is wanted

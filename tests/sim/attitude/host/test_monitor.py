@@ -21,7 +21,7 @@ from boresight.gateware.attitude.system.attitude_output import AttitudeOutput, O
 from boresight.gateware.boards.framer import Framer
 from boresight.gateware.boards.frames import Kind, encode
 from boresight.gateware.description import Records, Word
-from boresight.verbs.monitor import RegisterWord, track_of
+from boresight.sim.attitude.host.monitor import RegisterWord, track_of
 from tests.support.attitude.serial_board import REGISTERS, SerialBoard, frames, words_of
 
 
@@ -126,7 +126,7 @@ def test_port(registers) -> None:
     with SerialBoard({}, noise=b"\x7f") as board:
         data = boresight.monitor(board.port, count=5, register_map=registers, each=seen.append)
     assert len(data.attitudes) == len(seen) == 5
-    numbers = [a.number for a in seen]
+    numbers = [a.number for a in data.attitudes]
     assert numbers == list(range(numbers[0], numbers[0] + 40, 8))
 
 

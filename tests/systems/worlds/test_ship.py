@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from boresight.model.errors import InputError
-from boresight.sim.worlds.ship import SEA_STATES, Ship, at_sea, spectrum
+from boresight.systems.worlds.ship import SEA_STATES, Ship, at_sea, spectrum
 
 
 @pytest.mark.parametrize("state", SEA_STATES)

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.declarations import GRAVITY
-from boresight.sim.worlds.road import profile, ride
+from boresight.systems.worlds.road import profile, ride
 
 RATE_HZ = 100.0
 PARTS = ((2.0, 0.0, 0.0), (3.0, 2.0, 0.0), (4.0, 0.0, 30.0), (2.0, -1.0, -10.0))

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from boresight.model.attitude import ESTIMATORS
-from boresight.model.attitude.nine_axis import INPUTS, OUTPUTS
 from boresight.model.declarations import EXACT_UNITS, QUATERNION
+from boresight.model.nine_axis import INPUTS, OUTPUTS
 
 
 def test_order_and_units() -> None:

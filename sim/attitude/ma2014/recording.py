@@ -14,7 +14,7 @@ import numpy as np
 from boresight.model.arrays import FloatArray
 from boresight.model.declarations import GRAVITY
 from boresight.model.errors import InputError
-from boresight.sim.attitude.worlds.motion import StackedMotion
+from boresight.sim.attitude.ma2014.motion import StackedMotion
 from boresight.sim.attitude.worlds.triad import Triad
 from boresight.sim.records.nine_axis import NineAxis
 from boresight.sim.records.record import Record

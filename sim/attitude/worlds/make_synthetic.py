@@ -1,11 +1,10 @@
-"""Write ``synthetic_60s.csv`` again: ``python -m boresight.sim.data.make_synthetic OUT.csv``."""
+"""Write ``synthetic_60s.csv`` again: ``python -m`` this module, then the name of the file."""
 
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
-from boresight.model.errors import InputError
-from boresight.model.tools.files import OutputFile
 from boresight.sim.attitude.worlds.synthetic import SensorError, synthetic_log
 from boresight.sim.records.files import content_of
 from boresight.sim.records.record import Record
@@ -28,19 +27,5 @@ def synthetic_60s() -> Record:
     )
 
 
-def main(arguments: list[str]) -> int:
-    """Write the log to the only argument; return the exit code."""
-    if len(arguments) != 1:
-        print("error: usage: python -m boresight.sim.data.make_synthetic OUT.csv", file=sys.stderr)
-        return 2
-    try:
-        file = OutputFile(arguments[0], option="OUT.csv")
-        file.write(content_of(arguments[0], synthetic_60s()))
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    Path(sys.argv[1]).write_bytes(content_of(sys.argv[1], synthetic_60s()))

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boresight.model.errors import InputError
-from boresight.sim.attitude.worlds.motion import StackedMotion, Swing
+from boresight.sim.attitude.ma2014.motion import StackedMotion, Swing
 
 R = math.radians
 #: All three stages turned, each still swinging when looked at.

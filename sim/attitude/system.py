@@ -1,0 +1,137 @@
+"""The attitude system behind the command line: its core, its design, its simulation, its host."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from boresight.gateware.attitude.system.attitude_system import AttitudeSystem, system_design
+from boresight.gateware.attitude.system.programs import system_core
+from boresight.gateware.core import Core
+from boresight.gateware.description import Description
+from boresight.gateware.machine import machine_named
+from boresight.model.attitude import FILTERS
+from boresight.model.errors import InputError, require, require_choice
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import ESTIMATOR_GROUP, Named, estimator_of, names_of_entry_points
+from boresight.sim.attitude.board.faults import (
+    FaultTrial,
+    fault_board,
+    fault_names,
+    fault_trial,
+    trial_log,
+)
+from boresight.sim.attitude.board.setup import REAL
+from boresight.sim.attitude.host.monitor import MonitorResult, monitor
+from boresight.sim.attitude.host.simulated import BoardResult, FaultsResult, fault_line
+from boresight.sim.attitude.host.simulation import (
+    BOARD_FILES,
+    SHORT,
+    SOURCES,
+    default_log,
+    write_board,
+)
+from boresight.sim.boards import BoardSystem
+from boresight.sim.campaign import processes
+from boresight.sim.records.files import record_of
+
+__all__ = ["AttitudeBoard"]
+
+#: Longest simulated time, s: cycles are counted in 32 bits.
+_LONGEST_S = 20.0
+
+
+class AttitudeBoard(BoardSystem):
+    """Inertial sensor and compass, calibration, attitude filters, frames."""
+
+    files = BOARD_FILES
+
+    def core(
+        self,
+        estimators: Sequence[Named],
+        *,
+        config: str,
+        word: int,
+        clock_hz: int,
+        params: Mapping[str, Mapping[str, float]],
+    ) -> Core:
+        return system_core(estimators, config=config, word=word, clock_hz=clock_hz, params=params)
+
+    def design(self, core: Core, clock_hz: int) -> tuple[AttitudeSystem, Description]:
+        system = system_design(core)(clock_hz)
+        return system, system.map()
+
+    def simulate(
+        self,
+        folder: Path,
+        name: Named | None,
+        log: Any,
+        *,
+        config: str,
+        seconds: float,
+        source: str,
+        feed: Mapping[str, float] | None,
+        core: Core | None,
+        say: Callable[[str], None],
+    ) -> BoardResult:
+        chosen = estimator_of("mekf" if name is None else name)
+        filters = _beside(chosen)
+        machine_named(config)
+        require_choice("source", source, SOURCES)
+        require(0.05 <= seconds <= _LONGEST_S, "seconds", f"0.05 to {_LONGEST_S:g}", seconds)
+        updates = round(seconds * REAL.rate_hz)
+        record = default_log(updates) if log is None else record_of(log)
+        if len(record) < max(updates, SHORT):
+            raise InputError.at(
+                f"log {record.name!r}",
+                wanted=f"{max(updates, SHORT)} rows or more",
+                found=str(len(record)),
+                fix="give a longer log, or fewer --seconds",
+            )
+        if core is None:
+            names = ", ".join(estimator_of(f).name for f in filters)
+            say(f"core with {names} and the calibration, {config}")
+            core = system_core(filters, config=config)
+        return write_board(
+            folder, chosen.name, core, record, updates=updates, source=source, feed=feed, say=say
+        )
+
+    def simulate_faults(
+        self,
+        name: str | None,
+        *,
+        faults: Sequence[str] | None,
+        jobs: int | None,
+        progress: Callable[[str], None] | None,
+    ) -> FaultsResult:
+        name = name or "mekf"
+        require_choice("filter", name, FILTERS)
+        require(jobs is None or jobs >= 1, "jobs", "1 or more", jobs)
+        every = fault_names()
+        for fault in faults or ():
+            require_choice("fault", fault, every)
+        board, log = fault_board([name]), trial_log()
+        assert board.verilog  # made once, before the threads that wait for the simulators
+
+        def trial(fault: str) -> FaultTrial:
+            result = fault_trial(board, *fault.split("."), log=log)
+            if progress:
+                progress(fault_line(result))
+            return result
+
+        with ThreadPoolExecutor(processes(jobs)) as threads:
+            return FaultsResult(name, tuple(threads.map(trial, faults or every)))
+
+    def monitor(self, source: str, **options: Any) -> MonitorResult:
+        return monitor(source, **options)
+
+
+def _beside(chosen: Estimator) -> Sequence[Named]:
+    """The estimators of the board: all filters, or those that ``chosen`` reads, and it."""
+    if chosen.name in FILTERS:
+        return FILTERS
+    sources = [i.source.partition(".")[0] for i in chosen.inputs if i.source]
+    known = names_of_entry_points(ESTIMATOR_GROUP)
+    return [*(name for name in dict.fromkeys(sources) if name in known), chosen]
