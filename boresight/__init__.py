@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from boresight.regression import baseline as baseline
     from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
-    from boresight.results.explore import ExploreResult as ExploreResult
     from boresight.results.fit import FitResult as FitResult
     from boresight.results.tune import TuneResult as TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
@@ -107,7 +106,6 @@ _EXPORTS = {
     "regression": "baseline",
     "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
-    "results.explore": "ExploreResult",
     "results.fit": "FitResult",
     "results.tune": "TuneResult",
     "sim.accuracy.covariance": "CovarianceTrial",
