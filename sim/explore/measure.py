@@ -187,7 +187,7 @@ def _errors(exploration: Exploration, case: Case) -> dict[str, Any]:
         **_truth(results),
         "saturated": sum(result.accuracy.saturated_updates for result in results),
         "good": not failures,
-        "reason": "; ".join(failures[:1]),
+        "reason": " ".join("".join(failures[:1]).split()),
     }
 
 
