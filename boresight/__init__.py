@@ -8,7 +8,6 @@ Every command of the command line is a function here::
     boresight.compile("complementary", config="fast", output="build")
     boresight.run("complementary", "log.csv", on="fixed")
     boresight.check("complementary", "log.csv")
-    boresight.ranges("complementary")
     boresight.report("complementary", "log.csv", output="build")
     boresight.accuracy("mekf", "folder", output="build")
     boresight.tune("complementary", "folder", output="params.json")
@@ -48,6 +47,7 @@ if TYPE_CHECKING:
     from boresight.regression import baseline as baseline
     from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
+    from boresight.results.explore import ExploreResult as ExploreResult
     from boresight.results.fit import FitResult as FitResult
     from boresight.results.tune import TuneResult as TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
@@ -56,7 +56,6 @@ if TYPE_CHECKING:
     from boresight.sim.experiments.experiment import Experiment as Experiment
     from boresight.sim.experiments.experiment import Result as Result
     from boresight.sim.experiments.experiment import Target as Target
-    from boresight.sim.ranges.ranges import RangesResult as RangesResult
     from boresight.sim.records.files import record_of as record_of
     from boresight.sim.records.record import Record as Record
     from boresight.sim.worlds.world import World as World
@@ -84,7 +83,6 @@ if TYPE_CHECKING:
     from boresight.verbs.monitor import monitor as monitor
     from boresight.verbs.new import NewResult as NewResult
     from boresight.verbs.new import new as new
-    from boresight.verbs.ranges import ranges as ranges
     from boresight.verbs.report import ReportResult as ReportResult
     from boresight.verbs.report import report as report
     from boresight.verbs.run import RunResult as RunResult
@@ -106,13 +104,13 @@ _EXPORTS = {
     "regression": "baseline",
     "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
+    "results.explore": "ExploreResult",
     "results.fit": "FitResult",
     "results.tune": "TuneResult",
     "sim.accuracy.covariance": "CovarianceTrial",
     "sim.baseline": "Baseline",
     "sim.compare.results": "CheckResult",
     "sim.experiments.experiment": "Experiment Result Target",
-    "sim.ranges.ranges": "RangesResult",
     "sim.records.files": "record_of",
     "sim.records.record": "Record",
     "sim.worlds.world": "World",
@@ -133,7 +131,6 @@ _EXPORTS = {
     "verbs.list": "Catalogue list_estimators",
     "verbs.monitor": "monitor",
     "verbs.new": "NewResult new",
-    "verbs.ranges": "ranges",
     "verbs.report": "ReportResult report",
     "verbs.run": "RunResult run",
     "verbs.simulate": "simulate simulate_faults",

@@ -166,7 +166,7 @@ class Argument:
 
 #: Verbs that compile estimators, and so take profiles.
 PROFILED = (
-    *("compile", "run", "check", "ranges", "report", "explore", "simulate", "demo"),
+    *("compile", "run", "check", "report", "explore", "simulate", "demo"),
     *("accuracy", "bench", "covariance", "montecarlo", "tune"),
 )
 

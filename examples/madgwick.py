@@ -36,7 +36,10 @@ class Madgwick(Estimator):
         """Integrate the rate, go down the gradient, normalise."""
         w, a, b, c = x.qw, x.qx, x.qy, x.qz
         norm = ops.rsqrt(u.ax * u.ax + u.ay * u.ay + u.az * u.az)
-        ax, ay, az = (ops.bounded(v * norm, -1.0, 1.0, "unit vector") for v in (u.ax, u.ay, u.az))
+        ax, ay, az = (
+            ops.bounded(v * norm, -1.0, 1.0, "unit vector", unless="it falls freely")
+            for v in (u.ax, u.ay, u.az)
+        )
         fx = ops.bounded(2.0 * (a * c - w * b) - ax, -2.0, 2.0, "two unit vectors")
         fy = ops.bounded(2.0 * (w * a + b * c) - ay, -2.0, 2.0, "two unit vectors")
         fz = ops.bounded(1.0 - 2.0 * (a * a + b * b) - az, -2.0, 2.0, "two unit vectors")

@@ -362,11 +362,14 @@ def check_declared(where: str, *groups: tuple[str, Iterable[Named]]) -> None:
 
 
 def _with_plain_numbers(declaration: Any) -> None:
-    """Replace numpy's numbers, whose comparisons and texts differ from Python's."""
+    """Replace numpy's numbers by Python's, and whole numbers of real quantities by floats."""
     for part in fields(declaration):
         value = getattr(declaration, part.name)
         if isinstance(value, np.generic):
-            object.__setattr__(declaration, part.name, value.item())
+            value = value.item()
+        if type(value) is int and "float" in str(part.type) and abs(value) < 2**1000:
+            value = float(value)
+        object.__setattr__(declaration, part.name, value)
 
 
 def _check_number(where: str, subject: str, value: Any) -> None:

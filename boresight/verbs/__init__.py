@@ -15,7 +15,6 @@ VERBS = {
     "fit": "verbs.fit",
     "run": "verbs.run",
     "check": "verbs.check",
-    "ranges": "verbs.ranges",
     "report": "verbs.report",
     "explore": "verbs.explore",
     "tune": "verbs.figures.tune",

@@ -1,4 +1,4 @@
-"""Prove integer model, C and RTL equal on logs, bit by bit, and near float64.
+"""Compare integer model, C and RTL on logs, bit by bit, and with float64.
 
 boresight check my_filter.py log.csv  # all levels
 boresight check mekf first.csv folder  # several logs, or folders of logs

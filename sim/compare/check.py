@@ -16,6 +16,7 @@ from boresight.model.errors import InputError, ToolMissing, require_choice
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import OutputFile
 from boresight.model.words.fixed import IntArray
+from boresight.sim.compare.claims import claim_results
 from boresight.sim.compare.divergence import first_divergence, program_at
 from boresight.sim.compare.reproducer import write_reproducer
 from boresight.sim.compare.results import Agreement, CheckResult, LevelResult, Part
@@ -27,6 +28,7 @@ from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted, Interpreted, words_of
 from boresight.sim.levels.level import Level, Run
 from boresight.sim.levels.registry import LEVELS
+from boresight.sim.ranges.examine import Examined, examine
 from boresight.sim.records.feed import Feed, Feeder
 from boresight.sim.records.log import Log
 from boresight.sim.records.record import Record
@@ -216,6 +218,8 @@ class Check:
         #: `Build.shortage`; None until the first records have been looked at.
         self._shortage: str | None = None
         self._made: dict[tuple[type[Level], str | None], list[Level]] = {}
+        #: Proofs and searches of the claims of each estimator, made once.
+        self._examined: dict[int, list[Examined]] = {}
 
     def run(
         self,
@@ -287,6 +291,7 @@ class Check:
                 self._judged(n, x, k, case, again, reproducer) for n, x in enumerate(attempts)
             ]
             own = interpreter.agreements[k].result(interpreter.seconds)
+            own = dataclasses.replace(own, reference=True)
             if Interpreted.name in self.levels or own.error:
                 levels.insert(0, own)
             accuracy = case.judge.result(case.clamped, again)
@@ -501,6 +506,8 @@ class Check:
             warnings=(*case.warnings, *remarks),
         )
         run = Run.joined(fixed)
+        examined = self._claims_of(number)
+        broken = {examined[k].claim for k in accuracy.broken if k < len(examined)}
         return CheckResult(
             self.build,
             number,
@@ -510,9 +517,21 @@ class Check:
             run,
             reference,
             book,
+            claim_results(examined, accuracy.reached, broken) if examined else (),
             case.rows,
             None if case.complete else partial(self._parts, number, sources),
         )
+
+    def _claims_of(self, number: int) -> list[Examined]:
+        """Prove the claims of an estimator, or search for inputs that break them; once."""
+        build = self.build
+        if number in build.sharing or build.links[number]:
+            return []
+        if number not in self._examined:
+            estimator, program = build.estimators[number], build.programs[number]
+            self.progress(f"claims of {estimator.name}")
+            self._examined[number] = examine(estimator, program, build.nodes[number])
+        return self._examined[number]
 
 
 def _ahead(blocks: Iterable[list[Feed]]) -> Iterator[tuple[list[Feed], bool]]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from boresight.model.words.fixed import IntArray
 from boresight.sim.answer import Answer, JsonObject, plain
+from boresight.sim.compare.claims import ClaimResult, claim_lines
 from boresight.sim.compare.difference import Difference
 from boresight.sim.compare.textbook import textbook_line
 from boresight.sim.compare.verdict import Accuracy
@@ -29,6 +30,7 @@ class LevelResult:
     differ, and ``first_wrong`` is the first of them. ``error`` says why a level did not run, or
     why its run proves nothing: then there are no counts (None). Cycles are None for levels without
     a clock. ``slices`` says on which rows a level ran that did not run on all from a reset on.
+    ``reference`` marks the interpreter, with which the others are compared.
     """
 
     level: str
@@ -46,6 +48,7 @@ class LevelResult:
     divergence: str = ""
     first_wrong: int | None = None
     slices: str = ""
+    reference: bool = False
 
     @property
     def good(self) -> bool:
@@ -86,6 +89,8 @@ class LevelResult:
         if self.error:
             return f"{name} FAILED"
         text = f"{name} [{self.n_mismatch}/{self.n_total}] mismatches"
+        if self.reference:
+            text = f"{name} reference, {self.n_total} updates"
         if self.cycles_predicted is not None:
             text += (
                 f"   cycles predicted {self.cycles_predicted}, counted {self._cycles}"
@@ -160,7 +165,7 @@ class Agreement:
             None if self._fault else self._total,
             None if self._fault else self._mismatch,
             seconds,
-            **self._cycles,
+            **self._cycles,  # type: ignore[arg-type]
             error=self._fault,
             divergence=divergence,
             first_wrong=self.first_wrong,
@@ -193,6 +198,8 @@ class CheckResult(Answer):
         The interpreter's, with which every level was compared, and float64's.
     textbook : tuple of Difference
         Float64 beside `Estimator.textbook`, where there is one.
+    claims : tuple of ClaimResult
+        Claims of `ops.bounded`, and the ranges of states.
     rows : int
         Of the log.
     again : callable, optional
@@ -207,6 +214,7 @@ class CheckResult(Answer):
     fixed: Run = field(repr=False)
     floating: Run = field(repr=False)
     textbook: tuple[Difference, ...] = ()
+    claims: tuple[ClaimResult, ...] = ()
     rows: int = 0
     again: Callable[[], Iterator[Part]] | None = field(default=None, repr=False)
 
@@ -227,21 +235,24 @@ class CheckResult(Answer):
         levels = [f"{x.level} in {x.simulator}: {x.failure}" for x in self.levels if x.failure]
         book = [] if self._near_textbook else [textbook_line(self.textbook)]
         none = [] if self.levels else ["no level was run"]
-        return [*levels, *self.accuracy.faults(), *book, *none]
+        claims = [claim.failure for claim in self.claims if claim.failure]
+        return [*levels, *self.accuracy.faults(), *claims, *book, *none]
 
     @property
     def _near_textbook(self) -> bool:
         return all(d.good for d in self.textbook)
 
     @property
-    def exact(self) -> bool:
-        """Every level ran and equals the integer model."""
-        return bool(self.levels) and all(level.good for level in self.levels)
+    def exact(self) -> bool | None:
+        """Every level ran and equals the integer model; None if no level was compared with it."""
+        if not all(level.good for level in self.levels):
+            return False
+        return True if any(not level.reference for level in self.levels) else None
 
     @property
     def good(self) -> bool:
-        """Every level is exact, and fixed point is as near to float64 as its author accepts."""
-        return self.exact and self.accuracy.good and self._near_textbook
+        """Nothing failed: levels, accuracy, claims and the textbook form."""
+        return not self.failures
 
     def lines(self) -> list[str]:
         """Everything, for people."""
@@ -251,6 +262,8 @@ class CheckResult(Answer):
             *(f"  {level.line()}" for level in self.levels),
             *(f"  {text}" for text in self.accuracy.lines()),
             *([f"  {textbook_line(self.textbook)}"] if self.textbook else []),
+            *(f"  {text}" for text in claim_lines(self.claims)),
+            *(f"  {claim.failure}" for claim in self.claims if claim.failure),
             *(f"  warning: {text}" for text in self.given.warnings),
         ]
 
@@ -274,6 +287,7 @@ class CheckResult(Answer):
             "exact": self.exact,
             "accuracy": plain(self.accuracy),
             "textbook": [d.to_json() for d in self.textbook],
+            "claims": [claim.to_json() for claim in self.claims],
             "warnings": list(self.given.warnings),
             "verification": plain(
                 [{**x.to_json(), "good": x.good, "failure": x.failure} for x in self.levels]

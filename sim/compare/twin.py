@@ -239,14 +239,14 @@ def function_arguments(program: Program, nodes: Mapping[int, Node]) -> dict[tupl
     }
 
 
-def becomes(program: Program, nodes: dict[int, Node], value: int) -> int | None:
+def becomes(program: Program, nodes: Mapping[int, Node], value: int) -> int | None:
     """The state that a value, or a copy of it, replaces; None if there is none."""
     node = nodes.get(value)
     same = {value, *(n for n, other in nodes.items() if other is node)}
     return next((state for state, after in program.states if after in same), None)
 
 
-def authors_name(program: Program, nodes: dict[int, Node], value: int) -> str:
+def authors_name(program: Program, nodes: Mapping[int, Node], value: int) -> str:
     """What its author calls a value: a state, a name, an output; else its kind, in the nearest."""
     state, node = becomes(program, nodes, value), nodes.get(value)
     if state is not None:
@@ -302,4 +302,6 @@ _COMPUTE: dict[str, Callable[[Node, list[FloatArray]], object]] = {
     # As `ops.rsqrt` of zero; of what is negative there is none.
     "rsqrt": lambda node, a: np.where(a[0] < 0.0, np.nan, 1.0 / np.sqrt(np.maximum(a[0], 1e-300))),
     "reciprocal": lambda node, a: 1.0 / a[0],
+    # By the power of two that brings the size into [1/2, 1).
+    "normalised": lambda node, a: np.ldexp(a[0], -np.frexp(a[1])[1]),
 }

@@ -13,12 +13,11 @@ from boresight.model.lowering.profile import Profile, Range, record_digest
 from boresight.model.lowering.trace import Trace
 from boresight.model.words.fixed import Arithmetic
 from boresight.model.words.rounded import binary_exponent
+from boresight.sim.compare.diagnosis import MARGIN_BITS
 from boresight.sim.fit.observe import Reached, joined
 
-__all__ = ["MARGIN_BITS", "between", "chosen", "intervals", "profile_of"]
+__all__ = ["between", "chosen", "intervals", "profile_of"]
 
-#: Bits above the largest observed value.
-MARGIN_BITS = 2.0
 #: Bits above the largest value of hostile runs.
 HOSTILE_BITS = 1.0
 #: Most bits added by half of the spare bits, and bits added where nothing limits a value.

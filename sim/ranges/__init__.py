@@ -1,1 +1,1 @@
-"""Ranges that an estimator states: proven, checked, or how far a search came to their ends."""
+"""The claims of an estimator about ranges: proven by intervals, or tried by a directed search."""

@@ -2,95 +2,24 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.lowering.graph import LEAVES, Node
-from boresight.sim.ranges.claims import Claim, Proof, live
-from boresight.sim.ranges.polynomials import ends_of_product
+from boresight.model.lowering.graph import Node
 
-__all__ = [
-    "Ends",
-    "ends_in_order",
-    "ends_of",
-    "interval_needs",
-    "interval_of",
-    "product_of",
-    "proof_in_order",
-]
+__all__ = ["Ends", "FloatArray", "ends_of"]
 
 FloatArray = npt.NDArray[np.float64]
 #: Ends (boxes,) of a value.
 Ends = tuple[FloatArray, FloatArray]
 
 
-def interval_needs(
-    node: Node, intervals: Mapping[int, tuple[float, float]] | None = None
-) -> Sequence[Node]:
-    """Arguments from whose intervals that of a node follows: not a condition that only selects.
-
-    ``intervals``: of arguments, by number, that hold in any case; of others any value.
-    """
-    intervals = intervals or {}
-    if node.kind not in _ENDS:
-        return node.args
-    ends = [(np.array([arg.low]), np.array([arg.high])) for arg in node.args]
-    arguments: list[Node] = []
-    for k, arg in enumerate(node.args):
-        interval = intervals.get(arg.number, (-math.inf, math.inf))
-        arg_ends, ends[k] = ends[k], (np.array([interval[0]]), np.array([interval[1]]))
-        with np.errstate(all="ignore"):
-            low, high = _ENDS[node.kind](node, ends)
-        if not (node.low <= low and high <= node.high):
-            arguments.append(arg)
-            ends[k] = arg_ends
-    return arguments
-
-
-def interval_of(node: Node, args: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Ends of a node from those of its arguments, within its own."""
-    ends = [(np.array([low]), np.array([high])) for low, high in args]
-    with np.errstate(all="ignore"):
-        lower, upper = _ENDS[node.kind](node, ends)
-    return float(np.fmax(node.low, lower[0])), float(np.fmin(node.high, upper[0]))
-
-
-def ends_in_order(nodes: Mapping[int, Node]) -> dict[int, tuple[float, float]]:
-    """Ends of the nodes of a step, each after its arguments, also of x - f x = (1 - f) x."""
-    ends: dict[int, tuple[float, float]] = {}
-    for number, node in nodes.items():
-        ends[number] = node.low, node.high
-        if node.kind in _ENDS:
-            ends[number] = interval_of(node, [ends[a.number] for a in node.args])
-        operands = _part_of(node)
-        if operands is not None:
-            (low, high), (f_low, f_high) = (ends[n.number] for n in operands)
-            low, high = ends_of_product((low, high), (1.0 - f_high, 1.0 - f_low))
-            ends[number] = max(low, ends[number][0]), min(high, ends[number][1])
-    return ends
-
-
-def proof_in_order(claim: Claim, ends: Mapping[int, tuple[float, float]]) -> Proof | None:
-    """Prove a claim by `ends_in_order`: from the intervals of leaves and other claims."""
-    if claim.node.number not in ends or not claim.holds(*ends[claim.node.number]):
-        return None
-    nodes = live([claim.node], lambda n: () if n.kind == "bounded" else n.args)
-    return Proof("intervals in order", tuple(n for n in nodes if n.kind in (*LEAVES, "bounded")))
-
-
-def _part_of(node: Node) -> tuple[Node, Node] | None:
-    """x and f of x - f x; None: it is of another form."""
-    if node.kind != "sum" or node.signs != (1, -1) or node.args[1].kind != "mul":
-        return None
-    x, (a, b) = node.args[0], node.args[1].args
-    return (x, b) if a is x else (x, a) if b is x else None
-
-
 def ends_of(node: Node, args: Sequence[Ends]) -> Ends:
-    """Ends (boxes,) of a node from those of its arguments."""
+    """Ends (boxes,) of a node from those of its arguments; of other kinds its own interval."""
+    if node.kind not in _ENDS:
+        return np.full_like(args[0][0], node.low), np.full_like(args[0][1], node.high)
     return _ENDS[node.kind](node, [*args])
 
 

@@ -10,10 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from boresight.model.declarations import Input, Param
 from boresight.model.estimator import Estimator
@@ -22,16 +20,20 @@ from boresight.model.recorded import drawn
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.interpreter import Interpreter
 from boresight.model.words.program import Kind, Program
-from boresight.sim.compare.twin import Twin
+from boresight.sim.compare.twin import Twin, outside
 from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.intervals import FloatArray
 
-__all__ = ["RUNS", "Reach", "Search"]
+__all__ = ["RUNS", "Reach", "Search", "Witness"]
 
-FloatArray = npt.NDArray[np.float64]
-
-#: Runs side by side; updates between two selections, in which one run in _FOLLOW continues from a
-#: farthest update and one in _RESET from a reset; share of its range up to which a claim is a goal.
-RUNS, _EVERY, _FOLLOW, _RESET, _CLOSE = 384, 8, 3, 24, 0.99
+#: Runs side by side.
+RUNS = 384
+#: Updates from one selection of runs to the next.
+SELECT_EVERY = 8
+#: Runs that a selection continues from the farthest updates, and that it resets.
+FOLLOWING, RESET = RUNS // 3, RUNS // 24
+#: Share of its range from which on a value is no goal any more.
+CLOSE = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,18 +43,50 @@ class Reach:
     Attributes
     ----------
     low, high : float
-        In its unit.
-    is_violated : bool
-        Whether its word left the range, or was saturated.
+        Extremes, in the value's unit.
+    broken : bool
+        Whether it left its range in an update that began with all states in their ranges.
     update, run : int
         Where it came farthest, or first left the range.
     """
 
     low: float
     high: float
-    is_violated: bool
+    broken: bool
     update: int
     run: int
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """Legal parameters and inputs that lead from a reset to a broken claim.
+
+    Attributes
+    ----------
+    params : dict of str to float
+        Values that are not the defaults.
+    inputs : dict of str to list of float
+        One number for each update after the reset.
+    """
+
+    params: dict[str, float]
+    inputs: dict[str, list[float]]
+
+    def __str__(self) -> str:
+        updates = len(next(iter(self.inputs.values()), [0.0]))
+        last = ", ".join(f"{name} = {values[-1]:.6g}" for name, values in self.inputs.items())
+        text = f"update {updates} after a reset" + (f" with {last}" if last else "")
+        return text + "".join(f" --param {name}={x:.6g}" for name, x in self.params.items())
+
+
+@dataclass(frozen=True, eq=False)
+class _Champion:
+    """The update of a run that took a claim's value farthest: inputs, parameters, states before."""
+
+    inputs: FloatArray
+    params: FloatArray
+    states: IntArray
+    parent: int
 
 
 class Search:
@@ -82,40 +116,42 @@ class Search:
     ) -> None:
         self.estimator, self.program, self.claims = estimator, program, claims
         self.drawn_states = drawn_states
-        self.nodes = dict(nodes)
         self.rng = np.random.default_rng(seed)
         self.machine = Interpreter(program, RUNS)
-        self.machine.params = {}  # of each run its own
-        initial = [np.full(RUNS, program.values[s].initial) for s, _ in program.states]
-        self.states = np.array(initial, dtype=np.int64).reshape(len(initial), RUNS)
+        self.machine.params = {}  # each run has its own
+        self.twin = Twin(program, dict(nodes), self.machine.values)
+        self.initial = np.array([program.values[s].initial for s, _ in program.states], np.int64)
+        self.states = np.tile(self.initial[:, None], RUNS)
         self.params = self._random(estimator.params)
         self.inputs = self._random(estimator.inputs)
         self.hold = np.sqrt(self.rng.uniform(size=RUNS))
         self.low = np.full(len(claims), np.inf)
         self.high = np.full(len(claims), -np.inf)
-        self.violations = np.zeros(len(claims), dtype=np.bool_)
+        self.broken = np.zeros(len(claims), dtype=np.bool_)
         self.at = np.zeros((len(claims), 2), dtype=np.int64)
-        self.champions: dict[int, tuple[Any, ...]] = {}
+        self.champions: dict[int, _Champion] = {}
+        #: By update: inputs, parameters, and the update and run from which each run continued.
         self.log: list[tuple[FloatArray, FloatArray, IntArray]] = []
         self.parents = np.full(RUNS, -1, dtype=np.int64)
 
-    def run(self, updates: int, progress: Callable[[str], None] = lambda text: None) -> None:
+    def run(self, updates: int) -> None:
         """Run a number of updates of each run."""
         for k in range(updates):
             self._update()
-            if k % _EVERY == _EVERY - 1:
+            if k % SELECT_EVERY == SELECT_EVERY - 1:
                 self._select()
-                progress(f"{(k + 1) * RUNS:,} of {updates * RUNS:,} updates")
 
     def reach(self) -> list[Reach]:
-        """How far each claim's value came."""
+        """Return how far each claim's value came."""
         return [
-            Reach(float(a), float(b), bool(c), int(k), int(r))
-            for a, b, c, (k, r) in zip(self.low, self.high, self.violations, self.at, strict=True)
+            Reach(float(low), float(high), bool(broken), int(update), int(run))
+            for low, high, broken, (update, run) in zip(
+                self.low, self.high, self.broken, self.at, strict=True
+            )
         ]
 
-    def path(self, reach: Reach) -> tuple[dict[str, float], FloatArray]:
-        """Parameters, and inputs (updates, n_inputs), from a reset to the reached value."""
+    def witness(self, reach: Reach) -> Witness:
+        """Return the parameters and inputs from a reset to a reached value."""
         rows: list[FloatArray] = []
         update, run = reach.update, reach.run
         while update >= 0:
@@ -123,71 +159,86 @@ class Search:
             rows.append(inputs[:, run])
             parent = int(parents[run])
             update, run = (-1, run) if parent < 0 else divmod(parent, RUNS)
-        names = [p.name for p in self.estimator.params]
-        return dict(zip(names, params[:, reach.run], strict=True)), np.array(rows[::-1])
+        values = np.array(rows[::-1])
+        return Witness(
+            {
+                p.name: float(x)
+                for p, x in zip(self.estimator.params, params[:, reach.run], strict=True)
+                if x != p.default
+            },
+            {i.name: values[:, k].tolist() for k, i in enumerate(self.estimator.inputs)},
+        )
 
     def _update(self) -> None:
         program, machine = self.program, self.machine
         self.inputs = self._next_inputs()
         if self.drawn_states is not None:
             self.states = self.drawn_states(self.rng, self.states)
-        for (number, _), words in zip(program.states, self.states, strict=True):
-            machine.values[number] = words
+        machine.states = self.states
         by_name = dict(zip((p.name for p in self.estimator.params), self.params, strict=True))
         for number in program.of_kind(Kind.PARAM):
             words = program.format(number).quantise(by_name[program.values[number].name])
             machine.values[number] = words
-        record = [
-            program.format(n).quantise(values)
-            for n, values in zip(program.inputs, self.inputs, strict=True)
-        ]
-        machine.update(np.stack(record))
+        machine.update(
+            np.stack(
+                [
+                    program.format(number).quantise(values)
+                    for number, values in zip(program.inputs, self.inputs, strict=True)
+                ]
+            )
+        )
         update = len(self.log)
         self.log.append((self.inputs, self.params, self.parents))
+        self.twin.words = machine.values_before_commit()
         with np.errstate(all="ignore"):
-            self._observe(Twin(program, self.nodes, machine.values_before_commit()), update)
-        next_states = [machine.values[n] for n, _ in program.states]
-        self.states = np.array(next_states, dtype=np.int64).reshape(len(next_states), RUNS)
+            self._observe(update)
+        self.states = machine.states
         self.parents = update * RUNS + np.arange(RUNS)
 
-    def _observe(self, twin: Twin, update: int) -> None:
+    def _observe(self, update: int) -> None:
         """Extend the reached ranges by the values of an update."""
+        twin, legal = self.twin, np.ones(RUNS, dtype=np.bool_)
+        for state, _ in self.program.states:
+            legal &= ~outside(twin.real(state), self.program.values[state])
         for k, claim in enumerate(self.claims):
+            if self.broken[k] or not legal.any():
+                continue
             low, high = claim.ends
             value = np.broadcast_to(twin.argument(claim.node), RUNS)
             if claim.word is not None:
-                value = self._effective(twin, claim, claim.word, value)
+                value = self._in_word(claim.word, value)
             value = np.nan_to_num(value, posinf=claim.high, neginf=claim.low)
-            outside = (value < low) | (value > high)
-            run = int(np.where(outside, np.inf, np.abs(value)).argmax())
-            is_farther = max(-self.low[k], self.high[k]) < abs(value[run])
-            if not self.violations[k] and (is_farther or outside.any()):
+            beyond = legal & ((value < low) | (value > high))
+            smallest, largest = value[legal].min(), value[legal].max()
+            if smallest < self.low[k] or largest > self.high[k] or beyond.any():
+                distance = np.abs(value - 0.5 * (claim.low + claim.high))
+                run = int(np.select([beyond, legal], [np.inf, distance], -1.0).argmax())
                 self.at[k] = update, run
-                copies = (array[:, run].copy() for array in (self.inputs, self.params, self.states))
-                self.champions[k] = (*copies, int(self.parents[run]))
-            self.violations[k] |= bool(outside.any())
-            self.low[k] = min(self.low[k], value.min())
-            self.high[k] = max(self.high[k], value.max())
+                self.champions[k] = _Champion(
+                    self.inputs[:, run].copy(),
+                    self.params[:, run].copy(),
+                    self.states[:, run].copy(),
+                    int(self.parents[run]),
+                )
+            self.broken[k] = beyond.any()
+            self.low[k] = min(self.low[k], smallest)
+            self.high[k] = max(self.high[k], largest)
 
-    def _effective(self, twin: Twin, claim: Claim, word: int, value: FloatArray) -> FloatArray:
+    def _in_word(self, word: int, value: FloatArray) -> FloatArray:
         """The word of a value; where it saturated, the value itself, which lies beyond."""
-        form, words, real = self.program.format(word), twin.words[word], twin.real(word)
-        slack = 2.0 * form.lsb
-        real = np.where((real > claim.high) & (real <= claim.high + slack), claim.high, real)
-        real = np.where((real < claim.low) & (real >= claim.low - slack), claim.low, real)
-        max_min = self.program.arithmetic.max_int, self.program.arithmetic.min_int
-        is_saturated = (words == max_min[0]) & (value > form.max + slack)
-        is_saturated |= (words == max_min[1]) & (value < form.min - slack)
-        return np.where(is_saturated, value, real)
+        form, arithmetic = self.program.format(word), self.program.arithmetic
+        words = self.twin.words[word]
+        saturated = (words == arithmetic.max_int) & (value > form.max)
+        saturated |= (words == arithmetic.min_int) & (value < form.min)
+        return np.where(saturated, value, form.real(words))
 
     def _next_inputs(self) -> FloatArray:
         redrawn = self._random(self.estimator.inputs)
         spans = np.array([[i.low, i.high] for i in self.estimator.inputs])
         low, high = spans[:, :1], spans[:, 1:]
         step = self.rng.normal(0.0, 0.05, redrawn.shape) * (high - low)
-        proposals = np.where(
-            self.rng.random(redrawn.shape) < 0.3, np.clip(self.inputs + step, low, high), redrawn
-        )
+        moved = np.clip(self.inputs + step, low, high)
+        proposals = np.where(self.rng.random(redrawn.shape) < 0.3, moved, redrawn)
         return np.where(self.rng.random(redrawn.shape) > self.hold, proposals, self.inputs)
 
     def _select(self) -> None:
@@ -195,22 +246,21 @@ class Search:
         rng = self.rng
         self.states, self.params = self.states.copy(), self.params.copy()
         self.inputs, self.parents = self.inputs.copy(), self.parents.copy()
-        sizes = np.array([c.size for c in self.claims])
-        shares = np.maximum(-self.low, self.high) / np.maximum(sizes, 1e-300)
-        goals = [k for k in self.champions if shares[k] < _CLOSE] or [*self.champions]
+        goals = [
+            k
+            for k, claim in enumerate(self.claims)
+            if k in self.champions and claim.share(self.low[k], self.high[k]) < CLOSE
+        ] or [*self.champions]
         runs = rng.permutation(RUNS)
-        follow_count, reset_count = RUNS // _FOLLOW, RUNS // _RESET
-        for run in runs[: follow_count if goals else 0]:
-            inputs, params, states, parent = self.champions[goals[rng.integers(len(goals))]]
-            self.inputs[:, run], self.params[:, run] = inputs, params
-            self.states[:, run], self.parents[run] = states, parent
+        for run in runs[: FOLLOWING if goals else 0]:
+            champion = self.champions[goals[rng.integers(len(goals))]]
+            self.inputs[:, run], self.params[:, run] = champion.inputs, champion.params
+            self.states[:, run], self.parents[run] = champion.states, champion.parent
             self.hold[run] = rng.uniform(0.3, 1.0)
-        reset_runs = runs[follow_count : follow_count + reset_count]
-        initial = [self.program.values[s].initial for s, _ in self.program.states]
-        if initial:
-            self.states[:, reset_runs] = np.array(initial)[:, None]
-        self.params[:, reset_runs] = self._random(self.estimator.params)[:, : len(reset_runs)]
-        self.parents[reset_runs] = -1
+        restarted = runs[FOLLOWING : FOLLOWING + RESET]
+        self.states[:, restarted] = self.initial[:, None]
+        self.params[:, restarted] = self._random(self.estimator.params)[:, :RESET]
+        self.parents[restarted] = -1
 
     def _random(self, declarations: Sequence[Input | Param]) -> FloatArray:
         """Legal values (declarations, runs); of a parameter often the default."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -105,7 +104,6 @@ def report_data(
         "resources": _resources(area, device),
         "schedule": schedule_section(core, {} if observed is None else observed.lines),
         "numerics": numerics_section(program, observed),
-        "influence": [] if observed is None else _influence(program, observed),
         "profile": _profile(checks),
         "accuracy": accuracy_section(checks, warn, truth=not comparison),
         "firmware": _firmware(program, None if observed is None else observed.words, warn),
@@ -115,19 +113,6 @@ def report_data(
     data["against"] = None if before is None else against_section(before, data)
     data["sources"] = sources(data, area, "" if observed is None else observed.summary, device)
     return data
-
-
-#: Values in a report whose rounding contributes most to an output's error.
-_INFLUENCES = 5
-
-
-def _influence(program: Program, observed: Observed) -> list[dict[str, Any]]:
-    """For each output the values whose rounding contributes most to its error."""
-    return [
-        {"output": name, "unit": port.unit, "values": [asdict(i) for i in influence[:_INFLUENCES]]}
-        for (name, influence), port in zip(observed.influences.items(), program.ports, strict=True)
-        if influence
-    ]
 
 
 def _verdict(checks: Sequence[CheckResult]) -> dict[str, Any]:
@@ -172,6 +157,7 @@ def _verification(checks: Sequence[CheckResult], warn: Warn) -> list[dict[str, A
             "simulator": x.simulator,
             "n_total": x.n_total,
             "n_mismatch": x.n_mismatch,
+            "reference": x.reference,
             "seconds": round(x.seconds, 3),
             "cycles": None
             if x.cycles_predicted is None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from html import escape
 from typing import Any
 
@@ -76,16 +76,6 @@ def _is_prominent(row: Mapping[str, Any]) -> bool:
     )
 
 
-def _advice(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Rows with advice, first those whose bits take most of an output's error."""
-
-    def priority(row: Mapping[str, Any]) -> tuple[float, int]:
-        gains = int(row["advice"]["gains"])
-        return -row["effect"] * (1.0 - 0.25**gains), -gains
-
-    return sorted((r for r in rows if r["advice"]), key=priority)
-
-
 def _warnings(data: Mapping[str, Any]) -> list[str]:
     """Warnings that restrict the numbers, without the failures, which the page has above."""
     failures = data["verdict"]["failures"]
@@ -139,7 +129,7 @@ def render_html(data: Mapping[str, Any], *, links: Mapping[str, str] | None = No
         most_cycles=_MAX_CYCLES,
         worst=worst_output,
         linked=_linker(links or {}),
-        advice=_advice(rows),
+        advice=sorted((r for r in rows if r["advice"]), key=lambda r: -r["wasted_bits"]),
         most_advice=_MAX_ADVICE,
         width_plot=width_plot(widths["points"], salt="widths") if has_widths else None,
         net_name=net_name,

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 from boresight.model.lowering.graph import declared_name
 from boresight.model.words.program import Kind, Overflow, Program, Value
-from boresight.sim.report.advice import advice_of, wasted_bits
 from boresight.sim.report.observed import Observed
 
 __all__ = ["numerics_section"]
 
 #: Keys whose values need a log.
 _OBSERVED = (
-    *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice", "effect"),
+    *("observed_min", "observed_max", "headroom_bits", "wasted_bits", "advice"),
     *("error_max", "error_rms", "error_lsb", "saturations"),
 )
 
@@ -53,9 +51,9 @@ def numerics_section(program: Program, observed: Observed | None) -> list[dict[s
 
     ``output`` names the output that the value is, or null; ``line`` is where its author wrote it.
     ``headroom_bits`` says how often the largest word observed could double within the format; null
-    for parameters and for values that wrap, and without observation. ``wasted_bits`` are those of
-    them that no reserve explains, ``advice`` how to gain them (`sim.report.advice`). ``effect`` is
-    the largest share that its rounding has in the error of an output (`sim.compare.influence`).
+    for parameters and for values that wrap, and without observation. ``wasted_bits`` are lost
+    because of the value's own range, and ``advice`` says how to gain them
+    (`sim.compare.diagnosis`).
     ``error_max`` and ``error_rms`` are how far rounding, tables and constants moved the value in
     one update, in its unit, against its float64 twin, which reads the same words; ``error_lsb`` is
     the largest in its last bits. They are null where it is no operation of its author's.
@@ -104,10 +102,9 @@ def _observations(
     value = program.values[n]
     if observed is None:
         return {**dict.fromkeys(_OBSERVED), "state": _state(value, mode, None, None, None)}
-    headroom, wasted, advice = None, None, None
+    headroom, wasted = None, observed.wasted.get(n)
     if value.kind is not Kind.PARAM and mode is not Overflow.WRAP:
-        bits = observed.headroom_bits(n)
-        headroom, wasted, advice = round(bits, 2), wasted_bits(bits), advice_of(observed, n)
+        headroom = round(observed.headroom_bits(n), 2)
     error, saturations, lsb = observed.errors.get(n), observed.saturations(n), program.format(n).lsb
     reached = observed.reached(n)
     ends = [
@@ -118,9 +115,8 @@ def _observations(
         "observed_min": ends[0],
         "observed_max": ends[1],
         "headroom_bits": headroom,
-        "wasted_bits": wasted,
-        "advice": None if advice is None else asdict(advice),
-        "effect": _digits(observed.effect(n)),
+        "wasted_bits": None if wasted is None else wasted.bits,
+        "advice": None if wasted is None else wasted.cure,
         "error_max": None if error is None else _digits(error.largest),
         "error_rms": None if error is None else _digits(error.rms),
         "error_lsb": None if error is None else round(error.largest / lsb, 2),

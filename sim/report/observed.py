@@ -1,20 +1,19 @@
-"""Ranges of every value of a program on logs, and the effect of rounding on it."""
+"""Ranges of every value of a program on logs, and its rounding."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
-from boresight.firmware.build import WordRanges
+from boresight.firmware.build import CModel, WordRanges
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import Node, declared_name
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Program
-from boresight.sim.compare.influence import Influence, influences
+from boresight.sim.compare.diagnosis import Wasted, headroom_bits, wasted_bits
 from boresight.sim.compare.results import CheckResult
 from boresight.sim.compare.twin import Rounding, rounding_errors
-from boresight.sim.compare.verdict import Traversed
 
 __all__ = ["Extreme", "Observed"]
 
@@ -50,8 +49,6 @@ class Observed:
         Traced operation, by value number.
     lines : mapping of int to str
         Source location of a value: "file.py, line 41".
-    influences : mapping of str to list of Influence
-        Of each output on the first log, the largest first.
     estimator : Estimator, optional
         Of which the program is.
     """
@@ -64,7 +61,6 @@ class Observed:
     errors: Mapping[int, Rounding]
     nodes: Mapping[int, Node]
     lines: Mapping[int, str]
-    influences: Mapping[str, Sequence[Influence]] = field(default_factory=dict)
     estimator: Estimator | None = None
 
     @classmethod
@@ -75,9 +71,17 @@ class Observed:
             if expected != actual:
                 raise ValueError(f"check must belong to program {expected[:12]}, not {actual[:12]}")
         first = checks[0]
-        nodes, errors, runs = first.build.nodes[first.number], dict[int, Rounding](), []
+        nodes, errors = first.build.nodes[first.number], dict[int, Rounding]()
+        ranges, counts = [], []
         for check in checks:
-            runs.append(Traversed(program, _rounded(program, nodes, check, errors)))
+            model, count = CModel(program), 0
+            seen: WordRanges | None = None
+            for words in _rounded(program, nodes, check, errors):
+                piece = model.observe(words)
+                seen, count = seen.followed(count, piece) if seen else piece, count + len(words)
+            assert seen is not None  # a log has an update
+            ranges.append(seen)
+            counts.append(count)
         estimator = first.build.estimators[first.number]
         declared = {
             (kind, d.name): d.line
@@ -92,13 +96,12 @@ class Observed:
         return cls(
             program,
             [c.given.record.name for c in checks],
-            [run.count for run in runs],
+            counts,
             first.given.words(program),
-            [run.ranges for run in runs],
+            ranges,
             errors,
             nodes,
             {n: line for n, line in lines.items() if line},
-            influences(program, nodes, runs[0].inputs, runs[0].states, runs[0].before),
             estimator,
         )
 
@@ -119,20 +122,25 @@ class Observed:
         """Updates of all logs in which it was clamped."""
         return sum(int(r.saturations[value]) for r in self.ranges)
 
+    @cached_property
+    def together(self) -> WordRanges:
+        """Extremes of all logs."""
+        seen, count = self.ranges[0], self.counts[0]
+        for ranges, updates in zip(self.ranges[1:], self.counts[1:], strict=True):
+            seen, count = seen.followed(count, ranges), count + updates
+        return seen
+
     def headroom_bits(self, value: int) -> float:
-        """How often the largest word seen could double before it left the word.
+        """How often the largest word seen could double before it left the format."""
+        return headroom_bits(self.program, self.together, value)
 
-        A value that was always zero has all bits but the sign's left.
-        """
-        low, high = (e.word for e in self.extremes(value))
-        return self.program.arithmetic.word - 1 - math.log2(max(-low, high + 1, 1))
-
-    def effect(self, value: int) -> float:
-        """Largest share that the rounding of a value, or of a state's next, has in any output."""
-        number = dict(self.program.states).get(value, value)
-        name = self.program.values[number].name
-        contributions = (i for influences in self.influences.values() for i in influences)
-        return max((i.share for i in contributions if i.value == name), default=0.0)
+    @cached_property
+    def wasted(self) -> dict[int, Wasted]:
+        """Values that waste bits because of their own range, the worst first."""
+        if self.estimator is None:
+            return {}
+        wasted = wasted_bits(self.estimator, self.program, self.nodes, self.together)
+        return {w.number: w for w in wasted}
 
     @property
     def summary(self) -> str:
@@ -143,8 +151,8 @@ class Observed:
 
 def _rounded(
     program: Program, nodes: dict[int, Node], check: CheckResult, errors: dict[int, Rounding]
-) -> Iterator[tuple[IntArray, IntArray]]:
-    """Words and states of a check's rows, piece by piece; their rounding goes to ``errors``."""
+) -> Iterator[IntArray]:
+    """Input words of a check's rows, piece by piece; their rounding goes to ``errors``."""
     previous: IntArray | None = None
     for columns, fixed, _ in check.parts():
         words, states = columns.words(program), fixed.states
@@ -152,4 +160,4 @@ def _rounded(
         for n, rounding in rounding_errors(program, nodes, words, states, previous).items():
             errors[n] = rounding.joined(errors.get(n, Rounding()))
         previous = states[-1]
-        yield words, states
+        yield words

@@ -51,8 +51,6 @@ def sources(
         "schedule": schedule,
         "numerics": "range: compiled (range_source)"
         + (f"; observed: measured on the C model, {observed}" if observed else ""),
-        "influence": "rounding measured against float64 of the same words, times the derivative of "
-        "the output, over the last updates of the first log",
         "profile": "the profile that boresight fit wrote",
         "accuracy": "measured: the fixed-point program, the float64 reference and the log, sample "
         "by sample",

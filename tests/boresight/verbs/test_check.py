@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -102,7 +101,7 @@ def test_check_json_is_one_object(log, capsys):
 def test_check_prints_a_line_per_level(log, capsys):
     assert main(["check", "complementary", str(log), "--levels", "fixed,c", "-q"]) == 0
     text = capsys.readouterr().out
-    assert len(re.findall(r"\[0/20\] mismatches", text)) == 2
+    assert text.count("[0/20] mismatches") == 1 and "reference, 20 updates" in text
     assert text.rstrip().endswith("good")
 
 

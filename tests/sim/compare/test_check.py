@@ -16,7 +16,7 @@ from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator, Input, Output, State
 from boresight.model.tools.failure import ToolFailed
 from boresight.model.tools.files import OutputFile
-from boresight.sim.compare.check import EXACT, USUAL, Check, _Attempt, _Case
+from boresight.sim.compare.check import Check, _Attempt
 from boresight.sim.compare.reproducer import load_reproducer, replay_reproducer
 from boresight.sim.compare.results import verdict
 from boresight.sim.levels.build import Build
@@ -37,11 +37,6 @@ def checked(log, steps, *names, reproducer=None, build=None, **options):
     """Results of the first records."""
     build = build or Build(*(estimator(n) for n in names or NAMES[:1]))
     return Check(build, **options).run(log.head(steps), reproducer=reproducer)
-
-
-def test_levels_of_a_check():
-    assert EXACT == ("fixed", "c", "rtl", "netlist")
-    assert USUAL == ("fixed", "c", "rtl")
 
 
 @pytest.mark.parametrize("config", ["small", "fast"])
@@ -228,8 +223,7 @@ def both():
 
 
 def test_all_agree_in_turns(log, both):
-    messages = []
-    results = checked(log, 250, build=both, simulator="verilator", progress=messages.append)
+    results = checked(log, 250, build=both, simulator="verilator")
     assert [r.estimator for r in results] == list(NAMES)
     for number, result in enumerate(results):
         assert result.good
@@ -239,10 +233,6 @@ def test_all_agree_in_turns(log, both):
         assert rtl.cycles_predicted == both.core.select(number).schedule.latency
         assert rtl.interval_predicted == both.core.select(number).schedule.interval
     assert not (results[0].fixed.words == results[1].fixed.words).all()
-    assert messages == [
-        f"{what}, 500 updates of 2 programs"
-        for what in ("float64", "c in gcc", "rtl in verilator", "integer interpreter")
-    ]
 
 
 class Gain(Estimator):
@@ -293,26 +283,6 @@ def test_each_estimator_has_a_record():
         Check(Build(Gain(), Count()), levels=()).run(record, record, record)
 
 
-def test_a_level_that_runs_on_leading_records(monkeypatch):
-    """All of them count, of logs of any lengths, in pieces that end with the longest."""
-    monkeypatch.setattr(Emitted, "record_limit", 40)
-    build, rng = Build(Gain(), Count()), np.random.default_rng(4)
-    said = []
-    attempt = _Attempt(Emitted, "gcc", lambda: [Emitted(build, k) for k in (0, 1)])
-    records = [rng.uniform(-1, 1, (60, 2)), rng.uniform(-1, 1, (20, 1))]
-    attempt.begin(records, lambda *what: said.append(what))
-    assert said == [("c in gcc", 40)]
-    slow = _Attempt(Emitted, "icarus", lambda: [Emitted(build, k) for k in (0, 1)])
-    slow.begin(records, lambda *what: said.append(what))
-    assert said[1:] == [("c in icarus (slow: --simulator verilator leaves it out)", 40)]
-    whole = Emitted.run_together([Emitted(build, k) for k in (0, 1)], records)
-    for start, counts in ((0, [30, 20]), (30, [10, 0])):
-        runs = attempt.advance([x[start : start + 30] for x in records])
-        assert [len(run.words) for run in runs] == counts
-        for run, other, n in zip(runs, whole, counts, strict=True):
-            assert np.array_equal(run.words, other.words[start : start + n])
-
-
 def sliced(rows, length, build=None):
     """Slices of levels that go on from given states, or do not, and what is said of them."""
     kinds = ((True, "verilator"), (True, "icarus"), (False, "gcc"))
@@ -342,36 +312,6 @@ def test_slices_are_spread_over_the_log():
         sliced(3, 9, Build(Gain(), Count()))
 
 
-def test_what_is_known_of_an_update_that_differs():
-    """The states before it, and its record; of shared states those at its turn, and it alone."""
-    case = _Case(None, rows=100, before=np.array([7, 7]))
-    records, states = np.arange(6.0)[:, None], np.arange(12).reshape(6, 2)
-    wanted, shared = SimpleNamespace(states=states), -states
-    case.differs(0, 0, records, wanted)
-    case.differs(1, 3, records, wanted)
-    assert not case.origins
-    case.differs(2, 3, records, wanted, shared)
-    found = {k: (a.tolist(), b.tolist()) for k, (a, b) in case.divergences.items()}
-    assert found == {0: ([7, 7], [0.0]), 1: ([4, 5], [3.0]), 2: ([-6, -7], [3.0])}
-    ((k, (row, before, pieces)),) = case.origins.items()
-    assert (k, row, before.tolist()) == (2, 103, [-6, -7])
-    assert [piece.tolist() for piece in pieces] == [[[3.0]]]
-
-
-def test_rows_that_are_kept():
-    """Of a long log the leading ones alone; its warnings are told once."""
-    blocks = [SimpleNamespace(clamped={"u": k}, warnings=["first", f"{k}"]) for k in (1, 2)]
-    for whole, count in ((True, 2), (False, 1)):
-        case = _Case(None)
-        for block in blocks:
-            case.take(block, whole)
-        assert case.feeds == blocks[:count] and case.clamped == {"u": 2}
-        assert [*case.warnings] == ["first", "1", "2"]
-    for rows, complete in ((5, True), (6, False)):
-        kept = [(np.zeros((n, 1)), None, None) for n in (3, 2)]
-        assert _Case(None, rows=rows, pieces=kept).complete == complete
-
-
 def test_a_tool_that_fails_says_why_in_a_line():
     def fails():
         raise ToolFailed("\n  it broke\nhere")
@@ -386,70 +326,6 @@ def test_a_tool_that_fails_says_why_in_a_line():
     attempt.levels, attempt.slices = [level], [range(2), range(2, 4)]
     wanted = SimpleNamespace(states=np.zeros((4, 1)))
     assert [*attempt.sliced(np.zeros((4, 1)), 0, wanted, None)] == [] and ran == [2]
-
-
-def test_slices_begin_with_the_states_before_them():
-    """Wherever the pieces end; what has been run of a slice is kept until the next."""
-    did = []
-    attempt = _Attempt(Emitted, "gcc", None)
-    level = SimpleNamespace(
-        reset=lambda: did.append("reset"),
-        resume=lambda states: did.append(int(states[0])),
-        run=lambda rows: did.append(rows[:, 0].tolist()),
-    )
-    attempt.levels, attempt.slices = [level], [range(2), range(3, 6), range(6, 9)]
-    rows, found = np.arange(10.0)[:, None], []
-    for start, stop in ((0, 4), (4, 6), (6, 7), (7, 10)):
-        wanted = SimpleNamespace(states=10 + rows[start:stop])
-        before = 9 + rows[start] if start else None
-        places = [place for place, _ in attempt.sliced(rows[start:stop], start, wanted, before)]
-        found.append((places, attempt.origin[0], np.concatenate(attempt.origin[2]).ravel()[-1]))
-    assert did == [
-        *("reset", [0.0, 1.0], "reset", 12, [3.0]),
-        [4.0, 5.0],
-        *("reset", 15, [6.0]),
-        [7.0, 8.0],
-    ]
-    assert found == [([0, 3], 3, 3.0), ([0], 3, 5.0), ([0], 6, 6.0), ([0], 6, 8.0)]
-
-
-def test_what_runs_is_told(monkeypatch):
-    monkeypatch.setattr("boresight.sim.compare.check.KEPT", 4)
-    for count, said, most, c in (
-        (4, "4 updates", None, "4 updates"),
-        (9, "4 updates and more", None, "4 updates and more"),
-        (9, "4 updates and more", 2, "2 updates"),
-    ):
-        monkeypatch.setattr(Emitted, "record_limit", most)
-        told = []
-        record = Record.of({"z": np.zeros(count), "k": np.zeros(count)})
-        (result,) = Check(Build(Gain()), levels=("c",), progress=told.append).run(record)
-        assert told == [f"float64, {said}", f"c in gcc, {c}", f"integer interpreter, {said}"]
-        assert result.rows == len(result.fixed.words) == count and result.again is None
-
-
-def test_everything_is_made_once(monkeypatch):
-    """However many logs there are."""
-    from boresight.sim.levels import build as module
-    from boresight.sim.levels import rtl
-
-    made = []
-    for place, name in ((module, "build_shared_core"), (rtl, "CompiledSimulation")):
-        whole = getattr(place, name)
-        monkeypatch.setattr(
-            place, name, lambda *a, whole=whole, name=name, **k: made.append(name) or whole(*a, **k)
-        )
-    whole_run = CModel._updates
-    monkeypatch.setattr(CModel, "_updates", lambda *a: made.append("run of the C") or whole_run(*a))
-    checking = Check(Build(Gain()), simulator="verilator")
-    for n in (20, 30):
-        (result,) = checking.run(Record.of({"z": np.linspace(-1, 1, n), "k": np.ones(n)}))
-        assert result.good
-    assert sorted(made) == [
-        "CompiledSimulation",
-        *["build_shared_core", "build_shared_core"],  # the first one quickly
-        *["run of the C", "run of the C"],
-    ]
 
 
 def test_programs_that_share_states_fail(log, both):
@@ -523,10 +399,8 @@ class Delay(Estimator):
 def test_what_no_core_holds_is_said_without_rtl(kind):
     log = Record.of({i.name: np.linspace(-1.0, 1.0, 9) for i in kind.inputs})
     for config, small in (("small", True), ("small-1024", False)):
-        build, told = Build(kind(), config=config), []
-        (result,) = Check(build, levels=("fixed",), progress=told.append).run(log)
+        (result,) = Check(Build(kind(), config=config), levels=("fixed",)).run(log)
         assert result.good
         assert [w.partition(": ")[0] for w in result.given.warnings] == [
             "no core, as compile would make it"
         ] * small
-        assert told[: len(told) - 2] == [f"warning: {w}" for w in result.given.warnings]

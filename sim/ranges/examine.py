@@ -1,0 +1,124 @@
+"""What is known about the claims of an estimator before any log: proofs, and a search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.model.lowering.graph import Node
+from boresight.model.words.program import Program
+from boresight.sim.accuracy.covariance import covariance_of
+from boresight.sim.ranges.boxes import is_proven
+from boresight.sim.ranges.claims import Claim, claims_of, live
+from boresight.sim.ranges.covariances import RandomCovariances
+from boresight.sim.ranges.search import RUNS, Reach, Search, Witness
+
+__all__ = ["Examined", "examine"]
+
+#: Operations that the search runs by default, each on all runs: about half a second.
+WORK = 30_000
+#: Fewest and most updates of each run.
+FEWEST, MOST = 16, 400
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """A claim, with what a proof or a search says about it.
+
+    Attributes
+    ----------
+    claim : Claim
+    proven : bool
+        By intervals, without any claim that is not proven; then nothing was searched.
+    reach : Reach or None
+        How far the search came.
+    witness : Witness or None
+        Inputs that break the claim.
+    updates : int
+        Updates of the search.
+    on_covariances : bool
+        Whether the claim depends on a covariance, and holds for random ones.
+    """
+
+    claim: Claim
+    proven: bool
+    reach: Reach | None = None
+    witness: Witness | None = None
+    updates: int = 0
+    on_covariances: bool = False
+
+
+def examine(
+    estimator: Estimator,
+    program: Program,
+    nodes: Mapping[int, Node],
+    *,
+    updates: int | None = None,
+    seed: int = 1,
+) -> list[Examined]:
+    """Prove each claim by intervals, or search for inputs that break it.
+
+    Parameters
+    ----------
+    program, nodes
+        As `Estimator.compile_traced` gives them.
+    updates : int, optional
+        Updates of each of the `RUNS` runs; by default as many as take about half a second.
+    seed : int
+        Of the search.
+    """
+    claims = claims_of(program, nodes)
+    proven = _proven(claims)
+    tried = [claim for claim in claims if claim not in proven]
+    if not tried:
+        return [Examined(claim, proven=True) for claim in claims]
+    if updates is None:
+        updates = min(max(WORK // (len(program.ops) + 4 * len(tried)), FEWEST), MOST)
+    search = Search(estimator, program, nodes, tried, seed)
+    search.run(updates)
+    holding = _holding_on_covariances(estimator, program, nodes, tried, max(updates // 4, 1))
+    found = {}
+    for claim, reach in zip(tried, search.reach(), strict=True):
+        witness = search.witness(reach) if reach.broken else None
+        found[claim] = Examined(claim, False, reach, witness, updates * RUNS, claim in holding)
+    return [found.get(claim, Examined(claim, proven=True)) for claim in claims]
+
+
+def _proven(claims: Sequence[Claim]) -> set[Claim]:
+    """Claims that follow from intervals, and from no claim that is not among them."""
+    by_node = {(c.node.number, c.low, c.high): c for c in claims if not c.state}
+    proven: set[Claim] = set()
+    for claim in claims:  # in the order of computation
+        needed = [
+            by_node[key]
+            for node in live([claim.node])
+            if node.kind == "bounded"
+            and (key := (node.args[0].number, node.low, node.high)) in by_node
+        ]
+        if proven.issuperset(needed) and is_proven(claim):
+            proven.add(claim)
+    return proven
+
+
+def _holding_on_covariances(
+    estimator: Estimator,
+    program: Program,
+    nodes: Mapping[int, Node],
+    claims: Sequence[Claim],
+    updates: int,
+) -> set[Claim]:
+    """Claims that depend on a covariance among the states and hold for random ones."""
+    try:
+        covariance = covariance_of(estimator)
+    except InputError:
+        return set()
+    elements = {nodes[program.states[k][0]].number for _, _, k in covariance.elements}
+    dependent = [c for c in claims if elements & {node.number for node in live([c.node])}]
+    if not dependent:
+        return set()
+    draw = RandomCovariances(covariance, program)
+    search = Search(estimator, program, nodes, dependent, drawn_states=draw.states)
+    search.run(updates)
+    return {c for c, reach in zip(dependent, search.reach(), strict=True) if not reach.broken}

@@ -1,0 +1,224 @@
+"""Claims of ranges: proofs, the search, and what `check` says about them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from boresight.model import ops
+from boresight.model.estimator import Estimator, Input, Output, Param, State
+from boresight.model.resolve import estimator_of
+from boresight.sim.compare.check import Check
+from boresight.sim.levels.build import Build
+from boresight.sim.ranges.examine import examine
+from boresight.sim.records.record import Record
+
+
+def claiming(function: Any, low: float, high: float, unless: str = "") -> Estimator:
+    """An estimator that claims that ``function(x, u, p)`` is in a range."""
+
+    class Claiming(Estimator):
+        name = "claiming"
+        inputs = (Input("a", -1, 1), Input("b", -1, 1))
+        outputs = (Output("y", tolerance=1e-4),)
+
+        def step(self, x: Any, u: Any, p: Any) -> Any:
+            return {}, {"y": ops.bounded(function(x, u, p), low, high, "so it is", unless=unless)}
+
+    return Claiming()
+
+
+def examined(estimator: Estimator, **options: Any) -> Any:
+    return examine(estimator, *estimator.compile_traced(), **options)
+
+
+def checked(estimator: Estimator, **columns: Any) -> Any:
+    (result,) = Check(Build(estimator), levels=("c",)).run(Record.of(columns))
+    return result
+
+
+def twice_the_angle(x: Any, u: Any, p: Any) -> Any:
+    sine, cosine = ops.sincos_ht(u.a)
+    return 2.0 * sine * cosine
+
+
+def component(x: Any, u: Any, p: Any) -> Any:
+    return u.a * ops.rsqrt(u.a * u.a + u.b * u.b + 0.01)
+
+
+def smaller_component(x: Any, u: Any, p: Any) -> Any:
+    aa, bb = u.a * u.a, u.b * u.b
+    smaller = ops.absolute(ops.where(aa < bb, u.a, u.b))
+    return smaller * ops.rsqrt(aa + bb + 0.01)
+
+
+def mean(x: Any, u: Any, p: Any) -> Any:
+    share = ops.maximum(u.b, 0.0)
+    return (1.0 - share) * u.a + share * 0.5
+
+
+@pytest.mark.parametrize(
+    ("function", "low", "high"),
+    [
+        pytest.param(lambda x, u, p: u.a * u.b, -1, 1, id="interval"),
+        pytest.param(lambda x, u, p: u.a - 0.5 * u.a, -0.5, 0.5, id="same_value_twice"),
+        pytest.param(twice_the_angle, -1, 1, id="sine"),
+        pytest.param(component, -1, 1, id="unit_vector"),
+        pytest.param(smaller_component, 0.0, 0.7072, id="smaller_component"),
+        pytest.param(mean, -1, 1, id="mean"),
+        pytest.param(lambda x, u, p: ops.clip(3.0 * u.a, -0.3, 0.4), -0.3, 0.4, id="clip"),
+        pytest.param(lambda x, u, p: ops.wrap_ht(3.0 * u.a), -1, 1, id="wrap"),
+        pytest.param(lambda x, u, p: ops.clip(1.0 / (2.0 + u.a), 0.0, 1.0), 0.3, 1, id="quotient"),
+    ],
+)
+def test_a_true_claim_is_proven_and_a_narrower_one_broken(
+    function: Any, low: float, high: float
+) -> None:
+    *_, claim = examined(claiming(function, low, high))
+    assert claim.proven and claim.witness is None
+    middle = 0.5 * (low + high)
+    narrow = claiming(function, *(middle + 0.95 * (end - middle) for end in (low, high)))
+    *_, claim = examined(narrow)
+    assert not claim.proven and claim.witness is not None
+
+
+class Drifting(Estimator):
+    """A slow mean of 0.7 a, four times; the claim about it is false."""
+
+    inputs = (Input("a", -1, 1),)
+    params = (Param("gain", 0.5, 0, 1),)
+    states = (State("s", -2, 2),)
+    outputs = (Output("y", tolerance=1e-3),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = ops.bounded(4.0 * x.s, -0.5, 0.5, "four times a mean")
+        return {"s": x.s + 0.02 * p.gain * (0.7 * u.a - x.s)}, {"y": y}
+
+
+def test_a_witness_is_a_run_from_a_reset_that_breaks_the_claim() -> None:
+    claim, state = examined(Drifting(), updates=200)
+    assert claim.witness is not None and state.proven
+    s, gain = 0.0, claim.witness.params.get("gain", 0.5)
+    *before, _ = claim.witness.inputs["a"]
+    for a in before:
+        s += 0.02 * gain * (0.7 * a - s)
+    assert abs(4.0 * s) > 0.5
+
+
+def decimal(estimator: type[Estimator]) -> Estimator:
+    """The same with declarations in decimals."""
+    own = estimator()
+    own.inputs = (Input("a", -1.0, 1.0),)  # type: ignore[misc]
+    own.states = (State("s", -2.0, 2.0),)  # type: ignore[misc]
+    return own
+
+
+class Slow(Estimator):
+    """So slow that no search gets anywhere near the claim's end."""
+
+    inputs = (Input("a", -1, 1),)
+    states = (State("s", -2, 2),)
+    outputs = (Output("y", tolerance=1e-3),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        y = ops.bounded(4.0 * x.s, -0.5, 0.5, "false: 2.8 after some time constants")
+        return {"s": x.s + 1e-4 * (0.7 * u.a - x.s)}, {"y": y}
+
+
+def test_whole_numbers_and_decimals_give_the_same_result() -> None:
+    whole, other = (examined(e) for e in (Slow(), decimal(Slow)))
+    assert [x.proven for x in whole] == [x.proven for x in other] == [False, True]
+    assert [x.reach and (x.reach.low, x.reach.high) for x in whole] == [
+        x.reach and (x.reach.low, x.reach.high) for x in other
+    ]
+
+
+def test_a_proof_does_not_rest_on_a_claim_that_is_not_proven() -> None:
+    def twice(x: Any, u: Any, p: Any) -> Any:
+        return 2.0 * ops.bounded(4.0 * u.a, -0.5, 0.5, "false")
+
+    assert [x.proven for x in examined(claiming(twice, -1, 1))] == [False, False]
+
+
+class Held(Estimator):
+    """Holds the last value while frozen; it begins at 1.5, outside what is claimed of it."""
+
+    inputs = (Input("a", -1.0, 1.0),)
+    states = (State("s", -2.0, 2.0, initial=1.5),)
+    outputs = (Output("y", tolerance=1e-6),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        s = ops.where(u.a > 0.99, x.s, 0.5 * u.a)
+        s = ops.bounded(s, -1.0, 1.0, "half of the input")
+        return {"s": s}, {"y": s}
+
+
+class Integral(Estimator):
+    """A state that rises with its input, one that its word holds."""
+
+    inputs = (Input("a", -1.0, 1.0),)
+    states = (State("s", -5.0, 5.0), State("held", -4.0, 4.0))
+    outputs = (Output("y", tolerance=1e-6),)
+
+    def step(self, x: Any, u: Any, p: Any) -> Any:
+        s = x.s + u.a
+        return {"s": s, "held": ops.clip(x.held + u.a, -4.0, 4.0)}, {"y": s}
+
+
+def test_check_fails_where_the_log_breaks_a_claim_whose_word_has_room() -> None:
+    quiet = claiming(lambda x, u, p: 0.99 * u.a, -0.6, 0.6)
+    result = checked(quiet, a=[0.0, 0.9, 0.95, -0.9], b=np.zeros(4))
+    (text,) = result.accuracy.beyond_range
+    assert "0.9405 in step 2 is BEYOND the claim [-0.6, 0.6], so it is" in text
+    assert text.startswith("test_claims.py, line ") and not result.good
+    assert result.accuracy.saturated_updates == 0 and result.claims[0].status == "broken"
+    result = checked(Held(), a=[1.0, 0.0])
+    assert not result.good and "1.5 in step 0 is BEYOND" in result.failures[0]
+
+
+def test_check_fails_where_the_search_breaks_a_claim() -> None:
+    quiet = claiming(lambda x, u, p: 0.99 * u.a, -0.6, 0.6)
+    result = checked(quiet, a=[0.0, 0.1], b=np.zeros(2))
+    assert result.accuracy.good and not result.good
+    (text,) = result.failures
+    assert "so it is (test_claims.py, line" in text and "BROKEN" in text and "after a reset" in text
+    assert text in str(result) and result.to_json()["claims"][0]["witness"]["inputs"]["a"]
+
+
+def test_an_exception_changes_no_bit_and_withdraws_the_claim() -> None:
+    said, silent = (
+        claiming(lambda x, u, p: 0.99 * u.a, -0.6, 0.6, unless=u) for u in ("a is large", "")
+    )
+    assert said.compile().digest == silent.compile().digest
+    result = checked(said, a=[0.0, 0.9], b=np.zeros(2))
+    assert result.good and result.claims[0].status == "excepted"
+
+
+def test_a_state_out_of_its_range_fails_on_the_log_and_is_told_of_the_search() -> None:
+    result = checked(Integral(), a=[1.0, 0.5])
+    assert result.good and [c.status for c in result.claims] == ["left", "proven"]
+    assert "some legal inputs take s out of its range (test_claims.py, line" in str(result)
+    result = checked(Integral(), a=np.ones(6))
+    assert not result.good and result.claims[0].status == "broken"
+    assert "state s is 6 in step 5, BEYOND its declared range [-5, 5]" in result.failures[0]
+
+
+def test_claims_of_a_covariance_are_tried_with_random_ones() -> None:
+    of_covariance = [x for x in examined(estimator_of("examples/kalman.py")) if x.on_covariances]
+    assert {x.claim.reason for x in of_covariance} >= {"standard deviations"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("complementary", "mekf", "ekf_quaternion", "battery", "pmsm"),
+        *(f"examples/{name}.py" for name in ("attitude", "biquad", "kalman", "madgwick", "pi")),
+    ],
+)
+def test_no_claim_of_a_shipped_estimator_is_broken(name: str) -> None:
+    broken = [
+        x.claim.reason
+        for x in examined(estimator_of(name))
+        if x.witness and x.claim.bounded and not x.claim.unless
+    ]
+    assert broken == []
