@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from boresight.regression import baseline as baseline
     from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
-    from boresight.results.explore import ExploreResult as ExploreResult
     from boresight.results.fit import FitResult as FitResult
     from boresight.results.tune import TuneResult as TuneResult
     from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
@@ -104,7 +103,6 @@ _EXPORTS = {
     "regression": "baseline",
     "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
-    "results.explore": "ExploreResult",
     "results.fit": "FitResult",
     "results.tune": "TuneResult",
     "sim.accuracy.covariance": "CovarianceTrial",

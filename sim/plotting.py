@@ -16,6 +16,7 @@ from boresight.model.tools.folders import matplotlib_environment
 __all__ = [
     "COLOUR",
     "INK",
+    "PALETTE",
     "RED",
     "band",
     "error_history",
@@ -37,6 +38,8 @@ COLOUR = {
     "amber": "#E69F00",
     "grey": "#8a8f98",
 }
+#: The same colours in the order in which a plot takes them.
+PALETTE = [COLOUR[n] for n in ("heading", "pitch", "roll", "other", "amber", "sky", "grey")]
 INK = "#222222"
 #: Colour of errors.
 RED = "#b3400a"

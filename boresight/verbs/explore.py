@@ -5,15 +5,12 @@ boresight explore my_filter.py log.csv --words 18,20,24 --no-area  # errors and 
 boresight explore my_filter.py log.csv taps=4,8,16  # an argument of the constructor
 boresight explore mekf log.csv --want "attitude<0.01deg, dsp<=1, us<5" --least lut  # choose
 boresight explore mekf log.csv --target xc6slx9,ecp5-25k --route  # also placed and routed
-boresight explore my_filter.py log.csv --toggles  # also how many nets change, for energy
 """
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,7 +24,6 @@ from boresight.arguments import (
     check_urgent,
     check_word,
 )
-from boresight.core_files import has_primitives
 from boresight.gateware.synthesis.targets import TARGETS
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
@@ -44,21 +40,23 @@ from boresight.options import (
     Urgent,
     Verb,
 )
-from boresight.results.explore import ExploreResult
 from boresight.sim.campaign import Journal, cluster, complete
-from boresight.sim.explore.cases import Planned, arguments_of, cases_of, planned
-from boresight.sim.explore.demands import Demand, chosen, demands_of, quantity_of, with_tolerance
-from boresight.sim.explore.figures import OF_AREA, Quantity, explored, quantities
-from boresight.sim.explore.measure import Case, Exploration, Task, digest_of, measured
-from boresight.sim.explore.page import page_data, render_page
-from boresight.sim.records.columnar import parquet_of
+from boresight.sim.explore.cases import Case, Exploration, arguments_of, cases_of
+from boresight.sim.explore.measure import digest_of, measured, planned
+from boresight.sim.explore.page import render_page
+from boresight.sim.explore.table import (
+    OF_AREA,
+    csv_of,
+    demands_of,
+    quantities,
+    quantity_of,
+    result_of,
+)
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import read_logs
+from boresight.sim.result import Result
 
 __all__ = ["explore"]
-
-#: Seconds between two states of the page while figures come.
-_PAGE_S = 1.0
 
 
 def explore(
@@ -70,7 +68,6 @@ def explore(
     area: bool = True,
     route: bool = False,
     seeds: int = 1,
-    toggles: bool = False,
     want: str = "",
     least: str = "",
     clock: float = 100.0,
@@ -78,20 +75,18 @@ def explore(
     params: Params = None,
     urgent: Urgent = None,
     csv: Annotated[str | Path | None, Option(metavar="FILE")] = None,
-    parquet: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     jobs: Jobs = None,
     again: bool = False,
     scheduler: Annotated[str | None, Option(metavar="ADDRESS")] = None,
     executor: Annotated[Any, PythonOnly] = None,
     output: OutputFolder = "build",
     progress: Callable[[str], None] | None = None,
-) -> ExploreResult:
+) -> Result:
     """Measure combinations of word, machine and target, and choose one.
 
     Everything measured is stored in ``explore-NAME.jsonl``: later runs read and extend it, and an
-    interrupted run continues. The page ``explore-NAME.html`` is
-    written as soon as there are figures, and again as more come. A combination that cannot be built
-    says so in its row.
+    interrupted run continues. The page is ``explore-NAME.html``. A row says why a combination
+    cannot be built, or why `check` would refuse it.
 
     Parameters
     ----------
@@ -111,12 +106,9 @@ def explore(
         Also place and route on targets for which there is an open tool: minutes for each.
     seeds : int
         How often with --route; the slowest counts.
-    toggles : bool
-        Also count how many nets change in an update, in the simulated netlist for Spartan-6.
     want : str
         Demands on figures with commas: attitude<0.01deg, dsp<=1, us<5. Figures are those of the
-        page: an output's name is its largest error from float64. Without a demand on an error,
-        errors are to be within the tolerances, declared or by --tolerance.
+        docs/learn/explore.md: an output's name is its largest error from float64.
     least : str
         Which of those that meet the demands is chosen: the one with least of this figure; by
         default of the first demand.
@@ -126,8 +118,8 @@ def explore(
         Leading samples of each log.
     params : mapping, optional
         Values other than the defaults.
-    csv, parquet : path, optional
-        Also the table, as CSV or Parquet.
+    csv : path, optional
+        Also the table, as CSV.
     jobs : int, optional
         Processes; by default one for each processor. An estimator that is no text runs in this
         process.
@@ -142,16 +134,15 @@ def explore(
 
     Returns
     -------
-    ExploreResult
-        A sequence of rows, `boresight.sim.explore.figures.Explored`.
+    Result
+        ``rows``, one for each combination with its figures, and ``choice``.
 
     Raises
     ------
     InputError
         Unknown names, bad logs, a demand on a figure that does not exist.
     ToolMissing
-        There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no Verilator, and
-        ``toggles`` are; no C compiler; no pyarrow, and ``parquet`` is wanted.
+        There is no yosys, and ``area`` is wanted; no router, and ``route`` is; no C compiler.
     """
     say = progress or (lambda text: None)
     _check_numbers(words=words, clock=clock, steps=steps, jobs=jobs, seeds=seeds)
@@ -165,13 +156,6 @@ def explore(
         raise InputError.at(
             "seeds", wanted="cores that are routed", found="no --route", fix="add --route"
         )
-    if toggles and not any(map(has_primitives, targets)):
-        raise InputError.at(
-            "toggles",
-            wanted="a target whose netlist is simulated, Spartan-6",
-            found=f"--target {','.join(targets)}",
-            fix="leave --toggles out",
-        )
     inputs, arguments = arguments_of(logs)
     widths = [*map(int, words)]
     cases = cases_of(name, arguments, words=widths, configs=configs, targets=targets)
@@ -180,8 +164,10 @@ def explore(
     check_urgent(urgent, [estimator])
     known = quantities(estimator)
     demands = demands_of(want, known)
-    wanted = quantity_of(least, known, "least") if least else None
-    asked = [demand.quantity.name for demand in demands] + ([wanted.name] if wanted else [])
+    decides = demands[0].quantity if demands else None
+    if least:
+        decides = quantity_of(least, known, "least")
+    asked = [demand.quantity.name for demand in demands] + [q.name for q in [decides] if q]
     if not (area or route) and (of_area := [figure for figure in asked if figure in OF_AREA]):
         raise InputError.at(
             "no-area",
@@ -195,103 +181,51 @@ def explore(
     for record, _ in read:
         if not arguments:
             feed(estimator, record)
-    files = [path for _, path in read if path is not None]
-    folder, of = Path(output), f"explore-{estimator.name}"
-    require_distinct(csv=csv, parquet=parquet, output=folder / f"{of}.html")
-    page = OutputFile(folder / f"{of}.html", inputs=files)
-    tables = [
-        (OutputFile(path, inputs=files, option=option), content)
-        for path, option, content in (
-            (csv, "--csv", ExploreResult.csv),
-            (parquet, "--parquet", ExploreResult.parquet),
-        )
-        if path is not None
-    ]
-    if parquet is not None:
-        parquet_of({})
-    journal = Journal(folder / f"{of}.jsonl", again=again)
-    journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
-    say(f"{estimator.name}: {len(cases)} combinations")
-    records = [record for record, _ in read]
-    exploration = Exploration(
-        tuple(record if path is None else str(path.absolute()) for record, path in read),
-        tuple(sorted((params or {}).items())),
-        steps,
-        seeds,
-        urgent,
-        digest_of(records),
-    )
-    plans, tasks = planned(exploration, cases, records, area=area, route=route, toggles=toggles)
-    table = _Table(
-        estimator.name, exploration, plans, tasks, journal, known, demands, wanted, clock, page
-    )
-    texts = isinstance(name, str)
-    if scheduler is not None and not texts:
+    if scheduler is not None and not isinstance(name, str):
         raise InputError.at(
             "scheduler",
             wanted="an estimator by name or file, which its workers can read",
             found="an object",
             fix="give a text, or leave the scheduler out",
         )
+    files = [path for _, path in read if path is not None]
+    folder, of = Path(output), f"explore-{estimator.name}"
+    require_distinct(csv=csv, output=folder / f"{of}.html")
+    page = OutputFile(folder / f"{of}.html", inputs=files)
+    table = None
+    if csv is not None:
+        table = OutputFile(csv, inputs=files, option="--csv")
+    journal = Journal(folder / f"{of}.jsonl", again=again)
+    journal.rows = {key: row for key, row in journal.rows.items() if not row.get("again")}
+    say(f"{estimator.name}: {len(cases)} combinations")
+    exploration = Exploration(
+        tuple(record if path is None else str(path.absolute()) for record, path in read),
+        tuple(sorted((params or {}).items())),
+        steps,
+        seeds,
+        urgent,
+        digest_of([record for record, _ in read]),
+    )
+    plans, tasks = planned(exploration, cases, area=area, route=route)
     with cluster(scheduler, executor) as workers:
-        try:
-            complete(
-                exploration,
-                measured,
-                tasks,
-                journal,
-                say=say,
-                jobs=jobs if texts else 1,
-                executor=workers,
-                batch=1,
-                after_batch=table.write_at_times,
-            )
-        finally:
-            result = table.write(str(folder / f"{of}.html"))
-    for file, content in tables:
-        file.write(content(result))
-    return result
-
-
-@dataclass
-class _Table:
-    """What is measured so far, as a result and on the page."""
-
-    title: str
-    exploration: Exploration
-    plans: Sequence[Planned]
-    tasks: Mapping[str, Task]
-    journal: Journal
-    quantities: Sequence[Quantity]
-    demands: Sequence[Demand]
-    least: Quantity | None
-    clock: float
-    page: OutputFile
-    written: float = -math.inf
-
-    def write_at_times(self) -> None:
-        """Write the page, unless it was written just now."""
-        if time.monotonic() - self.written >= _PAGE_S:
-            self.write()
-            self.written = time.monotonic()
-
-    def write(self, place: str = "") -> ExploreResult:
-        """Write the page; the result."""
-        done = self.journal.rows
-        rows = tuple(
-            explored(plan, done, self.exploration, clock_mhz=self.clock) for plan in self.plans
+        own = jobs if isinstance(name, str) else 1
+        complete(
+            exploration, measured, tasks, journal, say=say, jobs=own, executor=workers, batch=1
         )
-        seen = {name for row in rows for name in row.figures}
-        known = tuple(q for q in self.quantities if q.name in seen)
-        least = self.least or (self.demands[0].quantity if self.demands else None)
-        demands = with_tolerance(self.demands, known)
-        choice = chosen(rows, demands, least) if least is not None else None
-        lines = choice.lines(least) if choice is not None and least is not None else []
-        left = sum(key not in done for key in self.tasks)
-        demands = [d for d in demands if d.quantity in known]
-        data = page_data(self.title, rows, known, demands, least, lines, remaining=left)
-        self.page.write(render_page(data))
-        return ExploreResult(rows, choice, place, str(self.journal.path), known, least)
+    result = result_of(
+        plans,
+        journal.rows,
+        exploration,
+        known=known,
+        demands=demands,
+        least=decides,
+        clock_mhz=clock,
+    )
+    page.write(render_page(estimator.name, result))
+    if table is not None:
+        table.write(csv_of(result["rows"]))
+    place = f"{folder / of}.html, {journal.path}"
+    return replace(result, summary=f"{result.summary}\n{place}".strip())
 
 
 def _first(cases: Sequence[Case]) -> Estimator:

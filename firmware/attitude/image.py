@@ -16,7 +16,7 @@ from boresight.model.tools.needs import NEEDS
 
 #: Compiler and C library, as named by Debian and Ubuntu.
 COMPILER = "riscv64-unknown-elf-gcc"
-PACKAGES = NEEDS["riscv64 gcc"].packages["apt-get"]
+PACKAGES = NEEDS["riscv64 gcc"].packages
 
 #: Warnings are errors. libm's functions set no errno and float arithmetic no flag that is read.
 CFLAGS = (

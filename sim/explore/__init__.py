@@ -3,10 +3,9 @@
 ======= ===========================================================================================
 module  contents
 ======= ===========================================================================================
-cases   the combinations, and the work that each needs, by a digest of all that decides its result
-measure that work: errors, cycles, area
-figures rows of the table, one for each combination, and its columns
-demands demands on figures as text, the choice, and the nearest combination
-page    the page on which the combinations are compared
+cases   the combinations
+measure the work that each needs, by a digest of all its inputs: errors, cycles, area
+table   a row of figures for each combination, demands on them, and the choice
+page    the page of an exploration: a plot of error over cost, and the table
 ======= ===========================================================================================
 """

@@ -1,8 +1,4 @@
-"""The combinations of an exploration, and the work that each needs, by key.
-
-A key is a digest of all that decides a result: program, machine, target, tool, records, sources. So
-combinations share results that are the same for them: errors do not depend on the machine.
-"""
+"""The combinations of an exploration: arguments of the constructor, word, machine, target."""
 
 from __future__ import annotations
 
@@ -13,48 +9,119 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from boresight.gateware.core import machine_for
-from boresight.gateware.synthesis.nextpnr import find_router
-from boresight.gateware.synthesis.spartan6.family import SPARTAN6
-from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
-from boresight.model.resolve import Named, split_names
-from boresight.model.tolerances import tolerances_now
-from boresight.sim.campaign import digest, sources
-from boresight.sim.explore import measure
-from boresight.sim.explore.measure import Case, Exploration, Task, digest_of
+from boresight.model.resolve import Named, estimator_of, split_names
+from boresight.sim.levels.build import Build
 from boresight.sim.records.record import Record
-from boresight.sim.rtl.simulators import require, version
 
-__all__ = ["Planned", "arguments_of", "cases_of", "planned"]
-
-#: Raised when rows of the journal change.
-_FORMAT = 2
+__all__ = ["Case", "Exploration", "arguments_of", "cases_of"]
 
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*=")
 
 
 @dataclass(frozen=True)
-class Planned:
-    """A combination and its work.
+class Case:
+    """A combination of arguments, word, machine and target.
 
     Attributes
     ----------
-    case : Case
-    keys : mapping of str to str
-        Of the work, by kind; empty where there is no program.
-    refused : str
-        Why there is no program.
+    estimator : str, class or Estimator
+    arguments : tuple of (name, value)
+        Of its constructor; values as Python writes them.
+    word : int
+    config, target : str
     """
 
-    case: Case
-    keys: Mapping[str, str]
-    refused: str = ""
+    estimator: Named
+    arguments: tuple[tuple[str, str], ...]
+    word: int
+    config: str
+    target: str
+
+    @property
+    def name(self) -> str:
+        """Name that distinguishes it from other combinations."""
+        arguments = [f"{key}={value}" for key, value in self.arguments]
+        return ", ".join([*arguments, f"{self.word} bits", self.config, self.target])
+
+    @property
+    def named(self) -> Named:
+        """The estimator with the arguments of its constructor.
+
+        Raises
+        ------
+        InputError
+            The constructor does not take them, or is missing.
+        """
+        name, text = self.estimator, ", ".join(f"{key}={value}" for key, value in self.arguments)
+        if not text:
+            return name
+        if isinstance(name, type):
+            try:
+                return name(**{key: ast.literal_eval(value) for key, value in self.arguments})
+            except InputError:
+                raise
+            except Exception as error:
+                found = f"{type(error).__name__}: {error}".splitlines()[0]
+                where = f"{name.__name__}({text})"
+                raise InputError.at(
+                    where,
+                    wanted="a constructor that returns",
+                    found=found,
+                    fix="correct the arguments",
+                ) from error
+        if not isinstance(name, str):
+            raise InputError.at(
+                "estimator",
+                wanted="a name or a class with arguments of the constructor",
+                found="an object",
+                fix="give its class, or leave the arguments out",
+            )
+        if name.endswith(")"):
+            return f"{name[:-1]}{'' if name.endswith('()') else ', '}{text})"
+        if name.endswith(".py"):
+            name = f"{name}:{type(estimator_of(name)).__name__}"
+        return f"{name}({text})"
+
+    def build(self, exploration: Exploration) -> Build:
+        """The build to measure; raises `InputError` as `named` and `Build` do."""
+        return Build(
+            estimator_of(self.named),
+            config=self.config,
+            word=self.word,
+            params=[dict(exploration.params)],
+            urgent=exploration.urgent,
+        )
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """Settings of all combinations.
+
+    Attributes
+    ----------
+    logs : tuple of str or Record
+    params : tuple of (name, value)
+    steps : int, optional
+        Leading samples of each log.
+    seeds : int
+        Seeds of the router.
+    urgent : int, optional
+        Leading outputs whose latency counts first.
+    digest : str
+        Digest of the logs when the exploration began.
+    """
+
+    logs: tuple[str | Record, ...]
+    params: tuple[tuple[str, float], ...] = ()
+    steps: int | None = None
+    seeds: int = 1
+    urgent: int | None = None
+    digest: str = ""
 
 
 def arguments_of(texts: Sequence[Any]) -> tuple[list[Any], dict[str, list[Any]]]:
-    """Divide logs and texts ``NAME=VALUE,VALUE`` with arguments of the constructor.
+    """Separate logs from arguments of the constructor, written ``NAME=VALUE,VALUE``.
 
     Returns
     -------
@@ -111,70 +178,3 @@ def cases_of(
     return [
         *dict.fromkeys(Case(name, a, word, config, target) for a, target, config, word in product)
     ]
-
-
-def planned(
-    exploration: Exploration,
-    cases: Sequence[Case],
-    records: Sequence[Record],
-    *,
-    area: bool,
-    route: bool = False,
-    toggles: bool = False,
-) -> tuple[list[Planned], dict[str, Task]]:
-    """The work of every combination.
-
-    Returns
-    -------
-    planned : list of Planned
-    tasks : dict of str to Task
-        By key, the quick ones first.
-
-    Raises
-    ------
-    ToolMissing
-        There is no yosys, no router or no Verilator, and areas, routed clocks or toggles are
-        wanted.
-    """
-    tool = find_tool().version if area or route or toggles else ""
-    if toggles:
-        require("verilator")
-    families = {case.target: TARGETS[case.target].family for case in cases} if route else {}
-    routers = {
-        name: find_router(family.router).version
-        for name, family in families.items()
-        if family.router is not None
-    }
-    logs = digest_of(records)
-    out: list[Planned] = []
-    tasks: dict[str, dict[str, Task]] = {kind: {} for kind in measure.KINDS}
-    programs: dict[tuple[Any, int], tuple[Any, str]] = {}
-    for case in cases:
-        try:
-            variant = case.arguments, case.word
-            if variant not in programs:
-                build = case.build(exploration)
-                program = build.programs[0]
-                programs[variant] = program, digest(_FORMAT, sources(), program.digest)
-            program, program_key = programs[variant]
-            machine = repr((machine_for(case.config, program), exploration.urgent))
-        except InputError as error:
-            out.append(Planned(case, {}, str(error).splitlines()[0]))
-            continue
-        run = [case.arguments, exploration.params, exploration.steps, logs]
-        inputs: dict[str, list[Any]] = {
-            "errors": [program_key, run, tolerances_now()],
-            "cycles": [program_key, machine],
-            "area": [program_key, machine, case.target, tool],
-        }
-        if case.target in routers:
-            inputs["routed"] = [*inputs["area"], routers[case.target], exploration.seeds]
-        if toggles and TARGETS[case.target].family is SPARTAN6:
-            inputs["toggles"] = [program_key, machine, run, tool, version("verilator")]
-        if not area:
-            del inputs["area"]
-        keys = {kind: digest(kind, parts) for kind, parts in inputs.items()}
-        out.append(Planned(case, keys))
-        for kind, key in keys.items():
-            tasks[kind].setdefault(key, Task(key, kind, case))
-    return out, {key: task for kind_tasks in tasks.values() for key, task in kind_tasks.items()}

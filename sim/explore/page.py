@@ -1,69 +1,77 @@
-"""The page of an exploration: combinations as points to filter, compare and choose."""
+"""The page of an exploration: error over cost of each combination, and the table."""
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Sequence
-from dataclasses import asdict
-from importlib.resources import files
-from typing import Any
+from boresight.sim.explore.table import ESTIMATED
+from boresight.sim.pages import Section, Verdict, page_of
+from boresight.sim.plotting import PALETTE, figure_and_axes, legend, settings, svg
+from boresight.sim.result import Result, Row
 
-from boresight.sim.explore.demands import Demand
-from boresight.sim.explore.figures import ESTIMATED, Explored, Quantity
-from boresight.sim.pages import page
+__all__ = ["render_page"]
 
-__all__ = ["page_data", "render_page"]
+#: Costs, the first known of which is across.
+_COSTS = ("lut", "cycles")
 
 
-def page_data(
-    title: str,
-    rows: Sequence[Explored],
-    quantities: Sequence[Quantity],
-    demands: Sequence[Demand],
-    least: Quantity | None,
-    lines: Sequence[str],
-    *,
-    remaining: int,
-) -> dict[str, Any]:
-    """Contents of the page, as plain data.
-
-    Parameters
-    ----------
-    quantities : sequence of Quantity
-        Figures that some row has.
-    demands, least : optional
-        Initial settings of the page.
-    lines : sequence of str
-        Text of the choice.
-    remaining : int
-        Pieces of work: the page reloads while there are any.
-    """
-    return {
-        "title": title,
-        "left": remaining,
-        "lines": [*lines, *[ESTIMATED] * any(row.clock_is == "estimate" for row in rows)],
-        "quantities": [asdict(q) for q in quantities],
-        "demands": [{"name": d.quantity.name, "sign": d.sign, "limit": d.limit} for d in demands],
-        "least": least.name if least is not None else None,
-        "rows": [
-            {
-                "name": row.name,
-                "series": ", ".join([*map("=".join, row.arguments.items()), row.config]),
-                "word": row.word,
-                "target": row.target,
-                "refused": row.refused,
-                "commands": row.commands,
-                "latencies": dict(row.latencies),
-                "figures": {n: v if math.isfinite(v) else None for n, v in row.figures.items()},
-            }
-            for row in rows
-        ],
-    }
-
-
-def render_page(data: dict[str, Any]) -> str:
+def render_page(title: str, result: Result) -> str:
     """The page's text, which needs no other file."""
-    script = files("boresight.sim.explore").joinpath("page.js").read_text(encoding="utf-8")
-    text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
-    return page("boresight.sim.explore", "page.html", title=data["title"], data=text, script=script)
+    rows = result["rows"]
+    (name, shown), *_ = result.tables.items()
+    columns = [c for c in shown[0] if any(row.get(c) is not None for row in shown)]
+    error = list(shown[0])[1]
+    cells: list[list[str | float | Verdict]] = [
+        [_cell(row.get(column)) for column in columns] for row in shown
+    ]
+    intro: list[str | Verdict] = [
+        *result.summary.splitlines(),
+        *(Verdict(text, good=False) for text in result.failures),
+    ]
+    cost = next((c for c in _COSTS if any(row.get(c) for row in rows)), None)
+    figures = [] if cost is None or not error else [("", _plot(rows, error, cost))]
+    commands: list[tuple[str, str]] = [
+        (row["combination"], command) for row in rows if row["good"] for command in row["commands"]
+    ]
+    return page_of(
+        f"Exploration of {title}",
+        [text for text in intro if text != ESTIMATED],
+        [
+            Section(title=name.capitalize(), columns=columns, rows=cells, figures=figures),
+            Section(title="Commands", columns=("combination", "command"), rows=commands),
+        ],
+        note=ESTIMATED if ESTIMATED in result.summary else "",
+    )
+
+
+def _cell(value: object) -> str | float | Verdict:
+    if isinstance(value, bool):
+        return Verdict("yes" if value else "no", value)
+    return value if isinstance(value, str | int | float) else ""
+
+
+def _plot(rows: list[Row], error: str, cost: str) -> str:
+    """SVG of the error over the cost, a curve for each machine; hollow where check fails."""
+    series: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.get(cost) is not None and (row.get(error) or 0.0) > 0.0:
+            head = row["combination"].replace(f"{row['word']} bits, ", "")
+            series.setdefault(head, []).append(row)
+    with settings():
+        figure, axes = figure_and_axes(3.6)
+        for (head, of), colour in zip(series.items(), PALETTE * len(series), strict=False):
+            x, y = [row[cost] for row in of], [row[error] for row in of]
+            axes.plot(x, y, color=colour, linewidth=0.6, label=head)
+            for row in of:
+                face = colour if row["good"] else "white"
+                axes.plot(row[cost], row[error], "o", color=colour, markerfacecolor=face)
+                axes.annotate(
+                    str(row["word"]),
+                    (row[cost], row[error]),
+                    xytext=(5, 4),
+                    textcoords="offset points",
+                )
+        axes.set_yscale("log")
+        axes.set_xlabel(cost)
+        axes.set_ylabel(f"largest error: {error}")
+        if series:
+            legend(axes, 4)
+        return svg(figure, "explore")

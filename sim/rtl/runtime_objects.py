@@ -2,8 +2,7 @@
 
 Four fifths of a small bench's build compile Verilator's own library, the same each time. The
 makefile puts ``OBJCACHE`` before each call of the compiler; this file, run as that program, reads
-or stores the objects of the library's sources in a folder, and passes every other call on: with
-GCC after the library's header, precompiled in the same folder.
+or stores the objects of the library's sources in a folder, and passes every other call on.
 """
 
 from __future__ import annotations
@@ -16,8 +15,6 @@ import sys
 from pathlib import Path
 
 __all__ = ["launcher"]
-
-_HEADER = "library.h"
 
 
 def launcher(folder: Path, *, keep: bool) -> str:
@@ -48,25 +45,6 @@ def _version(compiler: str) -> bytes:
     return subprocess.run([compiler, "--version"], capture_output=True, check=True).stdout
 
 
-def _after_header(mode: str, folder: Path, command: list[str]) -> list[str]:
-    """A bench's call with the precompiled header first, which "keep" makes.
-
-    GCC ignores it where it does not fit; others refuse one whose sources have moved. Calls without
-    ``-c`` (links, and in Verilator 5.38 headers of its own) are as they were.
-    """
-    if "-c" not in command:
-        return command
-    header, binary = folder / _HEADER, folder / f"{_HEADER}.gch"
-    index = command.index("-c")
-    if mode == "keep" and b"Free Software Foundation" in _version(command[0]):
-        header.write_text('#include "verilated.h"\n')
-        flags = [word for word in command[:index] if not word.startswith("-MM")]
-        subprocess.run([*flags, "-x", "c++-header", "-o", str(binary), str(header)], check=False)
-    if not binary.exists():
-        return command
-    return [*command[:index], "-include", str(header), *command[index:]]
-
-
 def _key(command: list[str], include: Path) -> str:
     """Hash of everything that affects the object; names of folders and traces of a bench do not."""
     flags = [word.replace(str(include), "include") for word in command if "-DVM_TRACE" not in word]
@@ -79,7 +57,7 @@ def _compile(mode: str, folder: Path, command: list[str]) -> int:
     """Run or replace one call of the compiler; return its exit code."""
     source = Path(command[-1])
     if not (source.name.startswith("verilated") and source.suffix == ".cpp" and "-o" in command):
-        return subprocess.run(_after_header(mode, folder, command), check=False).returncode
+        return subprocess.run(command, check=False).returncode
     position = command.index("-o") + 1
     entry = folder / f"{_key([*command[:position], *command[position + 1 :]], source.parent)}.o"
     if entry.exists():

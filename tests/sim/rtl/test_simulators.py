@@ -417,21 +417,6 @@ def test_other_sources_go_to_the_compiler(builds: Builds) -> None:
     assert builds.count() == 2 and not list(builds.cache.iterdir())
 
 
-def test_gcc_takes_the_header_precompiled(builds: Builds) -> None:
-    (builds.include / "Vbench.cpp").write_text("a bench")
-    builds.compiler("1 of the Free Software Foundation")
-    for builds.keep in (True, False):
-        assert builds.make("Vbench.cpp", "-MMD -O1") == (0, "a bench")
-    header, *benches = builds.calls.read_text().splitlines()
-    place = builds.cache / "library.h"
-    assert header == f"-O1 -x c++-header -o {place}.gch {place}"
-    assert benches == [f"-MMD -O1 -include {place} -c -o x.o {builds.include}/Vbench.cpp"] * 2
-    # A header of the bench's own, and its link, are no calls for it.
-    assert builds.make("Vbench.cpp", action="-x c++-header")[0] == 0
-    own = builds.calls.read_text().splitlines()[-1]
-    assert own == f"-O1 -x c++-header -o x.o {builds.include}/Vbench.cpp"
-
-
 def test_a_failure_is_one_and_leaves_nothing(builds: Builds) -> None:
     (builds.include / "verilated.cpp").write_text("wrong")
     assert builds.make() == (2, "")

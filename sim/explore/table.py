@@ -1,0 +1,315 @@
+"""The table of an exploration: figures of each combination, demands on them, and the choice."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from boresight.model.declarations import ATTITUDE, EXACT_UNITS
+from boresight.model.errors import InputError, listed
+from boresight.model.estimator import Estimator
+from boresight.model.resolve import profiles_now
+from boresight.model.tolerances import tolerances_now
+from boresight.model.units import conversion
+from boresight.sim.accuracy.figures import gives_attitude
+from boresight.sim.explore.cases import Case, Exploration
+from boresight.sim.explore.measure import ANGLE_NAMES, Plan
+from boresight.sim.records.selection import selection
+from boresight.sim.result import Result, Row
+
+__all__ = [
+    "OF_AREA",
+    "Demand",
+    "Quantity",
+    "csv_of",
+    "demands_of",
+    "quantities",
+    "quantity_of",
+    "result_of",
+]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A figure: its name, its unit, and whether more of it is better."""
+
+    name: str
+    unit: str = ""
+    more: bool = False
+
+
+#: Figures of any estimator; docs/learn/explore.md explains them.
+FIGURES = (
+    Quantity("tolerance"),
+    Quantity("saturated"),
+    Quantity("cycles"),
+    Quantity("us", "us"),
+    Quantity("interval"),
+    Quantity("rate", "Hz", more=True),
+    Quantity("lut"),
+    Quantity("ff"),
+    Quantity("dsp"),
+    Quantity("ram"),
+    Quantity("clock", "MHz", more=True),
+    Quantity("word", "bits"),
+)
+#: Figures that come from synthesis or routing.
+OF_AREA = ("lut", "ff", "dsp", "ram", "clock")
+#: How far estimated clocks are off: docs/targets.md.
+ESTIMATED = (
+    "clock: estimated from the netlist; on 12 cores for ECP5 the method was 1 to 41 % below the "
+    "routed clock"
+)
+_DEMAND = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|<|>)\s*([-+.\deE]+)\s*(.*?)\s*")
+
+
+def quantities(estimator: Estimator) -> list[Quantity]:
+    """All figures that rows can have: errors of the outputs, then `FIGURES`.
+
+    ``NAME`` is the largest error of an output from float64, ``NAME.rms`` its root mean square,
+    ``NAME.truth`` the root mean square from truth.
+    """
+    units = {o.name: "" if o.unit in EXACT_UNITS else o.unit for o in estimator.outputs}
+    angles = ANGLE_NAMES.values() if gives_attitude(estimator) else ()
+    floating = units | ({ATTITUDE: "deg"} if angles else {})
+    return [
+        *(Quantity(name + end, unit) for name, unit in floating.items() for end in ("", ".rms")),
+        *(
+            Quantity(f"{n}.truth", unit)
+            for n, unit in (units | dict.fromkeys(angles, "deg")).items()
+        ),
+        *(q for q in FIGURES if q.name not in units),
+    ]
+
+
+def quantity_of(name: str, known: Sequence[Quantity], where: str) -> Quantity:
+    """A figure by name.
+
+    Raises
+    ------
+    InputError
+        There is no figure of this name.
+    """
+    for quantity in known:
+        if quantity.name == name:
+            return quantity
+    raise InputError.at(
+        where,
+        wanted=f"one of {listed(name, [q.name for q in known])}",
+        found=repr(name),
+        fix="choose one; docs/learn/explore.md has them all",
+    )
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A limit for a figure, in the figure's unit; ``sign`` is one of ``< <= > >=``."""
+
+    quantity: Quantity
+    sign: str
+    limit: float
+
+    def meets(self, row: Row) -> bool:
+        """Whether a row's figure is known and within the limit."""
+        value = row.get(self.quantity.name)
+        if value is None:
+            return False
+        if value == self.limit:
+            return "=" in self.sign
+        return bool(value < self.limit if "<" in self.sign else value > self.limit)
+
+    def excess(self, row: Row) -> float:
+        """Factor by which a row's figure misses the limit; 1 within it."""
+        value = row.get(self.quantity.name)
+        if self.meets(row):
+            return 1.0
+        if value is None:
+            return math.inf
+        larger, smaller = (value, self.limit) if "<" in self.sign else (self.limit, value)
+        return larger / smaller if smaller > 0.0 else math.inf
+
+    def __str__(self) -> str:
+        return f"{self.quantity.name}{self.sign}{self.limit:.4g}{self.quantity.unit}"
+
+
+def demands_of(text: str, known: Sequence[Quantity]) -> list[Demand]:
+    """Demands from a text such as ``attitude<0.01deg, dsp<=1, us<5``.
+
+    Raises
+    ------
+    InputError
+        Not a demand, or a figure or unit that does not exist.
+    """
+    demands = []
+    for part in filter(None, map(str.strip, text.split(","))):
+        match = _DEMAND.fullmatch(part)
+        try:
+            limit = float(match[3]) if match else math.nan
+        except ValueError:
+            limit = math.nan
+        if match is None or not math.isfinite(limit):
+            raise InputError.at(
+                "want",
+                wanted=f"demands as {known[0].name}<0.01{known[0].unit}, dsp<=1",
+                found=repr(part),
+                fix="write NAME, one of < <= > >=, and a number",
+            )
+        quantity = quantity_of(match[1], known, "want")
+        if match[4]:
+            factor, offset = conversion(f"want, {part}", quantity.name, match[4], quantity.unit)
+            limit = factor * limit + offset
+        demands.append(Demand(quantity, match[2], limit))
+    return demands
+
+
+def result_of(
+    plans: Sequence[Plan],
+    rows: Mapping[str, Row],
+    exploration: Exploration,
+    *,
+    known: Sequence[Quantity],
+    demands: Sequence[Demand],
+    least: Quantity | None,
+    clock_mhz: float,
+) -> Result:
+    """The result of an exploration, with a row for each combination and the choice.
+
+    Parameters
+    ----------
+    rows : mapping
+        Rows of the journal, by key.
+    least : Quantity, optional
+        The figure that decides among the combinations that meet the demands.
+    clock_mhz : float
+        Clock for times.
+    """
+    table = [_row(plan, rows, exploration, clock_mhz) for plan in plans]
+    choice = None if least is None else _choice(table, demands, least)
+    names = [q.name for q in known if any(row.get(q.name) is not None for row in table)]
+    error = next((n for n in (ATTITUDE, "tolerance") if n in names), names[0] if names else "")
+    columns = (error, "saturated", "cycles", "interval", "lut", "dsp", "ram", "clock")
+    shown = [
+        {"combination": row["combination"]}
+        | {name: row.get(name) for name in columns}
+        | {"good": row["good"], "reason": row["reason"] or None}
+        for row in table
+    ]
+    lines, failures = [], []
+    if choice is not None and choice["row"] is not None:
+        assert least is not None
+        best = next(row for row in table if row["combination"] == choice["row"])
+        figure = f"{best[least.name]:.4g} {least.unit}".rstrip()
+        lines.append(f"choice, {least.name} {figure}: {choice['row']}")
+    elif choice is not None:
+        failures.append(_nearest(table, choice))
+    elif not any(row["good"] for row in table):
+        failures.append("check accepts no combination")
+    if any(row.get("clock_is") == "estimate" for row in table):
+        lines.append(ESTIMATED)
+    return Result(
+        {"rows": table, "choice": choice},
+        {"combinations": shown},
+        "\n".join(lines),
+        failures=failures,
+    )
+
+
+def csv_of(rows: Sequence[Row]) -> str:
+    """Rows as CSV, without their command lines."""
+    columns = [*dict.fromkeys(name for row in rows for name in row if name != "commands")]
+    file = io.StringIO()
+    writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return file.getvalue()
+
+
+def _row(
+    plan: Plan, rows: Mapping[str, Row], exploration: Exploration, clock_mhz: float
+) -> dict[str, Any]:
+    """A combination and its figures; ``reason`` says why check would refuse it."""
+    case = plan.case
+    parts = [rows.get(key, {}) for key in plan.keys]
+    data = {name: value for part in parts for name, value in part.items()}
+    refused = plan.refused or data.pop("refused", "")
+    cycles, interval = data.get("cycles"), data.get("interval")
+    if cycles is not None and interval is not None:
+        data |= {"us": cycles / clock_mhz, "rate": 1e6 * clock_mhz / interval}
+    return {
+        "combination": case.name,
+        "estimator": _estimator(case),
+        "word": case.word,
+        "config": case.config,
+        "target": case.target,
+        **data,
+        "good": bool(data.get("good")) and not refused,
+        "reason": refused or data.get("reason", ""),
+        "commands": () if plan.refused else _commands(plan.case, exploration),
+    }
+
+
+def _choice(table: Sequence[Row], demands: Sequence[Demand], least: Quantity) -> dict[str, Any]:
+    """The row that check accepts, that meets all demands, and has least of a figure.
+
+    If there is none, ``nearest`` is the accepted row that misses its worst limit by the smallest
+    factor, and ``missed`` the demands that it misses.
+    """
+    accepted = [row for row in table if row["good"] and row.get(least.name) is not None]
+
+    def cost(row: Row) -> tuple[float, ...]:
+        value = row[least.name]
+        return (-value if least.more else value, row.get("cycles", 0.0), row["word"])
+
+    passing = [row for row in accepted if all(demand.meets(row) for demand in demands)]
+    if passing:
+        return {"row": min(passing, key=cost)["combination"], "nearest": None, "missed": []}
+    if not accepted:
+        return {"row": None, "nearest": None, "missed": []}
+    nearest = min(accepted, key=lambda r: (max((d.excess(r) for d in demands), default=1), cost(r)))
+    missed = [demand for demand in demands if not demand.meets(nearest)]
+    return {"row": None, "nearest": nearest["combination"], "missed": [*map(str, missed)]}
+
+
+def _nearest(table: Sequence[Row], choice: Mapping[str, Any]) -> str:
+    """What is said where no combination meets the demands."""
+    if choice["nearest"] is None:
+        return "check accepts no combination that has these figures"
+    row = next(row for row in table if row["combination"] == choice["nearest"])
+    names = [re.split("[<>]", text)[0] for text in choice["missed"]]
+    found = ", ".join(f"{n} is {row.get(n)}" for n in names)
+    missed = ", ".join(choice["missed"])
+    return f"no combination meets {missed}; nearest: {row['combination']}: {found}"
+
+
+def _estimator(case: Case) -> str:
+    """Text of the estimator with its arguments."""
+    of = case.estimator
+    name = of if isinstance(of, str) else of.__name__ if isinstance(of, type) else of.name
+    text = ", ".join(f"{key}={value}" for key, value in case.arguments)
+    return f"{name}({text})" if text else name
+
+
+def _commands(case: Case, exploration: Exploration) -> tuple[str, ...]:
+    """Command lines that make and check a combination; none for an object."""
+    if not isinstance(case.named, str):
+        return ()
+    options = f"--word {case.word} --config {case.config}"
+    options += "".join(f" --param {name}={value!r}" for name, value in exploration.params)
+    options += f" --urgent {exploration.urgent}" if exploration.urgent else ""
+    options += "".join(f" --tolerance {shlex.quote(text)}" for text in tolerances_now())
+    files = profiles_now()
+    options += "".join(f" --profile {shlex.quote(file)}" for file in files or ())
+    options += " --no-profile" if files == () else ""
+    logs = " ".join(shlex.quote(log) for log in exploration.logs if isinstance(log, str))
+    name = shlex.quote(case.named)
+    rows = selection().options + (f" --steps {exploration.steps}" if exploration.steps else "")
+    return (
+        f"boresight compile {name} {options} --target {case.target} -o build",
+        *([f"boresight check {name} {logs} {options}{rows}"] if logs else []),
+    )
