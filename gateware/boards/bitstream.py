@@ -12,7 +12,6 @@ from boresight.gateware.synthesis.family import Router, Target
 from boresight.gateware.synthesis.nextpnr import command, find_router, pack, place_and_route
 from boresight.gateware.synthesis.routed import Routed, netlist_for
 from boresight.gateware.synthesis.targets import TARGETS
-from boresight.gateware.verilog import from_rtlil
 from boresight.model.tools.failure import ToolFailed
 
 __all__ = [
@@ -103,11 +102,10 @@ def open_project(
     """
     chosen = board_named(board)
     target = TARGETS[chosen.target]
-    project = prepared(make, chosen, clock_hz=clock_hz, options=lambda _: {"debug_verilog": False})
+    project = prepared(make, chosen, clock_hz=clock_hz)
     router = target.family.router
     assert router is not None
-    verilog = from_rtlil(project.texts["top.il"], "top", instances=True)
-    return OpenProject(project, target, verilog, project.texts[router.pins[1]])
+    return OpenProject(project, target, project.texts["top.v"], project.texts[router.pins[1]])
 
 
 def build_bitstream(

@@ -109,7 +109,7 @@ class Board:
 
     def make(self, lines: Sequence[Line]) -> Any:
         """Return the platform, with a resource for each line, named like it."""
-        platform = self.platform()
+        platform = _in_rtlil(self.platform)()
         for line in lines:
             if line.place.startswith("led"):
                 continue
@@ -151,6 +151,18 @@ class Board:
     def header(self) -> str:
         """Name of the connector."""
         return f"{self.connector[0]}_{self.connector[1]}"
+
+
+def _in_rtlil(platform: type[Any]) -> type[Any]:
+    """A platform whose build plan has RTLIL in place of Verilog, which then needs no yosys."""
+
+    class InRtlil(platform):
+        @property
+        def file_templates(self) -> Mapping[str, str]:
+            kept = {k: v for k, v in super().file_templates.items() if not k.endswith(".v")}
+            return {**kept, "{{name}}.il": "{{emit_rtlil()}}"}
+
+    return InRtlil
 
 
 def _row(names: str, first: int) -> dict[str, str]:

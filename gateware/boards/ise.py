@@ -79,11 +79,7 @@ def write_ise_project(
             "par_opts": ["-ol high"],
         },
     )
-    written = {
-        name: text
-        for name, text in project.texts.items()
-        if name not in ("top.debug.v", "build_top.json")
-    }
+    written = {name: text for name, text in project.texts.items() if name != "build_top.json"}
     written["build.sh"] = render("build.sh")
     written["build.bat"] = render("build.bat")
     written["README.txt"] = project.readme(pins(written["top.ucf"]), bitstream=None)

