@@ -76,7 +76,7 @@ formal: develop        ## Prove what docs/proofs.md claims
 	$(BIN)/python -m boresight.sim.formal
 
 firmware: setup cross  ## C on a simulated soft core: cycles, sizes, equality
-	$(BIN)/python -m boresight.sim.attitude.soc --board -o $(OUT)/firmware
+	$(BIN)/python -m boresight.sim.attitude.soc -o $(OUT)/firmware.json
 
 docs: $(VENV)/.docs    ## The site, build/site/index.html (warnings are errors), and the page of commands
 	$(BIN)/python docs/site/commands.py

@@ -3,15 +3,10 @@
 =================  =========================================================================
 file               contents
 =================  =========================================================================
-start.S            from reset to ``main``; trap entry
-link.ld            memory: protected part (code, constants), data, stack
-soc.h, soc.c       devices of the soft core: cycles, console, watchdog, interrupts, stack
-text.h, text.c     numbers and lines of text to the console
-attitude.h, .c     newest update of the hardware core, read in the interrupt
-software.h, .c     the estimator in software, on the same records
-main.c             attitude as text, by hardware or by software
-measure.c          one estimator in software, driven and observed by a bench
-filter.py          ``filter.h``: the estimator of an image
+start.S, link.ld   from reset to ``main``; memory map
+soc.h              cycle counter, updates of the device, words to the bench
+measure.c          one estimator in software on recorded inputs: outputs and cycles
+offload.c          reads every update of the attitude system over the bus
 image.py           compiler, flags, sizes, image as words in hexadecimal
 =================  =========================================================================
 """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import subprocess
 import tempfile
@@ -43,7 +42,7 @@ _LINK = (
     "-Wl,--gc-sections",
     "-Wl,--no-warn-rwx-segments",
 )
-_FIXED = ("start.S", "link.ld", "soc.h", "soc.c")
+_FIXED = ("start.S", "link.ld", "soc.h")
 
 
 class ImageError(ToolFailed):
@@ -52,20 +51,9 @@ class ImageError(ToolFailed):
 
 @dataclass(frozen=True)
 class Image:
-    """Firmware as words of memory.
-
-    Attributes
-    ----------
-    words : tuple of int
-        Memory from address 0.
-    symbols : dict
-        Addresses and numbers by name of the linker.
-    ram : int
-        Bytes of memory for which it was linked.
-    """
+    """Firmware as words of memory, from address 0, and the bytes of memory it was linked for."""
 
     words: tuple[int, ...]
-    symbols: dict[str, int]
     ram: int
 
     @property
@@ -74,14 +62,9 @@ class Image:
         return "".join(f"{word:08x}\n" for word in self.words)
 
     @property
-    def code_size(self) -> int:
+    def code_bytes(self) -> int:
         """Bytes of code, constants and first values of data."""
-        return self.symbols["_image_end"]
-
-    @property
-    def data_size(self) -> int:
-        """Bytes of data that is written, without the stack."""
-        return self.symbols["_stack_bottom"] - self.symbols["_data_begin"]
+        return 4 * len(self.words)
 
 
 def source(name: str) -> str:
@@ -100,40 +83,32 @@ def find_cross_compiler() -> str:
     path = shutil.which(COMPILER)
     if path is None:
         raise ToolMissing(
-            f"{COMPILER} was not found: run 'make firmware', or install it "
-            f"(Debian, Ubuntu: apt-get install {PACKAGES})"
+            f"{COMPILER} was not found: install it (Debian, Ubuntu: apt-get install {PACKAGES})"
         )
     specs = subprocess.run(
         [path, "-print-file-name=picolibc.specs"], capture_output=True, text=True, check=True
     ).stdout.strip()
     if not Path(specs).is_absolute():
         raise ToolMissing(
-            f"picolibc for {COMPILER} was not found: run 'make firmware', or "
-            f"install it (Debian, Ubuntu: apt-get install {PACKAGES})"
+            f"picolibc for {COMPILER} was not found: install it "
+            f"(Debian, Ubuntu: apt-get install {PACKAGES})"
         )
     return path
 
 
 def build_image(
-    files: Mapping[str, str],
-    *,
-    sources: Sequence[str],
-    ram: int,
-    stack: int = 1024,
-    optimise: str = "-Os",
+    files: Mapping[str, str], *, sources: Sequence[str], ram: int, optimise: str = "-Os"
 ) -> Image:
     """Compile and link an image.
 
     Parameters
     ----------
     files : mapping
-        Texts by file name, besides those of every image (start-up, devices).
+        Texts by file name, besides start-up, link script and ``soc.h``.
     sources : sequence of str
         The C files among them.
     ram : int
         Bytes of memory.
-    stack : int
-        Bytes of stack that must remain.
     optimise : str
         Level of optimisation.
 
@@ -145,82 +120,21 @@ def build_image(
         The compiler or the linker failed, for example because the memory is too small.
     """
     compiler = find_cross_compiler()
-    texts = _texts(files)
     with tempfile.TemporaryDirectory(prefix="firmware-") as name:
         folder = Path(name)
-        for file, text in texts.items():
+        for file, text in {**{name: source(name) for name in _FIXED}, **files}.items():
             (folder / file).write_text(text, encoding="utf-8")
-        _run([compiler, *_arguments(sources, ram, stack, optimise), "-o", "image.elf"], folder)
-        tool = compiler.removesuffix("gcc")
-        _run([f"{tool}objcopy", "-O", "binary", "image.elf", "image.bin"], folder)
-        data = (folder / "image.bin").read_bytes()
-        listed = _run([f"{tool}nm", "image.elf"], folder)
+        size = f"-Wl,--defsym=RAM_SIZE={ram}"
+        command = [compiler, *CFLAGS, optimise, *_LINK, "-T", "link.ld", size, "start.S", *sources]
+        _run([*command, "-lm", "-o", "image.elf"], folder)
+        _run([f"{compiler.removesuffix('gcc')}objcopy", "-O", "binary", "image.elf", "bin"], folder)
+        data = (folder / "bin").read_bytes()
     data += bytes(-len(data) % 4)
-    words = tuple(int.from_bytes(data[k : k + 4], "little") for k in range(0, len(data), 4))
-    symbols = {m[2]: int(m[1], 16) for m in re.finditer(r"(?m)^([0-9a-f]+) \w (\S+)$", listed)}
-    return Image(words, symbols, ram)
+    words = (int.from_bytes(data[k : k + 4], "little") for k in range(0, len(data), 4))
+    return Image(tuple(words), ram)
 
 
-def project_files(
-    files: Mapping[str, str],
-    *,
-    sources: Sequence[str],
-    ram: int,
-    stack: int = 1024,
-    optimise: str = "-Os",
-) -> dict[str, str]:
-    """All sources of an image by file name, with ``build.sh``, which makes ``firmware.hex``.
-
-    Parameters are those of `build_image`.
-    """
-    command = " ".join(_arguments(sources, ram, stack, optimise))
-    return {
-        **_texts(files),
-        "build.sh": _BUILD.format(
-            compiler=COMPILER,
-            packages=PACKAGES,
-            arguments=command,
-            objcopy=f"{COMPILER.removesuffix('gcc')}objcopy",
-        ),
-    }
-
-
-_BUILD = """\
-#!/bin/sh
-# Builds firmware.hex, the first contents of the soft core's memory. Needs {packages}.
-set -e
-cd "$(dirname "$0")"
-command -v {compiler} >/dev/null || {{
-  echo "error: {compiler} not found: apt-get install {packages}" >&2; exit 2; }}
-{compiler} {arguments} -o firmware.elf
-{objcopy} -O binary firmware.elf firmware.bin
-od -An -v -t x4 -w4 firmware.bin | tr -d ' ' > firmware.hex
-"""
-
-
-def _texts(files: Mapping[str, str]) -> dict[str, str]:
-    """Add the files of every image."""
-    return {**{name: source(name) for name in _FIXED}, **files}
-
-
-def _arguments(sources: Sequence[str], ram: int, stack: int, optimise: str) -> list[str]:
-    """Arguments of the compiler."""
-    return [
-        *CFLAGS,
-        optimise,
-        *_LINK,
-        "-T",
-        "link.ld",
-        f"-Wl,--defsym=RAM_SIZE={ram},--defsym=STACK_SIZE={stack}",
-        "start.S",
-        "soc.c",
-        *sources,
-        "-lm",
-    ]
-
-
-def _run(command: Sequence[str], folder: Path) -> str:
+def _run(command: Sequence[str], folder: Path) -> None:
     completed = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if completed.returncode:
         raise ImageError(failure(f"{Path(command[0]).name} failed", completed.stderr))
-    return completed.stdout

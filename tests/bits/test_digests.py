@@ -134,7 +134,7 @@ def test_signals() -> None:
     """
     core = system_core(("complementary", "mekf"), restarts=0)
     designs = {
-        "system": (AttitudeSoc(system=AttitudeSystem(core=core, wishbone=True)), ""),
+        "system": (AttitudeSoc(system=AttitudeSystem(core=core, wishbone=True), words=1024), ""),
         "core on a board": (Top(core=filters("small", 0), clock_hz=100e6), "xc6slx9"),
         "AXI": (AxiCore(word=24), ""),
     }

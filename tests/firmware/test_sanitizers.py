@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from boresight.firmware.attitude.filter import filter_header
 from boresight.firmware.build import CModel
 from boresight.firmware.emit import emit_c
 from boresight.firmware.floating.build import FloatCModel
@@ -31,18 +30,17 @@ FLAGS = (
 )
 
 MAIN = """
-#include "filter.h"
+#include "NAME.h"
 #include <stdio.h>
-#include <string.h>
 
 int main(void) {
-    static filter_t filter;
-    filter_in_t in;
-    filter_out_t out;
-    filter_init(&filter);
-    while (fread(&in, 4, FILTER_INPUTS, stdin) == FILTER_INPUTS) {
-        filter_update(&filter, &in, &out);
-        fwrite(&out, 4, FILTER_OUTPUTS, stdout);
+    static NAME_t filter;
+    NAME_in_t in;
+    NAME_out_t out;
+    NAME_init(&filter);
+    while (fread(&in, 4, LONG_INPUTS, stdin) == LONG_INPUTS) {
+        NAME_update(&filter, &in, &out);
+        fwrite(&out, 4, LONG_OUTPUTS, stdout);
     }
     return 0;
 }
@@ -51,7 +49,8 @@ int main(void) {
 
 def run(files: dict[str, str], name: str, words: bytes, folder: Path) -> bytes:
     """Outputs of an estimator that is compiled with all checks."""
-    for file, text in {**files, "filter.h": filter_header(name), "main.c": MAIN}.items():
+    main = MAIN.replace("NAME", name).replace("LONG", name.upper())
+    for file, text in {**files, "main.c": main}.items():
         (folder / file).write_text(text)
     subprocess.run(
         ["gcc", *FLAGS, f"{name}.c", "main.c", "-lm", "-o", "main"], cwd=folder, check=True

@@ -1,12 +1,11 @@
-"""A small computer around a RISC-V soft core, for software beside the attitude core.
+"""A RISC-V soft core, to measure software beside the attitude core.
 
-========================  ======================================================  ==============
-component                 contents                                                acknowledges in
-========================  ======================================================  ==============
-`cpu.Cpu`                 VexRiscv (RV32IM, 4 KB + 4 KB cache)
-`memory.Ram`              block RAM, instructions and data                        1 cycle
-`control.Control`         timer, watchdog, console, error flags                   1 cycle
-`system.Soc`              all of them, and a slot for a Wishbone device
-`attitude_soc`            the attitude system in that slot
-========================  ======================================================  ==============
+=============== ==================================================================
+module          contents
+=============== ==================================================================
+cpu             VexRiscv (RV32IM, 4 KB + 4 KB cache) and its bus
+memory          block RAM for instructions and data
+system          both, a cycle counter, and a slot for a Wishbone device
+attitude_soc    the attitude system in that slot
+=============== ==================================================================
 """

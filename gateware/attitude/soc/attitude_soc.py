@@ -1,4 +1,4 @@
-"""The attitude system with a soft core beside it: hardware and software on the same samples."""
+"""The attitude system with a soft core beside it."""
 
 from __future__ import annotations
 
@@ -10,87 +10,29 @@ from amaranth.lib.wiring import In, Out
 
 from boresight.gateware.attitude.soc.system import Soc
 from boresight.gateware.attitude.system.attitude_system import AttitudeSystem
-from boresight.gateware.boards.board import Line
-from boresight.gateware.boards.uart import divisor_for
 
-__all__ = ["CONSOLE", "RAM_WORDS", "AttitudeSoc"]
-
-#: Words of memory that the XC6SLX9 has room for beside a core with all four filters: 12 KB. Beside
-#: one with `mekf` alone it is 28 KB (`docs/decisions/0010-soft-core.md`).
-RAM_WORDS = 3072
-
-#: The soft core's own serial line.
-CONSOLE = (
-    Line(
-        "console_rx",
-        "console_rx",
-        "to the soft core: TXD of a 3.3 V serial adapter",
-        input=True,
-        pull_up=True,
-    ),
-    Line("console_tx", "console_tx", "from the soft core: RXD of the adapter"),
-)
+__all__ = ["AttitudeSoc"]
 
 
 class AttitudeSoc(wiring.Component):
-    """`AttitudeSystem`, its registers in the slot of a `Soc`, its updates as the interrupt.
+    """`AttitudeSystem` with its registers in the slot of a `Soc`.
 
-    The attitude system is independent of the software.
+    The attitude system does not depend on the software. The members are those of the system
+    without its Wishbone, and the program's ``word`` and ``word_valid``.
 
     Parameters
     ----------
     system : AttitudeSystem
         Made with ``wishbone``.
-    console_baud : float
-        Line of the soft core's console.
-    words, watchdog_cycles, image
-        See `Soc`.
-
-    Members
-    -------
-    Those of `AttitudeSystem` other than the Wishbone, and `CONSOLE`.
+    words : int
+        Words of memory.
     """
 
-    def __init__(
-        self,
-        *,
-        system: AttitudeSystem,
-        console_baud: float = 115_200,
-        words: int = RAM_WORDS,
-        watchdog_cycles: int = 1 << 24,
-        image: str = "firmware.hex",
-    ) -> None:
-        if not system.wishbone:
-            raise ValueError("system must be made with wishbone=True, not without")
-        self.system = system
-        self.soc = Soc(
-            words=words,
-            watchdog_cycles=watchdog_cycles,
-            image=image,
-            divisor=divisor_for(clock_hz=system.clock_hz, baud=console_baud),
-        )
-        self.lines = (*system.lines, *CONSOLE)
-        self.clock_hz = system.clock_hz
-        self.title = "attitude system with a soft core"
-        self.console_baud = console_baud
-        self.words = words
-        super().__init__(
-            {
-                **{
-                    name: member
-                    for name, member in system.signature.members.items()
-                    if name not in ("wb", "interrupt")
-                },
-                "console_rx": In(1, init=1),
-                "console_tx": Out(1, init=1),
-            }
-        )
-
-    readme = "board_soc"
-
-    def facts(self) -> dict[str, Any]:
-        """Values of the system and the soft core for a project's README."""
-        return {**self.system.facts(), "memory": 4 * self.words, "console_baud": self.console_baud}
+    def __init__(self, *, system: AttitudeSystem, words: int) -> None:
+        self.system, self.soc = system, Soc(words=words)
+        members = system.signature.members
+        self._members = {n: m for n, m in members.items() if n not in ("wb", "interrupt")}
+        super().__init__({**self._members, "word": Out(32), "word_valid": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         """Connect the two parts."""
@@ -99,12 +41,11 @@ class AttitudeSoc(wiring.Component):
         m.submodules.soc = soc = self.soc
         wiring.connect(m, soc.slot, system.wb)
         m.d.comb += [
-            soc.interrupt.eq(system.interrupt),
-            soc.rx.eq(self.console_rx),
-            self.console_tx.eq(soc.tx),
+            soc.updated.eq(system.interrupt),
+            self.word.eq(soc.word),
+            self.word_valid.eq(soc.word_valid),
         ]
-        for name, member in self.signature.members.items():
-            if name in system.signature.members:
-                inner, outer = getattr(system, name), getattr(self, name)
-                m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
+        for name, member in self._members.items():
+            inner, outer = getattr(system, name), getattr(self, name)
+            m.d.comb += inner.eq(outer) if member.flow is In else outer.eq(inner)
         return m

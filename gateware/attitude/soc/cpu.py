@@ -10,13 +10,9 @@ from amaranth.hdl import ClockSignal, Const, Instance, Module, ResetSignal, Sign
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from boresight.gateware.attitude.soc.bus import ProcessorBus
 from boresight.model.errors import ToolMissing
 
-__all__ = ["RESET_VECTOR", "Cpu", "cpu_verilog"]
-
-#: Byte address of the first instruction.
-RESET_VECTOR = 0
+__all__ = ["BURST", "Cpu", "ProcessorBus", "cpu_verilog"]
 
 _PACKAGE = "pythondata_cpu_vexriscv"
 
@@ -41,33 +37,65 @@ def cpu_verilog() -> str:
     )
 
 
-class Cpu(wiring.Component):
-    """The processor and its two buses.
+#: ``cti`` of a word of a burst that is not the last: the next word follows, at the next address.
+BURST = 2
 
-    Addresses from 0x8000_0000 on bypass the caches. The bus cannot report an error to this
-    processor, so every access must be acknowledged. ``wfi`` has no effect.
+
+class ProcessorBus(wiring.Signature):
+    """Wishbone B4 with bytes and registered-feedback bursts, as the processor sees it.
 
     Members
     -------
-    restart : In(1)
-        Held in reset while high.
-    timer : In(1), interrupts : In(32)
-        Interrupt requests, levels. CSR 0xBC0 masks ``interrupts``, CSR 0xFC0 shows them.
+    adr : Out(addr_width)
+        Word address.
+    dat_w : Out(32), dat_r : In(32)
+        Written and read word.
+    sel : Out(4)
+        Bytes that are written.
+    cyc, stb, we : Out(1)
+        The processor's request; held until ``ack``.
+    cti : Out(3)
+        `BURST` if another word follows.
+    ack : In(1)
+        The word is taken or ``dat_r`` is there.
+
+    Parameters
+    ----------
+    addr_width : int, 1 to 30
+        Bits of the word address.
+    """
+
+    def __init__(self, *, addr_width: int = 30) -> None:
+        super().__init__(
+            {
+                "adr": Out(addr_width),
+                "dat_w": Out(32),
+                "dat_r": In(32),
+                "sel": Out(4),
+                "cyc": Out(1),
+                "stb": Out(1),
+                "we": Out(1),
+                "cti": Out(3),
+                "ack": In(1),
+            }
+        )
+
+
+class Cpu(wiring.Component):
+    """The processor and its two buses.
+
+    Execution starts at address 0. Addresses from 0x8000_0000 on bypass the caches. The bus cannot
+    report an error to this processor, so every access must be acknowledged.
+
+    Members
+    -------
     ibus, dbus : Out(ProcessorBus)
         Instructions, data.
     """
 
     def __init__(self) -> None:
         bus = ProcessorBus()
-        super().__init__(
-            {
-                "restart": In(1),
-                "timer": In(1),
-                "interrupts": In(32),
-                "ibus": Out(bus),
-                "dbus": Out(bus),
-            }
-        )
+        super().__init__({"ibus": Out(bus), "dbus": Out(bus)})
 
     def elaborate(self, platform: Any) -> Module:
         """Instance of the package's module, whose Verilog is a separate file."""
@@ -97,11 +125,11 @@ class Cpu(wiring.Component):
         m.submodules.core = Instance(
             "VexRiscv",
             i_clk=ClockSignal(),
-            i_reset=ResetSignal(allow_reset_less=True) | self.restart | starting.any(),
-            i_externalResetVector=Const(RESET_VECTOR, 32),
-            i_timerInterrupt=self.timer,
+            i_reset=ResetSignal(allow_reset_less=True) | starting.any(),
+            i_externalResetVector=Const(0, 32),
+            i_timerInterrupt=Const(0),
             i_softwareInterrupt=Const(0),
-            i_externalInterruptArray=self.interrupts,
+            i_externalInterruptArray=Const(0, 32),
             **ports,
         )
         return m

@@ -180,6 +180,9 @@ module bench #(
             // Both logs begin when the inertial sensor is first running.
             if (dut.probe_running === 1'b1) seen_running <= 1;
 
+`ifdef SOC
+            if (dut.word_valid) $display("W %h", dut.word);
+`endif
             // Inside.
             if (dut.probe_sample === 1'b1) $fwrite(trace, "%0d S\n", cycle);
             if (dut.probe_program != was_program) begin

@@ -1,60 +1,92 @@
-"""The attitude by the hardware core, in the soft core's memory: equality and cycles."""
+"""A program that uses the core through the bus: every update of the attitude system, in memory."""
 
 from __future__ import annotations
 
-import dataclasses
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from boresight.firmware.attitude.image import build_image, source
 from boresight.firmware.build import CModel
-from boresight.sim.attitude.board.run import stimulus
-from boresight.sim.attitude.soc.board import BoardBench, attitude_image
+from boresight.gateware.attitude.soc.attitude_soc import AttitudeSoc
+from boresight.gateware.attitude.soc.system import soc_verilog
+from boresight.gateware.attitude.system.interface import Place
+from boresight.gateware.attitude.system.system_bus import RESULTS
+from boresight.gateware.texts.core import c_header
+from boresight.sim.attitude.board.build import board_parameters, board_sources, make_board
+from boresight.sim.attitude.board.run import cycles_limit, files_and_arguments, stimulus
+from boresight.sim.attitude.board.setup import SCALED
+from boresight.sim.attitude.board.trace import read_trace
+from boresight.sim.attitude.soc.measure import printed_words
 from boresight.sim.records.record import Record
+from boresight.sim.rtl.compiled import build
 
 __all__ = ["offload"]
 
-#: Updates not compared, during the firmware's start-up.
-_FIRST = 2
+_RAM = 64 * 1024
 
 
-def offload(bench: BoardBench, log: Record, *, updates: int = 1000) -> dict[str, Any]:
-    """Run the complete board: sensors at the pins, interrupt, attitude in memory.
+def offload(log: Record, *, filters: Sequence[str] = ("mekf",), updates: int) -> dict[str, Any]:
+    """Simulate the complete board with the soft core that reads its updates.
 
-    Every update's outputs in memory are compared with the integer model on the inputs that stand
-    beside them.
+    Every update in the program's memory is compared with the integer model on the inputs beside it.
 
     Parameters
     ----------
-    bench : BoardBench
-        Bench of `sim.attitude.soc.board.soc_board`.
     log : Record
         Data of the sensors, with a reference attitude for the compass.
+    filters : sequence of str
+        Filters of the board; the first one runs.
     updates : int
         Number of updates.
     """
-    image = attitude_image(bench.board.system, ram=bench.ram)
-    run = bench.run(image, stimulus(log, bench.board), updates=updates)
-    writes = run.newest
-    program = bench.board.core.parts[0].program
-    # Every parameter has its value after power-up.
-    expected, _ = CModel(program).update(writes.inputs)
-    numbers = (writes.header & 0xFFFF) - 1
-    to_memory = (writes.complete - run.updates[numbers])[_FIRST:]
-    to_update = run.updates - run.samples[: len(run.updates)]
-    return {
-        "estimator": program.name,
-        "updates": len(run.updates),
-        "in_memory": len(numbers),
-        "mismatches": int((writes.outputs != expected).any(axis=1).sum()),
-        "sample_to_update_cycles": {"min": int(to_update.min()), "max": int(to_update.max())},
-        "update_to_memory_cycles": {
-            "median": int(np.median(to_memory)),
-            "max": int(to_memory.max()),
+    board = make_board(SCALED, filters=filters, wishbone=True)
+    system, program = board.system, board.core.parts[0].program
+    outputs, inputs = len(program.outputs), len(program.streamed)
+    sizes = {
+        "RECORD_OUTPUTS": outputs,
+        "RECORD_INPUTS": inputs,
+        "RECORD_OUTPUT_ADDR": RESULTS + Place.OUTPUTS,
+        "RECORD_INPUT_ADDR": RESULTS + Place.INPUTS,
+    }
+    image = build_image(
+        {
+            "records.h": "".join(f"#define {name} {int(n)}u\n" for name, n in sizes.items()),
+            "registers.h": c_header(system.map()),
+            "offload.c": source("offload.c"),
         },
-        "code_bytes": image.code_size,
-        "data_bytes": image.data_size,
-        "setup": dataclasses.asdict(bench.board.setup),
-        "simulated_cycles": run.cycles,
-        "simulation_seconds": round(run.seconds, 2),
+        sources=("offload.c",),
+        ram=_RAM,
+    )
+    soc = soc_verilog(AttitudeSoc(system=system, words=_RAM // 4), "system")
+    bench = build(
+        "bench",
+        {**board_sources(board), **soc},
+        parameters=board_parameters(board.setup),
+        arguments=("-DSOC",),
+    )
+    files, arguments = files_and_arguments(board, stimulus(log, board), updates, {}, {})
+    with tempfile.TemporaryDirectory(prefix="boresight-offload-") as folder:
+        run = bench.run(
+            arguments,
+            max_cycles=cycles_limit(board, updates),
+            files={**files, "firmware.hex": image.hex},
+            folder=Path(folder),
+        )
+        trace = read_trace((Path(folder) / "trace.txt").read_text())
+    words = printed_words(run.stdout, 2 + outputs + inputs)
+    expected, _ = CModel(program).update(words[:, 2 + outputs :].view(np.int32))
+    computed = words[:, 2 : 2 + outputs].view(np.int32)
+    numbers = words[:, 0].astype(np.int64) & 0xFFFF
+    ready = trace.ready[np.searchsorted(trace.ready[:, 0], trace.updates) - 1, 0]
+    in_registers = (trace.updates - ready)[numbers - 1]
+    return {
+        "filter": program.name,
+        "updates": len(trace.updates),
+        "in_memory": len(words),
+        "mismatches": int((computed != expected).any(axis=1).sum()),
+        "bus_cycles": int(np.max(words[:, 1].astype(np.int64) - in_registers)),
     }

@@ -1,0 +1,80 @@
+"""Filters in C on the simulated soft core, and a program that uses the core through the bus."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from boresight.firmware.attitude.image import COMPILER, ImageError, build_image, find_cross_compiler
+from boresight.model.attitude import estimator
+from boresight.model.errors import ToolMissing
+from boresight.sim.attitude.soc import comparison
+from boresight.sim.attitude.soc.comparison import FLOAT_BOUND_DEG, compare
+from boresight.sim.attitude.soc.measure import measure_float
+from boresight.sim.attitude.soc.offload import offload
+from boresight.sim.records.bundled import bundled
+from boresight.sim.records.feed import feed
+from boresight.sim.records.files import read_record
+
+needs_compiler = pytest.mark.skipif(
+    shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed"
+)
+LOG = read_record(bundled("ximu_walk"))
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["complementary", "mekf"])  # the smallest and the largest
+def test_software_has_the_words_of_the_model_and_takes_longer(name: str) -> None:
+    row = compare(name, LOG, updates=8)
+    assert row["good"] and row["updates"] == 8 and row["mismatches"] == 0
+    assert row["apart_deg"] < 1e-4
+    assert 10 * row["core"] < row["integer"] < row["float"]
+    if row["paper"] is not None:
+        assert 0.5 < row["float"] / row["paper"] < 2.0
+
+
+@needs_compiler
+def test_float_c_goes_on_after_impossible_inputs() -> None:
+    e = estimator("complementary")
+    inputs = feed(e, LOG).inputs[:8].copy()
+    inputs[2, 1:] = np.inf
+    outputs = measure_float(e, inputs).outputs.view(np.float32)
+    assert len(outputs) == 8 and np.isfinite(outputs[:2]).all() and np.isnan(outputs[2, 3])
+
+
+@needs_compiler
+def test_wrong_bits_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    def flipped(way: str, place: tuple[int, int], bit: int) -> None:
+        measured = getattr(comparison, way)
+
+        def wrong(*arguments):
+            run = measured(*arguments)
+            run.outputs[place] ^= np.uint32(1 << bit)
+            return run
+
+        monkeypatch.setattr(comparison, way, wrong)
+
+    flipped("measure_integer", (3, 6), 0)
+    flipped("measure_float", (2, 3), 24)
+    row = compare("complementary", LOG, updates=5)
+    assert row["mismatches"] == 1 and row["apart_deg"] > FLOAT_BOUND_DEG and not row["good"]
+
+
+@needs_compiler
+def test_every_update_of_the_board_reaches_the_program() -> None:
+    row = offload(LOG, filters=("complementary",), updates=50)
+    assert row["updates"] == 50 and row["in_memory"] >= 49
+    assert row["mismatches"] == 0
+    assert 0 < row["bus_cycles"] < 250
+
+
+@needs_compiler
+def test_a_full_memory_is_an_error() -> None:
+    with pytest.raises(ImageError, match="no room for the stack|will not fit"):
+        build_image({"m.c": "int main(void) { return 0; }\n"}, sources=("m.c",), ram=1024)
+
+
+def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(ToolMissing, match="apt-get install gcc-riscv64-unknown-elf"):
+        find_cross_compiler()

@@ -1,1 +1,0 @@
-"""What operations cost on the soft core."""
