@@ -48,6 +48,10 @@ _UNREADABLE = (
 )
 
 
+#: Bytes of all arrays of an archive, at most.
+_LARGEST = 4 << 30
+
+
 def format_npz(record: Record) -> bytes:
     """Pack a record: one array for each column."""
     buffer = io.BytesIO()
@@ -67,7 +71,18 @@ def _arrays_of(path: Path, content: bytes) -> dict[str, npt.NDArray[Any]]:
     """Arrays of an archive; raises InputError unless it is one of plain arrays."""
     try:
         archive = np.load(io.BytesIO(content), allow_pickle=False)
-        return {key: archive[key] for key in archive.files}
+        sizes = [info.file_size for info in archive.zip.infolist()]
+        if sum(sizes) > _LARGEST:
+            raise InputError.at(
+                str(path),
+                wanted=f"at most {_LARGEST >> 30} GiB of arrays",
+                found=f"{sum(sizes) / 2**30:.3g} GiB, unpacked",
+                fix="write it as Parquet, which is read in pieces",
+            )
+        arrays = {key: archive[key] for key in archive.files}
+        if not all(isinstance(array, np.ndarray) for array in arrays.values()):
+            raise ValueError("a member that is no array")
+        return arrays
     except _UNREADABLE:
         raise InputError.at(
             str(path),

@@ -1,12 +1,13 @@
 """A record of a recording: rows at the times of its fastest sensor.
 
 A sample of a slower sensor stands in the first row at or after its own time; rows between have
-none. True values are interpolated to the rows. Samples that are not later than all before them are
-left out, and counted.
+none. True values are interpolated to the rows. Messages are sorted by their times; whatever is left
+out is counted.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -21,7 +22,7 @@ from boresight.model.errors import InputError
 from boresight.sim.records.frames import attitude_from, vector_from
 from boresight.sim.records.maps import TIME_UNITS, Source
 from boresight.sim.records.record import Column, Record, index_place, name_of
-from boresight.sim.records.topics import NS, Clock, Recording, Topic, increasing
+from boresight.sim.records.topics import GAP_STEPS, NS, Clock, Order, Recording, Topic
 from boresight.sim.rotations.rotation import quaternion_normalise
 
 __all__ = ["Reader", "record_from"]
@@ -31,6 +32,8 @@ Reader: TypeAlias = Callable[[Path, Collection[str] | None], Recording]
 
 #: Seconds between two true values that are bridged.
 _GAP_S = 0.1
+#: Largest share of messages with stray times that are left out.
+_MOST_STRAY = 0.1
 _NO_SAMPLE = -(2**31)  # PX4's delay of a sensor that has no sample
 
 
@@ -42,7 +45,7 @@ class _Series:
     topic: Topic
     stamps: IntArray
     values: FloatArray
-    clock: Clock
+    order: Order
 
 
 def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
@@ -75,7 +78,8 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
         unit = s.source.unit or ("m" if s.source.frame == "geodetic" else None)
         for k, name in enumerate(s.source.columns):
             columns_of[name] = Column(np.ascontiguousarray(table[:, k]), unit)
-    notes += dict.fromkeys(text for s in series for text in s.clock.notes(s.topic.name, s is base))
+    notes += dict.fromkeys(text for s in series for text in s.order.notes(s.topic.name))
+    notes += Clock.of_times((base.stamps - base.stamps[0]) / NS).notes(base.topic.name)
     comparison = any(s.source.comparison for s in series)
     return Record(
         name_of(path), columns_of, index_place(str(path)), str(path), tuple(notes), comparison
@@ -99,8 +103,26 @@ def _first_match(
                 )
             notes.append(f"{source.columns[0]}: one of {names} could be meant, none is read")
         elif topics and _field_names(source, topics[0]) is not None:
-            return source, topics[0]
+            (topic,) = topics
+            if _has_sample(source, topic).any():
+                return source, topic
+            if not source.optional:
+                raise InputError.at(
+                    f"{path}, topic {topic.name}",
+                    wanted=f"{source.fields[0]} for {source.columns[0]}",
+                    found=f"{source.covariance} of -1 in all messages: the device has none",
+                    fix="record a device that measures it, or name another topic in a map: "
+                    "--map FILE.toml",
+                )
+            notes.append(f"{topic.name}: no {source.fields[0]} ({source.covariance} is -1)")
     return None
+
+
+def _has_sample(source: Source, topic: Topic) -> BoolArray:
+    """Messages whose covariance does not say that they have no sample, by a -1."""
+    if source.covariance not in topic.fields:
+        return np.ones(len(topic.stamps), dtype=bool)
+    return np.asarray(topic.fields[source.covariance] != -1.0)
 
 
 def _field_names(source: Source, topic: Topic) -> list[str] | None:
@@ -120,11 +142,13 @@ def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None
     first, topics = sources[0], {t.name: t for t in read(path, None).topics}
     for topic in topics.values():
         if first.label in (topic.name, topic.kind) and len(topic.stamps):
-            fields = [*first.fields, *filter(None, (first.time, first.delay))]
+            names = [*first.fields, *filter(None, (first.time, first.delay))]
+            known = {*topic.fields, *(re.split(r"[.[]", f)[0] for f in topic.fields)}
+            missing = next((name for name in names if name not in known), names[0])
             raise InputError.at(
                 f"{path}, topic {topic.name}",
-                wanted=f"fields {', '.join(fields)}",
-                found=_closest(fields[0], topic.fields),
+                wanted=f"a field {missing}",
+                found=_closest(missing, topic.fields),
                 fix="name what is there in a map: --map FILE.toml",
             )
     names = topics if first.topic else {t.kind for t in topics.values()}
@@ -149,14 +173,24 @@ def _series(path: Path, source: Source, topic: Topic) -> _Series:
         values = values * np.array(source.scale)
     values[np.isinf(values)] = np.nan  # no sample is taken from a message that has none
     stamps, has_sample = _times(source, topic)
-    clock, rising = Clock.of(stamps[has_sample]), increasing(stamps[has_sample])
-    stamps, values = stamps[has_sample][rising], values[has_sample][rising]
-    return _Series(source, topic, stamps, _in_record_frame(where, source, values), clock)
+    stamps, values = stamps[has_sample], values[has_sample]
+    order = Order.of(stamps, values)
+    if order.stray > _MOST_STRAY * len(stamps):
+        row = int(np.argmax(np.diff(stamps) < 0)) + 1
+        back = (stamps[row - 1] - stamps[row]) / NS
+        raise InputError.at(
+            f"{where}, message {row}",
+            wanted="times that rise",
+            found=f"a clock that steps back by {back:.6g} s",
+            fix="cut the recording there",
+        )
+    values = _in_record_frame(where, source, values[order.index])
+    return _Series(source, topic, order.stamps, values, order)
 
 
 def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
     """Times of the samples [ns], and which messages have a sample of their own."""
-    has_sample = np.ones(len(topic.stamps), dtype=bool)
+    has_sample = _has_sample(source, topic)
     if not source.time and not source.delay:
         return topic.stamps, has_sample
     raw: npt.NDArray[Any] = topic.fields[source.time or source.delay]
@@ -165,7 +199,7 @@ def _times(source: Source, topic: Topic) -> tuple[IntArray, BoolArray]:
     stamps = stamps if raw.dtype.kind == "f" else stamps * int(unit)
     if source.time:
         return stamps, has_sample
-    has_sample = raw != _NO_SAMPLE
+    has_sample &= raw != _NO_SAMPLE
     stamps = topic.stamps + stamps
     # A fast message repeats the last sample of a slow sensor.
     has_sample[1:] &= stamps[1:] != stamps[:-1]
@@ -202,12 +236,33 @@ def _in_rows(s: _Series, base: _Series, notes: list[str]) -> FloatArray:
         out[last >= 0] = s.values[last[last >= 0]]
         return out
     row = np.searchsorted(rows, s.stamps)
-    inside = row < len(rows)
+    step = (rows[-1] - rows[0]) / max(len(rows) - 1, 1)
+    inside = (row < len(rows)) & (s.stamps > rows[0] - GAP_STEPS * step)
+    _tell_outside(s, base, inside, notes)
     out[row[inside]] = s.values[inside]
     behind = inside & (row > 0)
     if passed := int(behind.sum() - len(np.unique(row[behind]))):
         notes.append(f"{s.topic.name}: samples passed by a later one of the same row: {passed}")
     return out
+
+
+def _tell_outside(s: _Series, base: _Series, inside: BoolArray, notes: list[str]) -> None:
+    """Note samples outside the times of the rows; InputError where all of them are."""
+    outside = int((~inside).sum())
+    if not outside:
+        return
+    name, rows = s.topic.name, base.topic.name
+    if inside.any():
+        notes.append(f"{name}: samples before or after those of {rows}, left out: {outside}")
+        return
+    ahead = float(s.stamps[0] - base.stamps[0]) / NS
+    raise InputError.at(
+        f"topic {name}",
+        wanted=f"samples at the times of {rows}",
+        found=f"none of {outside}: its clock is {abs(ahead):.6g} s "
+        + ("ahead" if ahead > 0.0 else "behind"),
+        fix="correct its time stamps (a 32-bit counter of microseconds wraps after 4294.97 s)",
+    )
 
 
 def _interpolated(s: _Series, rows: IntArray, out: FloatArray) -> FloatArray:

@@ -20,10 +20,10 @@ from boresight.sim.records.log import Log
 from boresight.sim.records.nine_axis import check_norm, truth_names
 from boresight.sim.records.plausible import warnings_of
 from boresight.sim.records.reader import InputReader
-from boresight.sim.records.record import MEDIAN_OF, Record, index_place, joined, place_of_steps
+from boresight.sim.records.record import Record, index_place, joined, place_of_steps
 from boresight.sim.records.selection import selection
 from boresight.sim.records.stream import ahead
-from boresight.sim.records.topics import GAP_STEPS
+from boresight.sim.records.topics import Clock
 
 __all__ = ["Feed", "Feeder", "LongFeed", "feed", "feed_of", "feeds", "fitted", "require_rate"]
 
@@ -195,6 +195,7 @@ class Feeder:
         if not start:
             _refuse_missing(estimator, record, self.linked)
             _refuse_rate(estimator, record)
+        _refuse_two_clocks(record)
         inputs, new = reader.take_rows(
             {
                 i.name: _values(record, i)
@@ -216,7 +217,7 @@ class Feeder:
             if start
             else (
                 *record.notes,
-                *_unseen_steps(estimator, record),
+                *_irregular_steps(estimator, record),
                 *warnings_of(estimator, inputs, new),
             ),
         )
@@ -251,23 +252,36 @@ def _rate_hz(record: Record) -> float:
     return 1.0 / max(float(np.median(record.steps())), 1e-9)
 
 
-def _unseen_steps(estimator: Estimator, record: Record) -> Iterator[str]:
-    """Warnings about longer time steps, of an estimator that takes all steps as the same."""
-    timed = any(i.name == "dt" or i.unit in _TIME_UNITS for i in estimator.inputs)
-    if timed or not estimator.states or not _timed(record) or len(record) < 2:
+def _irregular_steps(estimator: Estimator, record: Record) -> Iterator[str]:
+    """Warnings about gaps and jitter of the times, and what the estimator makes of them."""
+    if not estimator.states or not _timed(record) or len(record) < 3 or selection().gaps:
         return
     every = selection().every
-    if every > 1 and "dt" not in estimator.rates_hz:
+    timed = any(i.name == "dt" or i.unit in _TIME_UNITS for i in estimator.inputs)
+    if every > 1 and not timed and "dt" not in estimator.rates_hz:
         yield (
             f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
             f"{every} rows as one step"
         )
-    steps = record.steps()
-    gaps = steps > GAP_STEPS * float(np.median(steps[:MEDIAN_OF]))
-    if gaps.any():
-        yield (
-            f"steps of over three medians: {int(gaps.sum())}, the longest of {steps.max():.3g} s: "
-            f"{estimator.name} has no input dt, and counts each as one"
+    for note in Clock.of_times(np.cumsum(np.maximum(record.steps(), 0.0))).notes():
+        yield note if timed else f"{note}: {estimator.name} has no input dt, and counts each as one"
+
+
+def _refuse_two_clocks(record: Record) -> None:
+    """Refuse a column dt, or a rate fs, that contradicts the times."""
+    if not {"t", "dt"} <= {*record.columns} or len(record) < 3:
+        return
+    steps, dt = np.diff(record.values("t", "s")), record.values("dt", "s")[1:]
+    known = dt > 0.0
+    if not known.any():
+        return
+    by_t, by_dt = float(np.median(steps[known])), float(np.median(dt[known]))
+    if abs(by_dt / by_t - 1.0) > _RATE_TOLERANCE:
+        raise InputError.at(
+            record.where,
+            wanted="dt (or fs) and the differences of t that agree",
+            found=f"steps of {by_dt:.6g} s, and times {by_t:.6g} s apart",
+            fix="leave one of them out, or correct its unit",
         )
 
 

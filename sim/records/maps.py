@@ -47,6 +47,8 @@ class Source:
         ``time_unit``.
     fill : str
         Values of rows between samples: none, hold, or linear (true values).
+    covariance : str
+        Field that is -1 in messages without a sample, as ROS has it.
     optional, comparison : bool
         May be missing; is another device's estimate.
     """
@@ -62,6 +64,7 @@ class Source:
     delay: str = ""
     time_unit: str = ""
     fill: str = "none"
+    covariance: str = ""
     optional: bool = False
     comparison: bool = False
 

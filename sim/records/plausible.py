@@ -1,47 +1,63 @@
 """Warnings about sensor values that are implausible in their unit.
 
 A wrong unit gives a bit-exact run without meaning, so the values are examined: a gyro that turns
-ten times a second for minutes is probably in deg/s, a specific force of length one in g. This is a
-guess, so it warns and never refuses.
+ten times a second for minutes is probably in deg/s, a specific force of length one in g, and rates
+that do not turn force and field have another unit, sign or axis (`turning`). This is a guess, so it
+warns and never refuses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.estimator import Estimator
+from boresight.sim.records.turning import Triad, contradictions
 
 __all__ = ["warnings_of"]
 
 
 @dataclass(frozen=True)
 class _Rule:
-    """Implausible typical lengths for sensors with one unit, and the probable unit."""
+    """Plausible typical lengths for sensors with one unit, and what other lengths look like.
+
+    ``others`` gives ends of lengths and a unit, or a cause, in rising order.
+    """
 
     unit: str
-    implausible: Callable[[float], bool]
-    looks: str
-    wants_triple: bool = False
+    least: float
+    most: float
+    others: tuple[tuple[float, float, str], ...]
+    wants_triple: bool = True
     #: Largest declared range of such a sensor.
     range_limit: float = math.inf
 
 
 _RULES = (
     # 10 rad/s is 95 turns a minute, in half of all samples; motors turn faster than gyros measure.
-    _Rule("rad/s", lambda typical: typical > 10.0, "deg/s", range_limit=100.0),
-    _Rule("m/s^2", lambda typical: 0.9 < typical < 1.1, "g (g0 in a header)", wants_triple=True),
+    _Rule("rad/s", 0.0, 10.0, ((10.0, math.inf, "deg/s"),), False, 100.0),
     _Rule(
-        "m/s^2", lambda typical: 900.0 < typical < 1100.0, "mg (mg0 in a header)", wants_triple=True
+        "m/s^2",
+        5.0,
+        200.0,
+        ((0.9, 1.1, "g (g0 in a header)"), (900.0, 1100.0, "mg (mg0 in a header)")),
     ),
     # The Earth's field is 22 to 67 uT.
-    _Rule("uT", lambda typical: 0.15 < typical < 1.0, "gauss", wants_triple=True),
-    _Rule("uT", lambda typical: 150.0 < typical < 1000.0, "milligauss", wants_triple=True),
-    _Rule("uT", lambda typical: typical > 1e4, "nT", wants_triple=True),
+    _Rule(
+        "uT",
+        7.0,
+        150.0,
+        (
+            (1e-5, 1.5e-4, "tesla"),
+            (1e-2, 0.15, "mT"),
+            (0.15, 1.5, "gauss"),
+            (150.0, 1500.0, "milligauss"),
+            (1e4, 1.5e5, "nT"),
+        ),
+    ),
 )
 
 
@@ -63,20 +79,48 @@ def warnings_of(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> tup
             warnings.append(f"{' '.join(names)}: {incomplete} rows have some of them, not all")
         if not rows.any():
             continue
-        unit = estimator.inputs[columns[0]].unit
+        declared = estimator.inputs[columns[0]]
         typical = float(np.median(np.linalg.norm(inputs[rows][:, columns], axis=1)))
         warnings += [
-            f"{' '.join(names)}: typically {typical:.3g} {unit}, which looks like {rule.looks}"
+            f"{' '.join(names)}: typically {typical:.3g} {rule.unit}, {_looks(rule, typical)}"
             for rule in _RULES
-            if rule.unit == unit
+            if rule.unit == declared.unit
             and (len(columns) == 3 or not rule.wants_triple)
-            and rule.implausible(typical)
-            and estimator.inputs[columns[0]].high <= rule.range_limit
+            and not rule.least <= typical <= rule.most
+            and typical > 0.0
+            and rule.least < declared.high <= rule.range_limit
         ]
+    warnings += _contradictions(estimator, inputs, new)
     dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
     if dt is not None and np.median(inputs[:, dt]) >= estimator.inputs[dt].high:
         warnings.append("dt: at the end of its range in most rows; is t in seconds?")
     return tuple(warnings)
+
+
+def _looks(rule: _Rule, typical: float) -> str:
+    """What a typical length looks like that is none of the rule's sensor."""
+    for low, high, unit in rule.others:
+        if low <= typical < high:
+            return f"which looks like {unit}"
+    if rule.unit == "m/s^2" and typical < rule.least:
+        return "too little for gravity: has the device removed it?"
+    return f"where {rule.least:g} to {rule.most:g} would be plausible"
+
+
+def _contradictions(estimator: Estimator, inputs: FloatArray, new: BoolArray) -> list[str]:
+    """Rates against the turning of force and field, where the inputs have all of them."""
+    triads = {
+        estimator.inputs[columns[0]].unit: Triad(
+            " ".join(names), inputs[:, columns], new[:, columns].all(axis=1)
+        )
+        for names, columns in _sensors(estimator)
+        if len(columns) == 3
+    }
+    dt = next((k for k, i in enumerate(estimator.inputs) if i.name == "dt"), None)
+    vectors = [triads[unit] for unit in ("m/s^2", "uT") if unit in triads]
+    if dt is None or "rad/s" not in triads:
+        return []
+    return contradictions(triads["rad/s"], vectors, inputs[:, dt])
 
 
 def _sensors(estimator: Estimator) -> list[tuple[list[str], list[int]]]:

@@ -316,8 +316,32 @@ def _time_error(record: Record, row: int, previous: float) -> InputError:
         record.place(row, "t"),
         wanted=f"a time above {float(previous)!r} {unit}, that of the row before",
         found=f"{float(t.values[row])!r} {unit}",
-        fix="sort the rows and remove repeated ones",
+        fix=_late_remedy(t, row, float(previous)),
     )
+
+
+#: Counters that wrap: bits, name and length of their unit in seconds.
+_COUNTERS = [
+    (bits, name, 2.0**bits * size)
+    for name, size in (("microseconds", 1e-6), ("milliseconds", 1e-3))
+    for bits in (32, 31)
+]
+
+
+def _late_remedy(t: Column, row: int, previous: float) -> str:
+    """What to do about a time that falls: unwrap a counter, remove one row, or sort all."""
+    fall, factor = previous - float(t.values[row]), 1.0
+    with suppress(UnitError):
+        factor = linear(t.unit or "s", "s")[0]
+    for bits, name, period in _COUNTERS:
+        if abs(fall * factor - period) <= 1e-3 * period:
+            return (
+                f"a {bits}-bit counter of {name} wraps here: add {period / factor:.10g} to this "
+                "time and to those after it"
+            )
+    if row > 1 and t.values[row - 2] < t.values[row] and (np.diff(t.values[row:][:8]) > 0.0).all():
+        return "if the time of the row before is wrong, remove that row; otherwise sort the rows"
+    return "sort the rows and remove repeated ones"
 
 
 def _gravity(unit: str, wanted: str) -> str:
@@ -378,9 +402,10 @@ def columns_of(
                 found=f"{array.dtype}, shape {array.shape}",
                 fix="convert it",
             )
-            if not array.ndim:
+            lengths = [len(other) for other in arrays.values() if other.ndim]
+            if not lengths:
                 raise faults[name]
-            array = np.full(len(array), np.nan)
+            array = np.full(len(array) if array.ndim else lengths[0], np.nan)
         columns[name] = Column(array.astype(np.float64, copy=copy), unit)
     return columns, faults
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import re
 from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import chain
@@ -31,9 +32,15 @@ __all__ = ["ROWS", "format_csv", "parse_csv", "pieces_of_csv", "write_csv"]
 #: Values from which on pyarrow is worth its import, and rows that are written at once.
 _FAST_FROM, ROWS = 100_000, 1 << 16
 #: Texts of no sample, in any case.
-_NONE = ("", "nan")
+_NONE = ("", "nan", "-nan")
 #: Bytes that are read at once.
 _BLOCK = 1 << 22
+#: Other separators, their names, and the commands that write commas and decimal points.
+_SEPARATORS = (
+    (";", "semicolons", "tr ';,' ',.'"),
+    ("\t", "tabs", "tr '\\t,' ',.'"),
+    (" ", "blanks", "tr -s ' ' ','"),
+)
 
 
 def format_csv(record: Record) -> bytes:
@@ -89,7 +96,7 @@ def parse_csv(path: Path, content: bytes) -> Record:
     if (plain := _plain(path, content)) is not None:
         return plain
     lines = _lines_of(path, content)
-    top = next((k for k, s in enumerate(lines) if s.strip() and not s.startswith("#")), None)
+    top = next((k for k, s in enumerate(lines) if not _is_remark(s)), None)
     if top is None:
         raise InputError.at(
             str(path),
@@ -138,7 +145,7 @@ def _plain(path: Path, content: bytes) -> Record | None:
         line = content[start:end]
         if end < 0 or b"\r" in line[:-1] or b"\0" in line:
             return None
-        if line.strip() and not line.startswith(b"#"):
+        if not _is_remark(line):
             break
         start, top = end + 1, top + 1
     try:
@@ -168,7 +175,7 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
     while True:
         start, end = end, block.find(b"\n", end) + 1
         line = block[start:end]
-        if not end or (line.strip() and not line.startswith(b"#")):
+        if not end or not _is_remark(line):
             break
         top += 1
     if not end or is_short or block.count(b"\r") != block.count(b"\r\n"):
@@ -198,6 +205,12 @@ def pieces_of_csv(path: Path, file: BinaryIO) -> Iterator[Record]:
         first += len(table)
 
 
+def _is_remark(line: str | bytes) -> bool:
+    """Whether a line above the header is blank, a comment, or Excel's ``sep=,``."""
+    text = line.decode("latin-1") if isinstance(line, bytes) else line
+    return not text.strip() or text.startswith("#") or text.strip().strip('"') == "sep=,"
+
+
 def _end_of_rows(lines: bytes, width: int) -> int:
     """Where the last row ends, but for blank lines behind it."""
     end = len(lines.rstrip()) if width > 1 else len(lines)
@@ -206,30 +219,43 @@ def _end_of_rows(lines: bytes, width: int) -> int:
 
 def _lines_of(path: Path, content: bytes) -> list[str]:
     """Lines of a text file with any line ends; raises InputError for a binary file."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
+    if b"\0" in content:
         is_utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        start = len(content.rstrip(b"\0"))
+        is_cut = b"\0" not in content[:start] and start > 0
         raise InputError.at(
             str(path),
             wanted="a CSV log in UTF-8 text",
-            found="UTF-16 text" if is_utf16 else "binary data",
-            fix="export it as UTF-8; other formats need their suffix, as .npz or .parquet",
+            found="UTF-16 text"
+            if is_utf16
+            else f"zeros from byte {start} to the end"
+            if is_cut
+            else "binary data",
+            fix=f"keep its beginning: head -c {start} {quote(str(path))} > {_beside(path, 'cut')}"
+            if is_cut
+            else "export it as UTF-8; other formats need their suffix, as .npz or .parquet",
         )
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError.at(
+            f"{path}, line {line}",
+            wanted="a CSV log in UTF-8 text",
+            found=f"the byte {content[error.start]:#04x}, as of text in Latin-1",
+            fix=f"iconv -f latin1 -t utf-8 {quote(str(path))} > {_beside(path, 'utf8')}",
+        ) from None
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
     where = f"{path}, line {number}"
-    for separator, name in ((";", "semicolons"), ("\t", "tabs")):
-        if "," not in line and separator in line:
-            target = path.with_name(f"{path.stem}-commas.csv")
-            command = (
-                f"tr '{separator if separator == ';' else chr(92) + 't'},' ',.' "
-                f"< {quote(str(path))} > {quote(str(target))}"
-            )
+    first = 1
+    if said := re.fullmatch(r"\W*sep=(.)\W*", line):
+        line, first = f"a{said[1]}b", number + 1  # of the line below, which has the names
+    for separator, name, command in _SEPARATORS:
+        if "," not in line and separator in line.strip():
+            command = f"tail -n +{first} {quote(str(path))} | {command} > {_beside(path, 'commas')}"
             packed = path.suffix.lower() in (".gz", ".zst")
             raise InputError.at(
                 where,
@@ -237,7 +263,22 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
                 found=name,
                 fix="export it so" if packed else f"export it so, or: {command}",
             )
-    heads = [split_header(where, field) for field in _fields(where, line)]
+    fields = _fields(where, line)
+    if not fields[-1].strip() and all(map(str.strip, fields[:-1])):
+        raise InputError.at(
+            where,
+            wanted="a name between all commas",
+            found="a comma at the end",
+            fix=f"sed 's/, *\\r*$//' {quote(str(path))} > {_beside(path, 'columns')}",
+        )
+    if not fields[0].strip() and len(fields) > 1:
+        raise InputError.at(
+            where,
+            wanted="a name for every column",
+            found="none for the first one (an index of pandas?)",
+            fix="name it, or write the file without it (index=False)",
+        )
+    heads = [split_header(where, field) for field in fields]
     names = [name for name, _ in heads]
     duplicate = next((name for name in names if names.count(name) > 1), None)
     if duplicate is not None:
@@ -255,6 +296,11 @@ def _header(path: Path, number: int, line: str) -> list[tuple[str, str | None]]:
             fix="write the names of the columns above the first sample",
         )
     return heads
+
+
+def _beside(path: Path, what: str) -> str:
+    """Name of a file for a corrected copy, for a shell."""
+    return quote(str(path.with_name(f"{path.stem}-{what}.csv")))
 
 
 def _fields(where: str, line: str) -> list[str]:
@@ -311,15 +357,35 @@ def _table(
     for column in np.flatnonzero(invalid.any(axis=0)).tolist():
         row = int(np.argmax(invalid[:, column]))
         field = fields[row * width + column].strip()
+        line = [f.strip().partition("[")[0] for f in fields[row * width : (row + 1) * width]]
+        if line == names:
+            faults[names[column]] = InputError.at(
+                f"{path}, line {row + first_line}",
+                wanted="a sample",
+                found="the header again",
+                fix="remove the line; where a logger began anew, make two files of it",
+            )
+            continue
         faults[names[column]] = InputError.at(
             _location(path, first_line, row, names[column]),
             wanted="a finite number",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
+            or (len(table) > 1 and invalid[:, column].all() and _text_fix(field))
             or "correct or remove the line",
         )
     table[invalid] = np.nan
     return table, faults
+
+
+def _text_fix(text: str) -> str:
+    """The remedy for a column of texts: times of day and dates become seconds."""
+    if re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", text):
+        return (
+            "all of the column is times as text: write seconds, by pandas: "
+            "t = pandas.to_datetime(t); t = (t - t[0]).dt.total_seconds()"
+        )
+    return "all of the column is text: write numbers, or give it another name"
 
 
 def _units_fix(name: str, text: str) -> str:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from boresight.model.arrays import BoolArray, IntArray
+from boresight.model.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["GAP_STEPS", "Clock", "Recording", "Topic"]
+__all__ = ["GAP_STEPS", "Clock", "Order", "Recording", "Topic"]
 
 
 #: Median steps from which on a step is a gap.
@@ -47,9 +48,112 @@ class Recording:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class Order:
+    """Messages in the order of their times.
+
+    Attributes
+    ----------
+    index : int (k,)
+        The messages that are kept, in the order of their times.
+    stamps : int64 (k,)
+        Their times [ns], which rise: messages of one time are spread over the step before it.
+    sorted, repeated, spread, stray : int
+        Messages that were moved to their place in time; that repeat the one before and are left
+        out; that shared a time with others; whose time is far from those around them and that are
+        left out.
+    """
+
+    index: IntArray
+    stamps: IntArray
+    sorted: int = 0
+    repeated: int = 0
+    spread: int = 0
+    stray: int = 0
+
+    @classmethod
+    def of(cls, stamps: IntArray, values: FloatArray | None = None) -> Order:
+        """The order of times [ns]; messages of one time and equal ``values`` repeat each other."""
+        count, main = len(stamps), _rising(stamps)
+        steps = np.diff(stamps[main])
+        step = float(np.median(steps[steps > 0])) if (steps > 0).any() else NS
+        expected = np.interp(np.arange(count), np.flatnonzero(main), stamps[main])
+        kept = main | (np.abs(stamps - expected) <= _NEAR_STEPS * step)
+        index = np.flatnonzero(kept)
+        index = index[np.argsort(stamps[index], kind="stable")]
+        times = stamps[index]
+        same = np.concatenate([[False], times[1:] == times[:-1]])
+        if values is not None:
+            same &= np.concatenate([[False], (values[index][1:] == values[index][:-1]).all(axis=1)])
+        else:
+            same &= False
+        index, times = index[~same], times[~same]
+        spread = _spread(times)
+        return cls(
+            index,
+            spread,
+            int((kept & ~main).sum()),
+            int(same.sum()),
+            int((spread != times).sum()),
+            int((~kept).sum()),
+        )
+
+    def notes(self, name: str) -> list[str]:
+        """A line for each kind of irregularity, with its count."""
+        lines = {
+            f"{name}: messages out of order, sorted": self.sorted,
+            f"{name}: messages that repeat the one before, left out": self.repeated,
+            f"{name}: messages that share a time with others, spread over the step": self.spread,
+            f"{name}: messages with a time far from those around them, left out": self.stray,
+        }
+        return [f"{text}: {count}" for text, count in lines.items() if count]
+
+
+#: Median steps by which a message may be displaced and is sorted, not left out.
+_NEAR_STEPS = 32.0
+
+
+def _rising(stamps: IntArray) -> BoolArray:
+    """A longest part of the messages whose times never fall."""
+    main = np.ones(len(stamps), dtype=bool)
+    if (np.diff(stamps) >= 0).all():
+        return main
+    ends: list[int] = []  # of a part of each length, the least last time
+    last: list[int] = []  # and which message that is
+    before = np.full(len(stamps), -1)
+    for k, stamp in enumerate(stamps.tolist()):
+        length = bisect_right(ends, stamp)
+        before[k] = last[length - 1] if length else -1
+        if length == len(ends):
+            ends.append(stamp)
+            last.append(k)
+        else:
+            ends[length], last[length] = stamp, k
+    main[:] = False
+    k = last[-1]
+    while k >= 0:
+        main[k] = True
+        k = int(before[k])
+    return main
+
+
+def _spread(times: IntArray) -> IntArray:
+    """Equal times, which follow each other, spread over the step before them."""
+    values, first, counts = np.unique(times, return_index=True, return_counts=True)
+    if len(values) in (0, len(times)):
+        return times
+    steps = np.diff(values)
+    usual = int(np.median(steps)) if len(steps) else int(NS * 1e-3)
+    room = np.minimum(np.concatenate([[usual], steps]), usual)
+    place = np.arange(len(times)) - np.repeat(first, counts)
+    back = np.repeat(counts, counts) - 1 - place
+    shift = np.repeat(room, counts) * back // np.repeat(counts, counts)
+    return np.asarray(times - shift, dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class Clock:
-    """Times of samples in the order in which they were recorded.
+    """Steps between the times of samples.
 
     Attributes
     ----------
@@ -63,7 +167,7 @@ class Clock:
     longest_s : float
         The longest step.
     repeated, late : int
-        Samples with the time of an earlier one, or a time before it.
+        Messages with the time of another, and messages out of order.
     """
 
     samples: int
@@ -71,52 +175,36 @@ class Clock:
     jitter_s: float
     gaps: int
     longest_s: float
-    repeated: int
-    late: int
+    repeated: int = 0
+    late: int = 0
 
     @classmethod
     def of(cls, stamps: IntArray) -> Clock:
-        """The clock of times [ns]."""
-        rising = increasing(stamps)
-        steps = np.diff(stamps[rising]) / NS
-        repeated, late = (int((x & ~rising).sum()) for x in _earlier(stamps))
+        """The clock of messages' times [ns], in any order."""
+        order = Order.of(stamps)
+        start = order.stamps[0] if len(order.stamps) else 0
+        clock = cls.of_times((order.stamps - start) / NS)
+        return replace(clock, repeated=order.spread, late=order.sorted + order.stray)
+
+    @classmethod
+    def of_times(cls, times: FloatArray) -> Clock:
+        """The clock of rising times [s]."""
+        steps = np.diff(times)
         if not len(steps):
-            return cls(len(stamps), None, 0.0, 0, 0.0, repeated, late)
+            return cls(len(times), None, 0.0, 0, 0.0)
         median = float(np.median(steps))
         gaps = steps > GAP_STEPS * median
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
-        longest = float(steps.max())
-        return cls(len(stamps), 1.0 / median, jitter, int(gaps.sum()), longest, repeated, late)
+        return cls(len(times), 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
 
-    def notes(self, name: str, rows: bool = False) -> list[str]:
-        """A line for each irregularity; with ``rows`` also of the steps."""
-        lines = []
-        if self.late:
-            lines.append(f"{name}: samples earlier than one before, left out: {self.late}")
-        if self.repeated:
-            lines.append(f"{name}: samples with the time of one before, left out: {self.repeated}")
-        if rows and self.gaps:
+    def notes(self, name: str = "") -> list[str]:
+        """A line for gaps and one for jitter."""
+        lines, prefix = [], f"{name}: " if name else ""
+        if self.gaps:
+            lines.append(f"{prefix}gaps in the times: {self.gaps}, longest {self.longest_s:.3g} s")
+        if self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
             lines.append(
-                f"{name}: gaps in the times: {self.gaps}, the longest of {self.longest_s:.3g} s"
-            )
-        if rows and self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
-            lines.append(
-                f"{name}: steps of {1e3 / self.rate_hz:.3g} ms differ by {1e3 * self.jitter_s:.3g} "
-                "ms (rms)"
+                f"{prefix}steps of {1e3 / self.rate_hz:.3g} ms differ by "
+                f"{1e3 * self.jitter_s:.3g} ms (rms)"
             )
         return lines
-
-
-def _earlier(stamps: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Samples at the largest time so far, and samples before it."""
-    if not len(stamps):
-        return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-    greatest = np.maximum.accumulate(stamps)[:-1]
-    repeated, earlier = stamps[1:] == greatest, stamps[1:] < greatest
-    return np.concatenate([[False], repeated]), np.concatenate([[False], earlier])
-
-
-def increasing(stamps: IntArray) -> BoolArray:
-    """Samples later than every one before them."""
-    repeated, earlier = _earlier(stamps)
-    return ~(repeated | earlier)

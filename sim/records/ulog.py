@@ -19,6 +19,8 @@ __all__ = ["read_ulog"]
 
 #: First bytes, length of the header, and types of messages.
 _MAGIC, _HEADER, _TYPES = b"ULog\x01\x12\x35", 16, b"BFIMPQADRLCSO"
+#: Whole messages that show where the log goes on behind damaged bytes.
+_FOLLOWING = 8
 
 
 def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
@@ -43,8 +45,13 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
         raise ToolMissing(
             "pyulog was not found: pip install 'boresight[ulog]' for PX4's logs."
         ) from None
+    notes = []
     try:
-        complete = _complete_messages(content)
+        complete, lost, is_cut = _complete_messages(content)
+        if lost:
+            notes.append(f"{path.name}: damaged, {lost} bytes are left out")
+        if is_cut:
+            notes.append(f"{path.name} ends in the middle of a message, the rows before are read")
         with redirect_stdout(io.StringIO()):  # pyulog prints remarks
             sets = read(io.BytesIO(complete), None if wanted is None else list(wanted)).data_list
         topics: dict[str, Topic] = {}
@@ -59,26 +66,50 @@ def read_ulog(path: Path, wanted: Collection[str] | None = None) -> Recording:
             found=f"damage: {' '.join(str(error).split())[:120] or type(error).__name__}",
             fix="download it again",
         ) from None
-    truncation = f"{path.name} ends in the middle of a message, the rows before are read"
-    return Recording(tuple(topics.values()), () if len(complete) == len(content) else (truncation,))
+    return Recording(tuple(topics.values()), tuple(notes))
 
 
-def _complete_messages(content: bytes) -> bytes:
-    """The content up to its last whole message: a log ends wherever the power failed.
+def _complete_messages(content: bytes) -> tuple[bytes, int, bool]:
+    """The whole messages, how many bytes between them are none, and whether the last one is cut.
+
+    A log ends wherever the power failed, and a bad sector damages its middle.
 
     Raises
     ------
     ValueError
-        It is no log, or there are bytes between the messages.
+        It is no log.
     """
     if not content.startswith(_MAGIC):
         raise ValueError("the first bytes are not those of a ULog")
-    offset = _HEADER
+    parts, offset, lost = [content[:_HEADER]], _HEADER, 0
     while offset + 3 <= len(content):
-        size, kind = struct.unpack_from("<HB", content, offset)
-        if kind not in _TYPES:
-            raise ValueError(f"no message begins at byte {offset}")
-        if offset + 3 + size > len(content):
-            break
-        offset += 3 + size
-    return content[:offset]
+        end = _message_end(content, offset)
+        if end is None:
+            start = offset
+            while offset + 3 <= len(content) and not _begins(content, offset):
+                offset += 1
+            lost += offset - start
+            continue
+        if end > len(content):
+            return b"".join(parts), lost, True
+        parts.append(content[offset:end])
+        offset = end
+    return b"".join(parts), lost, offset < len(content) and not lost
+
+
+def _message_end(content: bytes, offset: int) -> int | None:
+    """Where the message that begins here ends; None if none does."""
+    size, kind = struct.unpack_from("<HB", content, offset)
+    return offset + 3 + size if kind in _TYPES else None
+
+
+def _begins(content: bytes, offset: int) -> bool:
+    """Whether several whole messages follow from here."""
+    for _ in range(_FOLLOWING):
+        if offset == len(content):
+            return True
+        end = _message_end(content, offset) if offset + 3 <= len(content) else None
+        if end is None or end > len(content):
+            return False
+        offset = end
+    return True
