@@ -74,12 +74,12 @@ def record_from(path: Path, read: Reader, sources: Sequence[Source]) -> Record:
     base = max(rows, key=lambda s: len(s.stamps))
     columns_of = {"t": Column((base.stamps - base.stamps[0]) / NS)}
     for s in series:
-        table = _in_rows(s, base, notes)
+        table = _in_rows(path, s, base, notes)
         unit = s.source.unit or ("m" if s.source.frame == "geodetic" else None)
         for k, name in enumerate(s.source.columns):
             columns_of[name] = Column(np.ascontiguousarray(table[:, k]), unit)
     notes += dict.fromkeys(text for s in series for text in s.order.notes(s.topic.name))
-    notes += Clock.of_times((base.stamps - base.stamps[0]) / NS).notes(base.topic.name)
+    notes += Clock.of_steps(np.diff(base.stamps) / NS).notes(base.topic.name)
     comparison = any(s.source.comparison for s in series)
     return Record(
         name_of(path), columns_of, index_place(str(path)), str(path), tuple(notes), comparison
@@ -223,7 +223,7 @@ def _in_record_frame(where: str, source: Source, values: FloatArray) -> FloatArr
     return attitude_from(where, source.frame, values)
 
 
-def _in_rows(s: _Series, base: _Series, notes: list[str]) -> FloatArray:
+def _in_rows(path: Path, s: _Series, base: _Series, notes: list[str]) -> FloatArray:
     """Values in the rows, NaN where missing."""
     rows = base.stamps
     out = np.full((len(rows), s.values.shape[1]), np.nan)
@@ -238,7 +238,7 @@ def _in_rows(s: _Series, base: _Series, notes: list[str]) -> FloatArray:
     row = np.searchsorted(rows, s.stamps)
     step = (rows[-1] - rows[0]) / max(len(rows) - 1, 1)
     inside = (row < len(rows)) & (s.stamps > rows[0] - GAP_STEPS * step)
-    _tell_outside(s, base, inside, notes)
+    _tell_outside(path, s, base, inside, notes)
     out[row[inside]] = s.values[inside]
     behind = inside & (row > 0)
     if passed := int(behind.sum() - len(np.unique(row[behind]))):
@@ -246,7 +246,9 @@ def _in_rows(s: _Series, base: _Series, notes: list[str]) -> FloatArray:
     return out
 
 
-def _tell_outside(s: _Series, base: _Series, inside: BoolArray, notes: list[str]) -> None:
+def _tell_outside(
+    path: Path, s: _Series, base: _Series, inside: BoolArray, notes: list[str]
+) -> None:
     """Note samples outside the times of the rows; InputError where all of them are."""
     outside = int((~inside).sum())
     if not outside:
@@ -257,7 +259,7 @@ def _tell_outside(s: _Series, base: _Series, inside: BoolArray, notes: list[str]
         return
     ahead = float(s.stamps[0] - base.stamps[0]) / NS
     raise InputError.at(
-        f"topic {name}",
+        f"{path}, topic {name}",
         wanted=f"samples at the times of {rows}",
         found=f"none of {outside}: its clock is {abs(ahead):.6g} s "
         + ("ahead" if ahead > 0.0 else "behind"),

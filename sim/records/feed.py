@@ -32,6 +32,8 @@ ROWS = 1 << 16
 
 #: Share by which a record's rate may differ from the one that an estimator is designed for.
 _RATE_TOLERANCE = 0.02
+#: Longest step that is no gap, and longest gap whose length is told, as shares of the range of dt.
+_LONGEST, _LEAST = 0.9996, 0.96
 #: Units that a column of times may have been meant in, in seconds.
 _TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
@@ -198,7 +200,7 @@ class Feeder:
         _refuse_two_clocks(record)
         inputs, new = reader.take_rows(
             {
-                i.name: _values(record, i)
+                i.name: self._told(i, _values(record, i))
                 for k, i in enumerate(estimator.inputs)
                 if not i.flags and k not in self.linked
             }
@@ -221,6 +223,15 @@ class Feeder:
                 *warnings_of(estimator, inputs, new),
             ),
         )
+
+    def _told(self, declared: Input, values: FloatArray) -> FloatArray:
+        """A gap as a board tells it: by the time step that restarts or bridges the filter."""
+        is_step = declared.name == "dt" and self.estimator.restarts and declared.low < 0.0
+        if not is_step or selection().gaps:
+            return values
+        longest = _LONGEST * declared.high
+        told = np.maximum(longest - values, _LEAST * declared.low)
+        return np.where(values > longest, told, values)
 
 
 def fitted(estimator: Estimator, record: Record) -> Estimator:
@@ -263,7 +274,7 @@ def _irregular_steps(estimator: Estimator, record: Record) -> Iterator[str]:
             f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
             f"{every} rows as one step"
         )
-    for note in Clock.of_times(np.cumsum(np.maximum(record.steps(), 0.0))).notes():
+    for note in Clock.of_steps(record.steps()[1:]).notes():
         yield note if timed else f"{note}: {estimator.name} has no input dt, and counts each as one"
 
 

@@ -371,21 +371,21 @@ def _table(
             wanted="a finite number",
             found=repr(field if len(field) <= 40 else f"{field[:37]}..."),
             fix=(not np.isfinite(table[row]).any() and _units_fix(names[column], field))
-            or (len(table) > 1 and invalid[:, column].all() and _text_fix(field))
+            or _time_fix(field)
             or "correct or remove the line",
         )
     table[invalid] = np.nan
     return table, faults
 
 
-def _text_fix(text: str) -> str:
-    """The remedy for a column of texts: times of day and dates become seconds."""
-    if re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", text):
-        return (
-            "all of the column is times as text: write seconds, by pandas: "
-            "t = pandas.to_datetime(t); t = (t - t[0]).dt.total_seconds()"
-        )
-    return "all of the column is text: write numbers, or give it another name"
+def _time_fix(text: str) -> str:
+    """The remedy for a time of day or a date; else empty."""
+    if not re.search(r"\d:\d\d|\d{4}-\d\d-\d\d", text):
+        return ""
+    return (
+        "write seconds in place of times as text, by pandas: "
+        "t = pandas.to_datetime(t); t = (t - t[0]).dt.total_seconds()"
+    )
 
 
 def _units_fix(name: str, text: str) -> str:

@@ -182,20 +182,20 @@ class Clock:
     def of(cls, stamps: IntArray) -> Clock:
         """The clock of messages' times [ns], in any order."""
         order = Order.of(stamps)
-        start = order.stamps[0] if len(order.stamps) else 0
-        clock = cls.of_times((order.stamps - start) / NS)
-        return replace(clock, repeated=order.spread, late=order.sorted + order.stray)
+        clock = cls.of_steps(np.diff(np.unique(stamps[order.index])) / NS)
+        return replace(
+            clock, samples=len(stamps), repeated=order.spread, late=order.sorted + order.stray
+        )
 
     @classmethod
-    def of_times(cls, times: FloatArray) -> Clock:
-        """The clock of rising times [s]."""
-        steps = np.diff(times)
+    def of_steps(cls, steps: FloatArray) -> Clock:
+        """The clock of steps between rising times [s]."""
         if not len(steps):
-            return cls(len(times), None, 0.0, 0, 0.0)
+            return cls(1, None, 0.0, 0, 0.0)
         median = float(np.median(steps))
         gaps = steps > GAP_STEPS * median
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
-        return cls(len(times), 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
+        return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
 
     def notes(self, name: str = "") -> list[str]:
         """A line for gaps and one for jitter."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import sqlite3
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -90,9 +92,9 @@ def test_odd_times_are_counted(tmp_path: Path) -> None:
     path = write_bag(tmp_path / "a.mcap", ODD)
     record = read_record(path)
     assert len(record) == 360 and sorted(record.notes) == [
-        "/imu: gaps in the times: 1, the longest of 0.164 s",
-        "/imu: samples earlier than one before, left out: 1",
-        "/imu: samples with the time of one before, left out: 1",
+        "/imu: gaps in the times: 1, longest 0.164 s",
+        "/imu: messages that repeat the one before, left out: 1",
+        "/imu: messages with a time far from those around them, left out: 1",
         "/mag: samples passed by a later one of the same row: 7",
     ]
     with selected(Selection.of(gaps="restart")):
@@ -101,6 +103,46 @@ def test_odd_times_are_counted(tmp_path: Path) -> None:
     assert "gaps in the times, where the filter restarts: 1, the longest of 0.164 s" in record.notes
     refused = pytest.raises(InputError, match=r"t\[300\]: wanted steps .* a gap of 0\.164 s")
     with selected(Selection.of(gaps="refuse")), refused:
+        read_record(path)
+
+
+def shifted(rows: list[Any], seconds: Callable[[int], float]) -> list[Any]:
+    """Messages whose times are others."""
+    return [(t + round(1e6 * seconds(k)), *rest) for k, (t, *rest) in enumerate(rows)]
+
+
+@pytest.mark.parametrize(
+    ("topic", "seconds", "rows", "note"),
+    [
+        ("sensor_combined", lambda k: 3600.0 * (k == 200), 399, "/imu: messages with a time far "
+         "from those around them, left out: 1"),
+        ("sensor_combined", lambda k: 0.006 * (k == 200), 400, "/imu: messages out of order, "
+         "sorted: 1"),
+        ("sensor_combined", lambda k: 0.004 * (3 - k % 4), 400, "/imu: messages that share a time "
+         "with others, spread over the step: 300"),
+        ("vehicle_magnetometer", lambda k: 1.0, 400, "/mag: samples before or after those of "
+         "/imu, left out: "),
+    ],
+)  # fmt: skip
+def test_odd_times_lose_nothing_without_a_count(
+    tmp_path: Path, topic: str, seconds: Callable[[int], float], rows: int, note: str
+) -> None:
+    made = {**MOTION, topic: shifted(MOTION[topic], seconds)}
+    record = read_record(write_bag(tmp_path / "a.mcap", made))
+    assert len(record) == rows and any(text.startswith(note) for text in record.notes)
+
+
+def test_a_clock_of_another_time_is_refused(tmp_path: Path) -> None:
+    for seconds in (2.0**32 * 1e-6, -(2.0**32) * 1e-6):
+        moved = shifted(MOTION["vehicle_magnetometer"], lambda k, s=seconds: s)
+        path = write_bag(
+            tmp_path / f"{seconds:.0f}.mcap", {**MOTION, "vehicle_magnetometer": moved}
+        )
+        with pytest.raises(InputError, match="/mag: wanted samples at the times of /imu, found no"):
+            read_record(path)
+    back = shifted(MOTION["sensor_combined"], lambda k: -5.0 * (k > 199))
+    path = write_bag(tmp_path / "back.mcap", {**MOTION, "sensor_combined": back})
+    with pytest.raises(InputError, match="message 200: wanted times that rise, found a clock that"):
         read_record(path)
 
 

@@ -18,7 +18,7 @@ from boresight.sim.records import text
 from boresight.sim.records.archive import format_npz, parse_npz
 from boresight.sim.records.feed import feed
 from boresight.sim.records.files import FORMATS, content_of, log_files, read_record, record_of
-from boresight.sim.records.reading import kind_of, read_bytes, read_json
+from boresight.sim.records.reading import read_bytes, read_json
 from boresight.sim.records.record import Column, Record, rows_of
 from boresight.sim.records.stream import joined
 from boresight.sim.records.text import format_csv, parse_csv
@@ -235,14 +235,6 @@ def test_what_is_no_json(tmp_path: Path, content: bytes, reason: str) -> None:
         read_json(path, "a map")
 
 
-@pytest.mark.parametrize(
-    "value, said",
-    [(None, "nothing"), (True, "true"), (2.5, "2.5"), ("x", "'x'"), ([], "a list"), ({}, "an obj")],
-)
-def test_kinds(value: Any, said: str) -> None:
-    assert kind_of(value).startswith(said)
-
-
 # -- CSV: every number comes back bit for bit, every fault is named by line and column ------------
 
 PATH = Path("walk.csv")
@@ -325,17 +317,32 @@ def test_empty_fields_are_gaps() -> None:
         ("", "walk.csv: wanted a header of column names, found an empty file; write the header "),
         (" \n# a,b\n", "walk.csv: wanted a header of column names, found only blank lines and "),
         (b"a\0\n1\n", "walk.csv: wanted a CSV log in UTF-8 text, found binary data; export it as "),
-        (b"a\n\xff\n", "walk.csv: wanted a CSV log in UTF-8 text, found binary data; "),
+        (b"a,b\n\xfc,1\n", "walk.csv, line 2: wanted a CSV log in UTF-8 text, found the byte 0xfc,"
+         " as of text in Latin-1; iconv -f latin1 -t utf-8 walk.csv > walk-utf8.csv"),
+        (b"a,b\n1,2\n\0\0", "walk.csv: wanted a CSV log in UTF-8 text, found zeros from byte 8 to"
+         " the end; keep its beginning: head -c 8 walk.csv > walk-cut.csv"),
         ("# x\na,b\n", "walk.csv, line 2: wanted rows of samples below the header, found none; "),
         ("a,b\n\n\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
         ("a\n", "walk.csv, line 1: wanted rows of samples below the header, found none; "),
         ("#\na,b,a\n1,2,3\n", "walk.csv, line 2: wanted every column once, found 2 columns a; "),
         ("t;z\n0,1;2\n", "walk.csv, line 1: wanted commas between the columns, and decimal points, "
-         "found semicolons; export it so, or: tr ';,' ',.' < walk.csv > walk-commas.csv"),
+         "found semicolons; export it so, or: tail -n +1 walk.csv | tr ';,' ',.' > "),
+        ("sep=;\nt;z\n0,1;2\n", "walk.csv, line 1: wanted commas between the columns, and decimal "
+         "points, found semicolons; export it so, or: tail -n +2 walk.csv | tr ';,' ',.' > "),
+        ("t z\n0.1 2\n", "walk.csv, line 1: wanted commas between the columns, and decimal points, "
+         "found blanks; export it so, or: tail -n +1 walk.csv | tr -s ' ' ',' > walk-commas.csv"),
         ("t\tz\n0.1\t2\n", "walk.csv, line 1: wanted commas between the columns, and decimal "
-         "points, found tabs; export it so, or: tr '\\t,' ',.' < walk.csv > walk-commas.csv"),
+         "points, found tabs; export it so, or: tail -n +1 walk.csv | tr '\\t,' ',.' > "),
         ("1,2.5\n3,4\n", "walk.csv, line 1: wanted a header of column names, found numbers only; "),
-        ("a,\n1,2\n", "walk.csv, line 1: wanted column names like gx or gx[deg/s], found ''; "),
+        ("a,b,\n1,2,\n", "walk.csv, line 1: wanted a name between all commas, found a comma at the"
+         " end; sed 's/, *\\r*$//' walk.csv > walk-columns.csv"),
+        (",a\n0,2\n", "walk.csv, line 1: wanted a name for every column, found none for the "),
+        ("a,b\n1,2\na,b\n3,4\n", "walk.csv, line 3: wanted a sample, found the header again; "),
+        ("t,b\n12:00:01,2\n12:00:02,3\n", "walk.csv, line 2, column t: wanted a finite number, "
+         "found '12:00:01'; write seconds in place of times as text, by pandas: "),
+        ("t[us],b\n4294967000,1\n704,2\n", "walk.csv, line 3, column t: wanted a time above "
+         "4294967000.0 us, that of the row before, found 704.0 us; a 32-bit counter of micro"
+         "seconds wraps here: add 4294967296 to this time and to those after it"),
         ("a,b\n1,2\n1\n", "walk.csv, line 3: wanted 2 fields, as in the header, found 1; complete"),
         ("#\na,b\n1,2\n1,2,3\n", "walk.csv, line 4: wanted 2 fields, as in the header, found 3; "),
         ("a,b\n1,2\n\n1,2\n", "walk.csv, line 3: wanted 2 fields, as in the header, found an empt"),

@@ -13,6 +13,7 @@ import pint
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from boresight.model.attitude import estimator
 from boresight.model.errors import InputError
@@ -447,24 +448,55 @@ def test_odd(values: dict[str, float], text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "values",
-    [
-        {"gx": 10.0},
-        {"shaft": 500.0},
-        {"az": 0.0, "ax": 0.89},
-        {"az": 0.0, "ax": 1.11},
-        {"az": 0.0, "ax": 890.0},
-        {"az": 0.0, "ax": 1110.0},
-        {"my": 0.0, "mx": 0.14},
-        {"my": 0.0, "mx": 1.1},
-        {"my": 0.0, "mx": 149.0},
-        {"my": 0.0, "mx": 1001.0},
-        {"my": 0.0, "mx": 9999.0},
-        {"dt": 0.2499},
-    ],
+    "values", [{"gx": 10.0}, {"shaft": 500.0}, {"az": 0.0, "ax": 5.1}, {"my": 8.0, "mx": 0.0}]
 )
 def test_not_odd(values: dict[str, float]) -> None:
     assert warned(**values) == ()
+
+
+def turned(length: int = 3000) -> dict[str, np.ndarray]:
+    """Rates, force and field of a body that turns, with noise, at 100 Hz."""
+    rng = np.random.default_rng(3)
+    t = 0.01 * np.arange(length)
+    rate = np.stack([np.sin(0.7 * t + k) * 0.1 for k in range(3)], axis=1)
+    turns = Rotation.identity()
+    force, field = [], []
+    for w in rate:
+        turns = turns * Rotation.from_rotvec(0.01 * w)
+        force.append(turns.inv().apply([0.0, 0.0, 9.81]))
+        field.append(turns.inv().apply([0.0, 20.0, -40.0]))
+    noise = [rng.normal(0.0, s, (length, 3)) for s in (0.001, 0.02, 0.05)]
+    return {"g": rate + noise[0], "a": np.array(force) + noise[1], "m": np.array(field) + noise[2]}
+
+
+SWAP = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({}, ""),
+        ({"g": 57.3}, "gx gy gz: contradict how ax ay az and mx my mz turn: .* look like deg/s"),
+        ({"g": -1.0}, "gx gy gz: contradict .*: the sign is wrong"),
+        ({"g": [-1.0, 1.0, 1.0]}, "gx gy gz: contradict .*fit as -x, y, z"),
+        ({"g": 2.0}, "gx gy gz: contradict .*: the rates are 2 times as large"),
+        ({"a": SWAP}, "ax ay az: turn otherwise than the rates gx gy gz say"),
+        ({"m": [1.0, -1.0, -1.0]}, "mx my mz: turn otherwise than the rates gx gy gz say"),
+    ],
+)
+def test_rates_that_contradict_how_the_vectors_turn(change: dict[str, Any], text: str) -> None:
+    made = turned()
+    for name, factor in change.items():
+        is_exchange = np.ndim(factor) == 2
+        made[name] = made[name] @ factor if is_exchange else made[name] * np.asarray(factor)
+    inputs = np.zeros((len(made["g"]), len(Sensors.inputs)))
+    for k, declared in enumerate(Sensors.inputs):
+        if declared.name[:-1] in made:
+            inputs[:, k] = made[declared.name[:-1]][:, "xyz".index(declared.name[-1])]
+        elif declared.name == "dt":
+            inputs[:, k] = 0.01
+    lines = warnings_of(Sensors(), inputs, np.ones(inputs.shape, bool))
+    assert len(lines) == (text != "") and re.match(text, "".join(lines)), lines
 
 
 def test_typical_is_the_median_of_new_samples() -> None:

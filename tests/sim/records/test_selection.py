@@ -146,9 +146,10 @@ def test_longer_steps_of_an_estimator_that_does_not_see_them_are_told() -> None:
     t = np.arange(12) * 0.01
     even = Record.of({"t": t, "z": np.zeros(12)})
     torn = Record.of({"t": t + 0.3 * (t > 0.055), "z": np.zeros(12)})
-    said = "steps of over three medians: 1, the longest of 0.31 s: sum has no input dt, and counts"
+    said = "gaps in the times: 1, longest 0.31 s: sum has no input dt, and counts"
     assert [text.partition(" each")[0] for text in feed(Sum(), torn).warnings] == [said]
-    assert feed(Sum(), even).warnings == feed(TimedSum(), torn).warnings == ()
+    assert feed(Sum(), even).warnings == ()
+    assert feed(TimedSum(), torn).warnings == ("gaps in the times: 1, longest 0.31 s",)
     with selected(Selection.of(every=4)):
         assert feed(Sum(), even).warnings == (
             "--every 4: sum has no input dt and no rates_hz, and counts 4 rows as one step",
@@ -169,3 +170,16 @@ def test_gaps_restart_what_restarts() -> None:
 def test_a_step_below_0_restarts_ours(name: str) -> None:
     e = ALL[name]()
     assert e.restarts == any(i.name == "dt" and i.low < 0.0 for i in e.inputs)
+
+
+def test_a_gap_is_told_to_a_filter_as_on_a_board() -> None:
+    """Up to 0.24 s beyond its range by its length, below zero; a longer one as a restart."""
+
+    class Restarting(Sum):
+        restarts = True
+        inputs = (Input("dt", -0.25, 0.25, "s", clamp=True), *Sum.inputs)
+
+    t = np.cumsum([0.01, 0.01, 0.01, 0.35, 0.01, 30.0, 0.01])
+    result = feed(Restarting(), Record.of({"t": t, "z": np.zeros(7)}))
+    assert result.inputs[3:, 0] == pytest.approx([0.2499 - 0.35, 0.01, -0.24, 0.01])
+    assert result.warnings == ("gaps in the times: 2, longest 30 s",)
