@@ -151,11 +151,11 @@ def _refuse_missing(path: Path, read: Reader, sources: Sequence[Source]) -> None
                 found=_closest(missing, topic.fields),
                 fix="name what is there in a map: --map FILE.toml",
             )
-    names = topics if first.topic else {t.kind for t in topics.values()}
+    heard = topics.keys() if first.topic else {t.kind for t in topics.values()}
     raise InputError.at(
         str(path),
         wanted=f"{'the topic' if first.topic else 'a topic of type'} {first.label}",
-        found=_closest(first.label, names),
+        found=_closest(first.label, heard),
         fix="record it, or name another in a map: --map FILE.toml",
     )
 

@@ -274,7 +274,8 @@ def _irregular_steps(estimator: Estimator, record: Record) -> Iterator[str]:
             f"--every {every}: {estimator.name} has no input dt and no rates_hz, and counts "
             f"{every} rows as one step"
         )
-    for note in Clock.of_steps(record.steps()[1:]).notes():
+    clock = Clock.of_steps(record.steps()[1:])
+    for note in clock.gap_notes() if timed else clock.notes():
         yield note if timed else f"{note}: {estimator.name} has no input dt, and counts each as one"
 
 

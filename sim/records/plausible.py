@@ -111,7 +111,7 @@ def _contradictions(estimator: Estimator, inputs: FloatArray, new: BoolArray) ->
     """Rates against the turning of force and field, where the inputs have all of them."""
     triads = {
         estimator.inputs[columns[0]].unit: Triad(
-            " ".join(names), inputs[:, columns], new[:, columns].all(axis=1)
+            " ".join(names), inputs[:, columns], np.asarray(new[:, columns].all(axis=1))
         )
         for names, columns in _sensors(estimator)
         if len(columns) == 3

@@ -182,7 +182,7 @@ class Clock:
     def of(cls, stamps: IntArray) -> Clock:
         """The clock of messages' times [ns], in any order."""
         order = Order.of(stamps)
-        clock = cls.of_steps(np.diff(np.unique(stamps[order.index])) / NS)
+        clock = cls.of_steps(np.diff(np.unique(stamps[order.index])).astype(np.float64) / NS)
         return replace(
             clock, samples=len(stamps), repeated=order.spread, late=order.sorted + order.stray
         )
@@ -197,11 +197,14 @@ class Clock:
         jitter = float(np.sqrt(np.mean(np.square(steps[~gaps] - median))))
         return cls(len(steps) + 1, 1.0 / median, jitter, int(gaps.sum()), float(steps.max()))
 
+    def gap_notes(self, name: str = "") -> list[str]:
+        """A line for gaps, if there are any."""
+        prefix, count = f"{name}: " if name else "", self.gaps
+        return [f"{prefix}gaps in the times: {count}, longest {self.longest_s:.3g} s"] * (count > 0)
+
     def notes(self, name: str = "") -> list[str]:
         """A line for gaps and one for jitter."""
-        lines, prefix = [], f"{name}: " if name else ""
-        if self.gaps:
-            lines.append(f"{prefix}gaps in the times: {self.gaps}, longest {self.longest_s:.3g} s")
+        lines, prefix = self.gap_notes(name), f"{name}: " if name else ""
         if self.rate_hz and self.jitter_s * self.rate_hz > 0.1:
             lines.append(
                 f"{prefix}steps of {1e3 / self.rate_hz:.3g} ms differ by "
