@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from boresight.sim.answer import Answer
+from boresight.sim.compare.diagnosis import NAMED, Wasted
 from boresight.sim.fit.fitting import WORSE
-from boresight.sim.fit.propose import Proposal
 
-__all__ = ["FitClaim", "FitError", "FitLimit", "FitProposal", "FitResult"]
-
-#: Most claims in the text; the data has all.
-_SHOWN = 5
+__all__ = ["FitError", "FitLimit", "FitResult"]
 
 
 @dataclass(frozen=True)
@@ -75,57 +72,6 @@ class FitLimit:
     high: float
 
 
-@dataclass(frozen=True)
-class FitClaim:
-    """How near runs came to the ends of a range that `ops.bounded` claims.
-
-    Attributes
-    ----------
-    line, reason : str
-    low, high : float
-        The claim.
-    logs, hostile : float
-        Largest share of a limit that was seen, in size: above 1 the claim is wrong.
-    """
-
-    line: str
-    reason: str
-    low: float
-    high: float
-    logs: float
-    hostile: float
-
-
-@dataclass(frozen=True)
-class FitProposal:
-    """A narrower range of an input or a state, and what it alone would gain.
-
-    Attributes
-    ----------
-    proposal : Proposal
-        Declared, seen in the records, proposed; bits.
-    errors : tuple of FitError
-        With the profile, before and after.
-    """
-
-    proposal: Proposal
-    errors: tuple[FitError, ...]
-
-    def line(self) -> str:
-        """One line for people."""
-        p = self.proposal
-        ranges = ", ".join(
-            f"{name} [{low:.4g}, {high:.4g}]"
-            for name, (low, high) in (
-                ("declared", p.declared),
-                ("seen", p.seen),
-                ("proposed", p.proposed),
-            )
-        )
-        gains = ", ".join(e.change() for e in self.errors)
-        return f"{p.kind} {p.name} ({p.line}): {ranges}, {p.bits} bits; {gains}"
-
-
 def succeeded(saturated_updates: int, negative_updates: tuple[int | None, int]) -> bool:
     """Whether nothing saturated in the records, and the profile makes no variance negative.
 
@@ -152,8 +98,6 @@ class FitResult(Answer):
     formats : int
         Those whose format the profile chooses.
     limits : tuple of FitLimit
-    claims : tuple of FitClaim
-        The nearest first.
     errors : tuple of FitError
         By output, of a word of ``word`` bits.
     dropped : tuple of FitError
@@ -169,13 +113,8 @@ class FitResult(Answer):
     cycles : tuple of ((int, int) or None)
         Latency and interval on `small` without the profile and with it, by one pass of the
         scheduler; None where it does not compile so, or has no place.
-    proposals : tuple of FitProposal
-        If asked for, most bits first; none for the covariance of a filter made by
-        `boresight.kalman`.
-    derived : int
-        Its elements that would have had one: their ranges follow from those of the states.
-    narrowed : str
-        The copy with narrower ranges, and how many of the proposals are in it.
+    wasted : tuple of Wasted
+        Inputs, states and claims whose ranges waste bits on the records, the worst first.
     """
 
     estimator: str
@@ -185,7 +124,6 @@ class FitResult(Answer):
     values: int
     formats: int
     limits: tuple[FitLimit, ...]
-    claims: tuple[FitClaim, ...]
     errors: tuple[FitError, ...]
     saturated_updates: int
     negative_updates: tuple[int | None, int]
@@ -193,9 +131,7 @@ class FitResult(Answer):
     word: int
     cycles: tuple[tuple[int, int] | None, tuple[int, int] | None] = (None, None)
     dropped: tuple[FitError, ...] = ()
-    proposals: tuple[FitProposal, ...] = ()
-    derived: int = 0
-    narrowed: str = ""
+    wasted: tuple[Wasted, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -238,18 +174,7 @@ class FitResult(Answer):
             f"  {x.line}: held in [{x.low:.3g}, {x.high:.3g}], which no interval shows"
             for x in self.limits
         )
-        lines += [
-            f"  {c.line}: bounded to [{c.low:g}, {c.high:g}], {c.reason}: {_share(c.logs)} in the "
-            f"records, {_share(c.hostile)} in hostile runs"
-            for c in self.claims[:_SHOWN]
-        ]
-        lines += [f"  {p.line()}" for p in self.proposals]
-        if self.derived:
-            lines.append(
-                f"  of P, elements with unused bits: {self.derived}; their ranges follow from "
-                "those of the states and their standard deviations"
-            )
-        lines += [self.narrowed] * bool(self.narrowed)
+        lines += [f"  {w}" for w in self.wasted[:NAMED]]
         if self.saturated_updates:
             lines.append(
                 f"FAILED, not written: {self.saturated_updates} updates SATURATED in the records; "
@@ -264,7 +189,3 @@ class FitResult(Answer):
                 "with ops.bounded"
             )
         return "\n".join(lines)
-
-
-def _share(share: float) -> str:
-    return f"{share:.0%} of it used" if share <= 1.0 else f"{share:.3g} times the limit reached"

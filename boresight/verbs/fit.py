@@ -24,15 +24,14 @@ from boresight.model.arrays import FloatArray
 from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.profile import Profile
-from boresight.model.resolve import Named, profile_place, profiles
 from boresight.model.resolve import estimator_of as find_estimator
+from boresight.model.resolve import profile_place, profiles
 from boresight.model.tools.files import OutputFile
 from boresight.options import Arguments, EstimatorName, Option, Outcome, Params, Verb, Word, outcome
-from boresight.results.fit import FitClaim, FitError, FitLimit, FitProposal, FitResult, succeeded
+from boresight.results.fit import FitError, FitLimit, FitResult, succeeded
 from boresight.sim.accuracy.covariance import initial_covariances
-from boresight.sim.fit.fitting import Effect, Fitted, fitted, select_ranges
+from boresight.sim.fit.fitting import Effect, Fitted, fitted, select_ranges, wasted_ranges
 from boresight.sim.fit.observe import Inputs, pieces_of
-from boresight.sim.fit.propose import applied, proposals, worth
 from boresight.sim.levels.build import Build
 from boresight.sim.levels.registry import make_level
 from boresight.sim.records.feed import feeds
@@ -51,8 +50,6 @@ def fit(
     word: Word = 32,
     steps: int | None = None,
     output: Annotated[str | Path | None, Option(("-o", "--output"), "FILE")] = None,
-    propose: bool = False,
-    apply: Annotated[str | Path | None, Option(metavar="FILE")] = None,
     progress: Callable[[str], None] | None = None,
 ) -> FitResult:
     """Choose the formats of an estimator's values from runs, and write them as a profile.
@@ -79,10 +76,6 @@ def fit(
     output : path, optional
         The profile; by default ``FILE.fit.json`` beside the estimator's file, where every verb
         finds it.
-    propose : bool
-        Narrower ranges of inputs and states besides, and what each alone would gain.
-    apply : path, optional
-        A copy of the estimator's file with these ranges.
 
     Returns
     -------
@@ -106,7 +99,6 @@ def fit(
         output or place or f"{estimator.name}.fit.json",
         inputs=log_files(s for s in sources if isinstance(s, str | Path) and not _is_world(s)),
     )
-    copied = None if apply is None else _copy(name, estimator, apply)
     say = progress or (lambda text: None)
     records = _records(estimator, sources, params, steps, say)
     made_from = {name: _digest(inputs) for name, inputs in records.items()}
@@ -120,26 +112,6 @@ def fit(
     negative = None if isinstance(before, str) else before.negative_updates, after.negative_updates
     if succeeded(after.saturated_updates, negative):
         target.write(_text(fit_result, made_from))
-    narrower: list[FitProposal] = []
-    wanted = proposals(fit_result) if propose or copied else []
-    # Elements of the covariance of a `boresight.kalman` filter are declared nowhere in its file.
-    derived = [p for p in wanted if p.name in estimator.covariance_elements]
-    for p in wanted:
-        if p in derived:
-            continue
-        say(f"{p.kind} {p.name}")
-        better = worth(fit_result, [p], records, params=params, word=word)
-        if isinstance(better, Effect):
-            narrower.append(FitProposal(p, _errors(after, better)))
-    narrowed = ""
-    if copied is not None:
-        source, edited = copied
-        text, left = applied(source.read_text(), [p.proposal for p in narrower])
-        edited.write(text)
-        narrowed = f"{apply}: {len(narrower) - len(left)} of {len(narrower)} proposals applied"
-        if left:
-            names = ", ".join(p.name for p in left)
-            narrowed += f"; names that are not written out in the file, by hand: {names}"
     return FitResult(
         estimator=estimator.name,
         profile=Path(output or place or f"{estimator.name}.fit.json"),
@@ -154,16 +126,13 @@ def fit(
             FitLimit(_line(fit_result, number), *range_)
             for number, range_ in fit_result.profile.limits.items()
         ),
-        claims=_claims(fit_result),
         errors=_errors(before, after),
         saturated_updates=after.saturated_updates,
         negative_updates=negative,
         refused=before if isinstance(before, str) else "",
         word=word,
         cycles=(_cycles(estimator, None, word), _cycles(estimator, choice.profile, word)),
-        proposals=tuple(narrower),
-        derived=len(derived),
-        narrowed=narrowed,
+        wasted=tuple(wasted_ranges(fit_result, word)),
     )
 
 
@@ -175,19 +144,6 @@ def _cycles(estimator: Estimator, profile: Profile | None, word: int) -> tuple[i
         plan = Build(variant, word=word, restarts=0).core.schedule
         return plan.latency, plan.interval
     return None
-
-
-def _copy(name: Named, estimator: Estimator, path: str | Path) -> tuple[Path, OutputFile]:
-    """The file of an estimator, and the one that its copy becomes."""
-    if not isinstance(name, str) or profile_place(name, estimator.name) is None:
-        raise InputError.at(
-            "--apply",
-            wanted="an estimator in a file of its own",
-            found=estimator.name,
-            fix="leave it out: --propose tells the ranges",
-        )
-    source = Path(f"{name.partition('.py')[0]}.py")
-    return source, OutputFile(path, inputs=[source], option="--apply")
 
 
 def _is_world(source: object) -> bool:
@@ -240,39 +196,6 @@ def _free(name: str, taken: Mapping[str, Any]) -> str:
 
 def _line(fit_result: Fitted, number: int) -> str:
     return fit_result.trace.tracer.expressions[number].line
-
-
-def _claims(fit_result: Fitted) -> tuple[FitClaim, ...]:
-    """What `ops.bounded` claims, and how much of it was seen."""
-    claims = []
-    for e in fit_result.trace.needed:
-        if e.kind == "bounded":
-            low, high, reason, *_ = e.data  # and what excepts it
-            runs = [
-                reached.get(e.args[0].number) for reached in (fit_result.seen, fit_result.hostile)
-            ]
-            used = [_used(seen, low, high) for seen in runs]
-            claims.append(FitClaim(e.line, reason, low, high, *used))
-    most: dict[tuple[object, ...], FitClaim] = {}  # of equal ones, such as those of each element
-    for c in sorted(claims, key=lambda c: -max(c.logs, c.hostile)):
-        most.setdefault((c.line, c.reason, c.low, c.high), c)
-    return tuple(most.values())
-
-
-def _used(seen: tuple[float, float] | None, low: float, high: float) -> float:
-    """How much of a range was seen: the largest share of a limit; above 1 beyond it.
-
-    Of a limit on the other side of 0 only what is beyond it counts, as a share of the range.
-    """
-    if seen is None or low == high:
-        return 0.0
-    shares = [0.0]
-    for edge, limit, sign in ((seen[0], low, -1.0), (seen[1], high, 1.0)):
-        if sign * limit > 0.0:
-            shares.append(edge / limit)
-        elif sign * (edge - limit) > 0.0:
-            shares.append(1.0 + abs(edge - limit) / (high - low))
-    return max(shares)
 
 
 def _errors(before: Effect | str, after: Effect) -> tuple[FitError, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 from boresight.firmware.build import WordRanges
 from boresight.model.estimator import Estimator
 from boresight.model.lowering.graph import LEAVES, Node, declared_name
+from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Kind, Overflow, Program
 from boresight.sim.compare.twin import authors_name, becomes
@@ -26,6 +27,7 @@ __all__ = [
     "Wasted",
     "coarse_state",
     "headroom_bits",
+    "reached_by",
     "rounding_text",
     "wasted_bits",
 ]
@@ -67,14 +69,23 @@ class Wasted:
         return f"{self.name}{where} wastes {self.bits} bits: {self.cure}"
 
 
-def headroom_bits(program: Program, ranges: WordRanges, value: int) -> float:
-    """How often the largest word seen could double before it left the format."""
-    largest = max(-int(ranges.low[value]), int(ranges.high[value]) + 1, 1)
-    return program.arithmetic.word - 1 - math.log2(largest)
+def reached_by(program: Program, ranges: WordRanges) -> dict[int, Range]:
+    """Extremes of every value in its unit."""
+    return {
+        n: (float(program.format(n).real(low)), float(program.format(n).real(high)))
+        for n, (low, high) in enumerate(zip(ranges.low, ranges.high, strict=True))
+    }
+
+
+def headroom_bits(program: Program, value: int, reached: Range) -> float:
+    """How often the largest value seen could double before it left the format."""
+    form = program.format(value)
+    largest = max(-reached[0], reached[1] + form.lsb, form.lsb)
+    return math.log2(-form.min / largest)
 
 
 def wasted_bits(
-    estimator: Estimator, program: Program, nodes: Mapping[int, Node], ranges: WordRanges
+    estimator: Estimator, program: Program, nodes: Mapping[int, Node], reached: Mapping[int, Range]
 ) -> list[Wasted]:
     """List the values that waste bits because of their own range, the worst first.
 
@@ -83,8 +94,8 @@ def wasted_bits(
     estimator : Estimator
     program, nodes
         As its `compile_traced` gives them.
-    ranges : WordRanges
-        Extremes of every value on the logs.
+    reached : mapping of int to (float, float)
+        Extremes on the logs by the number of a value, in its unit; others are left out.
     """
     wasted = []
     declared = {i.name: i.line for i in estimator.inputs}
@@ -92,9 +103,10 @@ def wasted_bits(
     wrapping = {op.dest for op in program.ops if op.overflow is Overflow.WRAP}
     numbers = {node.number: n for n, node in sorted(nodes.items(), reverse=True)}
     for n, value in enumerate(program.values):
-        bits = math.floor(headroom_bits(program, ranges, n)) - MARGIN_BITS
-        constant = ranges.low[n] == ranges.high[n] or value.kind in (Kind.PARAM, Kind.CONST)
-        if bits <= 0 or constant or n in wrapping:
+        if n not in reached or n in wrapping or value.kind in (Kind.PARAM, Kind.CONST):
+            continue
+        bits = math.floor(headroom_bits(program, n, reached[n])) - MARGIN_BITS
+        if bits <= 0 or reached[n][0] == reached[n][1]:
             continue
         form, node = program.format(n), nodes.get(n)
         limit = float(f"{0.999 * math.ldexp(-form.min, -bits):.4g}")
@@ -104,7 +116,7 @@ def wasted_bits(
         if value.kind is Kind.OP:
             if node is None or becomes(program, nodes, n) is not None:
                 continue
-            if not _is_source(program, node, ranges, numbers, n):
+            if not _is_source(program, node, reached, numbers, n):
                 continue
         if value.kind is Kind.OP:
             name, line = authors_name(program, nodes, n), node.line if node else ""
@@ -128,7 +140,11 @@ def _cure(kind: Kind, node: Node | None, limits: str, derived: bool) -> str:
 
 
 def _is_source(
-    program: Program, node: Node, ranges: WordRanges, numbers: Mapping[int, int], value: int
+    program: Program,
+    node: Node,
+    reached: Mapping[int, Range],
+    numbers: Mapping[int, int],
+    value: int,
 ) -> bool:
     """Whether an operation wastes bits whatever ranges its operands have."""
     if node.kind in ("bounded", "saturated"):
@@ -136,24 +152,23 @@ def _is_source(
     if node.kind in LEAVES:
         return False
 
-    def seen(n: int) -> Ends:
-        real = program.format(n).real
-        return np.array([real(ranges.low[n])]), np.array([real(ranges.high[n])])
-
     def ends(arg: Node) -> Ends:
+        number = numbers.get(arg.number)
         if arg.kind == "const":
             return np.array([arg.value]), np.array([arg.value])
-        number = numbers.get(arg.number)
-        return seen(number) if number is not None else ends_of(arg, [*map(ends, arg.args)])
+        if number is not None and number in reached:
+            low, high = reached[number]
+            return np.array([low]), np.array([high])
+        return ends_of(arg, [*map(ends, arg.args)])
 
     with np.errstate(all="ignore"):
         low, high = ends_of(node, [*map(ends, node.args)])
-    reached = max(float(np.max(np.abs(seen(value)))), program.format(value).lsb)
-    return bool(max(-low[0], high[0]) >= reached * 2.0 ** (MARGIN_BITS + 1))
+    largest = max(-reached[value][0], reached[value][1], program.format(value).lsb)
+    return bool(max(-low[0], high[0]) >= largest * 2.0 ** (MARGIN_BITS + 1))
 
 
 def coarse_state(
-    program: Program, nodes: Mapping[int, Node], changes: IntArray, ranges: WordRanges
+    program: Program, nodes: Mapping[int, Node], changes: IntArray, reached: Mapping[int, Range]
 ) -> str:
     """The state whose changes have the fewest bits: each update rounds it, perhaps to one side."""
     computed = [
@@ -167,7 +182,7 @@ def coarse_state(
     state, after = program.states[k]
     name = authors_name(program, nodes, after)
     where = f" ({nodes[after].line})" if nodes[after].line else ""
-    unused = math.floor(headroom_bits(program, ranges, state))
+    unused = math.floor(headroom_bits(program, state, reached[state]))
     value = program.values[state]
     narrow = f"narrow its range [{value.low:g}, {value.high:g}], " if unused > 1 else ""
     return (

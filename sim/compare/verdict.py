@@ -12,10 +12,18 @@ from boresight.firmware.build import CModel, WordRanges
 from boresight.model.arrays import BoolArray, FloatArray
 from boresight.model.declarations import ATTITUDE, QUATERNION
 from boresight.model.lowering.graph import Node, declared_name
+from boresight.model.lowering.profile import Range
 from boresight.model.words.fixed import IntArray
 from boresight.model.words.program import Program, Value
 from boresight.sim.compare.culprit import find_culprit
-from boresight.sim.compare.diagnosis import NAMED, Wasted, coarse_state, rounding_text, wasted_bits
+from boresight.sim.compare.diagnosis import (
+    NAMED,
+    Wasted,
+    coarse_state,
+    reached_by,
+    rounding_text,
+    wasted_bits,
+)
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.compare.twin import authors_name, becomes, made_of, outside
 from boresight.sim.levels.build import Build
@@ -241,14 +249,15 @@ class Judge:
             name = _named(program, nodes, n)
             names[name] = max(count, names.get(name, 0))
         broken = [k for k in range(len(self._claims)) if self._is_broken(k)]
-        wasted = wasted_bits(self._estimator, program, nodes, self._ranges)
+        reached = reached_by(program, self._ranges)
+        wasted = wasted_bits(self._estimator, program, nodes, reached)
         return Accuracy(
             errors,
             self._saturated,
             names,
             self._beyond(saturated, broken),
             clamped,
-            self._culprit(errors, saturated, wasted, again),
+            self._culprit(errors, saturated, wasted, reached, again),
             tuple(wasted[:NAMED]),
             tuple(self._extremes(claim) for claim in self._claims),
             frozenset(broken),
@@ -305,6 +314,7 @@ class Judge:
         errors: Sequence[Difference],
         saturated: Collection[int],
         wasted: Sequence[Wasted],
+        reached: Mapping[int, Range],
         again: Callable[[], Iterable[tuple[FloatArray, IntArray]]],
     ) -> str:
         """The first operation that leaves its float twin, or what to do about rounding."""
@@ -312,7 +322,6 @@ class Judge:
         bad = {d.output for d in errors if not d.good}
         if not (bad or self._left or self._saturated):
             return ""
-        assert self._ranges is not None
         steps = {step for step, _ in self._left.values()}
         steps |= {d.first_beyond for d in errors if d.first_beyond is not None}
         steps |= set() if self._clamp is None else {self._clamp}
@@ -323,7 +332,7 @@ class Judge:
         faults |= {n for name, n in outputs if name in bad}
         pieces = ((words_of(program, records), states) for records, states in again())
         first = find_culprit(program, nodes, pieces, sorted(steps), made_of(program, faults))
-        coarse = coarse_state(program, nodes, self._changes, self._ranges)
+        coarse = coarse_state(program, nodes, self._changes, reached)
         text = str(first) if first else rounding_text(nodes, wasted, coarse)
         if self._endless is not None:
             text = (

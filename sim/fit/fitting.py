@@ -15,6 +15,7 @@ from boresight.model.lowering.profile import Profile, Range
 from boresight.model.lowering.trace import Trace
 from boresight.sim.accuracy.covariance import covariance_of
 from boresight.sim.accuracy.manoeuvres import hostile
+from boresight.sim.compare.diagnosis import Wasted, wasted_bits
 from boresight.sim.compare.difference import Difference, Differences
 from boresight.sim.fit.choose import intervals, profile_of
 from boresight.sim.fit.observe import Inputs, Observer, Reached, joined, pieces_of
@@ -22,7 +23,17 @@ from boresight.sim.levels.build import Build
 from boresight.sim.levels.floating import CompiledFloat
 from boresight.sim.levels.integer import Emitted
 
-__all__ = ["SPARE", "WORSE", "Effect", "Fitted", "Selection", "effect", "fitted", "select_ranges"]
+__all__ = [
+    "SPARE",
+    "WORSE",
+    "Effect",
+    "Fitted",
+    "Selection",
+    "effect",
+    "fitted",
+    "select_ranges",
+    "wasted_ranges",
+]
 
 #: Updates of each hostile stimulus.
 HOSTILE_STEPS = 2000
@@ -159,6 +170,22 @@ def effect(
             if d.output not in worst or d.largest > worst[d.output].largest:
                 worst[d.output] = d
     return Effect(tuple(worst.values()), saturated, _negative(variant, words, build))
+
+
+def wasted_ranges(fit: Fitted, word: int = 32) -> list[Wasted]:
+    """Inputs and states whose declared ranges waste bits on the records, the worst first."""
+    variant = copy.copy(fit.estimator)
+    variant.profile = fit.profile
+    program, nodes = variant.compile_traced(word=word)
+    reached = {}
+    for number, leaf in zip(program.inputs, fit.trace.inputs, strict=True):
+        if leaf.number in fit.seen:
+            reached[number] = fit.seen[leaf.number]
+    for (number, _), (leaf, _, after) in zip(program.states, fit.trace.states, strict=True):
+        both = [fit.seen[e.number] for e in (leaf, after) if e.number in fit.seen]
+        if both:
+            reached[number] = min(low for low, _ in both), max(high for _, high in both)
+    return wasted_bits(variant, program, nodes, reached)
 
 
 def _negative(estimator: Estimator, words: Emitted, build: Build) -> int:

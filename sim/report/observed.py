@@ -122,24 +122,17 @@ class Observed:
         """Updates of all logs in which it was clamped."""
         return sum(int(r.saturations[value]) for r in self.ranges)
 
-    @cached_property
-    def together(self) -> WordRanges:
-        """Extremes of all logs."""
-        seen, count = self.ranges[0], self.counts[0]
-        for ranges, updates in zip(self.ranges[1:], self.counts[1:], strict=True):
-            seen, count = seen.followed(count, ranges), count + updates
-        return seen
-
     def headroom_bits(self, value: int) -> float:
         """How often the largest word seen could double before it left the format."""
-        return headroom_bits(self.program, self.together, value)
+        return headroom_bits(self.program, value, self.reached(value))
 
     @cached_property
     def wasted(self) -> dict[int, Wasted]:
         """Values that waste bits because of their own range, the worst first."""
         if self.estimator is None:
             return {}
-        wasted = wasted_bits(self.estimator, self.program, self.nodes, self.together)
+        reached = {n: self.reached(n) for n in range(len(self.program.values))}
+        wasted = wasted_bits(self.estimator, self.program, self.nodes, reached)
         return {w.number: w for w in wasted}
 
     @property

@@ -15,7 +15,6 @@ from boresight.cli import main
 from boresight.model.resolve import estimator_of
 from boresight.sim.levels.build import Build
 from boresight.sim.records.log import Log
-from boresight.verbs.fit import _used
 
 SOURCE = """
 from boresight import Estimator, Input, Output, State, World, ops
@@ -52,13 +51,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_claim_that_a_condition_withdraws_is_told(folder: Path) -> None:
-    text = SOURCE.replace('"unit vector")', '"unit vector", unless="both are 0")')
-    Path("unit.py").write_text(text)
-    (claim,) = boresight.fit("unit.py:Unit", "log.csv").claims
-    assert (claim.reason, claim.low, claim.high) == ("unit vector", -1.5, 1.5)
-
-
 def test_a_log_in_pieces_gives_the_same_profile(folder: Path, monkeypatch) -> None:
     """Also the digest of what it was made from."""
     boresight.fit("unit.py:Unit", "log.csv", output="whole.json")
@@ -78,7 +70,7 @@ def test_what_it_writes_is_found_and_makes_it_compile(
     assert main(["fit", "unit.py:Unit", "log.csv", "-q"]) == 0
     text = capsys.readouterr().out
     assert text.startswith("unit.fit.json: ") and "from log (50 updates)" in text
-    assert "bounded to [-1.5, 1.5], unit vector: 67% of it used in the records" in text
+    assert "input b (unit.py, line 6) wastes 2 bits: narrow its range to [-15.98, 15.98]" in text
     assert main(check) == 0
     capsys.readouterr()
     assert main([*check, "--no-profile"]) == 2
@@ -115,8 +107,6 @@ def test_the_data(folder: Path) -> None:
     assert [x["log"] for x in data["made_from"]] == ["log", "plant"]
     assert len(data["values"]) == result.formats and result.good
     assert "wanted a finite range" in result.refused
-    (claim,) = result.claims
-    assert claim.logs == pytest.approx(1.0 / 1.5)  # where b is 0
     (error,) = result.errors
     assert error.before is None and error.after is not None and error.after < 1e-8
     row = data["values"][0]
@@ -152,21 +142,6 @@ def test_processes_take_the_profile(folder: Path) -> None:
     assert results == {"one": ("a.json",), "two": ("a.json",)}
 
 
-def test_proposals_and_the_copy(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    fit = ["fit", "unit.py:Unit", "log.csv", "-q"]
-    assert main([*fit, "--propose"]) == 0
-    text = capsys.readouterr().out
-    assert "input b (unit.py, line 6): declared [-40, 40], seen [-2, 2], proposed [-31.97" in text
-    assert main([*fit, "--apply", "narrow.py"]) == 0
-    assert 'Input("b", -31.97, 31.97)' in Path("narrow.py").read_text()
-    assert Path("unit.py").read_text() == SOURCE
-    assert re.search(r"\nnarrow\.py: (\d) of \1 proposals applied\n", capsys.readouterr().out)
-    capsys.readouterr()
-    assert main([*fit, "--apply", "unit.py"]) == 2
-    assert main(["fit", "mekf", "log.csv", "--apply", "copy.py"]) == 2
-    assert "wanted an estimator in a file of its own" in capsys.readouterr().err
-
-
 def test_verdicts(folder: Path) -> None:
     result = boresight.fit("unit.py:Unit", "log.csv")
     assert result.good and result.negative_updates == (None, 0) and "exact" not in str(result)
@@ -185,38 +160,3 @@ def test_a_profile_that_failed_is_not_written(folder: Path, capsys) -> None:
     assert main(["fit", "unit.py:Unit", "log.csv", "-q"]) == 1
     assert re.search(r"\nFAILED, not written: \d+ updates SATURATED", capsys.readouterr().out)
     assert not Path("unit.fit.json").exists()
-
-
-def test_names_that_are_not_written_out_are_left_to_the_author(folder: Path, capsys) -> None:
-    Path("unit.py").write_text(SOURCE.replace('Input("b", -40.0', 'Input("" + "b", -40.0'))
-    assert main(["fit", "unit.py:Unit", "log.csv", "-q", "--apply", "narrow.py"]) == 0
-    assert "names that are not written out in the file, by hand: b\n" in capsys.readouterr().out
-
-
-def test_the_covariance_of_a_built_filter_is_summed_up(folder: Path) -> None:
-    """Its elements are not declared."""
-    program = Path(boresight.__file__).parents[1] / "examples" / "kalman.py"
-    log = program.with_suffix(".csv")
-    result = boresight.fit(str(program), log, output="kalman.json", steps=300, propose=True)
-    assert [p.proposal.name for p in result.proposals] == ["vel"]
-    assert result.derived == 1 and "of P, elements with unused bits: 1; " in str(result)
-    assert "standard deviations" in {c.reason for c in result.claims}
-
-
-@pytest.mark.parametrize(
-    "seen, low, high, used",
-    [
-        ((0.3, 12.0), 0.25, 80.0, 0.15),  # a variance, near its lower limit
-        ((-1.0, 0.5), -1.5, 1.5, 2.0 / 3.0),
-        ((-1.0, 2.0), -1.0, 100.0, 1.0),
-        ((-3.0, -2.0), -4.0, -1.0, 0.75),
-        ((0.0, 4.0), 1.0, 9.0, 1.125),
-        ((0.0, 11.0), 0.0, 10.0, 1.1),
-        ((-2.0, 2.0), -1.0, 100.0, 2.0),
-        (None, 0.0, 1.0, 0.0),
-    ],
-)
-def test_how_much_of_a_range_is_used(
-    seen: tuple[float, float] | None, low: float, high: float, used: float
-) -> None:
-    assert _used(seen, low, high) == pytest.approx(used)
