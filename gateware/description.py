@@ -14,6 +14,7 @@ from typing import Annotated, Any
 from boresight.gateware.core import Core
 from boresight.gateware.registers.core import ADDRESS_BITS, CHOICE, FIXED, STATUS
 from boresight.gateware.registers.model import Access, Register
+from boresight.model.lowering.profile import OBSERVED
 from boresight.model.tools.c_names import identifier, unique
 from boresight.model.tools.typed import Within, typed
 from boresight.model.words.program import InPort, Program
@@ -98,7 +99,8 @@ class Records:
 
     ``interval`` is the number of cycles from the first word of a record to that of the next;
     ``links`` are the inputs that read another program: name, that program, its output. ``shares``
-    names the program whose states it updates, too.
+    names the program whose states it updates, too. ``assumed`` are the values whose ranges a
+    profile of `boresight fit` chose: name, low, high.
     """
 
     program: str
@@ -109,6 +111,7 @@ class Records:
     interval: int = 0
     links: tuple[tuple[str, str, str], ...] = ()
     shares: str = ""
+    assumed: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def latencies(self) -> tuple[int, ...]:
@@ -326,6 +329,11 @@ def _records(core: Core, summary: str) -> Records:
             for number, link in program.linked.items()
         ),
         program.shares if program.shares in core.names else "",
+        tuple(
+            (value.name, value.low, value.high)
+            for value in program.values
+            if value.range_source.startswith(OBSERVED)
+        ),
     )
 
 

@@ -92,11 +92,14 @@ class CompiledProgram:
         From the last input word to each output.
     interval_cycles : int
         From one record to the next.
+    profile : str
+        The profile of `boresight fit` that chose formats, or empty.
     """
 
     name: str
     latency_cycles: Mapping[str, int]
     interval_cycles: int
+    profile: str = ""
 
 
 @dataclass(frozen=True)
@@ -223,6 +226,7 @@ class CompileResult(Answer):
             + f" cycles; {self._interval(p)}"
             for p in self.programs
         ]
+        lines += [p.profile for p in self.programs if p.profile]
         if self.depth is not None:
             lines.append(str(self.depth))
         lines.append(f"proven: {self.proven}")

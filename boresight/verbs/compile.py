@@ -240,8 +240,9 @@ def _result(
                 part.program.name,
                 dict(zip(part.program.output_names, part.schedule.latencies, strict=True)),
                 part.schedule.interval,
+                str(estimator.profile or ""),
             )
-            for part in core.parts
+            for part, estimator in zip(core.parts, build.estimators, strict=True)
         ),
         proven=proven,
         core=None if area is None else TargetFigures.of(area),

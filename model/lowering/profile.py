@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from boresight.model.declarations import Input
     from boresight.model.lowering.trace import Trace
 
-__all__ = ["Profile", "Range", "read_profile", "record_digest"]
+__all__ = ["OBSERVED", "Profile", "Range", "read_profile", "record_digest"]
 
+#: Beginning of the source of a range that a profile chose.
+OBSERVED = "observed in"
 #: Smallest and largest value.
 Range: TypeAlias = tuple[float, float]
 
@@ -57,7 +59,13 @@ class Profile:
     @property
     def source(self) -> str:
         """Where its ranges come from, for a report."""
-        return f"observed in {', '.join(self.logs)}"
+        return f"{OBSERVED} {', '.join(self.logs)}"
+
+    def __str__(self) -> str:
+        return (
+            f"profile {self.place}: formats of {len(self.ranges)} values, {self.source}; beyond "
+            "these ranges a word saturates"
+        )
 
     def check(self, trace: Trace, name: str, inputs: Sequence[Input]) -> Profile:
         """Return it with the numbers of this record of a step; see `record_digest`.

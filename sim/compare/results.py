@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from boresight.model.lowering.profile import Profile
 from boresight.model.words.fixed import IntArray
 from boresight.sim.answer import Answer, JsonObject, plain
 from boresight.sim.compare.claims import ClaimResult, claim_lines
@@ -230,6 +231,11 @@ class CheckResult(Answer):
         return self.build.estimators[self.number].name
 
     @property
+    def profile(self) -> Profile | None:
+        """The profile that chose the formats, if there is one."""
+        return self.build.estimators[self.number].profile
+
+    @property
     def failures(self) -> list[str]:
         """What is wrong, one line each; empty if `good`."""
         levels = [f"{x.level} in {x.simulator}: {x.failure}" for x in self.levels if x.failure]
@@ -260,6 +266,7 @@ class CheckResult(Answer):
             f"{self.estimator} on {self.given.record.name}, {self.build.config}, "
             f"W = {self.build.word}",
             *(f"  {level.line()}" for level in self.levels),
+            *([] if self.profile is None else [f"  {self.profile}"]),
             *(f"  {text}" for text in self.accuracy.lines()),
             *([f"  {textbook_line(self.textbook)}"] if self.textbook else []),
             *(f"  {text}" for text in claim_lines(self.claims)),
@@ -283,6 +290,7 @@ class CheckResult(Answer):
             "log": self.given.record.name,
             "config": self.build.config,
             "word": self.build.word,
+            "profile": None if self.profile is None else self.profile.place,
             "good": self.good,
             "exact": self.exact,
             "accuracy": plain(self.accuracy),

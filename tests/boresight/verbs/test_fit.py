@@ -82,6 +82,38 @@ def test_what_it_writes_is_found_and_makes_it_compile(
     assert "wanted a profile, or --no-profile, found both" in capsys.readouterr().err
 
 
+ENERGY = """
+from boresight import Estimator, Input, Output, State
+
+
+class Energy(Estimator):
+    inputs = (Input("a", -10.0, 10.0), Input("b", -10.0, 10.0))
+    states = (State("s", -1e6, 1e6),)
+    outputs = (Output("y", tolerance=1e-2),)
+
+    def step(self, x, u, p):
+        e = u.a * u.a * u.b * u.b
+        s = 0.99 * x.s + e
+        return {"s": s}, {"y": s * 0.001 + e}
+"""
+
+
+def test_compile_and_check_name_the_profile_that_they_use(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("energy.py").write_text(ENERGY)
+    Path("small.csv").write_text("a,b\n" + "".join(f"{0.01 * k},0.5\n" for k in range(50)))
+    assert main(["fit", "energy.py", "small.csv", "-q"]) == 0
+    capsys.readouterr()
+    named = re.compile(r"profile energy.fit.json: formats of \d values, observed in small; beyond")
+    assert main(["compile", "energy.py", "-o", "build", "-q"]) == 0
+    assert named.search(capsys.readouterr().out)
+    assert main(["check", "energy.py", "small.csv", "--levels", "c", "-q"]) == 0
+    assert named.search(capsys.readouterr().out)
+    text = Path("build/README.md").read_text()
+    assert "**Assumed ranges.**" in text and "\n| `y` | -" in text
+
+
 def test_a_profile_of_another_step_is_refused_and_made_anew(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
