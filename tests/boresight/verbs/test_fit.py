@@ -83,16 +83,17 @@ def test_what_it_writes_is_found_and_makes_it_compile(
 
 
 ENERGY = """
-from boresight import Estimator, Input, Output, State
+from boresight import Estimator, Input, Output, Param, State
 
 
 class Energy(Estimator):
     inputs = (Input("a", -10.0, 10.0), Input("b", -10.0, 10.0))
+    params = (Param("k", 0.1, 0.0, 10.0),)
     states = (State("s", -1e6, 1e6),)
     outputs = (Output("y", tolerance=1e-2),)
 
     def step(self, x, u, p):
-        e = u.a * u.a * u.b * u.b
+        e = u.a * u.a * u.b * u.b * p.k
         s = 0.99 * x.s + e
         return {"s": s}, {"y": s * 0.001 + e}
 """
