@@ -59,7 +59,6 @@ soak: develop          ## Search for trouble for HOURS hours, and on: build/soak
 	$(BIN)/python -m tests.support.soak --hours $(HOURS)
 	$(BIN)/python -m boresight.sim.formal
 	$(BIN)/boresight bench
-	$(BIN)/boresight covariance
 	$(BIN)/boresight simulate --faults
 
 lint: develop          ## ruff: rules and format

@@ -13,7 +13,6 @@ Every command of the command line is a function here::
     boresight.tune("complementary", "folder", output="params.json")
     boresight.explore("mekf", "log.csv", words=(18, 24, 32), output="build")
     boresight.experiment("ma2014", output="build")
-    boresight.covariance("mekf")
     boresight.montecarlo("plant.py:Plant", "filter.py", runs=500, output="build")
     boresight.monitor("/dev/ttyUSB0", count=100, plot="attitude.png")
     boresight.simulate("mekf", seconds=1.0, output="build")
@@ -45,11 +44,8 @@ if TYPE_CHECKING:
     from boresight.model.errors import ToolMissing as ToolMissing
     from boresight.model.estimator import Estimator as Estimator
     from boresight.regression import baseline as baseline
-    from boresight.results.accuracy import AccuracyResult as AccuracyResult
     from boresight.results.compile import CompileResult as CompileResult
     from boresight.results.fit import FitResult as FitResult
-    from boresight.results.tune import TuneResult as TuneResult
-    from boresight.sim.accuracy.covariance import CovarianceTrial as CovarianceTrial
     from boresight.sim.baseline import Baseline as Baseline
     from boresight.sim.compare.results import CheckResult as CheckResult
     from boresight.sim.experiments.experiment import Experiment as Experiment
@@ -73,7 +69,6 @@ if TYPE_CHECKING:
     from boresight.verbs.figures.accuracy import accuracy as accuracy
     from boresight.verbs.figures.bench import BenchResult as BenchResult
     from boresight.verbs.figures.bench import bench as bench
-    from boresight.verbs.figures.covariance import covariance as covariance
     from boresight.verbs.figures.montecarlo import montecarlo as montecarlo
     from boresight.verbs.figures.tune import tune as tune
     from boresight.verbs.fit import fit as fit
@@ -101,11 +96,8 @@ _EXPORTS = {
     "model.errors": "InputError ToolMissing",
     "model.estimator": "Estimator",
     "regression": "baseline",
-    "results.accuracy": "AccuracyResult",
     "results.compile": "CompileResult",
     "results.fit": "FitResult",
-    "results.tune": "TuneResult",
-    "sim.accuracy.covariance": "CovarianceTrial",
     "sim.baseline": "Baseline",
     "sim.compare.results": "CheckResult",
     "sim.experiments.experiment": "Experiment Result Target",
@@ -121,7 +113,6 @@ _EXPORTS = {
     "verbs.experiment": "ExperimentResult experiment",
     "verbs.figures.accuracy": "accuracy",
     "verbs.figures.bench": "BenchResult bench",
-    "verbs.figures.covariance": "covariance",
     "verbs.figures.montecarlo": "montecarlo",
     "verbs.figures.tune": "tune",
     "verbs.explore": "explore",

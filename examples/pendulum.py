@@ -5,7 +5,6 @@ truth::
 
     boresight check pendulum.py pendulum.csv
     boresight accuracy pendulum.py pendulum.csv
-    boresight covariance pendulum.py --updates 200000
 
 The Jacobians are derived: by the sine, F and H depend on the angle. Where the bob is at its turning
 point the derivative of the measurement is near zero and it says nothing.

@@ -8,12 +8,22 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, NamedTuple
 
-__all__ = ["UNKNOWN", "Section", "Verdict", "degrees", "number", "page", "page_of", "unit"]
+__all__ = [
+    "UNKNOWN",
+    "Section",
+    "Verdict",
+    "degrees",
+    "number",
+    "page",
+    "page_of",
+    "section_of",
+    "unit",
+]
 
 #: Text for an unknown value.
 UNKNOWN = "\N{EM DASH}"
@@ -113,6 +123,21 @@ def page(package: str, name: str, /, **values: Any) -> str:
     )
     environment.filters |= {"number": number, "unit": unit}
     return environment.get_template(name).render(values)
+
+
+def section_of(title: str, rows: Sequence[Mapping[str, Any]], text: str = "") -> Section:
+    """A section with a table of rows by column; columns without any value are left out."""
+    columns = [*dict.fromkeys(name for row in rows for name, v in row.items() if v is not None)]
+    cells = [[_cell(row.get(column)) for column in columns] for row in rows]
+    return Section(title=title[:1].upper() + title[1:], text=text, columns=columns, rows=cells)
+
+
+def _cell(value: Any) -> str | float | Verdict:
+    if isinstance(value, bool):
+        return Verdict("yes" if value else "no", value)
+    if isinstance(value, int | float):
+        return value
+    return "" if value is None else str(value)
 
 
 def page_of(

@@ -24,7 +24,6 @@ VERBS = {
     "experiment": "verbs.experiment",
     "demo": "verbs.demo",
     "bench": "verbs.figures.bench",
-    "covariance": "verbs.figures.covariance",
     "montecarlo": "verbs.figures.montecarlo",
     "monitor": "verbs.monitor",
     "simulate": "verbs.simulate",

@@ -1,182 +1,46 @@
-"""Every estimator on every record: ours in float and in fixed point, and the published ones.
+"""Every estimator on every log: fixed point, float64, and published attitude filters.
 
-Fixed point is the emitted C, whose words are those of the core; float is the compiled float64. The
-published attitude filters that run sample by sample in Python are spread over processes (`spawn`: a
-script that calls `benchmark` with more than one needs ``if __name__ == "__main__"``).
+Fixed point is the emitted C, whose words are those of the core; float is the compiled float64.
+Published filters run in processes of their own (`sim.campaign.dispatch`).
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import chain
-from queue import SimpleQueue
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from boresight.model.errors import InputError
 from boresight.model.estimator import Estimator
-from boresight.sim.accuracy.figures import ANGLES, Alignment, Errors, attitude_errors
-from boresight.sim.accuracy.peers import PEERS, dip_rad, peer, require_peers, run_peer
-from boresight.sim.accuracy.scoring import Scorer
+from boresight.sim.accuracy.figures import ANGLES, Alignment, attitude_errors, gives_attitude
+from boresight.sim.accuracy.peers import dip_rad, peer, require_peers, run_peer
+from boresight.sim.accuracy.runs import LogRuns, Scores
 from boresight.sim.accuracy.trials import Trial
+from boresight.sim.answer import Figure
 from boresight.sim.campaign import dispatch
-from boresight.sim.compare.difference import Difference, Differences
-from boresight.sim.levels.build import Build
-from boresight.sim.levels.floating import CompiledFloat
-from boresight.sim.levels.level import Level
+from boresight.sim.compare.difference import Difference
 from boresight.sim.records.feed import Feed, LongFeed
 from boresight.sim.records.nine_axis import NineAxis
-from boresight.sim.worlds.loop import Loop, drive
+from boresight.sim.records.record import Record
+from boresight.sim.result import Result, Row
 
-__all__ = ["Result", "benchmark"]
+__all__ = ["JUDGED", "benchmark", "means", "require_attitudes"]
 
-Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Result:
-    """One estimator, at one level, on one record.
-
-    ``level``: "fixed", "float", or "package" for a peer. ``errors``, with their ``units``:
-    `sim.accuracy.figures`, empty where the record has no truth of its outputs. ``seconds``: of its
-    own run, by the clock on the wall, whatever runs beside it. ``saturated`` counts updates in
-    which an operation saturated; ``near`` compares every sample of fixed point with float64; both
-    belong to fixed point. ``offset_deg``: what `sim.accuracy.figures.aligned` took out.
-    """
-
-    estimator: str
-    level: str
-    trial: str
-    errors: Mapping[str, float]
-    units: Mapping[str, str]
-    seconds: float
-    saturated: int | None = None
-    near: tuple[Difference, ...] = ()
-    offset_deg: tuple[float, ...] = ()
-
-
-def _ours(
-    estimator: Estimator,
-    trials: Sequence[Trial],
-    params: Mapping[str, float] | None,
-    word: int,
-    with_float: bool,
-    jobs: int | None,
-    align: str,
-) -> list[Result]:
-    """One of our estimators on all records, made anew for each rate that it needs to know."""
-    groups: dict[tuple[float, ...], tuple[Estimator, list[tuple[str, Feed | LongFeed]]]] = {}
-    for t in trials:
-        member, feed = t.fed(estimator)
-        groups.setdefault(tuple(member.rates_hz.values()), (member, []))[1].append((t.name, feed))
-    out: list[Result] = []
-    for member, feeds in groups.values():
-        out += _at_one_rate(member, feeds, params, word, with_float, jobs, align)
-    return out
-
-
-def _at_one_rate(
-    estimator: Estimator,
-    named_feeds: Sequence[tuple[str, Feed | LongFeed]],
-    params: Mapping[str, float] | None,
-    word: int,
-    with_float: bool,
-    jobs: int | None,
-    align: str,
-) -> list[Result]:
-    """One of our estimators on records, by name, that one build of it takes."""
-    feeds = [columns for _, columns in named_feeds]
-    scorer, build = (
-        Scorer(estimator, feeds, word=word, jobs=jobs),
-        Build(estimator, params=[params]),
-    )
-    levels: SimpleQueue[CompiledFloat] = SimpleQueue()
-    for _ in range(scorer.jobs if with_float else 0):
-        levels.put(CompiledFloat(build))
-
-    def run_log(index: int, level: Level) -> list[Result]:
-        if not with_float:
-            return _on_log(estimator, *named_feeds[index], [level], align)
-        floating = levels.get()
-        try:
-            return _on_log(estimator, *named_feeds[index], [level, floating], align)
-        finally:
-            levels.put(floating)
-
-    return list(chain.from_iterable(zip(*scorer.each(run_log, params), strict=True)))
-
-
-def _runs(columns: Feed | LongFeed, levels: Sequence[Level]) -> Iterator[tuple[Feed, list[Loop]]]:
-    """Levels on a log from a reset on, part by part."""
-    for k, part in enumerate(columns.parts()):
-        yield part, [loop for level in levels for loop in drive(part, level, anew=not k)]
-
-
-def _on_log(
-    estimator: Estimator, trial: str, columns: Feed | LongFeed, levels: Sequence[Level], align: str
-) -> list[Result]:
-    """Fixed point, and float64, on a log; where an offset is taken out, twice: first to see it."""
-    offsets = [Alignment(align) for _ in levels]
-    for part, loops in _runs(columns, levels) if align != "none" else ():
-        for offset, loop in zip(offsets, loops, strict=True):
-            offset.add_outputs(part, loop.outputs)
-    comparison = Differences(estimator.outputs, [o.name for o in estimator.outputs])
-    errors = [Errors(estimator) for _ in levels]
-    seconds, saturated = [0.0 for _ in levels], 0
-    for part, loops in _runs(columns, levels):
-        for k, loop in enumerate(loops):
-            errors[k].add(part, offsets[k].turned_outputs(loop.outputs))
-            seconds[k] += loop.seconds
-        saturated += loops[0].run.n_saturated
-        if len(loops) > 1:
-            comparison.add(loops[0].outputs, loops[1].outputs)
-    out = [
-        Result(estimator.name, name, trial, e.result(), e.units, duration, offset_deg=o.offset_deg)
-        for name, e, duration, o in zip(("fixed", "float"), errors, seconds, offsets, strict=False)
-    ]
-    deviations = tuple(comparison.result()) if len(levels) > 1 else ()
-    return [replace(out[0], saturated=saturated, near=deviations), *out[1:]]
-
-
-def _dips(trials: Sequence[Trial]) -> dict[str, float]:
-    """Dip of the field [rad] by folder, as of one place: the median over its logs.
-
-    A single log's own dip carries the errors of its sensors' calibration (2 to 3 degrees).
-    """
-    dips: dict[str, list[float]] = {}
-    for t in trials:
-        log = NineAxis.of(t.record)
-        if log.mag_new.any():
-            dips.setdefault(t.folder, []).append(dip_rad(log))
-    return {folder: float(np.median(values)) for folder, values in dips.items()}
-
-
-def _peer(
-    name: str, trials: Sequence[Trial], dips: Mapping[str, float], align: str
-) -> list[Result]:
-    """One peer on some records."""
-    out = []
-    for trial in trials:
-        log = NineAxis.of(trial.record)
-        start = time.perf_counter()
-        q = run_peer(peer(name), trial.record, dips.get(trial.folder))
-        seconds = time.perf_counter() - start
-        offset = Alignment(align)
-        offset.add(q, log.attitude, log.counts)
-        error = attitude_errors(offset.turned(q), log.attitude, log.counts)
-        out.append(
-            Result(
-                name,
-                "package",
-                trial.name,
-                error,
-                dict.fromkeys(ANGLES, "deg"),
-                seconds,
-                offset_deg=offset.offset_deg,
-            )
-        )
-    return out
+#: Figures that can be compared with an earlier result (`sim.baseline`).
+JUDGED = {
+    "word": Figure("word", "same"),
+    "estimators.*.mean.*": Figure("error against truth", "error"),
+    "estimators.*.trials.*.error.*": Figure("error against truth", "error"),
+    "estimators.*.vs_float.*.apart": Figure("fixed-float", "error"),
+    "estimators.*.saturated_updates": Figure("updates that saturated", "count"),
+}
+_SOURCE = (
+    "root mean square error against truth, of attitudes in degrees by the method of the BROAD "
+    "benchmark (doi 10.3390/data6070072); means over the logs with truth; fixed point is the "
+    "emitted C, whose words are the core's"
+)
 
 
 def benchmark(
@@ -186,11 +50,10 @@ def benchmark(
     *,
     params: Mapping[str, Mapping[str, float]] | None = None,
     word: int = 32,
-    with_float: bool = True,
     align: str = "none",
     jobs: int | None = None,
-    progress: Progress | None = None,
-) -> list[Result]:
+    say: Callable[[str], None] = lambda text: None,
+) -> Result:
     """Run everything.
 
     Parameters
@@ -198,52 +61,209 @@ def benchmark(
     peers : sequence of str
         Keys of `sim.accuracy.peers.PEERS`.
     params : mapping, optional
-        Parameter values of our estimators, by their name.
-    with_float : bool
-        Also run compiled float64.
+        Parameter values by estimator.
     align : str
-        Constant offset that is taken out of every attitude first: `ALIGNMENTS`.
+        Constant offset that is taken out of attitudes first: `ALIGNMENTS`.
     jobs : int, optional
         Threads and processes; by default one for each processor.
 
     Returns
     -------
-    list of Result
-        Ours in the order given, fixed before float, then the peers; each in the order of the
-        trials.
+    Result
+        ``estimators``: for each at each level ``mean`` errors over the logs with truth, ``units``,
+        ``vs_float``, ``saturated_updates``, ``seconds``, and ``trials`` with the errors of each
+        log. Good if fixed point is as near to float64 as the tolerances accept.
 
     Raises
     ------
     InputError
         Unknown names, an illegal parameter, a peer whose package is not installed.
     """
-    say = progress or (lambda text: None)
     require_peers([peer(name) for name in peers])
+    by_name: dict[str, dict[str, list[Scores]]] = {}
+    for estimator in estimators:
+        values = (params or {}).get(estimator.name)
+        by_name[estimator.name] = _own(estimator, trials, values, word, jobs, align)
+        say(estimator.name)
     dips = _dips(trials) if peers else {}
-    bare = [replace(t, feeds={}) for t in trials]
-    # Long ones first, so that no process is left with one at the end.
-    tasks: list[tuple[str, Callable[..., list[Result]], tuple[object, ...]]] = [
-        (f"{name} on {t.name}", _peer, (name, [t], dips, align))
+    tasks = [
+        ((name, t.name), _published, (name, t.log.first, dips.get(_folder(t)), align))
         for name in peers
-        if PEERS[name].slow
-        for t in sorted(bare, key=lambda t: -len(t.log))
+        for t in sorted(trials, key=lambda t: -len(t.log))
     ]
-    tasks += [(name, _peer, (name, bare, dips, align)) for name in peers if not PEERS[name].slow]
-    count = len(estimators) + len(tasks)
-    out: list[Result] = []
+    by_name |= {name: {} for name in peers}
+    for (name, trial), scores in dispatch(jobs, tasks):
+        by_name[name][trial] = [scores]
+        say(f"{name} on {trial}")
+    rows = [
+        _row(name, [(trial, of[trial.name][level]) for trial in trials])
+        for name, of in by_name.items()
+        for level in range(len(of[trials[0].name]))
+    ]
+    failures = [
+        f"{row['estimator']}: fixed point against float64: {near['output']} beyond its tolerance"
+        for row in rows
+        for near in row["vs_float"]
+        if not near["good"]
+    ]
+    data = {
+        "source": _SOURCE,
+        "word": word,
+        "align": align,
+        "logs": [_log(trial) for trial in trials],
+        "parameters": params or {},
+        "estimators": rows,
+    }
+    return Result(data, _tables(rows, trials), failures=failures, judged=JUDGED)
 
-    def add_results(label: str, results: list[Result]) -> None:
-        seconds = sum(r.seconds for r in results)
-        out.extend(results)
-        say(f"[{len(completed) + 1}/{count}] {label}, {seconds:.1f} s")
-        completed.append(label)
 
-    completed: list[str] = []
-    for e in estimators:
-        values = (params or {}).get(e.name)
-        add_results(e.name, _ours(e, trials, values, word, with_float, jobs, align))
-    for label, results in dispatch(jobs, tasks):
-        add_results(label, results)
-    rank = {name: k for k, name in enumerate([*(e.name for e in estimators), *peers])}
-    place = {t.name: k for k, t in enumerate(trials)}
-    return sorted(out, key=lambda r: (rank[r.estimator], r.level == "float", place[r.trial]))
+def _own(
+    estimator: Estimator,
+    trials: Sequence[Trial],
+    params: Mapping[str, float] | None,
+    word: int,
+    jobs: int | None,
+    align: str,
+) -> dict[str, list[Scores]]:
+    """One of our estimators on all logs, made anew for each rate that it needs to know."""
+    groups: dict[tuple[float, ...], tuple[Estimator, dict[str, Feed | LongFeed]]] = {}
+    for trial in trials:
+        member, columns = trial.feeds[estimator.name]
+        of = groups.setdefault(tuple(member.rates_hz.values()), (member, {}))
+        of[1][trial.name] = columns
+    out: dict[str, list[Scores]] = {}
+    for member, feeds in groups.values():
+        every = [*feeds.values()]
+        runs = LogRuns(member, every, floating=True, word=word, jobs=jobs, align=align)
+        out |= dict(zip(feeds, runs.run(params), strict=True))
+    return out
+
+
+def _folder(trial: Trial) -> str:
+    return "" if trial.log.path is None else str(trial.log.path.absolute().parent)
+
+
+def _dips(trials: Sequence[Trial]) -> dict[str, float]:
+    """Dip of the field [rad] by folder, as of one place: the median over its logs.
+
+    A single log's own dip carries the errors of its sensors' calibration (2 to 3 degrees).
+    """
+    dips: dict[str, list[float]] = {}
+    for trial in trials:
+        log = NineAxis.of(trial.log.first)
+        if log.mag_new.any():
+            dips.setdefault(_folder(trial), []).append(dip_rad(log))
+    return {folder: float(np.median(values)) for folder, values in dips.items()}
+
+
+def _published(name: str, record: Record, dip: float | None, align: str) -> Scores:
+    """A published filter on a log."""
+    log = NineAxis.of(record)
+    start = time.perf_counter()
+    q = run_peer(peer(name), record, dip)
+    seconds = time.perf_counter() - start
+    offset = Alignment(align)
+    offset.add(q, log.attitude, log.counts)
+    errors = attitude_errors(offset.turned(q), log.attitude, log.counts)
+    units = dict.fromkeys(ANGLES, "deg")
+    return Scores("package", errors, units, seconds, offset_deg=offset.offset_deg)
+
+
+def means(scores: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """Mean of each figure over the logs that have it."""
+    scores = [*scores]
+    names = dict.fromkeys(name for of in scores for name in of)
+    return {n: float(np.mean([of[n] for of in scores if n in of])) for n in names}
+
+
+def _log(trial: Trial) -> dict[str, Any]:
+    """A log; its rate is the median, of a long file over the first 65,536 rows."""
+    first = trial.log.first
+    timed = {"t", "dt"} & set(first.columns)
+    rate = round(1.0 / float(np.median(first.steps())), 3) if timed else None
+    samples = len(trial.log)
+    return {"trial": trial.name, "samples": samples, "rate_hz": rate, "reference": trial.reference}
+
+
+def _row(name: str, scores: Sequence[tuple[Trial, Scores]]) -> dict[str, Any]:
+    """One estimator at one level: means over the logs with truth, and each log."""
+    every = [of for _, of in scores]
+    saturated = [of.saturated for of in every if of.saturated is not None]
+    return {
+        "estimator": name,
+        "level": every[0].level,
+        "kind": "peer" if every[0].level == "package" else "ours",
+        "units": {n: unit for of in every for n, unit in of.units.items()},
+        "mean": means(of.errors for trial, of in scores if trial.reference == "truth"),
+        "vs_float": [_near(d) for d in zip(*(of.near for of in every), strict=True)],
+        "saturated_updates": sum(saturated) if saturated else None,
+        "seconds": round(sum(of.seconds for of in every), 3),
+        "trials": [
+            {
+                "trial": trial.name,
+                "error": dict(of.errors),
+                "vs_float": {d.output: _apart(d) for d in of.near},
+                "saturated_updates": of.saturated,
+                "offset_deg": list(of.offset_deg),
+            }
+            for trial, of in scores
+        ],
+    }
+
+
+def _apart(difference: Difference) -> float:
+    """Largest difference; of words how many differ."""
+    if difference.unit == "words":
+        return float(round(difference.rms**2 * difference.samples))
+    return float(difference.largest)
+
+
+def _near(several: Sequence[Difference]) -> dict[str, Any]:
+    """An output of fixed point beside float64 over all logs."""
+    first, apart = several[0], [_apart(d) for d in several]
+    return {
+        "output": first.output,
+        "unit": first.unit,
+        "apart": sum(apart) if first.unit == "words" else max(apart),
+        "tolerance": first.tolerance,
+        "good": all(d.good for d in several),
+    }
+
+
+def _tables(rows: Sequence[Mapping[str, Any]], trials: Sequence[Trial]) -> dict[str, list[Row]]:
+    """Means of each estimator, and the main error of each on every log."""
+    summary: list[Row] = []
+    for row in rows:
+        errors = {f"{n} {row['units'][n]}".rstrip(): value for n, value in row["mean"].items()}
+        shares = [d["apart"] / d["tolerance"] for d in row["vs_float"] if d["tolerance"]]
+        summary.append(
+            {
+                "estimator": row["estimator"],
+                "level": row["level"],
+                **errors,
+                "from float64, over tolerance": max(shares, default=None),
+                "saturated": row["saturated_updates"],
+                "seconds": row["seconds"],
+            }
+        )
+    logs: list[Row] = []
+    for k, trial in enumerate(trials):
+        cells: dict[str, Any] = {"log": trial.name, "reference": trial.reference}
+        for row in rows:
+            if row["level"] != "float" and row["units"]:
+                name = next(iter(row["units"]))
+                cells[row["estimator"]] = row["trials"][k]["error"].get(name)
+        logs.append(cells)
+    return {"errors, mean over the logs with truth": summary, "error on each log": logs}
+
+
+def require_attitudes(estimators: Sequence[Estimator], where: str, fix: str) -> None:
+    """Raise InputError unless all outputs are attitudes."""
+    for estimator in estimators:
+        if not gives_attitude(estimator):
+            raise InputError.at(
+                where,
+                wanted="attitudes, outputs qw qx qy qz",
+                found=f"{estimator.name}, which has none",
+                fix=fix,
+            )

@@ -1,7 +1,7 @@
-"""A deterministic pattern search over parameters.
+"""A deterministic pattern search over parameters (Hooke and Jeeves 1961).
 
-Parameters are moved one after the other, by a factor, within their legal range (Hooke and Jeeves
-1961, in the logarithm). No derivative, no chance: the same start gives the same end.
+Each parameter moves on an axis of its own: by factors if it is positive, by steps in proportion to
+its range otherwise. No derivatives, no random numbers: the same start gives the same end.
 
 R. Hooke, T. A. Jeeves, "Direct Search Solution of Numerical and Statistical Problems",
 J. ACM 8(2):212, 1961, doi 10.1145/321062.321069.
@@ -11,254 +11,190 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
+from boresight.model.declarations import Param
 from boresight.model.errors import InputError, require_choice
-from boresight.model.estimator import Estimator, Param
+from boresight.model.estimator import Estimator
 
-__all__ = [
-    "Search",
-    "Sensitivity",
-    "Tuned",
-    "deal_folds",
-    "deal_named",
-    "pattern_search",
-    "sensitivities",
-    "tunable",
-]
+__all__ = ["Axis", "Tuned", "axes_of", "folds_of", "pattern_search"]
 
 #: Values are tried with so many significant digits, as they are printed.
 DIGITS = 4
-#: First factor of a step, its largest, and the one below which a parameter rests.
-FIRST_FACTOR, LARGEST_FACTOR, LAST_FACTOR = 2.0, 8.0, 1.04
+#: First step on an axis, the largest, and the one below which a parameter rests.
+FIRST_STEP, LARGEST_STEP, LAST_STEP = math.log(2.0), math.log(8.0), math.log(1.04)
+#: Share of its range that a parameter moves by a step of 1, if it does not move by factors.
+_SHARE = 0.1
 
-#: Figure of parameter values by name, the less the better; inf or NaN if they are of no use.
 Objective = Callable[[Mapping[str, float]], float]
-Progress = Callable[[str], None]
 
 
-def rounded(value: float) -> float:
-    """The value with `DIGITS` significant digits."""
-    return float(f"{value:.{DIGITS}g}")
+@dataclass(frozen=True)
+class Axis:
+    """The axis of a parameter; 0 on it is the start.
+
+    Attributes
+    ----------
+    param : Param
+    start : float
+    """
+
+    param: Param
+    start: float
+
+    @property
+    def by_factors(self) -> bool:
+        """Whether the parameter moves by factors."""
+        return self.param.low >= 0.0 and self.start > 0.0
+
+    def value(self, place: float) -> float:
+        """The parameter at a place, rounded and within its range."""
+        p = self.param
+        if self.by_factors:
+            value = self.start * math.exp(place)
+        else:
+            value = self.start + _SHARE * (p.high - p.low) * place
+        return min(max(float(f"{value:.{DIGITS}g}"), p.low), p.high)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Places of the least and the greatest value."""
+        ends = self.param.low, self.param.high
+        if self.by_factors:
+            low, high = (math.log(end / self.start) if end > 0.0 else -math.inf for end in ends)
+        else:
+            width = _SHARE * (ends[1] - ends[0])
+            low, high = ((end - self.start) / width for end in ends)
+        return low, high
 
 
-def tunable(
+def axes_of(
     estimator: Estimator, start: Mapping[str, float], names: Sequence[str] | None = None
-) -> list[Param]:
-    """Parameters to tune: those named, or all that are above zero and may be moved by a factor.
+) -> list[Axis]:
+    """Axes of the named parameters, or of all.
 
     Raises
     ------
     InputError
-        Unknown or repeated name, a parameter whose start is not above zero, or nothing to tune.
+        Unknown or repeated name, or nothing to tune.
     """
-    legal = {p.name: p for p in estimator.params}
-    if names is None:
-        out = [p for p in estimator.params if p.low >= 0.0 and start[p.name] > 0.0]
-        if not out:
-            raise InputError.at(
-                estimator.name,
-                wanted="a parameter with a start above zero",
-                found="none",
-                fix="there is nothing to tune",
-            )
-        return out
+    known = {p.name: p for p in estimator.params}
+    names = [*known] if names is None else names
     for k, name in enumerate(names):
         require_choice(
-            f"parameter {name}", name, legal, f"boresight list shows all of {estimator.name}"
+            f"parameter {name}", name, known, f"boresight info shows all of {estimator.name}"
         )
         if name in names[:k]:
             raise InputError.at(
-                f"parameter {name}",
-                wanted="each parameter once",
-                found="it twice",
-                fix="name it once",
+                f"parameter {name}", wanted="each once", found="it twice", fix="name it once"
             )
-        if not start[name] > 0.0:
-            raise InputError.at(
-                f"parameter {name}",
-                wanted="a start value above zero",
-                found=f"{start[name]:g}",
-                fix=f"it is moved by factors: start it with --param {name}=NUMBER",
-            )
-    return [legal[name] for name in names]
+    if not names:
+        raise InputError.at(
+            estimator.name, wanted="parameters", found="none", fix="there is nothing to tune"
+        )
+    return [Axis(known[name], start[name]) for name in names]
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """Where a search ended.
-
-    ``history``: best figure after each round, the first entry being the start.
-    """
+    """Where a search ended; ``history`` is the best figure after each round, the start first."""
 
     values: dict[str, float]
-    start: float
-    best: float
     evaluations: int
-    history: tuple[float, ...] = field(repr=False, default=())
+    history: tuple[float, ...]
 
+    @property
+    def start(self) -> float:
+        """The figure at the start."""
+        return self.history[0]
 
-class Search:
-    """One search: remembers every figure, so that no point is measured twice."""
-
-    def __init__(self, objective: Objective, params: Sequence[Param]) -> None:
-        self.objective = objective
-        self.params = tuple(params)
-        self.seen: dict[tuple[float, ...], float] = {}
-
-    def figure(self, point: tuple[float, ...]) -> float:
-        """Objective at a point; infinite where it is not a number."""
-        if point not in self.seen:
-            value = self.objective({p.name: v for p, v in zip(self.params, point, strict=True)})
-            self.seen[point] = value if math.isfinite(value) else math.inf
-        return self.seen[point]
-
-    def moved(self, point: tuple[float, ...], k: int, factor: float) -> tuple[float, ...]:
-        """The point with coordinate k times a factor, rounded and kept in its legal range."""
-        p = self.params[k]
-        value = min(max(rounded(point[k] * factor), p.low), p.high)
-        return (*point[:k], value, *point[k + 1 :])
+    @property
+    def best(self) -> float:
+        """The figure at the end."""
+        return self.history[-1]
 
 
 def pattern_search(
     objective: Objective,
-    params: Sequence[Param],
-    start: Mapping[str, float],
+    axes: Sequence[Axis],
     *,
     rounds: int = 12,
-    progress: Progress | None = None,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> Tuned:
     """Least figure that coordinate moves and pattern moves find.
 
-    A round tries every parameter up and down by its own factor (first the way that helped last);
-    a move that helps doubles the step in the logarithm, two that do not halve it, and two that
-    change nothing at all quarter it. After a round
-    that helped, the whole step of the round is made again, doubled each time, as long as that
-    helps (pattern moves, which run along valleys that lie across the axes). The search ends
-    when every factor is below `LAST_FACTOR`, or after ``rounds`` rounds.
-
-    Parameters
-    ----------
-    objective : callable
-        Figure of values by name.
-    start : mapping
-        Start of every parameter, above zero.
+    A round tries every parameter in both directions (first the one that helped last). A move that
+    helps doubles the step of its parameter, two that do not halve it, and two that change nothing
+    at all quarter it. After a round that helped, the whole move of the round is repeated, doubled
+    each time, as long as that helps: such moves follow valleys that lie across the axes. The search
+    ends when every step is below `LAST_STEP`, or after ``rounds`` rounds.
     """
-    search = Search(objective, params)
-    point = tuple(float(start[p.name]) for p in params)
-    best = first = search.figure(point)
-    step = [math.log(FIRST_FACTOR)] * len(params)
-    sign = [1.0] * len(params)
+    known: dict[tuple[float, ...], float] = {}
+
+    low, high = np.transpose([axis.limits for axis in axes])
+
+    def figure(places: np.ndarray) -> float:
+        point = tuple(axis.value(place) for axis, place in zip(axes, places, strict=True))
+        if point not in known:
+            value = objective({a.param.name: v for a, v in zip(axes, point, strict=True)})
+            known[point] = value if math.isfinite(value) else math.inf
+        return known[point]
+
+    point, step = np.zeros(len(axes)), np.full(len(axes), FIRST_STEP)
+    sign = np.ones(len(axes))
+    best = figure(point)
     history = [best]
     for number in range(rounds):
         base, base_best = point, best
-        for k in range(len(params)):
-            if step[k] < math.log(LAST_FACTOR):
-                continue
+        for k in np.flatnonzero(step >= LAST_STEP):
             changed = False
             for direction in (sign[k], -sign[k]):
-                candidate = search.moved(point, k, math.exp(direction * step[k]))
-                figure = search.figure(candidate)
-                changed |= figure != best
-                if figure < best:
-                    point, best, sign[k] = candidate, figure, direction
-                    step[k] = min(2.0 * step[k], math.log(LARGEST_FACTOR))
+                candidate = point.copy()
+                candidate[k] = np.clip(point[k] + direction * step[k], low[k], high[k])
+                found = figure(candidate)
+                changed |= found != best
+                if found < best:
+                    point, best, sign[k] = candidate, found, direction
+                    step[k] = min(2.0 * step[k], LARGEST_STEP)
                     break
             else:
                 step[k] *= 0.5 if changed else 0.25
-        if best < base_best:
-            ratios = [a / b for a, b in zip(point, base, strict=True)]
-            while True:
-                candidate = point
-                for k, ratio in enumerate(ratios):
-                    candidate = search.moved(candidate, k, ratio)
-                figure = search.figure(candidate)
-                if not figure < best:
-                    break
-                point, best = candidate, figure
-                ratios = [r * r for r in ratios]
+        move = point - base
+        while best < base_best:
+            candidate = np.clip(point + move, low, high)
+            if not figure(candidate) < best:
+                break
+            point, best, move = candidate, figure(candidate), 2.0 * move
         history.append(best)
-        if progress is not None:
-            progress(f"round {number + 1} of {rounds}: {best:.4g}, {len(search.seen)} evaluations")
-        if all(s < math.log(LAST_FACTOR) for s in step):
+        progress(f"round {number + 1} of {rounds}: {best:.4g}, {len(known)} evaluations")
+        if (step < LAST_STEP).all():
             break
-    return Tuned(
-        {p.name: v for p, v in zip(params, point, strict=True)},
-        first,
-        best,
-        len(search.seen),
-        tuple(history),
-    )
+    values = {axis.param.name: axis.value(u) for axis, u in zip(axes, point, strict=True)}
+    return Tuned(values, len(known), tuple(history))
 
 
-def deal_folds(count: int, folds: int, seed: int | None = None) -> list[tuple[int, ...]]:
-    """Test sets of a K-fold cross-validation: every index in exactly one of them.
+def folds_of(count: int, folds: int | None, seed: int | None = None) -> list[tuple[int, ...]]:
+    """Test sets of a cross-validation: every index in exactly one of them.
 
-    Trials are dealt round-robin in their order, or after a shuffle with a seed.
+    By default three folds, or as many as there are indices; 1: none. Indices are dealt in turn, in
+    their order or after a shuffle with a seed.
 
     Raises
     ------
     InputError
-        Fewer than two folds, or more folds than trials.
+        More folds than indices.
     """
-    if not 2 <= folds <= count:
+    folds = min(3, count) if folds is None else folds
+    if folds == 1:
+        return []
+    if folds > count:
         raise InputError.at(
             "folds",
-            wanted=f"2 to {count}, the number of trials, or 1 for none"
-            if count > 1
-            else "1, for none, as there is one trial",
+            wanted=f"1 (none) to {count}, the number of logs",
             found=str(folds),
-            fix="choose another number or name more trials",
+            fix="choose another number or name more logs",
         )
-    order = list(range(count))
-    if seed is not None:
-        order = [int(k) for k in np.random.default_rng(seed).permutation(count)]
-    return [tuple(sorted(order[k::folds])) for k in range(folds)]
-
-
-def deal_named(
-    names: Sequence[str], folds: int | None, seed: int | None = None
-) -> list[tuple[int, ...]]:
-    """Test sets of which none shares a name with another: `deal_folds` of the names.
-
-    By default three folds, or as many as there are names; 1: none.
-    """
-    unique = list(dict.fromkeys(names))
-    count = min(3, len(unique)) if folds is None else folds
-    return [
-        tuple(k for k, name in enumerate(names) if unique.index(name) in test)
-        for test in (deal_folds(len(unique), count, seed) if count != 1 else [])
-    ]
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """Objective with one parameter below and above its value (within its legal range).
-
-    ``errors_at_low``, ``errors_at_high``: every figure there, where several are known.
-    """
-
-    parameter: str
-    value: float
-    low: float
-    high: float
-    at_low: float
-    at_high: float
-    errors_at_low: Mapping[str, float] = field(default_factory=dict)
-    errors_at_high: Mapping[str, float] = field(default_factory=dict)
-
-
-def sensitivities(
-    objective: Objective, params: Sequence[Param], values: Mapping[str, float], factor: float = 2.0
-) -> list[Sensitivity]:
-    """The objective with each parameter over and times a factor, the others as they are."""
-    search = Search(objective, params)
-    point = tuple(values[p.name] for p in params)
-    out = []
-    for k, p in enumerate(params):
-        low, high = (search.moved(point, k, f) for f in (1.0 / factor, factor))
-        figures = search.figure(low), search.figure(high)
-        out.append(Sensitivity(p.name, point[k], low[k], high[k], *figures))
-    return out
+    order = [*range(count)] if seed is None else np.random.default_rng(seed).permutation(count)
+    return [tuple(sorted(map(int, order[k::folds]))) for k in range(folds)]

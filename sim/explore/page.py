@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from boresight.sim.explore.table import ESTIMATED
-from boresight.sim.pages import Section, Verdict, page_of
+from boresight.sim.pages import Section, Verdict, page_of, section_of
 from boresight.sim.plotting import PALETTE, figure_and_axes, legend, settings, svg
 from boresight.sim.result import Result, Row
 
@@ -17,11 +19,7 @@ def render_page(title: str, result: Result) -> str:
     """The page's text, which needs no other file."""
     rows = result["rows"]
     (name, shown), *_ = result.tables.items()
-    columns = [c for c in shown[0] if any(row.get(c) is not None for row in shown)]
     error = list(shown[0])[1]
-    cells: list[list[str | float | Verdict]] = [
-        [_cell(row.get(column)) for column in columns] for row in shown
-    ]
     intro: list[str | Verdict] = [
         *result.summary.splitlines(),
         *(Verdict(text, good=False) for text in result.failures),
@@ -35,17 +33,11 @@ def render_page(title: str, result: Result) -> str:
         f"Exploration of {title}",
         [text for text in intro if text != ESTIMATED],
         [
-            Section(title=name.capitalize(), columns=columns, rows=cells, figures=figures),
+            replace(section_of(name, shown), figures=figures),
             Section(title="Commands", columns=("combination", "command"), rows=commands),
         ],
         note=ESTIMATED if ESTIMATED in result.summary else "",
     )
-
-
-def _cell(value: object) -> str | float | Verdict:
-    if isinstance(value, bool):
-        return Verdict("yes" if value else "no", value)
-    return value if isinstance(value, str | int | float) else ""
 
 
 def _plot(rows: list[Row], error: str, cost: str) -> str:

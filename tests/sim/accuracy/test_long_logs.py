@@ -17,9 +17,7 @@ from boresight.sim.records.selection import Selection, selected
 def figures(folder: Path) -> list[Any]:
     """Of two logs from their first second on, without the seconds that it took."""
     with selected(Selection.of(start="1s")):
-        errors = boresight.accuracy(
-            "complementary", folder, align="heading", declination=3.0, jobs=2
-        ).to_json()
+        errors = boresight.accuracy("complementary", folder, align="heading", jobs=2).to_json()
         tuned = boresight.tune(
             "complementary", folder, names=["kp_heading_per_s"], rounds=1, folds=2, jobs=2
         ).to_json()

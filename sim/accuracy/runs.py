@@ -1,0 +1,163 @@
+"""An estimator over fixed logs, run and judged, again and again with other parameters.
+
+What does not depend on the parameters is done once: the program is compiled, its C built, every
+log read. Threads share the logs; each log has levels of its own, whose calls release Python's lock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from dataclasses import dataclass
+
+from boresight.model.errors import InputError
+from boresight.model.estimator import Estimator
+from boresight.sim.accuracy.figures import Alignment, Errors
+from boresight.sim.campaign import processes
+from boresight.sim.compare.difference import Difference, Differences
+from boresight.sim.levels.build import Build
+from boresight.sim.levels.floating import CompiledFloat
+from boresight.sim.levels.integer import Emitted
+from boresight.sim.records.feed import Feed, LongFeed
+from boresight.sim.worlds.loop import drive
+
+__all__ = ["LogRuns", "Scores"]
+
+
+@dataclass(frozen=True)
+class Scores:
+    """A run of a log on one level.
+
+    Attributes
+    ----------
+    level : str
+        "fixed", "float", or "package" for a published filter.
+    errors, units : mapping of str
+        Root mean squares against truth (`sim.accuracy.figures`); empty without truth.
+    seconds : float
+        Wall-clock time of the run.
+    saturated : int or None
+        Updates in which an operation saturated; None where nothing can.
+    near : tuple of Difference
+        Every sample of fixed point beside float64, where both ran.
+    offset_deg : tuple of float
+        The constant turn that was taken out of attitudes; empty without.
+    """
+
+    level: str
+    errors: Mapping[str, float]
+    units: Mapping[str, str]
+    seconds: float = 0.0
+    saturated: int | None = None
+    near: tuple[Difference, ...] = ()
+    offset_deg: tuple[float, ...] = ()
+
+
+class LogRuns:
+    """The emitted C of an estimator over logs, and float64 beside it.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    feeds : sequence of Feed or LongFeed
+    floating : bool
+        Whether compiled float64 runs, too.
+    word : int
+        Word width, 18 to 32.
+    jobs : int, optional
+        Threads; by default one for each processor.
+    align : str
+        Constant offset that is taken out of attitudes: `ALIGNMENTS`.
+    """
+
+    def __init__(
+        self,
+        estimator: Estimator,
+        feeds: Sequence[Feed | LongFeed],
+        *,
+        floating: bool = False,
+        word: int = 32,
+        jobs: int | None = None,
+        align: str = "none",
+    ) -> None:
+        self.estimator, self.feeds, self.align = estimator, tuple(feeds), align
+        self.jobs = max(1, min(processes(jobs), len(self.feeds)))
+        build = Build(estimator, word=word)
+        kinds = (Emitted, CompiledFloat)[: 1 + floating]
+        self._levels = [[kind(build) for kind in kinds] for _ in self.feeds]
+
+    def run(
+        self, params: Mapping[str, float] | None = None, indices: Sequence[int] | None = None
+    ) -> list[list[Scores]]:
+        """Run some logs (all by default); the scores of each, fixed point first.
+
+        Raises
+        ------
+        InputError
+            Unknown or illegal parameter.
+        """
+        self.estimator.param_values(params)
+        indices = range(len(self.feeds)) if indices is None else indices
+        if self.jobs == 1:
+            return [self._scores(index, params) for index in indices]
+        with ThreadPoolExecutor(self.jobs) as pool:
+            contexts = [copy_context() for _ in indices]  # the selection of rows
+            futures = [
+                pool.submit(context.run, self._scores, index, params)
+                for context, index in zip(contexts, indices, strict=True)
+            ]
+            return [future.result() for future in futures]
+
+    def errors(
+        self, params: Mapping[str, float] | None = None, indices: Sequence[int] | None = None
+    ) -> list[Mapping[str, float]]:
+        """Errors against truth of fixed point; raises InputError for a log without truth."""
+        indices = range(len(self.feeds)) if indices is None else indices
+        out = []
+        for index, (fixed, *_) in zip(indices, self.run(params, indices), strict=True):
+            if not fixed.errors:
+                raise InputError.at(
+                    next(iter(self.feeds[index].parts())).record.where,
+                    wanted=f"a truth of {self.estimator.name}'s outputs",
+                    found="none",
+                    fix="leave this log out",
+                )
+            out.append(fixed.errors)
+        return out
+
+    def _scores(self, index: int, params: Mapping[str, float] | None) -> list[Scores]:
+        """One log on all levels; twice if an offset is taken out, first to measure it."""
+        columns, levels = self.feeds[index], self._levels[index]
+        for level in levels:
+            level.set_params(params)
+        offsets = [Alignment(self.align) for _ in levels]
+        for k, part in enumerate(columns.parts() if self.align != "none" else ()):
+            for offset, level in zip(offsets, levels, strict=True):
+                (loop,) = drive(part, level, anew=not k)
+                offset.add_outputs(part, loop.outputs)
+        outputs = self.estimator.outputs
+        comparison = Differences(outputs, [o.name for o in outputs])
+        errors = [Errors(self.estimator) for _ in levels]
+        seconds, saturated = [0.0 for _ in levels], 0
+        for k, part in enumerate(columns.parts()):
+            loops = [loop for level in levels for loop in drive(part, level, anew=not k)]
+            for n, loop in enumerate(loops):
+                errors[n].add(part, offsets[n].turned_outputs(loop.outputs))
+                seconds[n] += loop.seconds
+            saturated += loops[0].run.n_saturated
+            if len(loops) > 1:
+                comparison.add(loops[0].outputs, loops[1].outputs)
+        near = tuple(comparison.result()) if len(levels) > 1 else ()
+        return [
+            Scores(
+                "float" if n else "fixed",
+                e.result(),
+                e.units,
+                seconds[n],
+                None if n else saturated,
+                () if n else near,
+                offsets[n].offset_deg,
+            )
+            for n, e in enumerate(errors)
+        ]

@@ -1,0 +1,128 @@
+"""`boresight tune`: the search, its folds, and the file that --params reads."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import boresight
+from boresight import Estimator, Input, Output, Param, State
+from boresight.cli import main
+from boresight.model.errors import InputError
+from boresight.sim.accuracy.search import axes_of, folds_of, pattern_search
+
+
+class Smooth(Estimator):
+    """A smoother with a gain, and a bias that is 0 by default."""
+
+    inputs = (Input("z", -8.0, 8.0, "m"),)
+    params = (Param("gain", 0.05, 0.0, 1.0), Param("bias", 0.0, -4.0, 4.0, "m"))
+    states = (State("m", -8.0, 8.0, "m"),)
+    outputs = (Output("pos", "m"),)
+
+    def step(self, x, u, p):
+        m = x.m + p.gain * (u.z - p.bias - x.m)
+        return {"m": m}, {"pos": m}
+
+
+def log(seed: int) -> dict[str, np.ndarray]:
+    """A walk, in a sensor that is 1 m off and has a noise of 0.3 m."""
+    rng = np.random.default_rng(seed)
+    walk = np.clip(np.cumsum(rng.normal(0.0, 0.2, 200)), -5.0, 5.0)
+    return {"z": walk + 1.0 + rng.normal(0.0, 0.3, 200), "pos_true": walk}
+
+
+LOGS = [log(seed) for seed in (1, 2, 3)]
+
+
+@pytest.fixture(scope="module")
+def result():
+    return boresight.tune(Smooth, *LOGS, jobs=1)
+
+
+def test_a_parameter_whose_default_is_zero_is_tuned(result) -> None:
+    assert result["parameters"]["bias"] == pytest.approx(1.0, abs=0.1)
+    assert 0.3 < result["parameters"]["gain"] < 0.9
+    assert result["error"]["tuned"]["pos"] < 0.3 < 1.0 < result["error"]["default"]["pos"]
+    assert result["search"]["history"][-1] == pytest.approx(result["error"]["tuned"]["pos"])
+
+
+def test_folds_are_tuned_without_their_own_logs(result) -> None:
+    folds = result["cross_validation"]["folds"]
+    assert [fold["test"] for fold in folds] == [["record"], ["record2"], ["record3"]]
+    alone = boresight.tune(Smooth, *LOGS[1:], folds=1, jobs=1)
+    assert {n: alone["parameters"][n] for n in ("gain", "bias")} == folds[0]["parameters"]
+    assert alone["cross_validation"] is None
+    other = boresight.accuracy(Smooth, LOGS[0], params={"smooth": folds[0]["parameters"]}, jobs=1)
+    assert other["estimators"][0]["mean"]["pos"] == pytest.approx(folds[0]["test_figure"])
+
+
+def test_sensitivities_without_a_search() -> None:
+    found = boresight.tune(Smooth, *LOGS, rounds=0, names=["gain"], params={"gain": 0.5}, jobs=1)
+    (row,) = found["sensitivity"]
+    assert (row["value"], row["low"], row["high"]) == (0.5, 0.25, 1.0)
+    assert found["parameters"] == {"gain": 0.5, "bias": 0.0}
+    given = boresight.accuracy(Smooth, *LOGS, params={"smooth": {"gain": 1.0}}, jobs=1)
+    assert row["at_high"] == pytest.approx(given["estimators"][0]["mean"]["pos"])
+
+
+SOURCE = """
+from boresight import Estimator, Input, Output, Param
+
+class Scale(Estimator):
+    inputs = (Input("a", -1.0, 1.0),)
+    params = (Param("gain", 1.0, 0.1, 4.0),)
+    outputs = (Output("y"),)
+
+    def step(self, x, u, p):
+        return {}, {"y": p.gain * u.a}
+"""
+
+
+def test_params_reads_the_file(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scale.py").write_text(SOURCE)
+    (tmp_path / "log.csv").write_text("a,y_true\n0.1,0.25\n-0.4,-1.0\n")
+    assert main(["tune", "scale.py", "log.csv", "-o", "tuned.json"]) == 0
+    tuned = json.loads((tmp_path / "tuned.json").read_text())
+    assert tuned["parameters"]["gain"] == pytest.approx(2.5, rel=0.04)
+    capsys.readouterr()
+    assert main(["accuracy", "scale.py", "log.csv", "--params", "tuned.json", "--json"]) == 0
+    (fixed, _) = json.loads(capsys.readouterr().out)["estimators"]
+    assert fixed["mean"]["y"] == pytest.approx(tuned["error"]["tuned"]["y"])
+
+
+@pytest.mark.parametrize("start", [(4.0, 0.0), (0.5, -3.0)])
+def test_the_search_finds_a_minimum_off_the_axes(start) -> None:
+    def figure(values):
+        x, y = np.log(values["gain"] / 0.3), values["bias"] - 2.0
+        return x * x + y * y + 1.5 * x * y
+
+    axes = axes_of(Smooth(), {"gain": min(start[0], 1.0), "bias": start[1]})
+    tuned = pattern_search(figure, axes, rounds=40)
+    assert tuned.values == pytest.approx({"gain": 0.3, "bias": 2.0}, abs=0.1)
+    assert tuned.best < 1e-2 and list(tuned.history) == sorted(tuned.history, reverse=True)
+
+
+def test_folds_hold_every_log_once() -> None:
+    assert folds_of(5, None) == [(0, 3), (1, 4), (2,)]
+    assert folds_of(1, None) == folds_of(4, 1) == []
+    with pytest.raises(InputError, match="to 2, the number of logs"):
+        folds_of(2, 3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"names": ["gian"]}, "wanted one of gain, bias"),
+        ({"names": ["gain", "gain"]}, "wanted each once"),
+        ({"weights": {"x": 1.0}}, "weight x"),
+        ({"weights": {"pos": 0.0}}, "wanted one above 0"),
+        ({"vary": 0.5}, "wanted 1 to 1000"),
+    ],
+)
+def test_bad_options(options, message) -> None:
+    with pytest.raises(InputError, match=message):
+        boresight.tune(Smooth, *LOGS, **options)
